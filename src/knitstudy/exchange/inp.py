@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import logging
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TextIO
 
 import numpy as np
 import xarray as xr
@@ -174,18 +173,14 @@ def _template_numbers(deck: Deck) -> dict[str, float]:
         "hourglass_factor": deck.hourglass / HOURGLASS_OF_C3D8R["abaqus"],
         "hourglass_of_calculix": HOURGLASS_OF_C3D8R["calculix"] * (1 + material.poisson_ratio),
     }
-    if touch is None:
-        return numbers
-    law = touch.law
-    contact = {"normal": law.normal, "tangential": law.tangential, "friction": law.friction}
-    return numbers | contact | {"elastic_slip": touch.elastic_slip}
+    if touch is not None:
+        law = touch.law
+        numbers |= {"normal": law.normal, "tangential": law.tangential, "friction": law.friction}
+        numbers["elastic_slip"] = touch.elastic_slip
+    return numbers
 
 
-# Keyword files (.inp) of Abaqus and CalculiX
-
-ENTRIES_PER_LINE = 12
 COMMENT = 120  # characters a line of comments; CalculiX reads 132
-INTERACTION = "YARNS"  # name of the surface interaction of all contact pairs
 
 log = logging.getLogger(__name__)
 
@@ -199,108 +194,90 @@ def write_inp(deck: Deck, path: Path | str, dialect: str) -> None:
     """
     words = keywords(deck, dialect)
     departures = [*filter(None, (each.departure for each in words.values())), *deck.departures]
-    element, material = words["mesh.element"], words["yarn.material"]
     with replacing(path) as temporary, open(temporary, "w", encoding="ascii") as file:
-        _write_heading(file, deck, departures)
-        _write_mesh(file, deck, element.element)
-        if deck.equations is not None:
-            _write_equations(file, deck.equations)
-        file.write(f"*MATERIAL, NAME=YARN\n{material.cards}{element.cards}")
-        file.write(f"*SOLID SECTION, ELSET=SOLID, MATERIAL=YARN{element.section}\n")
-        if deck.interaction is not None:
-            _write_contacts(file, deck, words["interaction"])
-        for step in steps(deck, dialect):
-            _write_step(file, deck, step, dialect)
+        file.writelines(_cards(deck, dialect, words, departures))
     for sentence in departures:
         log.warning("%s: not quite the scene: %s", path, sentence)
 
 
-def _write_heading(file: TextIO, deck: Deck, departures: list[str]) -> None:
-    file.write(f"*HEADING\n{deck.title}\n** knitstudy {code_version()}; m, N, Pa\n")
+def _cards(deck: Deck, dialect: str, words: dict[str, Keywords], departures: list[str]) -> Iterator[str]:
+    """Yield the cards of a deck with their data."""
+    element, material = words["mesh.element"], words["yarn.material"]
+    yield f"*HEADING\n{deck.title}\n** knitstudy {code_version()}; m, N, Pa\n"
     for sentence in departures:
-        lines = textwrap.wrap(f"NOT QUITE THE SCENE: {sentence}", COMMENT, break_on_hyphens=False)
-        file.writelines(f"** {line}\n" for line in lines)
-
-
-def _write_mesh(file: TextIO, deck: Deck, element: str) -> None:
-    file.write("*NODE, NSET=ALL\n")
-    number = np.arange(1, len(deck.nodes) + 1)
-    np.savetxt(file, np.column_stack([number, deck.nodes]), fmt=["%d"] + 3 * [NUMBER], delimiter=", ")
+        said = textwrap.wrap(f"NOT QUITE THE SCENE: {sentence}", COMMENT, break_on_hyphens=False)
+        yield "".join(f"** {line}\n" for line in said)
+    yield "*NODE, NSET=ALL\n"
+    for number, place in enumerate(deck.nodes.tolist(), 1):
+        yield _lines([number, *(NUMBER % x for x in place)])
     first = 1
     for name, corners in deck.elements.items():
-        file.write(f"*ELEMENT, TYPE={element}, ELSET={name}\n")
-        number = np.arange(first, first + len(corners))
-        np.savetxt(file, np.column_stack([number, corners + 1]), fmt=_numbers(1 + corners.shape[1]))
+        yield f"*ELEMENT, TYPE={element.element}, ELSET={name}\n"
+        for number, row in enumerate((corners + 1).tolist(), first):
+            yield _lines([number, *row], end=",\n")  # a comma where a line is continued
         first += len(corners)
-    file.write("*ELSET, ELSET=SOLID\n" + "".join(f"{name}\n" for name in deck.elements))
+    yield "*ELSET, ELSET=SOLID\n" + "".join(f"{name}\n" for name in deck.elements)
     for name, nodes in deck.node_sets.items():
-        file.write(f"*NSET, NSET={name}\n")
-        file.writelines(_wrapped(nodes + 1))
-
-
-def _write_contacts(file: TextIO, deck: Deck, behaviour: Keywords) -> None:
-    pairs = ""
+        yield f"*NSET, NSET={name}\n" + _lines(nodes + 1)
+    if deck.equations is not None:
+        yield "*EQUATION\n"
+        yield from _terms(deck.equations)
+    yield f"*MATERIAL, NAME=YARN\n{material.cards}{element.cards}"
+    yield f"*SOLID SECTION, ELSET=SOLID, MATERIAL=YARN{element.section}\n"
     for pair in deck.contacts:
-        file.write(_surface(f"{pair.name}_SLAVE", pair.slave) + _surface(f"{pair.name}_MASTER", pair.master))
-        pairs += f"{pair.name}_SLAVE, {pair.name}_MASTER\n"
-    file.write(f"*SURFACE INTERACTION, NAME={INTERACTION}\n" + behaviour.cards)
-    file.write(f"*CONTACT PAIR, INTERACTION={INTERACTION}, TYPE=SURFACE TO SURFACE\n" + pairs)
+        yield _surface(f"{pair.name}_SLAVE", pair.slave) + _surface(f"{pair.name}_MASTER", pair.master)
+    if deck.interaction is not None:
+        yield "*SURFACE INTERACTION, NAME=YARNS\n" + words["interaction"].cards
+        yield "*CONTACT PAIR, INTERACTION=YARNS, TYPE=SURFACE TO SURFACE\n"
+        yield "".join(f"{pair.name}_SLAVE, {pair.name}_MASTER\n" for pair in deck.contacts)
+    for step in steps(deck, dialect):
+        yield _step(deck, step, dialect)
+
+
+def _lines(entries: Iterable, count: int = 12, end: str = "\n") -> str:
+    """Return entries in lines of so many at most."""
+    texts = [str(each) for each in entries]
+    return end.join(", ".join(texts[i : i + count]) for i in range(0, len(texts), count)) + "\n"
 
 
 def _surface(name: str, surface: Surface) -> str:
     """Return element sets, one for every face number that occurs, and the surface that they make up."""
-    lines, faces = [], np.unique(surface.faces)
-    for face in faces:
-        lines.append(f"*ELSET, ELSET={name}_S{face}\n")
-        lines.extend(_wrapped(surface.elements[surface.faces == face] + 1))
-    lines.append(f"*SURFACE, NAME={name}, TYPE=ELEMENT\n")
-    lines.extend(f"{name}_S{face}, S{face}\n" for face in faces)
-    return "".join(lines)
+    faces = np.unique(surface.faces)
+    sets = (
+        f"*ELSET, ELSET={name}_S{face}\n" + _lines(surface.elements[surface.faces == face] + 1)
+        for face in faces
+    )
+    parts = (f"{name}_S{face}, S{face}\n" for face in faces)
+    return "".join([*sets, f"*SURFACE, NAME={name}, TYPE=ELEMENT\n", *parts])
 
 
-def _write_equations(file: TextIO, equations: Equations) -> None:
-    """Write an equation for every slave and component; the slave's term comes first, which eliminates it."""
+def _terms(equations: Equations) -> Iterator[str]:
+    """Yield an equation for every slave and component; the slave's term comes first, which eliminates it."""
     nodes = np.column_stack([equations.slave, equations.master]) + 1  # (K, 1 + c)
     factors = np.column_stack([-np.ones(len(nodes)), equations.weight])
-    file.write("*EQUATION\n")
     for row, factor in zip(nodes.tolist(), factors.tolist(), strict=True):
         terms = [(node, value) for node, value in zip(row, factor, strict=True) if value]
         for component in (1, 2, 3):
             written = [f"{node}, {component}, {NUMBER % value}" for node, value in terms]
-            file.write(f"{len(terms)}\n")
-            file.writelines(f"{', '.join(written[i : i + 4])}\n" for i in range(0, len(written), 4))
+            yield f"{len(terms)}\n" + _lines(written, 4)
 
 
-def _write_step(file: TextIO, deck: Deck, step: Step, dialect: str) -> None:
+def _step(deck: Deck, step: Step, dialect: str) -> str:
     # Friction makes the tangent unsymmetric, which Abaqus must be told.
     unsymmetric = ", UNSYMM=YES" if dialect == "abaqus" and deck.contacts else ""
-    file.write(f"*STEP, NLGEOM, INC={100 * step.increments}{unsymmetric}\n")
+    controls = ""
     if deck.tolerance is not None:
-        file.write("*CONTROLS, PARAMETERS=FIELD, FIELD=DISPLACEMENT\n")
-        file.write(f"{NUMBER % deck.tolerance}, {NUMBER % deck.tolerance}\n")
+        number = NUMBER % deck.tolerance
+        controls = f"*CONTROLS, PARAMETERS=FIELD, FIELD=DISPLACEMENT\n{number}, {number}\n"
+    moves = (f"DRIVEN, {i}, {i}, {NUMBER % value}\n" for i, value in step.moves.items())
+    outputs, fields, contact = OUTPUTS[dialect]
+    if deck.fields:
+        outputs += fields + (contact if deck.contacts else "")
     # Whole numbers of time: increments of a rounded fraction would leave a last one of almost nothing.
-    file.write(f"*STATIC, DIRECT\n1.0, {step.increments}.0\n*BOUNDARY\n")
-    file.write(f"HELD, 1, 3, {NUMBER % 0.0}\n")
-    for component, value in step.moves.items():
-        file.write(f"DRIVEN, {component}, {component}, {NUMBER % value}\n")
-    always, fields, contact = OUTPUTS[dialect]
-    fields += contact if deck.contacts else ""
-    file.write(always + (fields if deck.fields else "") + "*END STEP\n")
-
-
-def _numbers(count: int) -> str:
-    """Return the format of ``count`` numbers, a comma at the end of every line that another one continues."""
-    return ",\n".join(
-        ", ".join(["%d"] * min(ENTRIES_PER_LINE, count - start))
-        for start in range(0, count, ENTRIES_PER_LINE)
+    return (
+        f"*STEP, NLGEOM, INC={100 * step.increments}{unsymmetric}\n{controls}*STATIC, DIRECT\n"
+        f"1.0, {step.increments}.0\n*BOUNDARY\nHELD, 1, 3, {NUMBER % 0.0}\n{''.join(moves)}{outputs}*END STEP\n"
     )
-
-
-def _wrapped(numbers: np.ndarray) -> Iterator[str]:
-    """Yield lines of at most ``ENTRIES_PER_LINE`` numbers."""
-    texts = np.asarray(numbers).astype(str)
-    for start in range(0, len(texts), ENTRIES_PER_LINE):
-        yield ", ".join(texts[start : start + ENTRIES_PER_LINE]) + "\n"
 
 
 def write_abaqus(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset) -> None:
@@ -360,7 +337,7 @@ def shell_entries(matrix: np.ndarray) -> np.ndarray:
 def write_shell(scene: Scene, path: Path | str, history: xr.Dataset) -> None:
     """Write one square shell element with the section of a cell, to be copied into a model of Abaqus."""
     numbers = [NUMBER % value for value in shell_entries(section_matrix(history))]
-    data = "\n".join(", ".join(numbers[i : i + 8]) for i in range(0, len(numbers), 8))
+    data = _lines(numbers, 8).rstrip()
     text = SHELL.format(name=scene.name, version=code_version(), entries=", ".join(SHELL_ENTRIES), data=data)
     with replacing(path) as temporary:
         Path(temporary).write_text(text, encoding="ascii")

@@ -27,7 +27,7 @@ from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, QuadraticSectio
 from knitstudy.mesh.quality import scaled_jacobian
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.models.stress import Points, undeformed_splines
+from knitstudy.models.stress import stressed_points, undeformed_splines
 from knitstudy.study.scene import Scene
 
 # Cells by their number of nodes, as meshio calls them
@@ -150,11 +150,6 @@ class CurvedCells:
         """Yarn (P,) of every node."""
         return np.repeat(np.arange(len(self.stations)), [s.size * len(self.x) for s in self.stations])
 
-    @property
-    def arc_length(self) -> np.ndarray:
-        """Arc length (P,) of every node's section [m]."""
-        return np.repeat(np.concatenate(self.stations), len(self.x))
-
     def surface(self, yarn: int) -> np.ndarray:
         """Return the nodes (t, a) on the surface of a yarn, section by section."""
         return np.flatnonzero(self.yarn == yarn).reshape(-1, len(self.x))[:, self.rim]
@@ -174,7 +169,8 @@ def write_spline_yarns(scene: Scene, path: Path | str, specimen: Fabric, history
     places, fields, area = _fields(space, nodes, moved, cells, material_of(scene.yarn))
     if "contact_pressure" in history:
         fields["contact_pressure [Pa]"] = _pressure(space, nodes, cells, area, history)
-    fields |= {"yarn": cells.yarn, "arc_length [m]": cells.arc_length}
+    arc_length = np.repeat(np.concatenate(cells.stations), len(cells.x))
+    fields |= {"yarn": cells.yarn, "arc_length [m]": arc_length}
     _write(path, places, cells.cells, fields, {"yarn": cells.yarn[cells.cells[:, 0]]})
 
 
@@ -188,12 +184,12 @@ def _fields(
         own = slice(*space.first_node[number : number + 2].tolist())
         for low in range(0, len(stations), CHUNK):
             s = stations[low : low + CHUNK]
-            points = Points.of(yarn, (nodes[own], moved[own]), s, cells.x, material)
-            stress = points.stress.reshape(-1, 3, 3)
-            around = np.einsum("kqic,qc->kqi", points.slope[..., :2], turn)
-            area = np.linalg.norm(np.cross(around, points.slope[..., 2]), axis=-1).ravel()
-            place, moves = points.place.reshape(-1, 3), points.displacement.reshape(-1, 3)
-            parts.append((place, moves, von_mises(stress), principal_axes(stress)[0], area))
+            found = stressed_points(yarn, (nodes[own], moved[own]), s, cells.x, material)
+            slope, stress = found[2], found[4].reshape(-1, 3, 3)
+            around = np.einsum("kqic,qc->kqi", slope[..., :2], turn)
+            area = np.linalg.norm(np.cross(around, slope[..., 2]), axis=-1).ravel()
+            places = (each.reshape(-1, 3) for each in found[:2])
+            parts.append((*places, von_mises(stress), principal_axes(stress)[0], area))
     place, displacement, mises, principal, area = (np.concatenate(each) for each in zip(*parts, strict=True))
     fields = {"displacement [m]": displacement, "von_mises [Pa]": mises, "principal_stress [Pa]": principal}
     return place, fields, area

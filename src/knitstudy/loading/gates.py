@@ -6,17 +6,14 @@ Every message names the increment, what is wrong and by how much, and the key th
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from knitstudy.errors import CoarseIncrement, ConvergenceError, MeshError
-
-if TYPE_CHECKING:
-    from knitstudy.loading.history import Motion, Recorder
-    from knitstudy.mechanics.increment import Increment
-    from knitstudy.mechanics.model import Response
-    from knitstudy.study.scene import Scene
+from knitstudy.loading.history import Motion, Recorder
+from knitstudy.mechanics.increment import Increment
+from knitstudy.mechanics.model import Response
+from knitstudy.study.scene import Scene
 
 USUAL_HOURGLASS = 0.005  # hourglass stiffness over shear stiffness as in C3D8R
 
@@ -184,7 +181,7 @@ def require_no_jump(scene: Scene, increment: Increment, recorder: Recorder) -> N
         )
 
 
-def require_elements_across(scene: Any) -> None:
+def require_elements_across(scene: Scene) -> None:
     """Refuse hexahedra that are too large for the yarn.
 
     The limit is ``gates.elements_across``, by default that of the specimen; a pair needs fewer elements of

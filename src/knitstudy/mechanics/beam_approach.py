@@ -101,12 +101,9 @@ class Curves:
 
 def _parabola_slopes(knots: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Weights (S, 3) of three values at knots (S, 3) in the slope of their parabola at places (S,)."""
-    slopes = []
-    for i in range(3):
-        j, k = [n for n in range(3) if n != i]
-        rise = 2 * at - knots[:, j] - knots[:, k]
-        slopes.append(rise / ((knots[:, i] - knots[:, j]) * (knots[:, i] - knots[:, k])))
-    return np.stack(slopes, axis=1)
+    size = np.ptp(knots, axis=1)[:, None]
+    powers = ((knots - at[:, None]) / size)[..., None] ** np.arange(3)  # (S, knot, power)
+    return np.linalg.inv(powers)[:, 1] / size
 
 
 # Closest approach of two centrelines, and how it changes with the motion of their beams. Sides A and B of a pair are
@@ -191,13 +188,6 @@ def _hessian(here: Approach, bends: bool = True) -> np.ndarray:
     return hessian
 
 
-def _solve(hessian: np.ndarray, rhs: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """Solve for the free sides (k, 2) of pairs: hessian (k, 2, 2), rhs (k, 2, m); the other sides stay."""
-    coupled = free[:, :, None] & free[:, None, :]
-    reduced = np.where(coupled, hessian, np.eye(2))
-    return np.linalg.solve(reduced, np.where(free[..., None], rhs, 0.0))
-
-
 def _newton_step(here: Approach, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Step (k, 2) towards the closest points within bounds (k, 2); sides that push against a bound stay there."""
     r = here.distance[:, None] * here.normal
@@ -208,7 +198,8 @@ def _newton_step(here: Approach, low: np.ndarray, high: np.ndarray) -> np.ndarra
     convex &= (np.linalg.det(hessian) > 1e-6) | ~free.all(axis=1)
     safe = _hessian(here, bends=False) + 1e-3 * np.eye(2)
     hessian = np.where(convex[:, None, None], hessian, safe)
-    return -_solve(hessian, slope[..., None], free)[..., 0]
+    reduced = np.where(free[:, :, None] & free[:, None, :], hessian, np.eye(2))
+    return -np.linalg.solve(reduced, np.where(free, slope, 0.0)[..., None])[..., 0]
 
 
 @dataclass(frozen=True, eq=False)

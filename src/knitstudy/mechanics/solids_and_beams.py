@@ -60,14 +60,11 @@ class Seams:
 
     def derivative(self, rotation: np.ndarray, width: np.ndarray) -> np.ndarray:
         """Return the derivative (S, 9, 9) of the coefficients over place, spin and widths."""
-        slope = np.zeros((self.count, MOTIONS, MOTIONS))
-        slope[:, :3, :3] = np.eye(3)
-        arms = self.arms_at(rotation, width)
-        for k in range(2):
-            rows = slice(3 + 3 * k, 6 + 3 * k)
-            slope[:, rows, 3:6] = -hat(arms[:, k])
-            slope[:, rows, 6:] = self._widen(rotation)[:, k]
-        return slope
+        slope = np.zeros((self.count, 3, 3, MOTIONS))
+        slope[:, 0, :, :3] = np.eye(3)
+        slope[:, 1:, :, 3:6] = -hat(self.arms_at(rotation, width))
+        slope[:, 1:, :, 6:] = self._widen(rotation)
+        return slope.reshape(-1, MOTIONS, MOTIONS)
 
     def turning(self, rotation: np.ndarray, width: np.ndarray, force: np.ndarray) -> np.ndarray:
         """Return the derivative (S, 9, 9) of force, moment and g for fixed forces (S, 3, 3) on the coefficients.
@@ -75,11 +72,9 @@ class Seams:
         As in `rigid_arm` it is not symmetric where the moment is not balanced: spins act from the left.
         """
         turn = np.zeros((self.count, MOTIONS, MOTIONS))
-        arms, widen = self.arms_at(rotation, width), self._widen(rotation)
-        for k in range(2):
-            pull = hat(force[:, 1 + k])
-            turn[:, 3:6, 3:6] += pull @ hat(arms[:, k])  # d(X x f) = (w x X) x f
-            turn[:, 3:6, 6:] -= pull @ widen[:, k]
+        pull = hat(force[:, 1:])  # of X_1 and X_2
+        turn[:, 3:6, 3:6] = (pull @ hat(self.arms_at(rotation, width))).sum(axis=1)  # d(X x f) = (w x X) x f
+        turn[:, 3:6, 6:] = -(pull @ self._widen(rotation)).sum(axis=1)
         turn[:, 6:, 3:6] = np.swapaxes(turn[:, 3:6, 6:], 1, 2)
         return turn
 
@@ -212,15 +207,14 @@ class SolidsAndBeams:
         rotation = state.beams.rotation[self.seams.node]
         turning = self.seams.turning(rotation, state.width, at_sections.reshape(-1, 3, 3))
         spread = self._spread(slope)
-        parts = [sp.coo_matrix(spread.T @ sp.csr_matrix(solids.stiffness) @ spread)]
-        rows, columns, values = [parts[0].row], [parts[0].col], [parts[0].data]
-        own = sp.coo_matrix(beams.stiffness)
-        rows += [own.row + self.first_beam, np.repeat(self._motions, MOTIONS, axis=1).ravel()]
-        columns += [own.col + self.first_beam, np.tile(self._motions, MOTIONS).ravel()]
-        values += [own.data, turning.ravel()]
-        entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+        inner = sp.coo_matrix(spread.T @ sp.csr_matrix(solids.stiffness) @ spread)
+        outer, at = sp.coo_matrix(beams.stiffness), self.first_beam
+        entries = np.concatenate([inner.data, outer.data, turning.ravel()])
+        row = [inner.row, outer.row + at, np.repeat(self._motions, MOTIONS, axis=1).ravel()]
+        column = [inner.col, outer.col + at, np.tile(self._motions, MOTIONS).ravel()]
+        places = np.concatenate(row), np.concatenate(column)
         # Sums of triplets keep zeros: the pattern stays the same and structurally symmetric.
-        return sp.coo_matrix(entries, shape=(self.size, self.size)).tocsr()
+        return sp.coo_matrix((entries, places), shape=(self.size, self.size)).tocsr()
 
     def _spread(self, slope: np.ndarray) -> sp.csr_matrix:
         """Return the derivative (3 N, size) of the solids' nodes over all unknowns."""

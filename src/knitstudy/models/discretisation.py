@@ -62,9 +62,6 @@ def yarn_surfaces(mesh: SweptMesh) -> list[Grid]:
     ]
 
 
-Locate = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
-
-
 @dataclass(frozen=True, eq=False)
 class Discretisation:
     """Yarns of a specimen, divided.
@@ -86,7 +83,7 @@ class Discretisation:
     surfaces: Surfaces  # one of every yarn, for contact
     ends: Grips  # nodes that are held and driven
     # Nodes (k, a) and weights (k, a) whose sum a material point is, from places (k, 3) [m] in or near yarns (k,)
-    locate: Locate
+    locate: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
     size: float  # length h of an element [m]
     # (M, N) nodes of `mesh` as weighted sums of nodes; None where they are the nodes
     sampling: sp.csr_matrix | None = None
@@ -127,7 +124,13 @@ def contact_surfaces(scene: Scene, space: Space, specimen: Fabric) -> tuple[Cyli
     for number, yarn in enumerate(space.yarns):
         stations = np.sort(crossings.arc_length[crossings.yarn == number])
         if keys:
-            _require_apart(stations, window, radius)
+            # The areas of contact of crossings must be alone.
+            nearest = np.diff(stations).min(initial=np.inf)
+            if nearest < window:
+                raise ConfigurationError(
+                    f"two crossings of a yarn are {nearest / radius:.2f} yarn radii apart, less than contact.window, "
+                    f"{window / radius:.2f}: what each indents would count twice; use a smaller contact.window"
+                )
         along.append(_edges(yarn.spline.knots[-1], stations, window, cell))
     surfaces = Cylinders(space, radius, along, int(np.ceil(2 * np.pi * radius / cell)))
     parameters = tuple(surfaces.edges(number)[0] for number in range(len(along)))
@@ -147,16 +150,6 @@ def _edges(length: float, stations: np.ndarray, window: float, cell: float) -> n
     fine = np.any((middle[:, None] > low) & (middle[:, None] < high), axis=1)
     parts = np.ceil(np.diff(stops) / np.where(fine, cell, COARSE * cell) - 1e-9).astype(int)
     return evenly(stops, parts)
-
-
-def _require_apart(stations: np.ndarray, window: float, radius: float) -> None:
-    """Refuse crossings so near to each other that the areas of contact are not alone."""
-    nearest = np.diff(stations).min(initial=np.inf)
-    if nearest < window:
-        raise ConfigurationError(
-            f"two crossings of a yarn are {nearest / radius:.2f} yarn radii apart, less than contact.window, "
-            f"{window / radius:.2f}: what each indents would count twice; use a smaller contact.window"
-        )
 
 
 PLACES = 8  # places a span at which the shape of a yarn is fitted

@@ -154,17 +154,13 @@ def wrapped_nodes(space: Space, fabric: Fabric) -> np.ndarray:
 
 def without_image(parts: Discretisation, material: Material) -> Discretisation:
     """Return yarns whose last one, the image of the first, has no elements; one node is held and none is driven."""
-    space = parts.space
+    rows = Space(parts.space.yarns[:-1])
     return replace(
         parts,
-        groups=partial(_groups, Space(space.yarns[:-1]), material),
-        volume=partial(_volume, parts.volume, space.yarns[0].size),
+        groups=lambda nodes: span_groups(rows, nodes[: rows.size], material),
+        volume=partial(_volume, parts.volume, rows.yarns[0].size),
         ends=Grips(HELD, HELD[:0]),
     )
-
-
-def _groups(space: Space, material: Material, nodes: np.ndarray) -> tuple[ElementGroup, ...]:
-    return span_groups(space, nodes[: space.size], material)
 
 
 def _volume(every: Callable, own: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:

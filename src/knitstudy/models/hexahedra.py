@@ -32,22 +32,12 @@ def _elements(scene: Scene, connectivity: np.ndarray, nodes: np.ndarray) -> tupl
     """Return the hexahedra (E, a) of a scene with nodes (N, 3) [m]; MeshError if one is folded."""
     material = material_of(scene.yarn)
     kind = ELEMENTS.find(scene.mesh.element)
-    return (ElementGroup(connectivity, kind.build(nodes[connectivity], material, scene.solver.hourglass)),)
+    return (ElementGroup(connectivity, kind(nodes[connectivity], material, scene.solver.hourglass)),)
 
 
-def _lumped() -> np.ndarray:
-    """Return the share (20,) of a cube's volume that each node gets: in proportion to the squares of its functions.
-
-    Hinton, Rock and Zienkiewicz (1976); integrals of the functions themselves are negative at corners. Three Gauss
-    points are exact for the squares.
-    """
-    place, weight = np.polynomial.legendre.leggauss(3)
-    natural = np.stack(np.meshgrid(place, place, place, indexing="ij"), axis=-1).reshape(-1, 3)
-    squares = np.einsum("i,j,k->ijk", weight, weight, weight).ravel() @ quadratic_shape(natural) ** 2
-    return squares / squares.sum()
-
-
-LUMPED = {8: np.full(8, 1 / 8), 20: _lumped()}  # shares of an element's volume by its number of nodes
+# Shares of an element's volume by its number of nodes; of quadratic ones in proportion to the squares of the functions,
+# whose own integrals are negative at corners (Hinton, Rock and Zienkiewicz 1976)
+LUMPED = {8: np.full(8, 1 / 8), 20: np.repeat([7 / 248, 2 / 31], [8, 12])}
 
 
 def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
@@ -74,11 +64,6 @@ def _ends(mesh: QuadraticMesh, corners: Grips) -> Grips:
         gripped[mesh.elements[:, 8:][gripped[mesh.elements[:, EDGES]].all(axis=2)]] = True
         found.append(np.flatnonzero(gripped))
     return Grips(*found)
-
-
-def _sampling(mesh: QuadraticMesh) -> sp.csr_matrix:
-    """Return the matrix (M, N) that selects the corners."""
-    return sp.identity(len(mesh.nodes), format="csr")[mesh.corner_nodes]
 
 
 def _dependence(mesh: QuadraticMesh) -> sp.csr_matrix:
@@ -135,7 +120,7 @@ def divide(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
             surfaces=Grids(_grids(quadratic)),
             rings=Rings.of_rows(quadratic.arc_lengths),
             ends=_ends(quadratic, grips(quadratic.corners, scene, fabric)),
-            sampling=_sampling(quadratic),
+            sampling=sp.identity(len(quadratic.nodes), format="csr")[quadratic.corner_nodes],
             dependence=_dependence(quadratic),
         )
     station = np.repeat(np.arange(mesh.slices), mesh.section.size)

@@ -200,8 +200,6 @@ class Ties:
 
     def beside(self, points: np.ndarray) -> np.ndarray:
         """Return which undeformed points (k, 3) [m] lie beside all discs (k,)."""
-        if not len(self.discs.crossing):
-            return np.ones(len(points), dtype=bool)
         return cKDTree(self.discs.centre).query(points)[0] > BESIDE * self.discs.radius
 
 
@@ -219,8 +217,12 @@ def tie_crossings(
     crossing = np.flatnonzero(tied)
     discs = Discs.of(fabric, crossing, radius * fabric.radius)
     _require_room(fabric, discs, radius)
-    if parts.missing is None and len(crossing):
-        _require_resolution(fabric, radius, parts.size)
+    least = NARROWEST * parts.size / fabric.radius
+    if parts.missing is None and len(crossing) and radius < least:
+        raise MeshError(
+            f"tie.radius is {radius:g} radii, but elements of {parts.size:.4g} m show no patches of less than "
+            f"{least:.3g}: use that at least, a smaller mesh.size or a larger mesh.refinement"
+        )
     rings = int(np.ceil(discs.radius / (WIDEST_STEP * parts.size)))
     rule, weight = polar_rule(max(RINGS, rings))
     places = discs.points(rule)
@@ -230,36 +232,22 @@ def tie_crossings(
     joined.eliminate_zeros()
     compliance = np.full((len(crossing), 2), 1 / (STIFFNESS * youngs_modulus * fabric.radius))
     if parts.missing is not None:
-        crossings = fabric.crossings
-        for side in range(2):
-            yarn, place = crossings.yarn[crossing, side], crossings.arc_length[crossing, side]
-            compliance += parts.missing(yarn, place, discs.radius)
+        yarn, place = fabric.crossings.yarn[crossing], fabric.crossings.arc_length[crossing]
+        compliance += sum(parts.missing(yarn[:, i], place[:, i], discs.radius) for i in range(2))
     return Ties(discs, joined, 1 / compliance[:, [0, 1, 1]], len(tied))
-
-
-def _require_resolution(fabric: Fabric, radius: float, size: float) -> None:
-    """Refuse discs so narrow that elements of a size [m] show little of how a yarn yields under them."""
-    least = NARROWEST * size / fabric.radius
-    if radius < least:
-        raise MeshError(
-            f"tie.radius is {radius:g} radii, but elements of {size:.4g} m show no patches of less than "
-            f"{least:.3g}: use that at least, a smaller mesh.size or a larger mesh.refinement"
-        )
 
 
 def _require_room(fabric: Fabric, discs: Discs, radius: float) -> None:
     """Refuse discs that overlap each other on a yarn, or reach over its end."""
-    crossings = fabric.crossings
-    for side in range(2):
-        yarn, place = crossings.yarn[discs.crossing, side], crossings.arc_length[discs.crossing, side]
-        length = np.array([fabric.centrelines[one].length for one in yarn])
-        room = np.minimum(place, length - place)
-        if np.any(room < discs.radius):
-            worst = int(np.argmin(room))
-            raise MeshError(
-                f"tie.radius is {radius:g} radii, but crossing {discs.crossing[worst]} lies "
-                f"{room[worst] / fabric.radius:.3g} radii from the end of yarn {yarn[worst]}: use a smaller one"
-            )
+    yarn, place = (each[discs.crossing] for each in (fabric.crossings.yarn, fabric.crossings.arc_length))
+    length = np.array([line.length for line in fabric.centrelines])
+    room = np.minimum(place, length[yarn] - place)  # (D, 2)
+    if np.any(room < discs.radius):
+        worst, side = np.unravel_index(np.argmin(room), room.shape)
+        raise MeshError(
+            f"tie.radius is {radius:g} radii, but crossing {discs.crossing[worst]} lies "
+            f"{room[worst, side] / fabric.radius:.3g} radii from the end of yarn {yarn[worst, side]}: use a smaller one"
+        )
     if len(discs.crossing) > 1:
         apart, other = cKDTree(discs.centre).query(discs.centre, k=2)
         worst = int(np.argmin(apart[:, 1]))

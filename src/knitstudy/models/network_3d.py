@@ -150,7 +150,11 @@ def loaded(
     **given: Any,
 ) -> Problem:
     """Return a network with the load of a scene; `first` is the first of its unknowns among those of the model."""
-    motion = _motion(network, scene, fabric)
+    motion = load_path(scene, fabric)
+    if network.height is not None and scene.load.direction == "wale":
+        # Strains refer to the height of the network.
+        scale = network.height / fabric.height
+        motion = replace(motion, displacement=scale * motion.displacement, length=scale * motion.length)
     ends = grips(network, fabric, scene.load.direction)
     prescribed = tension(ends, motion, scene.load.lateral)
     return Problem(
@@ -163,15 +167,6 @@ def loaded(
         attributes={"dof": 6 * network.beam_nodes, "elements": len(network.ends)} | attributes,
         **given,
     )
-
-
-def _motion(network: Network, scene: Scene, fabric: Fabric) -> Motion:
-    """Return how the grips move: strains refer to the height of the network, where it is not that of the fabric."""
-    motion = load_path(scene, fabric)
-    if scene.load.direction == "course" or network.height is None:
-        return motion
-    scale = network.height / fabric.height
-    return replace(motion, displacement=scale * motion.displacement, length=scale * motion.length)
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
+from scipy.interpolate import make_interp_spline
 
 from knitstudy.contacts.segments import KINDS, NO_SEGMENT, Segments, segments
 from knitstudy.errors import DataFileError
@@ -101,31 +102,19 @@ def undeformed_splines(scene: Scene, specimen: Fabric, displacement: np.ndarray)
     return space, nodes
 
 
-@dataclass(frozen=True, eq=False)
-class Points:
-    """Points (k, q) of k sections of a spline yarn under load."""
-
-    place: np.ndarray  # (k, q, 3) undeformed [m]
-    displacement: np.ndarray  # (k, q, 3) [m]
-    slope: np.ndarray  # (k, q, 3, 3) of the place by natural coordinates
-    gradient: np.ndarray  # (k, q, 3, 3) of the deformation
-    stress: np.ndarray  # (k, q, 3, 3) of Cauchy [Pa]
-
-    @classmethod
-    def of(
-        cls,
-        yarn: YarnSpace,
-        nodes: tuple[np.ndarray, np.ndarray],
-        s: np.ndarray,
-        x: np.ndarray,
-        material: Material,
-    ) -> Points:
-        """Return points x (q, 2) at arc lengths s (k,), from undeformed nodes and their displacement (n, 3) [m]."""
-        (place, slope), (displacement, change) = (sections(yarn, each, s, x) for each in nodes)
-        gradient = deformation_gradient(slope, change)
-        axes = axes_along(slope[..., 2].reshape(-1, 3))
-        stress = cauchy_stress(gradient.reshape(-1, 3, 3), material, axes).reshape(gradient.shape)
-        return cls(place, displacement, slope, gradient, stress)
+def stressed_points(
+    yarn: YarnSpace,
+    nodes: tuple[np.ndarray, np.ndarray],  # undeformed, and their displacement (n, 3) [m]
+    s: np.ndarray,  # (k,) arc lengths of sections [m]
+    x: np.ndarray,  # (q, 2) points of a section, over the radius
+    material: Material,
+) -> tuple[np.ndarray, ...]:
+    """Return places, displacements (k, q, 3), slopes of places, gradients and Cauchy stresses (k, q, 3, 3)."""
+    (place, slope), (displacement, change) = (sections(yarn, each, s, x) for each in nodes)
+    gradient = deformation_gradient(slope, change)
+    axes = axes_along(slope[..., 2].reshape(-1, 3))
+    stress = cauchy_stress(gradient.reshape(-1, 3, 3), material, axes).reshape(gradient.shape)
+    return place, displacement, slope, gradient, stress
 
 
 def spline_cell_stress(
@@ -157,9 +146,9 @@ def _layers(
     x, area = _section_points(section)
     rise = np.diff(breaks)
     s = (breaks[:-1, None] + 0.5 * rise[:, None] * (1 + GAUSS)).ravel()
-    points = Points.of(yarn, nodes, s, x, material)
-    weight = np.repeat(0.5 * rise, len(GAUSS))[:, None] * area * np.linalg.det(points.slope)
-    after = weight * np.linalg.det(points.gradient)
+    place, moved, slope, gradient, stress = stressed_points(yarn, nodes, s, x, material)
+    weight = np.repeat(0.5 * rise, len(GAUSS))[:, None] * area * np.linalg.det(slope)
+    after = weight * np.linalg.det(gradient)
 
     def summed(values: np.ndarray) -> np.ndarray:
         """Sum over the points of every cell: two along, four across."""
@@ -167,9 +156,9 @@ def _layers(
         return each.sum(axis=(1, 3)).reshape(-1, *values.shape[2:])
 
     before, volume = summed(weight), summed(after)
-    middle = summed(weight[..., None] * points.place) / before[:, None]
-    now = summed(after[..., None] * (points.place + points.displacement)) / volume[:, None]
-    return summed(after[..., None, None] * points.stress), volume, middle, now
+    middle = summed(weight[..., None] * place) / before[:, None]
+    now = summed(after[..., None] * (place + moved)) / volume[:, None]
+    return summed(after[..., None, None] * stress), volume, middle, now
 
 
 def _section_points(section: Section) -> tuple[np.ndarray, np.ndarray]:
@@ -272,20 +261,14 @@ def _of_pieces(
     last = np.cumsum(np.diff(mesh.first_slice) - 1)
     for yarn, (stations, end) in enumerate(zip(mesh.stations, last, strict=True)):
         own = layers[end - len(stations) + 1 : end]
-        upto = np.concatenate([np.zeros((1, own.shape[1])), own.cumsum(axis=0)])
+        sums = np.concatenate([np.zeros((1, own.shape[1])), own.cumsum(axis=0)])
+        upto = make_interp_spline(stations, sums, k=1)
         here = parts.yarn == yarn
         low, high = parts.arc_length[here].T
         for i, share in enumerate(EXTENTS.values()):
             half, middle = 0.5 * share * (high - low), 0.5 * (low + high)
-            found[here, i] = _at(middle + half, stations, upto) - _at(middle - half, stations, upto)
+            found[here, i] = upto(middle + half) - upto(middle - half)
     return found[..., 0], found[..., 1:10].reshape(*found.shape[:2], 3, 3), found[:, 0, 10:].reshape(-1, 4, 7)
-
-
-def _at(s: np.ndarray, stations: np.ndarray, upto: np.ndarray) -> np.ndarray:
-    """Return sums (k, c) up to arc lengths s (k,) [m], from the sums (S, c) up to stations (S,)."""
-    low = np.clip(np.searchsorted(stations, s) - 1, 0, len(stations) - 2)
-    share = (s - stations[low]) / (stations[low + 1] - stations[low])
-    return upto[low] + share[:, None] * (upto[low + 1] - upto[low])
 
 
 def _rotations(moments: np.ndarray) -> np.ndarray:

@@ -22,7 +22,7 @@ from knitstudy.loading.solve import Problem, Reported, settings_of
 from knitstudy.mechanics.beam_approach import Curves
 from knitstudy.mechanics.beam_contact import BeamContact
 from knitstudy.mechanics.increment import Increment
-from knitstudy.mechanics.solids_and_beams import MixedState, Seams, SolidsAndBeams
+from knitstudy.mechanics.solids_and_beams import Seams, SolidsAndBeams
 from knitstudy.mesh.mesher import Grips
 from knitstudy.models import solids, spline_yarns
 from knitstudy.models.beams_in_contact import beam_contact, piece_bounds, point_pairs
@@ -266,16 +266,10 @@ class MixedKnit:
             here = points["crossing"]
             points["crossing"] = np.where(here < 0, -1, self.window.crossing[here])
             points |= {name: self.window.yarn[points[name]] for name in ("yarn", "target")}
-        return columns | self._seams(state), points
-
-    def _seams(self, state: MixedState) -> dict[str, np.ndarray | float]:
-        """Return forces and moments of the beams on the solids at the seams, and the largest difference at a seam."""
-        force, moment = self.model.seam_forces(state)
-        return {
-            "seam_force": -force[:, 1],
-            "seam_moment": -moment[:, 1],
-            "seam_jump": float(np.linalg.norm(force.sum(axis=1), axis=1).max()),
-        }
+        force, moment = self.model.seam_forces(state)  # of the solids and of the beams
+        columns |= {"seam_force": -force[:, 1], "seam_moment": -moment[:, 1]}
+        columns["seam_jump"] = float(np.linalg.norm(force.sum(axis=1), axis=1).max())
+        return columns, points
 
     def of_all(self, values: np.ndarray) -> np.ndarray:
         """Return values (K, ...) of all crossings from those of the window (V, ...)."""
