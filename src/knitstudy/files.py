@@ -118,17 +118,15 @@ def provenance() -> dict[str, str]:
 @cache
 def code_version() -> str:
     """Return the package's version, with ``git describe`` where the package lies in its checkout."""
-    here = Path(__file__).resolve().parent
-    command = ["git", "-C", str(here), "describe", "--always", "--dirty", "--abbrev=12"]
+    checkout = Path(__file__).resolve().parents[2]
+    if not (checkout / ".git").exists():
+        return knitstudy.__version__
+    command = ["git", "-C", str(checkout), "describe", "--always", "--dirty", "--abbrev=12"]
     try:
         answer = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
-        inside = subprocess.run(
-            ["git", "-C", str(here), "ls-files", "--error-unmatch", __file__], capture_output=True, timeout=10
-        )
     except (OSError, subprocess.SubprocessError):
         return knitstudy.__version__
-    tracked = inside.returncode == 0  # an environment inside another project's checkout is not that project
-    return f"{knitstudy.__version__}+{answer.stdout.strip()}" if tracked else knitstudy.__version__
+    return f"{knitstudy.__version__}+{answer.stdout.strip()}"
 
 
 # Tables as CSV
