@@ -1,11 +1,8 @@
 """Yarns cut at their crossings, and the six segments of a cell that the pieces make (Figs. 4 and 14).
 
-Along a yarn a loop is: sinker, lower and upper crossing with the row below, leg, lower and upper crossing with the row
-above, head, and back again. A piece runs from one crossing of its yarn to the next, so that pieces make up all of the
-yarn. Between the lower and the upper crossing of one side of an interlock both yarns run along the same segment of the
-honeycomb; every other segment is one piece.
-
-Pieces beyond the first and the last row, where a yarn meets no other, and those at cut ends belong to no segment.
+A piece runs from one crossing of its yarn to the next. Between the lower and the upper crossing of one side of an
+interlock both yarns run along the same segment of the honeycomb; every other segment is one piece. Pieces beyond the
+first and the last row, where a yarn meets no other, and those at cut ends belong to no segment.
 """
 
 from __future__ import annotations
