@@ -15,9 +15,8 @@ from matplotlib.ticker import MaxNLocator
 from scipy.interpolate import RegularGridInterpolator
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.picture import BAR, bounds, colour_bar, draw_rows, scale_bar, window_around
+from knitstudy.figures.picture import BAR, bounds, colour_bar, draw_rows, scale_bar, tube, window_around
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture, Surface
-from knitstudy.figures.shapes import tube
 from knitstudy.figures.style import MEGAPASCAL, panel_letter
 from knitstudy.measures.catalogue import solid
 from knitstudy.mechanics.materials import FULL

@@ -11,9 +11,8 @@ from matplotlib.figure import Figure
 from knitstudy.contacts.segments import BETWEEN, KINDS
 from knitstudy.errors import GeometryError
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.picture import HALO, draw_rows, scale_bar, window_around, write
+from knitstudy.figures.picture import HALO, draw_rows, scale_bar, window_around, write, yarn_tubes
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture
-from knitstudy.figures.shapes import yarn_tubes
 from knitstudy.figures.style import INK, MODELS, PAPER, panel_letter, shared_legend
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid

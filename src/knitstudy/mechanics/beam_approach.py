@@ -191,13 +191,6 @@ def _hessian(here: Approach, bends: bool = True) -> np.ndarray:
     return hessian
 
 
-def _solve(hessian: np.ndarray, rhs: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """Solve for the free sides (k, 2) of pairs: hessian (k, 2, 2), rhs (k, 2, m); the other sides stay."""
-    coupled = free[:, :, None] & free[:, None, :]
-    reduced = np.where(coupled, hessian, np.eye(2))
-    return np.linalg.solve(reduced, np.where(free[..., None], rhs, 0.0))
-
-
 def _newton_step(here: Approach, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Step (k, 2) towards the closest points within bounds (k, 2); sides that push against a bound stay there."""
     r = here.distance[:, None] * here.normal
@@ -208,7 +201,8 @@ def _newton_step(here: Approach, low: np.ndarray, high: np.ndarray) -> np.ndarra
     convex &= (np.linalg.det(hessian) > 1e-6) | ~free.all(axis=1)
     safe = _hessian(here, bends=False) + 1e-3 * np.eye(2)
     hessian = np.where(convex[:, None, None], hessian, safe)
-    return -_solve(hessian, slope[..., None], free)[..., 0]
+    reduced = np.where(free[:, :, None] & free[:, None, :], hessian, np.eye(2))
+    return -np.linalg.solve(reduced, np.where(free, slope, 0.0)[..., None])[..., 0]
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,12 +26,7 @@ def polar_rule(rings: int) -> tuple[np.ndarray, np.ndarray]:
 
     Gauss points in the square of the radius and equal angles; exact for polynomials of degree 4 rings - 1.
     """
-    square, weight = np.polynomial.legendre.leggauss(rings)
-    count = 4 * rings
-    angle = 2 * np.pi * (np.arange(count) + 0.5 * (np.arange(rings) % 2)[:, None]) / count
-    radius = np.sqrt(0.5 * (square + 1))[:, None]
-    points = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
-    return points.reshape(-1, 2), np.repeat(weight / 2 / count, count)
+    return disc.on_rings(rings, 4 * rings, 0.5 * (np.arange(rings)[:, None] % 2))
 
 
 def moments(rule: np.ndarray) -> np.ndarray:

@@ -212,15 +212,14 @@ class SolidsAndBeams:
         rotation = state.beams.rotation[self.seams.node]
         turning = self.seams.turning(rotation, state.width, at_sections.reshape(-1, 3, 3))
         spread = self._spread(slope)
-        parts = [sp.coo_matrix(spread.T @ sp.csr_matrix(solids.stiffness) @ spread)]
-        rows, columns, values = [parts[0].row], [parts[0].col], [parts[0].data]
-        own = sp.coo_matrix(beams.stiffness)
-        rows += [own.row + self.first_beam, np.repeat(self._motions, MOTIONS, axis=1).ravel()]
-        columns += [own.col + self.first_beam, np.tile(self._motions, MOTIONS).ravel()]
-        values += [own.data, turning.ravel()]
-        entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+        inner = sp.coo_matrix(spread.T @ sp.csr_matrix(solids.stiffness) @ spread)
+        outer, at = sp.coo_matrix(beams.stiffness), self.first_beam
+        entries = np.concatenate([inner.data, outer.data, turning.ravel()])
+        row = [inner.row, outer.row + at, np.repeat(self._motions, MOTIONS, axis=1).ravel()]
+        column = [inner.col, outer.col + at, np.tile(self._motions, MOTIONS).ravel()]
+        places = np.concatenate(row), np.concatenate(column)
         # Sums of triplets keep zeros: the pattern stays the same and structurally symmetric.
-        return sp.coo_matrix(entries, shape=(self.size, self.size)).tocsr()
+        return sp.coo_matrix((entries, places), shape=(self.size, self.size)).tocsr()
 
     def _spread(self, slope: np.ndarray) -> sp.csr_matrix:
         """Return the derivative (3 N, size) of the solids' nodes over all unknowns."""

@@ -53,14 +53,9 @@ from knitstudy.study.scene import Scene, digest
 
 FILE = "extremes.yaml"
 
-BASE = "extreme-"
-"""What the names of the scenes begin with that others are made of."""
-
-TOGETHER = "together"
-"""The group of scenes in which many keys are changed at once."""
-
-DIGITS = 3
-"""Digits of a value that was drawn."""
+BASE = "extreme-"  # What the names of the scenes begin with that others are made of
+TOGETHER = "together"  # The group of scenes in which many keys are changed at once
+DIGITS = 3  # Digits of a value that was drawn
 
 QUANTITIES: Mapping[str, tuple[str, Callable[[Scene, Any], Scene]]] = {
     "across": ("mesh.size", lambda scene, value: scene.replace("mesh.size", scene.yarn.diameter / value)),
@@ -233,15 +228,13 @@ def _between(random: np.random.Generator, between: Any, where: str) -> Any:
 
 # Running the trials, each in a process of its own, and the table of what became of them
 
-RESULTS = Path("run/extremes")
-"""What the scenes leave, so that those of one geometry share it."""
+RESULTS = Path("run/extremes")  # What the scenes leave, so that those of one geometry share it
 
 ENDED, REFUSED, STOPPED, TIME, SILENT = "ended", "refused", "stopped", "time", "silent"
 """A sound history; refused before anything was loaded; ended on the way with a reason; beyond the limit of processor
 time; anything else: not a number, a traceback, a history outside of its gates."""
 
-MEMORY = 8 * 2**30
-"""Bytes of address space that a trial may have: no trial may take the machine with it."""
+MEMORY = 8 * 2**30  # Bytes of address space that a trial may have: no trial may take the machine with it
 
 GRACE = 30.0
 """Wall time over processor time after which a trial counts as stuck: other processes share the machine."""

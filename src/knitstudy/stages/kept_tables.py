@@ -38,8 +38,7 @@ from knitstudy.tables.reference import REFERENCE_SCENES, limits, values_of
 
 RESULTS = Path("results")
 
-SIMULATED = ("simulation", "contacts")
-"""Stages that the trade is made from."""
+SIMULATED = ("simulation", "contacts")  # Stages that the trade is made from
 
 
 @dataclass(frozen=True)
@@ -149,8 +148,7 @@ def keep_verdicts(config: Path = CONFIG) -> str:
 
 # Trade of accuracy and cost
 
-PROMISES_KEPT = RESOURCES / "trade_promise.csv"
-"""Of `knitstudy.stages.promise`."""
+PROMISES_KEPT = RESOURCES / "trade_promise.csv"  # Of `knitstudy.stages.promise`
 
 TRADE_PAGE, TRADE_TEMPLATE = Path("docs/accuracy.md"), Path("workflow/report/accuracy.j2")
 
@@ -180,8 +178,7 @@ def write_trade_page(table: pd.DataFrame) -> None:
 REFERENCE = Path("resources/reference/reference.csv")
 """What models are measured against; the values of single simulations lie beside it."""
 
-SEPARATOR = " "
-"""Between the digests of all codes that the values behind the reference were made by."""
+SEPARATOR = " "  # Between the digests of all codes that the values behind the reference were made by
 
 
 def values_beside(kept: Path) -> Path:

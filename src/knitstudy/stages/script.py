@@ -23,8 +23,7 @@ from knitstudy.stages.plan import digest_of, digest_or_warning, make, result_of
 from knitstudy.stages.table import STAGES
 from knitstudy.study.scene import Scene
 
-RESTARTS = Path("run")
-"""Folder of restart files, by stage."""
+RESTARTS = Path("run")  # Folder of restart files, by stage
 
 
 def run_stage(job: Any) -> None:
@@ -52,8 +51,7 @@ def run_stage(job: Any) -> None:
         make(stage, scene, needed, target, wanted, run_with(restart, progress))
 
 
-INTERRUPTED = 130
-"""Exit status after Ctrl-C: whoever started the study says the rest."""
+INTERRUPTED = 130  # Exit status after Ctrl-C: whoever started the study says the rest
 
 
 def end_with_parent() -> None:

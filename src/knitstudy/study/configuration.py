@@ -25,8 +25,7 @@ from knitstudy.study.scene import Scene, flat, set_dotted
 CONFIG = Path(__file__).resolve().parents[3] / "config"
 """The checkout's own configuration folder, wherever the current directory is."""
 
-FAMILIES = "scenes"
-"""The folder of families in a configuration folder."""
+FAMILIES = "scenes"  # The folder of families in a configuration folder
 
 # Where the keys of a calibrated loop go in a scene.
 _LOOP_KEYS = {
@@ -37,8 +36,7 @@ _LOOP_KEYS = {
     "free": "geometry.free",
 }
 
-_RECORD = "achieved"
-"""What a calibration says of the loop that it found, for people."""
+_RECORD = "achieved"  # What a calibration says of the loop that it found, for people
 
 
 class Workflow(Section):

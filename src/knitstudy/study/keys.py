@@ -32,19 +32,15 @@ ROLES = {
 STANDINGS = ("stated", "inferred", "assumed", "calibrated", "choice")
 """What an input is worth; see config/README.md."""
 
-LARGEST = 2**63
-"""Larger whole numbers count nothing."""
-
-LONG = 120
-"""Characters of a value beyond which a message does not show all of it."""
+LARGEST = 2**63  # Larger whole numbers count nothing
+LONG = 120  # Characters of a value beyond which a message does not show all of it
 
 SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
 
 SceneName = Annotated[str, Field(pattern="^[a-z][a-z0-9_-]{0,199}$")]
 """At most 200 small letters, digits, - and _: file names begin with it, and these may have 255."""
 
-Length = Annotated[float, Field(gt=0, le=1e6)]
-"""A length in m."""
+Length = Annotated[float, Field(gt=0, le=1e6)]  # A length in m
 
 Positive = Annotated[float, Field(gt=0, le=1e12)]
 

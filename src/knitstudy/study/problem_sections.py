@@ -13,8 +13,7 @@ from knitstudy.study.keys import Count, Length, OneOf, Positive, Section, output
 
 Point = tuple[float, float, float]
 
-Modulus = Annotated[float, Field(gt=0, le=1e20)]
-"""In Pa."""
+Modulus = Annotated[float, Field(gt=0, le=1e20)]  # In Pa
 
 # Specimen: a knit, or two crossing yarns
 

@@ -21,8 +21,7 @@ from knitstudy.registry import unknown_choice
 from knitstudy.study.keys import Section, describe, lists, tuples, validated
 from knitstudy.study.kinds import Kind, Labels, all_sections, not_of_kind
 
-SOLID = ("hexahedra", "spline_yarns")
-"""Fidelities whose material may have an axis."""
+SOLID = ("hexahedra", "spline_yarns")  # Fidelities whose material may have an axis
 
 LABELS = tuple(name for name in Labels.model_fields if describe(Labels, name).role == "output")
 """Labels that no number depends on: name, knit and outputs."""

@@ -13,11 +13,8 @@ from knitstudy.mechanics.batches import SCRATCH, determinant, inverse
 from knitstudy.mechanics.elements import ElementResponse, element, in_parts
 from knitstudy.mechanics.materials import FULL, Material, axes_along
 
-CORNERS = np.array(
-    [(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)],
-    dtype=float,
-)
-"""Natural coordinates (8, 3) of the nodes."""
+_LOWER = np.array([(-1.0, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1)])
+CORNERS = np.concatenate([_LOWER, _LOWER * [1, 1, -1]])  # natural coordinates (8, 3) of the nodes
 
 GAUSS = CORNERS / np.sqrt(3)  # the eight Gauss points (8, 3); all weights are 1
 STEP = 1e-30  # along the imaginary axis: nothing is subtracted
@@ -147,15 +144,10 @@ class Hexahedra:
 
 # Hexahedron with one integration point and hourglass control
 
+_X, _Y, _Z = CORNERS.T
 HOURGLASS = np.stack(
-    [
-        CORNERS[:, 1] * CORNERS[:, 2],
-        CORNERS[:, 0] * CORNERS[:, 2],
-        CORNERS[:, 0] * CORNERS[:, 1],
-        CORNERS[:, 0] * CORNERS[:, 1] * CORNERS[:, 2],
-    ]
-)
-"""The four hourglass vectors (4, 8) of Flanagan and Belytschko (1981)."""
+    [_Y * _Z, _X * _Z, _X * _Y, _X * _Y * _Z]
+)  # vectors (4, 8) of Flanagan and Belytschko (1981)
 
 
 @element("one_point", "with hourglass control", hourglass=True)

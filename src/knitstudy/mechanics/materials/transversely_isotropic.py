@@ -27,26 +27,14 @@ class TransverselyIsotropic:
 
     by the quadrature of `isotropic.Resolvent` (Higham 2008, Functions of Matrices, section 11.5).
 
-    Attributes
-    ----------
-    axial_modulus, transverse_modulus : float
-        E_a along the axis and E_t across it [Pa].
-    axial_poisson_ratio, transverse_poisson_ratio : float
-        Contraction across the axis over the stretch along it, nu_a, or along another line across it, nu_t.
-    axial_shear_modulus : float
-        G_a [Pa], of planes that hold the axis: torsion of the yarn.
-
-    Raises
-    ------
-    ConfigurationError
-        For constants without a positive strain energy.
+    Raises ConfigurationError for constants without a positive strain energy.
     """
 
-    axial_modulus: float
-    transverse_modulus: float
-    axial_poisson_ratio: float
-    transverse_poisson_ratio: float
-    axial_shear_modulus: float
+    axial_modulus: float  # E_a, along the axis [Pa]
+    transverse_modulus: float  # E_t, across it [Pa]
+    axial_poisson_ratio: float  # nu_a, contraction across the axis over the stretch along it
+    transverse_poisson_ratio: float  # nu_t, the same along another line across it
+    axial_shear_modulus: float  # G_a, of planes that hold the axis [Pa]: torsion of the yarn
 
     name: ClassVar[str] = "transversely_isotropic"
     meaning: ClassVar[str] = "five constants about the yarn's axis"
@@ -70,15 +58,9 @@ class TransverselyIsotropic:
     def of(cls, yarn: Any) -> Self:
         """Return the material of a scene's section `yarn`; what it leaves open is as of an isotropic yarn."""
         modulus, ratio = yarn.youngs_modulus, yarn.poisson_ratio
-        shear = modulus / (2 * (1 + ratio))
-        across, sideways, twist = (
-            given if given is not None else isotropic
-            for given, isotropic in (
-                (yarn.transverse_modulus, modulus),
-                (yarn.transverse_poisson_ratio, ratio),
-                (yarn.axial_shear_modulus, shear),
-            )
-        )
+        given = yarn.transverse_modulus, yarn.transverse_poisson_ratio, yarn.axial_shear_modulus
+        isotropic = modulus, ratio, modulus / (2 * (1 + ratio))
+        across, sideways, twist = (i if g is None else g for g, i in zip(given, isotropic, strict=True))
         return cls(modulus, across, ratio, sideways, twist)
 
     @property
@@ -99,19 +81,11 @@ class TransverselyIsotropic:
     @cached_property
     def stiffness(self) -> np.ndarray:
         """c (6, 6) [Pa]: stress over engineering strain, the axis first."""
-        e_a, e_t, nu_a, nu_t = (
-            self.axial_modulus,
-            self.transverse_modulus,
-            self.axial_poisson_ratio,
-            self.transverse_poisson_ratio,
-        )
-        compliance = np.zeros((6, 6))
-        compliance[0, 0] = 1 / e_a
-        compliance[1, 1] = compliance[2, 2] = 1 / e_t
-        compliance[0, 1:3] = compliance[1:3, 0] = -nu_a / e_a
+        e_a, e_t, shear = self.axial_modulus, self.transverse_modulus, self.axial_shear_modulus
+        nu_t = self.transverse_poisson_ratio
+        compliance = np.diag([1 / e_a, 1 / e_t, 1 / e_t, 1 / shear, 2 * (1 + nu_t) / e_t, 1 / shear])
+        compliance[0, 1:3] = compliance[1:3, 0] = -self.axial_poisson_ratio / e_a
         compliance[1, 2] = compliance[2, 1] = -nu_t / e_t
-        compliance[3, 3] = compliance[5, 5] = 1 / self.axial_shear_modulus
-        compliance[4, 4] = 2 * (1 + nu_t) / e_t
         return np.linalg.inv(compliance)
 
     def respond(self, strain: np.ndarray, tangent: bool, axes: np.ndarray | None = None) -> Stress:

@@ -25,21 +25,6 @@ from knitstudy.mechanics.spline_yarn.basis import Spline
 LEAST_DEGREE = 2  # of a yarn that bends
 
 
-def require_degree(degree: int) -> None:
-    """Refuse degrees over the section that a yarn that bends must not have."""
-    if degree == 1:
-        raise MeshError(
-            f"the degree over the section is 1, but must be at least {LEAST_DEGREE}: sections that stay flat and "
-            "linear cannot widen where a bent yarn is compressed, which makes it (1 - nu) / ((1 + nu) (1 - 2 nu)) "
-            "times too stiff, 2.1 at nu = 0.4"
-        )
-    if not LEAST_DEGREE <= degree <= disc.LARGEST_DEGREE:
-        raise MeshError(
-            f"the degree over the section is {degree}, but must be a whole number from {LEAST_DEGREE} to "
-            f"{disc.LARGEST_DEGREE}"
-        )
-
-
 @dataclass(frozen=True, eq=False)
 class YarnSpace:
     """The space of one yarn."""
@@ -137,12 +122,7 @@ class Space:
     @cached_property
     def order(self) -> np.ndarray:
         """k (N,) of every node."""
-        return np.concatenate(
-            [
-                np.arange(yarn.size) - np.repeat(yarn.first_node[:-1], np.diff(yarn.first_node))
-                for yarn in self.yarns
-            ]
-        )
+        return np.arange(self.size) - np.searchsorted(self.station, self.station)
 
     @property
     def unity(self) -> np.ndarray:
@@ -184,38 +164,29 @@ class Space:
 
 
 def yarn_space(
-    breaks: np.ndarray,
-    degrees: np.ndarray,
-    spline_degree: int = 3,
-    sharp: Sequence[int] = (),
-    bends: bool = True,
+    breaks: np.ndarray,  # (E + 1,), ends of the spans [m]
+    degrees: np.ndarray | int,  # (E,), p of every span
+    spline_degree: int = 3,  # d
+    sharp: Sequence[int] = (),  # breaks where a grip ends
 ) -> YarnSpace:
     """Return the space of a yarn whose spans have the degrees over the section that are asked for.
 
     A coefficient takes the largest degree of the spans that it reaches over, so that no span has less.
 
-    Parameters
-    ----------
-    breaks : ndarray, shape (E + 1,)
-        Ends of the spans [m].
-    degrees : ndarray of int, shape (E,)
-        p of every span.
-    spline_degree : int
-        d.
-    sharp : sequence of int
-        Breaks where a grip ends.
-    bends : bool
-        Whether the yarn bends: with p = 1 it must not.
-
-    Raises
-    ------
-    MeshError
-        For degrees and breaks that are not allowed.
+    Raises MeshError for degrees and breaks that are not allowed.
     """
     degrees = np.broadcast_to(np.asarray(degrees, dtype=int), (len(breaks) - 1,))
-    for degree in np.unique(degrees):
-        if bends or degree != 1:
-            require_degree(int(degree))
+    if np.any(degrees == 1):
+        raise MeshError(
+            f"the degree over the section is 1, but must be at least {LEAST_DEGREE}: sections that stay flat and "
+            "linear cannot widen where a bent yarn is compressed, which makes it (1 - nu) / ((1 + nu) (1 - 2 nu)) "
+            "times too stiff, 2.1 at nu = 0.4"
+        )
+    if degrees.min() < LEAST_DEGREE or degrees.max() > disc.LARGEST_DEGREE:
+        raise MeshError(
+            f"the degrees over the section are {degrees.min()} to {degrees.max()}, but must be whole numbers from "
+            f"{LEAST_DEGREE} to {disc.LARGEST_DEGREE}"
+        )
     spline = Spline.on(breaks, spline_degree, sharp)
     largest = np.zeros(spline.size, dtype=int)
     for function in range(spline_degree + 1):
@@ -312,9 +283,7 @@ def _start(yarn: YarnSpace, nodes: np.ndarray, points: np.ndarray) -> tuple[np.n
     low, high = yarn.spline.spans.T
     share = (np.arange(SAMPLES) + 0.5) / SAMPLES
     s = (low[:, None] + (high - low)[:, None] * share).ravel()
-    first, values = yarn.spline.basis(s)
-    at = yarn.first_node[first[:, None] + np.arange(values.shape[2])]
-    centre, half1, half2 = (np.einsum("kj,kji->ki", values[0], nodes[at + k]) for k in range(3))
+    centre, half1, half2 = np.moveaxis(along(yarn, nodes, s)[0, :, :3], 1, 0)
     nearest = cKDTree(centre).query(points)[1]
     out = points - centre[nearest]
     # Of phi_1 and phi_2 the coefficients are half the directors.

@@ -181,16 +181,8 @@ class Spans:
         # The transposed of what has its derivative in the column.
         mixed = sums[1].reshape(n, n, e * g, 3, 3)
         np.copyto(sums[3].reshape(n, n, e * g, 3, 3), mixed.transpose(1, 0, 2, 4, 3))
-        value, slope = along  # (e, g, d)
-        weights = np.stack(
-            [
-                value[..., :, None] * value[..., None, :],
-                value[..., :, None] * slope[..., None, :],
-                slope[..., :, None] * slope[..., None, :],
-                slope[..., :, None] * value[..., None, :],
-            ],
-            axis=1,
-        )  # (e, 4, g, d, d)
+        orders = ((0, 0), (0, 1), (1, 1), (1, 0))  # of the derivatives of row and column
+        weights = np.stack([along[i][..., None] * along[j][..., None, :] for i, j in orders], axis=1)
         weights = weights.reshape(e, 4 * g, d * d).swapaxes(1, 2)
         by_span = SCRATCH.array("section sums by span", e, 4, g, n * n, 9)
         np.copyto(by_span, sums.reshape(4, n * n, e, g, 9).transpose(2, 0, 3, 1, 4))
