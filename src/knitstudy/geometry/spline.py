@@ -216,7 +216,7 @@ class _Lengths:
             if np.abs(error).max(initial=0.0) <= 1e-14 * length:
                 break
             low, high = np.where(error < 0, t, low), np.where(error > 0, t, high)
-            newton = t - error / np.sqrt(polyval(t, speed.T, tensor=False))
+            newton = t - error / np.sqrt(polyval(t, np.moveaxis(speed, -1, 0), tensor=False))
             t = np.where((newton < low) | (newton > high), 0.5 * (low + high), newton)
         self._last = s.copy(), segment + t
         return segment + t
