@@ -6,7 +6,6 @@ Every message names the increment, what is wrong and by how much, and the key th
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import numpy as np
 
@@ -182,7 +181,7 @@ def require_no_jump(scene: Scene, increment: Increment, recorder: Recorder) -> N
         )
 
 
-def require_elements_across(scene: Any) -> None:
+def require_elements_across(scene: Scene) -> None:
     """Refuse hexahedra that are too large for the yarn.
 
     The limit is ``gates.elements_across``, by default that of the specimen; a pair needs fewer elements of

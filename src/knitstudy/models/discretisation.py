@@ -62,9 +62,6 @@ def yarn_surfaces(mesh: SweptMesh) -> list[Grid]:
     ]
 
 
-Locate = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
-
-
 @dataclass(frozen=True, eq=False)
 class Discretisation:
     """Yarns of a specimen, divided.
@@ -86,7 +83,7 @@ class Discretisation:
     surfaces: Surfaces  # one of every yarn, for contact
     ends: Grips  # nodes that are held and driven
     # Nodes (k, a) and weights (k, a) whose sum a material point is, from places (k, 3) [m] in or near yarns (k,)
-    locate: Locate
+    locate: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
     size: float  # length h of an element [m]
     # (M, N) nodes of `mesh` as weighted sums of nodes; None where they are the nodes
     sampling: sp.csr_matrix | None = None

@@ -196,9 +196,8 @@ def _prescribed(yarns: SolidYarns, scene: Scene, motion: Motion) -> tuple[Prescr
     """Return prescribed unknowns, and those of the driven nodes (k, 3) whose forces add up to the reaction."""
     ends, unity = yarns.parts.ends, yarns.parts.unity
     held, driven = (3 * yarns.unknown[nodes][:, None] + np.arange(3) for nodes in (ends.held, ends.driven))
-    components = driven if scene.load.lateral == "fixed" else driven[:, [motion.axis]]
-    count = components.shape[1]
-    moved = motion.displacement if count == 3 else motion.displacement[:, [motion.axis]]
+    axes = range(3) if scene.load.lateral == "fixed" else [motion.axis]
+    components, moved = driven[:, axes], motion.displacement[:, axes]
     fixed = np.concatenate([held.ravel(), components.ravel()])
     value = np.zeros((len(moved), len(fixed)))
     value[:, held.size :] = (unity[ends.driven][:, None] * moved[:, None]).reshape(len(moved), -1)
@@ -212,34 +211,26 @@ class SolidObserver:
     yarns: SolidYarns
 
     def record(self, increment: Increment) -> Reported:
-        """Return columns of the history, and of the points in contact."""
+        """Return columns of the history, and of the points in contact.
+
+        Net force (Y, 3) [N] and moment (Y, 3) [N m] of all interactions on every yarn (Fig. 10a): at a free node the
+        internal force equals the force of the interactions; grips are left out. Moments are about the mean of the
+        yarn's stations.
+        """
+        parts, mesh = self.yarns.parts, self.yarns.parts.mesh
         columns, points = self.yarns.record(increment.state)
-        moved = self.yarns.model.node_displacement(increment.state)
-        force, moment = _yarn_resultants(
-            self.yarns, increment.response.node_force, moved, columns["centreline_displacement"]
-        )
-        return columns | {"yarn_force": force, "yarn_moment": moment}, points
-
-
-def _yarn_resultants(
-    yarns: SolidYarns, node_force: np.ndarray, displacement: np.ndarray, stations: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return net force (Y, 3) [N] and moment (Y, 3) [N m] of all interactions on every yarn (Fig. 10a).
-
-    At a free node the internal force `node_force` (N, 3) equals the force of the interactions; grips are left out.
-    Moments are about the mean of the yarn's `stations` (S, 3).
-    """
-    mesh, ends, unity = yarns.parts.mesh, yarns.parts.ends, yarns.parts.unity
-    force = node_force.copy()
-    force[np.concatenate([ends.held, ends.driven])] = 0
-    position = yarns.parts.nodes + displacement
-    resultant, moment = np.zeros((2, mesh.yarns, 3))
-    for yarn in range(mesh.yarns):
-        here, slices = yarns.parts.nodes_of(yarn), mesh.yarn_of_slice == yarn
-        centre = (mesh.centres + stations)[slices].mean(axis=0)
-        resultant[yarn] = unity[here] @ force[here]
-        moment[yarn] = np.cross(position[here] - unity[here, None] * centre, force[here]).sum(axis=0)
-    return resultant, moment
+        force = increment.response.node_force.copy()
+        force[np.concatenate([parts.ends.held, parts.ends.driven])] = 0
+        position = parts.nodes + self.yarns.model.node_displacement(increment.state)
+        stations = mesh.centres + columns["centreline_displacement"]
+        resultant, moment = np.zeros((2, mesh.yarns, 3))
+        for yarn in range(mesh.yarns):
+            here = parts.nodes_of(yarn)
+            centre = stations[mesh.yarn_of_slice == yarn].mean(axis=0)
+            arm = position[here] - parts.unity[here, None] * centre
+            resultant[yarn] = parts.unity[here] @ force[here]
+            moment[yarn] = np.cross(arm, force[here]).sum(axis=0)
+        return columns | {"yarn_force": resultant, "yarn_moment": moment}, points
 
 
 def structure(yarns: SolidYarns, prescribed: PrescribedDisplacement) -> KnitStructure:
