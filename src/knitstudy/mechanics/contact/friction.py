@@ -74,13 +74,31 @@ class ContactHistory:
     dissipated: np.ndarray  # (), work of friction so far [J]
 
     @classmethod
+    def of_open(
+        cls, point: np.ndarray, surface: np.ndarray, xi: np.ndarray, dissipated: np.ndarray
+    ) -> ContactHistory:
+        """Return the history of pairs of which nothing is known but guesses xi of the closest points."""
+        none = np.zeros(len(point))
+        return cls(
+            point=point,
+            surface=surface,
+            xi=xi,
+            gap=none - np.inf,
+            pressure=none,
+            traction=np.zeros((len(point), 3)),
+            multiplier=none,
+            anchor=xi,
+            slip=none,
+            status=np.full(len(point), OPEN),
+            dissipated=dissipated,
+        )
+
+    @classmethod
     @cache
     def empty(cls) -> ContactHistory:
         """Return the history of a model in which nothing has touched yet, the same one for all."""
-        number, value = np.empty(0, dtype=np.int64), np.empty(0)
-        places = np.empty((0, 2))
-        vectors = np.empty((0, 3))
-        return cls(number, number, places, value, value, vectors, value, places, value, number, np.zeros(()))
+        none = np.empty(0, dtype=np.int64)
+        return cls.of_open(none, none, np.empty((0, 2)), np.zeros(()))
 
 
 def taken(history: ContactHistory, chosen: np.ndarray) -> ContactHistory:
