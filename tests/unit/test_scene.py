@@ -165,7 +165,7 @@ def test_springs_are_measured_or_given(scene, sprung):
         ),
         (
             {"yarn.material": "transversely_isotropic", "yarn.transverse_modulus": 1e12},
-            r"yarn\.axial_poisson_ratio is 0\.42 and stores no positive energy",
+            r"yarn\.poisson_ratio is 0\.42 and stores no positive energy",
         ),
         (
             {"yarn.material": "transversely_isotropic", "fidelity": "rom3d"},

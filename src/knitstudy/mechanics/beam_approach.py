@@ -101,12 +101,9 @@ class Curves:
 
 def _parabola_slopes(knots: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Weights (S, 3) of three values at knots (S, 3) in the slope of their parabola at places (S,)."""
-    slopes = []
-    for i in range(3):
-        j, k = [n for n in range(3) if n != i]
-        rise = 2 * at - knots[:, j] - knots[:, k]
-        slopes.append(rise / ((knots[:, i] - knots[:, j]) * (knots[:, i] - knots[:, k])))
-    return np.stack(slopes, axis=1)
+    size = np.ptp(knots, axis=1)[:, None]
+    powers = ((knots - at[:, None]) / size)[..., None] ** np.arange(3)  # (S, knot, power)
+    return np.linalg.inv(powers)[:, 1] / size
 
 
 # Closest approach of two centrelines, and how it changes with the motion of their beams. Sides A and B of a pair are

@@ -60,14 +60,11 @@ class Seams:
 
     def derivative(self, rotation: np.ndarray, width: np.ndarray) -> np.ndarray:
         """Return the derivative (S, 9, 9) of the coefficients over place, spin and widths."""
-        slope = np.zeros((self.count, MOTIONS, MOTIONS))
-        slope[:, :3, :3] = np.eye(3)
-        arms = self.arms_at(rotation, width)
-        for k in range(2):
-            rows = slice(3 + 3 * k, 6 + 3 * k)
-            slope[:, rows, 3:6] = -hat(arms[:, k])
-            slope[:, rows, 6:] = self._widen(rotation)[:, k]
-        return slope
+        slope = np.zeros((self.count, 3, 3, MOTIONS))
+        slope[:, 0, :, :3] = np.eye(3)
+        slope[:, 1:, :, 3:6] = -hat(self.arms_at(rotation, width))
+        slope[:, 1:, :, 6:] = self._widen(rotation)
+        return slope.reshape(-1, MOTIONS, MOTIONS)
 
     def turning(self, rotation: np.ndarray, width: np.ndarray, force: np.ndarray) -> np.ndarray:
         """Return the derivative (S, 9, 9) of force, moment and g for fixed forces (S, 3, 3) on the coefficients.
@@ -75,11 +72,9 @@ class Seams:
         As in `rigid_arm` it is not symmetric where the moment is not balanced: spins act from the left.
         """
         turn = np.zeros((self.count, MOTIONS, MOTIONS))
-        arms, widen = self.arms_at(rotation, width), self._widen(rotation)
-        for k in range(2):
-            pull = hat(force[:, 1 + k])
-            turn[:, 3:6, 3:6] += pull @ hat(arms[:, k])  # d(X x f) = (w x X) x f
-            turn[:, 3:6, 6:] -= pull @ widen[:, k]
+        pull = hat(force[:, 1:])  # of X_1 and X_2
+        turn[:, 3:6, 3:6] = (pull @ hat(self.arms_at(rotation, width))).sum(axis=1)  # d(X x f) = (w x X) x f
+        turn[:, 3:6, 6:] = -(pull @ self._widen(rotation)).sum(axis=1)
         turn[:, 6:, 3:6] = np.swapaxes(turn[:, 3:6, 6:], 1, 2)
         return turn
 

@@ -32,7 +32,7 @@ def _elements(scene: Scene, connectivity: np.ndarray, nodes: np.ndarray) -> tupl
     """Return the hexahedra (E, a) of a scene with nodes (N, 3) [m]; MeshError if one is folded."""
     material = material_of(scene.yarn)
     kind = ELEMENTS.find(scene.mesh.element)
-    return (ElementGroup(connectivity, kind.build(nodes[connectivity], material, scene.solver.hourglass)),)
+    return (ElementGroup(connectivity, kind(nodes[connectivity], material, scene.solver.hourglass)),)
 
 
 # Shares of an element's volume by its number of nodes; of quadratic ones in proportion to the squares of the functions,

@@ -85,11 +85,7 @@ class Choice:
 
 
 def choose(
-    scene: Scene,
-    ask: Ask,
-    templates: Mapping[str, Scene],
-    where: str,
-    kept: Path = TRADE_KEPT,
+    scene: Scene, ask: Ask, templates: Mapping[str, Scene], where: str, kept: Path = TRADE_KEPT
 ) -> Choice:
     """Return the cheapest model for a scene.
 

@@ -19,6 +19,7 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import MeshError
+from knitstudy.mechanics.elements.hexahedron import CLOSE, inverted, require_near
 from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.basis import Spline
 
@@ -228,8 +229,6 @@ def deformation_gradient(slope: np.ndarray, change: np.ndarray) -> np.ndarray:
 # Which material point of a solid yarn lies at a place: the inverse of its undeformed shape
 
 SAMPLES = 4  # points a span among which Newton's method finds its start
-ITERATIONS = 20
-ACCURACY = 1e-12  # last step, over the radius and over a span
 
 
 def locate(
@@ -244,27 +243,18 @@ def locate(
 
     Raises MeshError if a place is too far from its yarn.
     """
-    x, s = np.zeros((len(points), 2)), np.zeros(len(points))
+    start, size = np.empty_like(points), np.empty(len(points))
     for number in np.unique(yarn):
         here = yarn == number
         own = space.yarns[number]
-        x[here], s[here] = _start(own, nodes[space.first_node[number] :][: own.size], points[here])
-    shortest = np.array([np.diff(each.spline.spans, axis=1).min() for each in space.yarns])
-    moving = np.arange(len(points))
-    for _ in range(ITERATIONS):
-        place, slope = shape(space, nodes, yarn[moving], x[moving], s[moving])
-        step = np.linalg.solve(slope, (points[moving] - place)[..., None])[..., 0]
-        x[moving] += step[:, :2]
-        s[moving] += step[:, 2]
-        size = np.maximum(np.abs(step[:, :2]).max(axis=1), np.abs(step[:, 2]) / shortest[yarn[moving]])
-        moving = moving[~(size <= ACCURACY)]
-        if not len(moving):
-            return x, s
-    place = points[moving[0]]
-    raise MeshError(
-        f"the place ({place[0]:.6g}, {place[1]:.6g}, {place[2]:.6g}) is too far from yarn {yarn[moving[0]]} to be "
-        "a part of it"
-    )
+        start[here], size[here] = _start(own, nodes[space.first_node[number] :][: own.size], points[here])
+
+    def mapped(number: np.ndarray, found: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return shape(space, nodes, yarn[number], found[:, :2], found[:, 2])
+
+    found = inverted(mapped, points, start, CLOSE * size)
+    require_near(np.isfinite(found[:, 0]), points, yarn)
+    return found[:, :2], found[:, 2]
 
 
 def shape(
@@ -279,16 +269,17 @@ def shape(
 
 
 def _start(yarn: YarnSpace, nodes: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return coordinates from the nearest of some points of the centreline."""
+    """Return coordinates (k, 3) from the nearest of some points of the centreline, and the yarn's radius (k,) there."""
     low, high = yarn.spline.spans.T
     share = (np.arange(SAMPLES) + 0.5) / SAMPLES
     s = (low[:, None] + (high - low)[:, None] * share).ravel()
-    centre, half1, half2 = np.moveaxis(along(yarn, nodes, s)[0, :, :3], 1, 0)
+    centre, *halves = np.moveaxis(along(yarn, nodes, s)[0, :, :3], 1, 0)
     nearest = cKDTree(centre).query(points)[1]
-    out = points - centre[nearest]
     # Of phi_1 and phi_2 the coefficients are half the directors.
-    x = [np.einsum("ki,ki->k", out, d[nearest]) / (2 * (d[nearest] ** 2).sum(axis=1)) for d in (half1, half2)]
-    return np.stack(x, axis=-1), s[nearest]
+    half = np.stack(halves, axis=1)[nearest]
+    square = (half**2).sum(axis=2)
+    x = np.einsum("ki,kji->kj", points - centre[nearest], half) / (2 * square)
+    return np.column_stack([x, s[nearest]]), 2 * np.sqrt(square[:, 0])
 
 
 @dataclass(frozen=True, eq=False)

@@ -233,10 +233,9 @@ def span_groups(
         kinds, kind = np.unique(yarn.degrees[splines], axis=0, return_inverse=True)
         for i, degrees in enumerate(kinds):
             here = np.flatnonzero(kind.ravel() == i)
-            within = [np.arange(disc.size(p)) for p in degrees]
-            start = yarn.first_node[splines[here]] + space.first_node[number]  # (e, d + 1)
-            local = np.concatenate([start[:, j, None] + k for j, k in enumerate(within)], axis=1)
-            rows.setdefault(tuple(int(p) for p in degrees), []).append((local, along[:, here], weight[here]))
+            first = space.first_node[number] + yarn.first_node[spline.first[here]]
+            local = first[:, None] + np.arange(disc.size(degrees).sum())
+            rows.setdefault(tuple(degrees.tolist()), []).append((local, along[:, here], weight[here]))
     groups = []
     for degrees, parts in sorted(rows.items(), key=lambda item: (sum(item[0]), item[0])):
         connectivity = np.concatenate([local for local, _, _ in parts])
