@@ -116,13 +116,9 @@ class Series:
     @property
     def interaction(self) -> str:
         """Interaction in words."""
-        return INTERACTIONS[self.scenes[0].interaction] + (", no row tied" if self.free else "")
-
-    @property
-    def free(self) -> bool:
-        """Whether yarns touch and no row is tied."""
         scene = self.scenes[0]
-        return scene.kind.interaction.touches and scene.value("contact.tied_edges") == "none"
+        free = scene.kind.interaction.touches and scene.value("contact.tied_edges") == "none"
+        return INTERACTIONS[scene.interaction] + (", no row tied" if free else "")
 
     def growth(self, values: Sequence[float]) -> float:
         """Return the exponent of a power law of values (k,) in cells in a row, by least squares of logarithms."""
@@ -165,11 +161,6 @@ def force_per_width(history: xr.Dataset, scene: Scene, increment: int = -1) -> f
     if scene.load.direction == "wale":
         spacing, count = scene.pattern.wale_spacing, scene.pattern.loops
     return float(history["force"][increment]) / (spacing * count)
-
-
-def seconds_a_newton_iteration(history: xr.Dataset) -> float:
-    """Return the time of a path over its Newton iterations [s]."""
-    return float(history["seconds"].sum()) / max(int(history["newton_iterations"].sum()), 1)
 
 
 def contact_over_ties(
