@@ -6,12 +6,13 @@ The scenes of a case go by the names of `measures.catalogue`. Models are compare
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import pandas as pd
 import xarray as xr
 
+from knitstudy.measures import response
 from knitstudy.measures.catalogue import (
     BEAM_MODELS,
     CASES,
@@ -22,11 +23,8 @@ from knitstudy.measures.catalogue import (
     Datasets,
     Results,
     Scenes,
-    network,
     of_case,
     of_cases,
-    several,
-    solid,
 )
 from knitstudy.measures.discretisation import (
     HEXAHEDRA,
@@ -37,17 +35,9 @@ from knitstudy.measures.discretisation import (
     made_of,
 )
 from knitstudy.measures.reference import Reference, reference_of
-from knitstudy.measures.response import (
-    RMS_U_Z,
-    largest_out_of_plane,
-    out_of_plane_correlation,
-    rms_out_of_plane,
-    secant_stiffness,
-)
 from knitstudy.study.scene import Scene
 
-# Names of all simulations of the four cases.
-MODELS = of_cases(CASES, (*SOLIDS, *OTHER_SOLIDS, *BEAM_MODELS, *REDUCED))
+MODELS = of_cases(CASES, (*SOLIDS, *OTHER_SOLIDS, *BEAM_MODELS, *REDUCED))  # of all simulations
 
 # Values of keys that make a reduced model a variant, in words.
 WORDS = {
@@ -62,9 +52,7 @@ WORDS = {
 
 CARRIED, GIVEN, ALONG_AXES = "springs of other tension", "springs of Table 2", "springs along x, y, z"
 SECTIONS = {"rigid": "rigid", "hertz": "Hertzian"}  # Sections of beams in contact, by ``beam.section``
-
-# Ties of beams in contact that are not rigid, by ``beam.tie``.
-TIES = {"pinned": "pinned", "patch": "yielding ties"}
+TIES = {"pinned": "pinned", "patch": "yielding ties"}  # Ties that are not rigid, by ``beam.tie``
 PLAIN = ("rigid", "rigid")  # Section and ties of the simplest model of beams in contact
 
 
@@ -143,19 +131,20 @@ def cases_of(histories: Datasets, scenes: Scenes, reference: pd.DataFrame) -> It
     """Yield the cases of which there is a direct simulation; histories and scenes go by the same names."""
     known = {name: scenes[name] for name in histories}
 
-    def simulations(results: Results) -> list[Simulation]:
-        return [Simulation(scene, histories[scene.name]) for scene in results.scenes(known)]
+    def found(case: str, names: Iterable[str], several: bool = True) -> tuple[Simulation, ...]:
+        results = Results("simulation", of_case(case, names), several)
+        return tuple(Simulation(scene, histories[scene.name]) for scene in results.scenes(known))
 
     for case in CASES:
-        for dns in simulations(solid("simulation", case)):
-            others = simulations(several("simulation", *of_case(case, OTHER_SOLIDS)))
+        for dns in found(case, SOLIDS, several=False):
+            main = {name: found(case, names, several=False) for name, names in NETWORKS.items()}
             yield Case(
                 *case.split("-"),
                 dns=dns,
-                others=tuple(each for each in others if each.scene is not dns.scene),
-                reduced=tuple(simulations(several("simulation", *of_case(case, REDUCED)))),
-                main={name: model for name in NETWORKS for model in simulations(network(name, case))},
-                beams=tuple(simulations(several("simulation", *of_case(case, BEAM_MODELS)))),
+                others=tuple(each for each in found(case, OTHER_SOLIDS) if each.scene is not dns.scene),
+                reduced=found(case, REDUCED),
+                main={name: models[0] for name, models in main.items() if models},
+                beams=found(case, BEAM_MODELS),
                 reference=reference_of(reference, dns.scene),
             )
 
@@ -195,14 +184,14 @@ def comparison(history: xr.Dataset, dns: xr.Dataset, reference: Reference) -> di
     row = {
         "strain [1]": float(history["strain"][-1]),
         "force [N]": float(history["force"][-1]),
-        "secant stiffness [N/m]": secant_stiffness(history),
-        "largest |u_z| [m]": largest_out_of_plane(history),
-        SHAPE: out_of_plane_correlation(history, dns),
+        "secant stiffness [N/m]": response.secant_stiffness(history),
+        "largest |u_z| [m]": response.largest_out_of_plane(history),
+        SHAPE: response.out_of_plane_correlation(history, dns),
     }
     estimates = {
         OVER_REFERENCE: reference.force_ratio(history),
         DISTANCE: reference.force_distance(history),
-        AMPLITUDE: reference.ratio(history, RMS_U_Z, rms_out_of_plane(history)),
+        AMPLITUDE: reference.ratio(history, response.RMS_U_Z, response.rms_out_of_plane(history)),
     }
     for column, estimate in estimates.items():
         row |= {column: estimate.value, UNCERTAIN[column]: estimate.uncertainty}

@@ -119,9 +119,7 @@ def closest_neighbour(contacts: xr.Dataset) -> np.ndarray:
 # Number of a segment in Fig. 14; the paper does not say which of 1 and 6 is the head.
 SEGMENT = {kind: number for number, kind in enumerate(KINDS, start=1)}
 LEGS = KINDS[1:5]  # Segments 2 to 5, which are not along x
-
-# Width of the slab over which the force through a cut is averaged, over the length of the knit: about a cell.
-SLAB = 0.4
+SLAB = 0.4  # Width of the slab around a cut, over the length of the knit: about a cell
 
 
 def honeycomb_segments(contacts: xr.Dataset) -> dict[str, np.ndarray]:

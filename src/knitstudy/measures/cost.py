@@ -17,7 +17,6 @@ from knitstudy.study.scene import Scene
 
 MEGABYTE = 1e6
 NO_GROWTH = 1e3  # Least growth of memory in ratios and logarithms [bytes]
-
 # Kinds of seconds: histories from before CPU time was recorded have wall-clock time alone.
 PROCESSOR, WALL = "processor", "wall clock"
 

@@ -28,12 +28,10 @@ from knitstudy.study.scene import Scene
 SPACING, DIAMETER = "pattern.course_ratio", "yarn.diameter"  # Keys that are swept
 LETTER = {SPACING: "c", DIAMETER: "d"}
 FRICTION = 0.76  # Coefficient of friction of Table 1
-
 # Readings of what is held fixed, in words; needles hold the wale spacing.
 HELD = {"wale_spacing": "wale spacing held", "length": "yarn in a loop held", "shape": "drawn shape held"}
 
 SWEPT = re.compile(r"sweep-(wale|length|shape)(?:-([cd])\d+)?-(tie|isotropic)-course(?:-(p3|hexahedra))?")
-
 # Names of knits with the drawn loop by interaction, and the end of the names of sweeps with the same yarns.
 DRAWN = {"yarns-{}-course": None, "yarns-{}-course-p3": "p3", "dns-{}-course": "hexahedra"}
 KNITS = {name.format(kind): (kind, end) for kind in ("tie", "isotropic") for name, end in DRAWN.items()}

@@ -21,20 +21,12 @@ from knitstudy.tables.catalogue import TABLES
 STRAINS = ["course strain [1]", "wale strain [1]", "angle of shear [rad]"]
 
 FORCES = ["course force over width [N/m]", "wale force over width [N/m]", "shear force over width [N/m]"]
-
 # Strain and force of secant and tangent, by ``load.deformation``: of a biaxial stretch those in course
 # direction.
 AXIS = {"course": 0, "wale": 1, "biaxial": 0, "shear": 2}
-
-# Strain across, and strain along, of a pull that leaves the other free.
-CONTRACTS = {"course": (1, 0), "wale": (0, 1)}
-
-# What the stiffness at rest depends on: cells that share it have the same.
-AT_REST = ("knit", "pattern", "yarn", "mesh", "tie")
-
-# Unit of an entry of the shell stiffness by how many of its row and column are bending.
-UNITS = {0: "N/m", 1: "N", 2: "N m"}
-
+CONTRACTS = {"course": (1, 0), "wale": (0, 1)}  # Strain across and along, of a pull
+AT_REST = ("knit", "pattern", "yarn", "mesh", "tie")  # What the stiffness at rest hangs on
+UNITS = {0: "N/m", 1: "N", 2: "N m"}  # By how many of row and column are bending
 # Names of the square knits that have a cell of the endless knit.
 SQUARES = [f"{stem}-*" for stem in CELLS] + [SERIES[stem] for stem in CELLS if SERIES[stem]]
 

@@ -15,11 +15,8 @@ from knitstudy.measures.reference import RefinementSeries, refinement_series_of
 from knitstudy.measures.response import QUANTITIES, STRAINS, increment_at
 from knitstudy.tables.catalogue import TABLES
 
-# Histories of the direct simulations whose increments end at `STRAINS`.
-REFERENCE_SCENES = several("simulation", "reference-*")
-
+REFERENCE_SCENES = several("simulation", "reference-*")  # Increments end at `STRAINS`
 RESULTS = {"histories": REFERENCE_SCENES, "contacts": several("contacts", "reference-*")}
-
 # What a row is of; ``problem`` is the digest of the physical problem.
 SAID = ["problem", "knit", "interaction", "direction", "strain [1]", "quantity", "unit"]
 

@@ -31,9 +31,7 @@ COLUMNS = [
 ]
 
 LARGEST = 30  # Cells in a row of the paper's largest knit
-
-# Knits in course tension; fewer than 12 scenes are not all series of Table 3.
-KNITS = several("simulation", *SQUARES, fewest=12)
+KNITS = several("simulation", *SQUARES, fewest=12)  # Fewer are not all of Table 3
 
 
 @TABLES.add(

@@ -32,9 +32,7 @@ from knitstudy.tables.catalogue import TABLES
 AXES = "xyz"
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "xz")
-
-# Decimals of angles in degrees: the paper prints none; closest points are found to about 1e-5 degrees.
-DECIMALS = 3
+DECIMALS = 3  # The paper prints none; closest points are found to about 1e-5 degrees
 
 # Names of the angles of the honeycomb by geometry in the paper's numbers.
 REPORTED = {
@@ -46,9 +44,7 @@ REPORTED = {
     "sinker": "segment 6 angles to x y z",
 }
 
-# Cuts over the length of the knit along the load: slabs around them lie between the grips.
-CUTS = (0.3, 0.4, 0.5, 0.6, 0.7)
-
+CUTS = (0.3, 0.4, 0.5, 0.6, 0.7)  # Over the length of the knit: slabs lie between the grips
 _SOLIDS = of_cases(CASES, (*SOLIDS, *OTHER_SOLIDS))
 
 
