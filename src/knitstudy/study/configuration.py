@@ -67,15 +67,8 @@ def workflow_configuration(config: Any) -> Workflow:
 def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
     """Return every scene of a configuration folder by its name, each checked and all checked together.
 
-    Parameters
-    ----------
-    config : Path
-        Folder with ``defaults.yaml``, the families in ``scenes``, and the loop file that the defaults name.
-
-    Raises
-    ------
-    ConfigurationError
-        Naming file, scene, key, value and what is allowed.
+    The folder has ``defaults.yaml``, the families in ``scenes``, and the loop file that the defaults name.
+    Raises ConfigurationError, naming file, scene, key, value and what is allowed.
     """
     default_keys(config)  # what is wrong in the defaults is said of the defaults
     defaults, members = _defaults(config), load_families(config)
@@ -226,12 +219,8 @@ def _read_loop(path: Path) -> dict:
 def check_scenes_together(scenes: Mapping[str, Scene], where: Mapping[str, str]) -> None:
     """Check what scenes say of each other: shared knits, and where reduced models take their joints from.
 
-    Raises ConfigurationError, naming both scenes and the key.
-
-    Parameters
-    ----------
-    scenes, where
-        The scenes, and what begins a message about each of them, by their names.
+    `where` has for every scene what begins a message about it. Raises ConfigurationError, naming both scenes and the
+    key.
     """
     knits = knits_of(scenes)
     for scene in scenes.values():

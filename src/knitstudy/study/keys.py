@@ -163,21 +163,11 @@ def _bounded(number: str, field: FieldInfo) -> str:
 
 
 def validated(section: type[Section], values: Any, where: str, prefix: str = "") -> Section:
-    """Return a section of given values.
+    """Return a section of given values, as read from YAML: lists stand for tuples.
 
-    Parameters
-    ----------
-    values : mapping
-        As read from YAML: lists stand for tuples.
-    where : str
-        File or scene that the values come from; begins the message.
-    prefix : str
-        Name of the section with a dot, or nothing.
-
-    Raises
-    ------
-    ConfigurationError
-        For the first key that is unknown, missing or has a value that is not allowed.
+    The file or scene that they come from, `where`, begins the message of an error; `prefix` is the name of the section
+    with a dot, or nothing.
+    Raises ConfigurationError for the first key that is unknown, missing or has a value that is not allowed.
     """
     if not isinstance(values, Mapping):
         raise ConfigurationError(f"{where}: {_said(prefix.rstrip('.'), values)} a group of keys")
