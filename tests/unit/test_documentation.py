@@ -3,11 +3,8 @@
 import importlib.util
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from knitstudy.errors import DataFileError
-from knitstudy.loading.columns import CONTACTS, HISTORY, STRESSES
 from knitstudy.measures.discretisation import HOW_FAR, physics_of
 from knitstudy.study.configuration import CONFIG, default_keys, load_scenes
 from knitstudy.study.documentation import COMMAND, KEYS, keys_page
@@ -54,12 +51,6 @@ def test_a_default_stands_in_one_place():
 
 
 SCRIPT = Path(__file__).parents[2] / "docs" / "columns.py"
-
-
-@pytest.mark.parametrize("columns", [HISTORY, CONTACTS, STRESSES])
-def test_an_unknown_name_is_refused(columns):
-    with pytest.raises(DataFileError, match=r"has no variable 'forse'.*knitstudy/loading/columns\.tsv"):
-        columns.variables({"forse": np.zeros(1)})
 
 
 def test_documentation_is_up_to_date():

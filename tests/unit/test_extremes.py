@@ -3,13 +3,12 @@
 import os
 
 import numpy as np
-import pandas as pd
 import pytest
 import yaml
 from synthetic import history
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, GeometryError
-from knitstudy.figures.extremes_map import CAUSES, draw
+from knitstudy.figures.extremes_map import CAUSES
 from knitstudy.stages import extremes
 from knitstudy.stages.extremes import QUANTITIES, Trial, cause, judged, load_trials, run
 from knitstudy.stages.simulate import Results
@@ -76,22 +75,6 @@ def test_a_process_that_dies_is_a_silent_failure(trial, simulated):
     row = run(trial, None, None)
     assert (row["outcome"], row["reason"]) == ("silent", "the process ended with status 7")
     assert (row["trial"], row["changed"]) == ("strain a 1", "load.strain = 0.1")
-
-
-def test_the_map_has_a_square_for_every_trial():
-    rows = [
-        {"group": group, "model": model, "number": number, "cause": why}
-        for group in ("strain", "gap")
-        for model in ("a", "b")
-        for number, why in enumerate(CAUSES, 1)
-    ]
-    page = draw(pd.DataFrame(rows))
-    (axes,) = page.axes
-    *squares, _ = axes.collections
-    assert sum(len(each.get_offsets()) for each in squares) == len(rows)
-    assert [text.get_text() for text in axes.get_yticklabels()] == ["strain", "gap"]
-    labels = [text.get_text() for text in page.legends[0].get_texts()]
-    assert labels == [f"{label} (4)" for label, _ in CAUSES.values()]
 
 
 BASES = {
@@ -167,15 +150,6 @@ def test_quantities_change_what_they_stand_for(campaign):
     assert large.mesh.size / large.yarn.diameter == pytest.approx(0.3 / 1.8)
     assert (soft.yarn.youngs_modulus, soft.yarn.diameter) == (1.0, 1.8e-3)
     assert fine.mesh.size == pytest.approx(1.8e-3 / 5)
-
-
-def test_draws_are_the_same_every_time_and_do_not_hang_on_how_many_there_are(campaign):
-    many, few = changes(campaign(), "together"), changes(campaign(scenes=3), "together")
-    assert many == changes(campaign(), "together")
-    for model in "abc":
-        drawn = [changed for name, changed in many if name == model]
-        assert len(drawn) == 40
-        assert drawn[:3] == [changed for name, changed in few if name == model]
 
 
 def test_draws_lie_in_their_ranges_and_are_of_keys_that_the_scene_has(campaign):

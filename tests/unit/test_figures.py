@@ -1,7 +1,6 @@
 """Every figure on small made-up results; solids are recorded instead of rendered."""
 
 import logging
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +8,6 @@ import pytest
 import study
 import sweeping
 import synthetic
-from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.image import imread
 from PIL import Image
 
@@ -19,14 +17,13 @@ from knitstudy.figures import catalogue, picture, renderer, style
 from knitstudy.figures.fig10_kinematics import QUANTITIES, SIDES, ZONES
 from knitstudy.figures.fig_pair_slip import Slide
 from knitstudy.figures.picture import arrow, sphere, tube
-from knitstudy.figures.renderer import FRONT, Picture, RenderingError, Surface, View
+from knitstudy.figures.renderer import Picture, RenderingError, Surface, View
 from knitstudy.figures.style import describe, resolution, save
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.measures.centre_cell import closest_neighbour
 from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models import network_2d
 from knitstudy.models.joints import contacts_of_crossings
 
 PAPER = Path(__file__).resolve().parents[2] / "resources" / "reference" / "paper_tables.csv"
@@ -165,10 +162,6 @@ def drawn(results, pictures, monkeypatch):
     return lambda name, **others: catalogue.draw(name, **results(name) | others)
 
 
-def texts(figure):
-    return [text.get_text() for axes in figure.axes for text in [*axes.texts, axes.title]]
-
-
 @pytest.mark.parametrize("name", catalogue.FIGURES.names())
 def test_every_figure_is_written_with_units_and_its_origin(drawn, results, name, tmp_path):
     figure = drawn(name)
@@ -236,26 +229,6 @@ def test_force_curves_and_stiffness_ratios(drawn, plain_scene):
     assert axes.get_xlabel() == "strain in course direction (%)"
 
 
-def test_the_band_is_the_uncertainty_of_the_reference(drawn):
-    axes = drawn("fig15_force_strain").axes[0]
-    (band,) = [each for each in axes.collections if isinstance(each, PolyCollection)]
-    x, y = band.get_paths()[0].vertices.T
-    assert sorted(set(np.round(y[np.isclose(x, 5)], 9))) == [0.98 * 12, 1.02 * 12]
-
-
-def test_honeycomb_shows_every_beam_and_zone(drawn, knit, results):
-    (axes,) = drawn("fig04_honeycomb").axes
-    beams = next(each for each in axes.collections if isinstance(each, LineCollection))
-    network = network_2d.planar_network(knit, results("")["contacts"])
-    assert len(beams.get_segments()) == len(network.ends)
-    np.testing.assert_allclose(beams.get_segments()[0], 1e3 * network.nodes[network.ends[0], :2])
-    sizes = [len(each.get_offsets()) for each in axes.collections if not isinstance(each, LineCollection)]
-    assert 16 in sizes  # 4 zones of 2 x 2 interlocks
-
-
-# ---- contact ----
-
-
 def test_every_crossing_of_the_centre_cell_has_its_kinematics(drawn, touching):
     panels = drawn("fig10_kinematics").axes
     assert len(panels) == len(QUANTITIES) * len(SIDES)
@@ -289,20 +262,6 @@ def test_slide_of_a_pair_by_hand(pairs, drawn):
     assert labels == ["slid", "slid and reversed", "± friction coefficient times normal force"]
 
 
-# ---- files ----
-
-
-def test_unknown_format_is_refused(drawn, tmp_path):
-    with pytest.raises(ConfigurationError, match=r"a\.bmp: figures are written as \.png and \.pdf"):
-        save(drawn("fig02_interfaces"), [tmp_path / "a.bmp"], {}, "")
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.fixture
-def ball():
-    return sphere(np.zeros(3), 1e-3, "red")
-
-
 def volume(surface: Surface) -> float:
     """Volume inside a closed surface by the divergence theorem; positive if faces look outward."""
     a, b, c, d = np.moveaxis(surface.points[surface.faces], 1, 0)
@@ -332,32 +291,6 @@ def test_resolution_out_of_bounds_is_refused(said, monkeypatch):
         ConfigurationError, match=rf"KNITSTUDY_DPI is '{said}': allowed are whole numbers from 50"
     ):
         resolution()
-
-
-# ---- the process that renders ----
-
-
-@pytest.fixture
-def interpreter(tmp_path, monkeypatch):
-    """Function that puts a shell script in the place of the interpreter that VTK is started with."""
-
-    def replace(script):
-        path = tmp_path / "python"
-        path.write_text(f"#!/bin/sh\n{script}\n")
-        path.chmod(0o755)
-        monkeypatch.setattr(sys, "executable", str(path))
-
-    renderer._process.cache_clear()
-    yield replace
-    renderer._process.cache_clear()
-
-
-@pytest.mark.parametrize("script", ["kill -SEGV $$", "exit 1", "cat > /dev/null; echo no picture"])
-def test_process_that_ends_does_not_take_this_one_along(ball, interpreter, script):
-    """It ends with a segmentation fault, as VTK does where it finds no way to render."""
-    interpreter(f"exec </dev/null; {script}")
-    with pytest.raises(RenderingError, match="VTK cannot render here: its process ended with status"):
-        renderer.rendered(Picture((ball,), FRONT, (-2, 2, -1, 1), (8, 4)))
 
 
 @pytest.mark.parametrize("opacity", [1.0, 0.5])

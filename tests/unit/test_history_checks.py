@@ -5,9 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
-from synthetic import contact_history, history
+from synthetic import history
 
-from knitstudy.contacts import contacts
 from knitstudy.errors import DataFileError
 from knitstudy.loading.history import FORMS
 from knitstudy.measures.history_checks import (
@@ -98,8 +97,6 @@ def test_forces_of_contact_are_in_balance(whole):
     assert unbalanced_contact(whole().assign(yarn_force=(dims, 0 * force))) == 0.0
 
 
-# ---- tables ----
-
 SCENES = {"dns": SimpleNamespace(solver=SimpleNamespace(residual_tolerance=1e-6, correction_tolerance=1e-6))}
 
 
@@ -144,30 +141,6 @@ def loaded_history(**attributes):
 
 def said(dataset):
     return {quantity.name: (quantity.value, quantity.unit) for quantity in summarise(dataset)}
-
-
-def test_history():
-    found = said(loaded_history(scene="rom3d-a", digest="0123", fidelity="rom3d", incomplete="no way"))
-    assert found["kind"] == ("history", "")
-    assert found["scene"] == ("rom3d-a", "")
-    assert found["incomplete"] == ("no way", "")
-    assert found["dof"] == (600, "1")
-    assert found["increments"] == (2, "1")
-    assert found["force along the load at the end"] == (10.0, "N")
-    assert found["secant stiffness"] == (pytest.approx(10.0 / 0.5e-3), "N/m")
-    assert found["largest out-of-plane displacement of centrelines"] == (pytest.approx(2e-4), "m")
-    assert found["internal energy at the end"] == (pytest.approx(0.1), "J")
-    assert found["wall seconds"] == (1.5, "s")
-
-
-def test_contacts(knit):
-    dataset = contacts.extract(knit, contact_history(knit))
-    found = said(dataset)
-    assert found["kind"] == ("contacts", "")
-    assert found["crossings"] == (36, "1")
-    assert found["crossings that are tied"] == (24, "1")
-    largest = np.linalg.norm(dataset["force"].isel(increment=-1), axis=-1).max()
-    assert found["largest force of a crossing at the end"] == (pytest.approx(largest), "N")
 
 
 WRONG = {

@@ -1,21 +1,14 @@
 """Tables of whole studies: responses, distances of models, beams and cost, by hand."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import study
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.files import read_table
-from knitstudy.measures.cases import label_of
 from knitstudy.measures.response import poisson_ratio, tangent_stiffness
-from knitstudy.study.configuration import load_scenes, load_study
 from knitstudy.tables import catalogue
 from knitstudy.tables.models import WINDOWS, contact_errors
-
-RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
 
 
 @pytest.fixture(scope="module")
@@ -31,22 +24,6 @@ def every(scenes):
 @pytest.fixture(scope="module")
 def reference(scenes):
     return study.reference(scenes)
-
-
-def test_models_of_the_study_can_be_told_apart():
-    scenes = load_scenes()
-    named = [
-        (
-            scene.value("rom.contacts_from") or scene.interaction,
-            scene.knit,
-            scene.load.direction,
-            scene.load.strain,
-            label_of(scene),
-        )
-        for scene in map(scenes.get, load_study("full") + load_study("ci"))
-        if scene.fidelity in ("rom2d", "rom3d", "beam")
-    ]
-    assert len(set(named)) == len(named)
 
 
 def test_distances_of_all_models_from_the_reference(every, scenes, reference):
@@ -85,22 +62,6 @@ def test_responses_by_hand(every, scenes):
         assert of["tangent stiffness, force per width [N/m]"] == pytest.approx(10 / 0.5e-3 * along / across)
         assert of["internal energy per area [J/m2]"] == pytest.approx(4e-3 / (width * height))
         assert of["dissipated energy per area [J/m2]"] == pytest.approx(1e-3 / (width * height))
-
-
-def test_cost_beside_the_papers_for_ties_only(every, scenes, reference):
-    paper = read_table(RESOURCES / "paper_tables.csv")
-    sources = {"models": every, "scenes": scenes, "paper": paper, "reference": reference}
-    table = catalogue.tabulate("table5_cost", **sources).set_index("model")
-    assert table.loc["3D ROM; tie constraint, wale", "force over the reference's [1]"] == pytest.approx(1.2)
-    assert len(table) == 4 * 3
-    tie, slides = (table.loc[f"3D ROM; {kind}, course"] for kind in ("tie constraint", "isotropic friction"))
-    assert tie["DNS's degrees of freedom over these [1]"] == pytest.approx(189_513 / 5_994)
-    assert tie["degrees of freedom, paper [1]"] == 5_994
-    assert tie["DNS's time over this [1]"] == pytest.approx(200)
-    assert tie["element, paper"] == "B31"
-    assert np.isnan(slides["degrees of freedom, paper [1]"])
-    assert table.loc["DNS, one-point hexahedra of 0.30 mm; tie constraint, course", "mesh size [m]"] == 0.3e-3
-    assert table.loc["2D ROM; tie constraint, wale", "mesh size [m]"] == pytest.approx(2.5e-3)
 
 
 @pytest.mark.parametrize("power", [1, 2])
@@ -144,8 +105,6 @@ def test_poisson_ratio_in_wale_tension_is_that_of_yarns_between_the_grips():
     assert poisson_ratio(moved(history, field), "wale", 3) == pytest.approx(0.4)
     assert np.isnan(poisson_ratio(study.history(yarns=2), "wale", 3))
 
-
-# ---- windows ----
 
 NAME, IN_FULL = "window-tie-course-3x3", WINDOWS["window-tie-course-3x3"]
 

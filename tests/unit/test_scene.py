@@ -45,15 +45,6 @@ def having(scenes, key):
     )
 
 
-def test_plain_mapping_of_every_kind_and_back(scenes):
-    for scene in scenes:
-        assert Scene.from_dict(scene.to_dict()) == scene
-        assert hash(Scene.from_dict(scene.to_dict())) == hash(scene)
-
-
-# ---- Values that are not allowed ----
-
-
 @pytest.mark.parametrize(
     ("key", "value", "allowed"),
     [
@@ -156,31 +147,6 @@ def test_springs_are_measured_or_given(scene, sprung):
         sprung.vary({"rom.springs": "zones", "rom.springs_from": "dns-b"})
 
 
-@pytest.mark.parametrize(
-    ("keys", "message"),
-    [
-        (
-            {"yarn.transverse_modulus": 1e9},
-            r"yarn\.transverse_modulus is 1e\+09 but must be null where yarn\.material is",
-        ),
-        (
-            {"yarn.material": "transversely_isotropic", "yarn.transverse_modulus": 1e12},
-            r"yarn\.poisson_ratio is 0\.42 and stores no positive energy",
-        ),
-        (
-            {"yarn.material": "transversely_isotropic", "fidelity": "rom3d"},
-            r"yarn\.material is transversely_isotropic but must be isotropic where fidelity is rom3d",
-        ),
-    ],
-)
-def test_materials_with_an_axis(plain_scene, keys, message):
-    with pytest.raises(ConfigurationError, match=message):
-        plain_scene.vary(keys)
-
-
-# ---- Units and hashes ----
-
-
 LENGTHS = (
     "pattern.course_spacing",
     "pattern.wale_spacing",
@@ -226,9 +192,6 @@ def test_geometry_key_knows_what_determines_the_geometry(scene, pair):
         assert of.replace(name, value).geometry_key == of.geometry_key
 
 
-# ---- Scenes of other kinds, and what differs from the defaults ----
-
-
 def test_a_scene_of_another_kind_takes_its_sections_from_the_defaults(config):
     scene = load_scene("dns-a", config)
     with pytest.raises(ConfigurationError, match=r"the key 'load\.path' is missing"):
@@ -240,9 +203,6 @@ def test_a_scene_of_another_kind_takes_its_sections_from_the_defaults(config):
     touching = scene.replace("interaction", "isotropic")
     assert touching.contact.friction == 0.76
     assert touching.replace("interaction", "tie") == scene
-
-
-# ---- What a stage sees ----
 
 
 def test_other_keys_are_not_there(scene):

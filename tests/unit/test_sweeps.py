@@ -1,17 +1,14 @@
 """Sweeps of course spacing and diameter: which simulations make a series, their errors, and claims K9 and K10."""
 
-import pandas as pd
 import pytest
 import study
 import sweeping
 from sweeping import LIFT, SURE, histories
 
-from knitstudy.errors import DataFileError
 from knitstudy.files import read_table
-from knitstudy.geometry.lay_out import FOUND
 from knitstudy.measures.claims.evidence import Evidence
 from knitstudy.measures.claims.verdicts import RULES
-from knitstudy.measures.sweeps import SPACING, refused, sweeps_of
+from knitstudy.measures.sweeps import SPACING, sweeps_of
 from knitstudy.study.configuration import CONFIG
 
 REFERENCES = CONFIG.parent / "resources" / "reference"
@@ -82,26 +79,3 @@ def test_verdict_is_withheld_without_all_readings_or_values(scenes, reference):
     assert (lacks.verdict, "yarn in a loop held" in lacks.note) == ("not yet run", True)
     few = judged("K9", scenes, reference, {"shape": 1.0}, ["c080", "c085", "c090", "c110", "c105"])
     assert few.verdict == "not yet run"
-
-
-LOOPS = pd.DataFrame(
-    {
-        "held fixed": ["shape", "shape", "length", "shape"],
-        "course ratio [1]": [0.7, 1.0, 1.0, 1.0],
-        "yarn diameter [m]": [1.8e-3, 1.8e-3, 1.8e-3, 2.1e-3],
-        "outcome": ["yarns overlap", FOUND, FOUND, "yarns overlap"],
-    }
-)
-
-
-def test_refused_loops_are_those_of_one_sweep():
-    found = refused(LOOPS, "course ratio [1]", 10.0)
-    assert found.to_dict("list") == {"held fixed": ["shape"], "at": [7.0]}
-    assert refused(LOOPS, "yarn diameter [m]", 1e3)["at"].tolist() == [2.1]
-
-
-def test_table_of_loops_without_a_column_is_refused():
-    with pytest.raises(
-        DataFileError, match=r"'outcome'; make it again with `python -m knitstudy\.geometry\.lay_out`"
-    ):
-        refused(LOOPS.drop(columns="outcome"), "course ratio [1]", 1.0)

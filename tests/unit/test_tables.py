@@ -8,19 +8,17 @@ import pytest
 import synthetic
 import xarray as xr
 
-from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.errors import DataFileError
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.measures.centre_cell import centre_cell, cut_force, first_symmetric_contact
+from knitstudy.measures.centre_cell import cut_force, first_symmetric_contact
 from knitstudy.measures.cost import SERIES
 from knitstudy.measures.paper_values import number, numbers
 from knitstudy.measures.response import (
     distance_of_curves,
-    largest_out_of_plane,
     out_of_plane_correlation,
-    secant_stiffness,
     transverse_contraction,
 )
 from knitstudy.study.configuration import load_scenes
@@ -32,17 +30,6 @@ RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
 @pytest.fixture(scope="module")
 def paper():
     return read_table(RESOURCES / "paper_tables.csv")
-
-
-@pytest.fixture
-def scenes(plain_scene):
-    solid = plain_scene.vary({"fidelity": "hexahedra", "interaction": "isotropic"})
-    return {"dns": solid, "rom3d": plain_scene, "rom2d": plain_scene.replace("fidelity", "rom2d")}
-
-
-@pytest.fixture(scope="module")
-def geometry(plain_scene):
-    return synthetic.geometry(plain_knit(initial_loop(plain_scene), 2, 2))
 
 
 def contacts(rows=2, columns=2):
@@ -79,38 +66,6 @@ def test_angles_of_a_known_honeycomb(paper):
     assert table["segments"].tolist() == [4, 4, 4, 2, 2, 2]
 
 
-def test_angles_by_stress_stand_below_those_of_the_geometry(paper, plain_scene):
-    knit = plain_knit(initial_loop(plain_scene), 3, 3)
-    scene = plain_scene.vary({"fidelity": "hexahedra", "mesh.size": 0.3e-3, "load.direction": "wale"})
-    given = {"stresses": {"dns-a": synthetic.stresses(knit, "wale", 80, 84)}, "scenes": {"dns-a": scene}}
-    table = catalogue.tabulate("table4_angles", contacts=contacts(), paper=paper, **given)
-    assert table["segment"].tolist() == [1, 2, 3, 4, 5, 6] * 2
-    ours, theirs = (table[name].tolist()[6:] for name in ("angle to x [deg]", "angle to x, paper [deg]"))
-    assert ours == pytest.approx([0, 80, 80, 84, 84, 0], abs=1e-6)
-    assert theirs == [1, 82, 82, 82, 82, 0]
-    assert table["segments"].tolist()[6:] == [1, 1, 1, 2, 2, 2]
-    stress = catalogue.tabulate("segment_stress", **given)
-    assert stress["segment"].tolist() == [1, 2, 3, 4, 4, 5, 5, 6, 6]
-    np.testing.assert_allclose(stress["principal stress 1 [Pa]"], 1e6)
-
-
-def test_residuals_of_the_calibration(geometry):
-    targets = {
-        "targets": {"length": {"value": 40e-3}, "interlock_angle": {"value": 66}, "leg_angle": {"value": 80}}
-    }
-    targets["targets"]["diameter"] = {"value": 1.8e-3}
-    table = catalogue.tabulate("geometry", geometry=geometry, targets=targets).set_index("quantity")
-    assert table.loc["yarn in a loop", "residual"] == pytest.approx(0.2e-3)
-    assert table.loc["angle of interlock segments to x", "residual"] == pytest.approx(0.5)
-    assert table.loc["yarn diameter", "residual"] == pytest.approx(0, abs=1e-15)
-    error = table.loc["largest |D - 2R - c0| of a crossing"]
-    assert (error["before"], error["after"]) == (pytest.approx(4e-4), pytest.approx(1e-8))
-    assert np.isnan(table.loc["smallest gap", "target"])
-    assert table.loc["F, total", "after"] == 11
-    with pytest.raises(ConfigurationError, match=r"targets\.length\.value must be there"):
-        catalogue.tabulate("geometry", geometry=geometry, targets={"targets": {}})
-
-
 def test_transverse_contraction_by_hand():
     """Yarns 5 mm apart approach by 1 mm in the middle third, and by 4 mm at the ends."""
     history = synthetic.history(stations=31)
@@ -118,12 +73,6 @@ def test_transverse_contraction_by_hand():
     middle = np.abs(x - 5e-3) <= 10e-3 / 6
     motion[-1, :, 1] = np.where(middle, -1e-3, -4e-3) * (history["yarn"] == 1)
     assert transverse_contraction(history.assign(centreline_displacement=motion)) == pytest.approx(0.2)
-
-
-def test_centre_cell_is_in_the_middle():
-    found = contacts(3, 3).isel(crossing=centre_cell(contacts(3, 3)))
-    assert found["row"].values.tolist() == found["column"].values.tolist() == [1] * 4
-    assert found["zone"].values.tolist() == [0, 1, 2, 3]
 
 
 def test_first_symmetric_contact():
@@ -194,15 +143,6 @@ def test_table_of_forces(knit, plain_scene):
     assert row["force of the grips [N]"] == STRESS * AREA
     assert row["smallest force through a cut, over it [1]"] == pytest.approx(1, abs=0.03)
     assert row["largest force through a cut, over it [1]"] == pytest.approx(1, abs=0.03)
-
-
-def test_secant_stiffness_is_force_over_displacement():
-    """10 N at 5 % of 10 mm."""
-    assert secant_stiffness(synthetic.history()) == pytest.approx(10 / 0.5e-3)
-
-
-def test_largest_out_of_plane_is_that_of_full_load():
-    assert largest_out_of_plane(synthetic.history(lift=1e-4, yarns=3)) == pytest.approx(3e-4)
 
 
 def test_distance_of_a_hat_by_hand():
