@@ -27,7 +27,7 @@ def one_message(ended):
 @pytest.mark.parametrize(
     ("file", "old", "new", "message"),
     [
-        ("defaults.yaml", "strain:", "strane:", "unknown key 'load.strane' (did you mean 'strain'?)"),
+        ("defaults.yaml", "strain:", "strane:", "unknown key 'load.strane' (did you mean 'load.strain'?)"),
     ],
 )
 def test_wrong_configuration_runs_nothing(fresh, file, old, new, message):
