@@ -82,14 +82,9 @@ def test_configuration_of_the_workflow():
     assert workflow_configuration(read_yaml(CONFIG / "config.yaml")).folder == "config"
     for changes, message in [
         ({"study": "tiny"}, "study is 'tiny' but must be ci, reduced, full, reference or trade"),
-        ({"folder": ""}, "folder is '' but must be the path of a folder"),
         (
             {"plugins": ["toys.py/"]},
             "plugins has the entry 'toys.py/' but must be a list of the dotted names",
-        ),
-        (
-            {"folders": "config"},
-            "unknown key 'folders' (did you mean 'folder'?); allowed are folder, plugins, study",
         ),
     ]:
         with pytest.raises(ConfigurationError) as caught:

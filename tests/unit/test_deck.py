@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
-from knitstudy.exchange.deck import Interaction, facet_faces, specimen_deck
+from knitstudy.exchange.deck import Interaction, specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.fabric import Fabric, plain_knit
 from knitstudy.geometry.lay_out import initial_loop, lay_out
@@ -74,15 +74,6 @@ def data(path, keyword):
 
 def boundaries(path):
     return [[row.replace(" ", "").split(",") for row in rows] for rows in data(path, "*BOUNDARY")]
-
-
-@pytest.mark.parametrize("yarn", [0, 1])
-def test_facets_are_faces_of_their_hexahedra(made, yarn):
-    mesh = made("pair").mesh
-    facets = mesh.surface_quads(yarn)
-    surface = facet_faces(mesh, yarn, np.ones(len(facets), dtype=bool))
-    corners = np.take_along_axis(mesh.hexahedra[surface.elements], FACES[surface.faces - 1], axis=1)
-    np.testing.assert_array_equal(np.sort(corners, axis=1), np.sort(facets, axis=1))
 
 
 @DIALECTS
@@ -183,15 +174,6 @@ def test_law_of_contact(made, written, dialect, friction, expected):
     assert row == ["YARNS0_1_SLAVE, YARNS0_1_MASTER"]
 
 
-def test_stick_stiffness_of_abaqus_is_that_of_the_law_at_the_largest_penetration(made, written):
-    interaction = made("pair").deck.interaction
-    law = interaction.law
-    pressure = law.normal * interaction.penetration
-    assert law.friction * pressure / interaction.elastic_slip == pytest.approx(law.tangential)
-    (card,) = [card for card, _ in cards(written("abaqus", "pair")) if card.startswith("*FRICTION")]
-    assert float(card.split("=")[1]) == pytest.approx(interaction.elastic_slip)
-
-
 @DIALECTS
 def test_a_path_is_one_step_a_leg(written, dialect):
     """CalculiX rests for a step before yarns that touch are moved."""
@@ -232,7 +214,6 @@ def remarks(path):
         ("abaqus", "knit", {}, ["yarn.material", "ties"]),
         ("abaqus", "pair", {}, ["yarn.material", "contact.tangential_stiffness"]),
         ("calculix", "knit", {}, ["solver.hourglass", "yarn.material", "ties"]),
-        ("calculix", "knit", {"yarn.material": "st_venant_kirchhoff"}, ["solver.hourglass", "ties"]),
         ("calculix", "pair", {"interaction": "rough"}, ["solver.hourglass", "yarn.material", "interaction"]),
         (
             "calculix",
@@ -271,48 +252,6 @@ def test_what_a_deck_cannot_say_is_refused(made, tmp_path, dialect, change, mess
     with pytest.raises(ConfigurationError, match=message):
         write_inp(replace(made("knit").deck, **change), tmp_path / "deck.inp", dialect)
     assert not list(tmp_path.iterdir())
-
-
-TOTALS = """
- total force (fx,fy,fz) for set RIGHT and time  0.1000000E+01
-
-       1.234567E+00 -2.000000E-03  3.500000E-12
-
- total force (fx,fy,fz) for set RIGHT and time  0.2000000E+01
-
-       2.500000E+00 -4.000000E-03  0.000000E+00
-"""
-
-STATUS = """SUMMARY OF JOB INFORMATION
-  STEP      INC     ATT  ITRS     TOT TIME     STEP TIME      INC TIME
-     1          1     1     3  0.100000E+01  0.100000E+01  0.100000E+01
-     1          2     1U    9  0.200000E+01  0.200000E+01  0.100000E+01
-     1          2     2     4  0.150000E+01  0.150000E+01  0.500000E+00
-     2          1     1     5  0.250000E+01  0.100000E+01  0.100000E+01
-"""
-
-
-def test_totals_are_read(tmp_path):
-    (tmp_path / "deck.dat").write_text(TOTALS)
-    time, force = calculix.read_totals(tmp_path / "deck.dat")
-    assert time.tolist() == [1.0, 2.0]
-    np.testing.assert_array_equal(force, [[1.234567, -0.002, 3.5e-12], [2.5, -0.004, 0.0]])
-
-
-def test_iterations_count_failed_attempts(tmp_path):
-    (tmp_path / "deck.sta").write_text(STATUS)
-    step, iterations = calculix.read_iterations(tmp_path / "deck.sta")
-    assert step.tolist() == [1, 1, 2]
-    assert iterations.tolist() == [3, 13, 5]
-
-
-@pytest.mark.parametrize("reader", [calculix.read_totals, calculix.read_iterations])
-def test_missing_and_empty_results_are_named(tmp_path, reader):
-    with pytest.raises(DataFileError, match=r"deck\.out"):
-        reader(tmp_path / "deck.out")
-    (tmp_path / "deck.out").write_text("nothing\n")
-    with pytest.raises(DataFileError, match=r"deck\.out"):
-        reader(tmp_path / "deck.out")
 
 
 @pytest.fixture

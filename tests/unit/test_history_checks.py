@@ -145,12 +145,10 @@ def said(dataset):
 
 WRONG = {
     "no increments": (lambda d: d.isel(increment=slice(0, 0)), "history: there is no increment in it"),
-    "no iterations": (lambda d: d.drop_vars("newton_iterations"), "there is no variable 'newton_iterations'"),
     "other dimensions": (
         lambda d: d.rename(increment="step"),
         r"variable 'force' has the dimensions \(step\) but must have \(increment\)",
     ),
-    "no stations": (lambda d: d.isel(station=slice(0, 0)), "there is no station in it"),
 }
 
 

@@ -13,7 +13,6 @@ from knitstudy.measures.reference import Reference
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
 from knitstudy.report.kept_pages import BEGIN, END, insert_between_marks, trade_summary
 from knitstudy.stages.simulate import Results
-from knitstudy.study.choice import AGAIN, Ask, Choice, Rung, second
 from knitstudy.tables import catalogue as tables
 
 TEMPLATE = Path(__file__).resolve().parents[2] / "workflow" / "report" / "accuracy.j2"
@@ -62,23 +61,6 @@ def test_the_page_is_written_from_the_table(table):
 
 
 ASKS = ("--set", "fidelity=auto", "--set", "ask.question=force", "--set", "ask.accuracy=0.05")
-
-
-def rung(name, error, seconds, kind=None):
-    return Rung(name, kind or name, name, "spline_yarns", error, seconds, 10.0)
-
-
-@pytest.mark.parametrize(
-    ("seconds", "error", "taken"),
-    [(AGAIN, 0.01, "other"), (1.01 * AGAIN, 0.01, "coarse"), (0.5, 0.095, "coarse"), (0.5, 0.08, "other")],
-)
-def test_the_surest_of_what_costs_little_more_is_compared_with(seconds, error, taken):
-    mine, coarse, other = rung("mine", 0.05, 1.0), rung("coarse", 0.09, 0.3), rung("other", error, seconds)
-    again = rung("mine, again", 0.01, 1.0, kind="mine")
-    choice = Choice(Ask(question="force", accuracy=0.05), mine, (coarse, mine, other, again), 3, 3)
-    assert second(choice).scene == taken
-    unsure = rung("unsure", 1.01 * AGAIN * 0.05, 0.3)
-    assert second(Choice(choice.ask, mine, (mine, again, unsure), 3, 3)) is None
 
 
 def test_the_command_compares_unless_told_not_to(monkeypatch):
