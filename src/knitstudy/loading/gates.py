@@ -189,7 +189,7 @@ def require_elements_across(scene: Scene) -> None:
     Raises MeshError if there are fewer across the yarn.
     """
     diameter, size = scene.yarn.diameter, scene.mesh.size
-    default = max(ELEMENTS_ACROSS["knit"], ELEMENTS_ACROSS[scene.specimen] / scene.mesh.refinement)
+    default = max(ELEMENTS_ACROSS["knit"], ELEMENTS_ACROSS.get(scene.specimen, 0.0) / scene.mesh.refinement)
     fewest, across = scene.gates.elements_across or default, diameter / size
     # Rounded: a yarn of five elements is one in whatever unit of length.
     if round(across, 6) < fewest:

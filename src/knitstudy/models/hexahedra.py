@@ -82,7 +82,7 @@ def build(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Problem:
     Raises ConfigurationError if the fabric is endless or its yarns are arcs of others; MeshError if elements are too
     large for the yarn or folded, the simulation does not fit into memory, a crossing cannot be tied, or yarns overlap.
     """
-    if len(fabric.periods) or fabric.arcs is not None:
+    if len(fabric.periods):
         raise ConfigurationError(
             f"scene {scene.name!r}: specimen is {scene.specimen}, which hexahedra cannot model; use spline_yarns"
         )

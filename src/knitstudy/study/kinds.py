@@ -123,9 +123,6 @@ SPECIMENS = _by_name(
         "cells cut out of a knit",
         {**_KNIT, "load": KnitTension},
         _KNIT_GEOMETRY,
-        whole=False,
-        outputs=(),
-        requires={"solver.stabilisation": 0},
     ),
     Specimen(
         "cell",
@@ -159,7 +156,7 @@ FIDELITIES = _by_name(
     Fidelity(
         "hexahedra",
         "solid yarns of hexahedra",
-        specimens=("knit", "pair"),
+        specimens=("knit", "cut_knit", "pair"),
         sections={"mesh": SolidMesh, "tie": Tie, "solver": HexahedralNewton, "gates": HexahedralGates},
         touching={"contact": SolidContact},
         solid=True,
@@ -177,7 +174,7 @@ FIDELITIES = _by_name(
     Fidelity(
         "rom3d",
         "a spatial network of beams",
-        specimens=("knit",),
+        specimens=("knit", "cut_knit"),
         sections={"mesh": BeamMesh, "solver": Newton, "gates": Gates},
         touching={"rom": Springs},
         tied={"tie": Tie, "rom": SpatialJoints},
@@ -186,14 +183,14 @@ FIDELITIES = _by_name(
     Fidelity(
         "rom2d",
         "a planar honeycomb of beams",
-        specimens=("knit",),
+        specimens=("knit", "cut_knit"),
         sections={"solver": Newton, "gates": Gates, "rom": PlanarJoints},
         sources=("rom.contacts_from", "rom.stress_from"),
     ),
     Fidelity(
         "beam",
         "beams in contact",
-        specimens=("knit",),
+        specimens=("knit", "cut_knit"),
         sections={"mesh": BeamMesh, "tie": Tie, "solver": Newton, "gates": Gates, "beam": Beam},
         touching={"contact": TiedEdges},
         tied=None,
@@ -201,7 +198,7 @@ FIDELITIES = _by_name(
     Fidelity(
         "window",
         "solid yarns of polynomials in a few cells of a network of beams",
-        specimens=("knit",),
+        specimens=("knit", "cut_knit"),
         sections={"mesh": WindowMesh, "tie": Tie, "solver": Newton, "gates": WindowGates, "window": Window},
         touching={"contact": PolynomialContact},
         sources=("window.springs_from",),
