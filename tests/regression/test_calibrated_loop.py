@@ -30,7 +30,7 @@ def test_angles_of_table_4(after, name, target):
 
 
 def test_yarn_in_a_loop(after):
-    assert float(after["loop_length"].sel(state="after")) == pytest.approx(41.6e-3, rel=1e-5)
+    assert float(after["loop_length"].sel(state="after")) == pytest.approx(55.5e-3, rel=1e-5)
 
 
 def test_length_hardly_changes(after):
