@@ -110,7 +110,7 @@ def test_family_that_is_not_allowed(folder, old, new, message):
         (
             {"other": FAMILY},
             "other.yaml, scene 'dns-tie-fine': is there twice, the first in the family 'family'",
-        ),
+        )
     ],
 )
 def test_families_that_do_not_go_together(folder, files, message):

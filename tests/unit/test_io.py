@@ -12,13 +12,7 @@ import pytest
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.files import (
-    read_dataset,
-    read_result,
-    recorded_digest,
-    replacing,
-    write_dataset,
-)
+from knitstudy.files import read_dataset, read_result, recorded_digest, replacing, write_dataset
 from knitstudy.study.configuration import load_scene
 
 

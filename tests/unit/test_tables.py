@@ -16,11 +16,7 @@ from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.measures.centre_cell import cut_force, first_symmetric_contact
 from knitstudy.measures.cost import SERIES
 from knitstudy.measures.paper_values import number, numbers
-from knitstudy.measures.response import (
-    distance_of_curves,
-    out_of_plane_correlation,
-    transverse_contraction,
-)
+from knitstudy.measures.response import distance_of_curves, out_of_plane_correlation, transverse_contraction
 from knitstudy.study.configuration import load_scenes
 from knitstudy.tables import catalogue
 

@@ -1,0 +1,47 @@
+"""Keys of small scenes: defaults that tests share."""
+
+DEFAULTS = {
+    "specimen": "knit",
+    "fidelity": "hexahedra",
+    "interaction": "tie",
+    "pattern": {"loop": "loop.yaml", "loops": 3, "rows": 3, "clearance": 0.01},
+    "pair": {"angle": 90.0, "length": 10e-3, "clearance": 0.01, "support": "back"},
+    "yarn": {"youngs_modulus": 1.3e9, "poisson_ratio": 0.42, "material": "hencky"},
+    "geometry": {"alpha": 1.0, "beta": 1.0, "gamma": 1.0, "beta_0": 1.0, "samples": 50},
+    "load": {"direction": "course", "strain": 0.05, "lateral": "fixed", "stops": []},
+    "mesh": {
+        "size": 0.3e-3,
+        "growth": 1.2,
+        "element": "one_point",
+        "beam_size": 0.5e-3,
+        "section_law": "curved",
+    },
+    "contact": {
+        "friction": 0.76,
+        "normal_stiffness": 10.0,
+        "tangential_stiffness": 10.0,
+        "penetration": 0.01,
+        "augmentations": 10,
+        "points": 2,
+        "tied_edges": "outer",
+    },
+    "solver": {
+        "increments": 10,
+        "residual_tolerance": 1e-6,
+        "correction_tolerance": 1e-6,
+        "hourglass": 0.005,
+        "stabilisation": 0.0,
+        "linear": "auto",
+    },
+    "rom": {
+        "joint": "rigid",
+        "springs_from": None,
+        "springs": "averaged",
+        "stiffness": [],
+        "axes": "contact",
+        "displacement": "interface",
+        "section": "single",
+    },
+    "beam": {"section": "rigid", "tie": "rigid", "stiffness": 10.0},
+    "outputs": [],
+}
