@@ -1,9 +1,14 @@
 """A small configuration folder that tests may write into."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+import study
 import yaml
 from small_scenes import DEFAULTS
+
+from knitstudy.files import read_table
 
 FAMILY = """\
 keys:
@@ -55,3 +60,18 @@ def touching_cell(plain_scene):
     contact = {"fidelity": "beam", "interaction": "isotropic", "contact.tied_edges": "none"}
     size = {"pattern.loops": 1, "pattern.rows": 1, "pattern.control_points": flat.tolist()}
     return plain_scene.vary(contact | size)
+
+
+RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
+
+
+@pytest.fixture(scope="session")
+def paper():
+    """Numbers that the paper prints."""
+    return read_table(RESOURCES / "paper_tables.csv")
+
+
+@pytest.fixture(scope="session")
+def cases(plain_scene):
+    """Made-up scenes of the four cases of tension with all models."""
+    return study.scenes(plain_scene)

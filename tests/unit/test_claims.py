@@ -32,9 +32,9 @@ DIRECT = ("tie", "rough", "isotropic", "untied")
 
 
 @pytest.fixture(scope="module")
-def evidence(plain_scene, knit, contacts):
+def evidence(plain_scene, knit, contacts, paper, cases):
     """Everything as the paper has it."""
-    scenes, swept = study.scenes(plain_scene), sweeping.scenes()
+    scenes, swept = cases, sweeping.scenes()
     sizes, grown = study.domain(plain_scene)
     solid = scenes["dns-isotropic-course"]
     compared = {kind: solid.replace("interaction", kind) for kind in ("tie", "rough")}
@@ -45,7 +45,7 @@ def evidence(plain_scene, knit, contacts):
     histories, touching = in_contact(knit)
     return Evidence(
         geometry=synthetic.geometry(plain_knit(initial_loop(plain_scene), 2, 2), flattened=0.99),
-        paper=read_table(RESOURCES / "paper_tables.csv"),
+        paper=paper,
         reference=study.reference(scenes),
         scenes=swept | scenes | sizes | compared,
         histories=study.histories(scenes) | grown | sweeps | histories,

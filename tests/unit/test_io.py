@@ -33,43 +33,23 @@ def test_replacing_keeps_the_old_file_until_the_new_one_is_whole(tmp_path):
     assert os.listdir(path.parent) == ["a.csv"]
 
 
-class Disk:
-    """Knows what a power cut would leave of one file: the content that was flushed, under the name that was."""
-
-    def __init__(self, path, monkeypatch):
-        self.path, self.safe, self.seen = path, "old", []
-        self._content, self._name = set(), "old"
-        flush, rename = os.fsync, os.replace
-
-        def fsync(descriptor):
-            flush(descriptor)
-            of = os.readlink(f"/proc/self/fd/{descriptor}")
-            self._content.add(os.stat(of).st_ino)
-            if of == str(path.parent):
-                self.safe = self._name
-            self.seen.append(self.left())
-
-        def replace(source, target):
-            self._name = "new" if os.stat(source).st_ino in self._content else "empty"
-            rename(source, target)
-            # The entry may reach the disk by itself at any time from now on.
-            self.safe = {self.safe, self._name}
-            self.seen.append(self.left())
-
-        monkeypatch.setattr(os, "fsync", fsync)
-        monkeypatch.setattr(os, "replace", replace)
-
-    def left(self):
-        return self.safe if isinstance(self.safe, set) else {self.safe}
-
-
 def test_a_power_cut_leaves_the_old_file_or_the_whole_new_one(tmp_path, monkeypatch):
-    path = tmp_path / "a.csv"
-    path.write_text("old")
-    disk = Disk(path, monkeypatch)
-    with replacing(path) as temporary:
+    """The content is on the disk before the file takes its name, and so is the name when all is done."""
+    flush, rename, done = os.fsync, os.replace, []
+
+    def fsync(descriptor):
+        done.append(os.readlink(f"/proc/self/fd/{descriptor}"))
+        flush(descriptor)
+
+    def replace(source, target):
+        done.append((str(source), str(target)))
+        rename(source, target)
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    monkeypatch.setattr(os, "replace", replace)
+    with replacing(tmp_path / "a.csv") as temporary:
         temporary.write_text("new")
-    assert disk.seen == [{"old"}, {"old", "new"}, {"new"}]
+    assert done == [str(temporary), (str(temporary), str(tmp_path / "a.csv")), str(tmp_path)]
 
 
 @pytest.mark.parametrize("fails", ["fsync", "replace"])

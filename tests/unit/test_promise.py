@@ -42,10 +42,9 @@ def test_an_error_is_taken_over_and_half_of_it_is_left_open(reference):
 
 
 @pytest.fixture(scope="module")
-def table(plain_scene):
-    scenes = study.scenes(plain_scene)
-    every = {name: each for name, each in study.histories(scenes).items() if scenes[name].fidelity != "beam"}
-    sources = {"every": every, "every_contacts": {}, "scenes": scenes, "reference": study.reference(scenes)}
+def table(cases):
+    every = {name: each for name, each in study.histories(cases).items() if cases[name].fidelity != "beam"}
+    sources = {"every": every, "every_contacts": {}, "scenes": cases, "reference": study.reference(cases)}
     return tables.tabulate("trade", **sources).assign(simulations="36 of 40", made="2026-11-21")
 
 
