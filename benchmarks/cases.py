@@ -19,7 +19,8 @@ from knitstudy.geometry.fabric import Fabric, fabric_of
 from knitstudy.loading.history import DIRECTIONS
 from knitstudy.loading.restart import Run
 from knitstudy.mechanics.batches import serial_blas
-from knitstudy.mechanics.model import DirichletElimination
+from knitstudy.mechanics.linear import System
+from knitstudy.mechanics.model import eliminate
 from knitstudy.mechanics.newton import trace
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.simulate import build, simulate
@@ -135,7 +136,7 @@ def _write_tangent(problem, state, path: Path) -> None:
     rhs = -(response.force + response.stiffness @ pull)
     rhs[prescribed.fixed] = 0
     tangent = response.stiffness
-    DirichletElimination(tangent, prescribed.fixed).apply(tangent)
+    eliminate(tangent, prescribed.fixed)
     np.savez(path, data=tangent.data, indices=tangent.indices, indptr=tangent.indptr, rhs=rhs)
 
 
@@ -148,7 +149,7 @@ def solve(scene: dict, folder: str, load: int) -> dict:
         matrix = sp.bsr_matrix((kept["data"], kept["indices"], kept["indptr"]), shape=2 * rhs.shape)
     ready()
     with serial_blas():
-        problem.solver.use(matrix)
+        problem.solver.use(System(matrix))
         solution = problem.solver.solve(rhs, TOLERANCE)
     return {
         "dof": rhs.size,

@@ -40,15 +40,15 @@ def knit():
 
 def test_degrees_of_freedom_in_space(knit):
     """5,994 in Table 5; 5% for the yarn per loop, of which only that number speaks."""
-    network = (
-        build(load_scene("rom3d-tie-course"), knit, contacts=contacts_of_crossings(knit)).observers[0].network
-    )
+    network = build(
+        load_scene("rom3d-tie-course"), knit, contacts=contacts_of_crossings(knit)
+    ).observer.network
     assert 6 * network.beam_nodes == pytest.approx(5994, rel=0.05)
 
 
 def test_degrees_of_freedom_in_the_plane(knit):
     """408, not the 432 of Table 5: 36 zones, 24 corners of free feet and heads, 8 ends are 68 nodes."""
-    network = (
-        build(load_scene("rom2d-tie-course"), knit, contacts=contacts_of_crossings(knit)).observers[0].network
-    )
+    network = build(
+        load_scene("rom2d-tie-course"), knit, contacts=contacts_of_crossings(knit)
+    ).observer.network
     assert 6 * network.beam_nodes == 408

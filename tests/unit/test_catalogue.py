@@ -113,9 +113,8 @@ from knitstudy.study.kinds import Interaction, register
 class Adhesion(Section):
     """Yarns that stick."""
 
-    adhesion: float = key(
-        "physics", "assumed", unit="Pa", source="a test", ge=0, le=1e9
-    )
+    adhesion: float = key("physics", "assumed", unit="Pa", ge=0, le=1e9)
+    "A test."
 
 
 register(Interaction("sticky", "contact that sticks", friction=lambda scene: 0.0, keys=Adhesion))

@@ -13,7 +13,7 @@ from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.model import Response
-from knitstudy.mechanics.solids_in_contact import ContactMemory, ContactState
+from knitstudy.mechanics.solid import Memory, SolidState
 
 APART = ~np.eye(2, dtype=bool)
 
@@ -239,14 +239,14 @@ def test_a_restart_gives_back_what_contact_points_remember(tmp_path):
     one, two = (np.where(upper[:, None], shift, 0.0) for shift in ([0, 0, -0.08], [0.02, 0, -0.08]))
     points = contact.points(nodes + one, nodes, ContactHistory.empty())
     points = contact.points(nodes + one, nodes, contact.augment(points))
-    state = ContactState(one, ContactMemory(one, 0.25, contact.commit(points)), 0.5, 0.5, 3)
+    state = SolidState(one, Memory(one, 0.25, contact.commit(points)), 0.5, 0.5, 3)
     recorder = Recorder(
         Stations(np.zeros(1, int), np.zeros(1), np.zeros((1, 3))),
         driven=np.array([[0, 1, 2]]),
         motion=Motion(np.zeros((1, 3)), (1.0,), (), axis=0, length=1.0),
     )
     increment = Increment(1, 0.5, state, Response(np.zeros(3), 1.0), 0.5)
-    file = Checkpoint(tmp_path / "a.npz", "key", ContactState)
+    file = Checkpoint(tmp_path / "a.npz", "key", SolidState)
     file.save(increment, recorder)
     back = file.load(recorder).state
     assert (back.load, back.change, back.augmentations, back.memory.damped) == (0.5, 0.5, 3, 0.25)

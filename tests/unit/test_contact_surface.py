@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from tubes import tube
 
-from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords, circular_stretch
+from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords
 from knitstudy.mechanics.contact.surface import interpolate, project
 from knitstudy.mechanics.contact.tangent import Quadrature
 from knitstudy.mesh.spacing import drawn_angles
@@ -27,7 +27,8 @@ def places(surfaces, count, number=0):
 @pytest.mark.parametrize(("angles", "error"), [(12, 1e-6), (16, 1e-7)])
 def test_stretched_tangents_follow_a_circle(angles, error):
     nodes, grid = tube(angles=angles)
-    surfaces = Grids([Grid(grid.nodes, stretch=circular_stretch(angles))])
+    equal = np.tile(2 * np.pi * np.arange(angles) / angles, (len(grid.nodes), 1))
+    surfaces = Grids([Grid(grid.nodes, chords=circular_chords(equal))])
     surface, xi = places(surfaces, 200)
     stencil = surfaces.stencil(surface, xi)
     place = interpolate(stencil.value, stencil.nodes, nodes)

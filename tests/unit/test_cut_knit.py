@@ -46,7 +46,7 @@ def test_no_crossing_is_lost(knit, pieces):
 
 def moved(scene, pieces, way):
     """Return the displacement of all sections of all pieces when the driven nodes alone move."""
-    parts = build(scene, pieces).observers[0].yarns.parts
+    parts = build(scene, pieces).observer.yarns.parts
     u = np.zeros(parts.nodes.shape)
     u[parts.ends.driven] = parts.unity[parts.ends.driven, None] * way
     u[parts.ends.held] = np.nan
@@ -94,7 +94,7 @@ def test_stations_are_places_on_the_yarns_of_the_knit(scene, knit, pieces):
 def test_yarns_are_watched_beside_every_tie(scene, knit, pieces):
     """Several arches are tied to one yarn: going by rows, most of them would not be looked at."""
     touching = scene.vary({"interaction": "isotropic", "contact.tied_edges": "outer", "contact.points": 2})
-    yarns = build(touching, pieces).observers[0].yarns
+    yarns = build(touching, pieces).observer.yarns
     nodes = yarns.parts.nodes
     apart = yarns.contact.beside.smallest_gap(nodes)
     assert 0 < apart < knit.radius

@@ -9,7 +9,7 @@ import xarray as xr
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.figures.fig12_size_and_beams import series_line
-from knitstudy.measures.domain import PowerLaw, SumOfPowers, contact_over_ties, series_of
+from knitstudy.measures.domain import contact_over_ties, fitted, series_of
 from knitstudy.measures.endless_knit import between_grips, held_over_free, limit, stretches
 from knitstudy.study.configuration import load_scenes, load_study
 from knitstudy.study.scene import LABELS
@@ -23,12 +23,14 @@ def grown(plain_scene):
 
 def test_laws_are_found_again():
     cells = np.array([3.0, 6.0, 8.0, 30.0])
-    law = PowerLaw.through(cells, 5.0 * cells**2.1)
-    assert (law.factor, law.exponent) == (pytest.approx(5.0), pytest.approx(2.1))
-    assert law.at(10.0) == pytest.approx(5.0 * 10**2.1)
-    law = SumOfPowers.through(cells, 5.0 * cells**2 + 2.0 * cells, (2, 1))
-    np.testing.assert_allclose(law.factors, [5.0, 2.0])
-    assert law.at(10.0) == pytest.approx(520.0)
+    law = fitted(cells, 5.0 * cells**2 + 2.0 * cells, (2, 1))
+    np.testing.assert_allclose(law.coef, [0.0, 2.0, 5.0])
+    assert law(10.0) == pytest.approx(520.0)
+
+
+def test_growth_is_the_exponent_of_the_knits_from_three_cells_on(grown):
+    (series, *_) = series_of(grown[0].values())
+    assert series.growth(5.0 * series.cells**2.1) == pytest.approx(2.1)
 
 
 def all_but_size(scene):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import DataFileError, GeometryError
-from knitstudy.geometry.closest import closest_approach, crossings_in_plane, windows
+from knitstudy.geometry.crossings import closest_points, windows_of_loop
 from knitstudy.geometry.fabric import (
     Fabric,
     Grip,
@@ -33,8 +33,9 @@ def loop(plain_scene):
 @pytest.mark.parametrize(("loops", "rows"), [(1, 1), (3, 2), (2, 4)])
 def test_crossings_of_a_knit_are_those_of_one_cell_moved(loop, loops, rows):
     crossings = plain_knit(loop, loops, rows).crossings
-    curve, rise = loop.in_radii().curve, loop.course_spacing / loop.radius
-    cell = closest_approach(curve, rise, windows(crossings_in_plane(curve, rise), curve.period), 100)
+    unit = loop.in_radii()
+    curve, rise = unit.curve, unit.rise
+    cell = closest_points(curve, curve.shifted(rise), windows_of_loop(curve, rise), 100)
     row, column, zone = (each.ravel() for each in np.indices((rows, loops, 4)))
     for name, expected in (("row", row), ("column", column), ("zone", zone)):
         np.testing.assert_array_equal(getattr(crossings, name), expected)

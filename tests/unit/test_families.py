@@ -98,7 +98,7 @@ def test_files_are_read_in_the_order_of_their_numbers(folder):
         ("  fine: {mesh.size: 2e-4}", "  fine: {interaction: rough}", "is 'tie' of case 'tie' but 'rough'"),
         ("  fine: {mesh.size: 2e-4}", "  fine:", "a placeholder with a mapping of its choices to the keys"),
         ("mesh:\n", "case:\n", "family.yaml: case is defined for all families in"),
-        ('  mesh: [fine, "045"]\n', "", "scenes 'dns-{case}-{mesh}': {mesh} is open; add 'mesh: all', or a"),
+        ('  mesh: [fine, "045"]\n', "", "unknown placeholder 'mesh'; allowed are case; an entry of scenes"),
         ('[fine, "045"]', "[fine, 0.45]", "mesh is ['fine', 0.45] but must be all, or of fine, 045"),
         ('[fine, "045"]', "[fine, fime]", "unknown mesh 'fime' (did you mean 'fine'?); allowed are"),
         ("name: dns-{case}-{mesh}", "name: dns-{case}", "scene 'dns-tie': is there twice, the first in the"),

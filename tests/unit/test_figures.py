@@ -16,11 +16,10 @@ from PIL import Image
 from knitstudy.contacts.contacts import extract
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.figures import catalogue, renderer, shapes, style
-from knitstudy.figures.fig05_contact_points import InterlockSide
 from knitstudy.figures.fig10_kinematics import QUANTITIES, SIDES, ZONES
 from knitstudy.figures.fig_pair_slip import Slide
 from knitstudy.figures.renderer import FRONT, Picture, RenderingError, Surface, View
-from knitstudy.figures.shapes import rod, sphere, tube
+from knitstudy.figures.shapes import arrow, sphere, tube
 from knitstudy.figures.style import describe, resolution, save
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
@@ -254,14 +253,6 @@ def test_honeycomb_shows_every_beam_and_zone(drawn, knit, results):
     assert 16 in sizes  # 4 zones of 2 x 2 interlocks
 
 
-# ---- the side of an interlock of Figs. 5 and 6 ----
-
-
-@pytest.fixture
-def side(knit, results):
-    return InterlockSide.in_the_middle(knit, results("")["contacts"])
-
-
 # ---- contact ----
 
 
@@ -323,7 +314,11 @@ def test_surfaces_are_closed_and_look_outward():
     line = np.column_stack([np.linspace(0, 2, 9), np.zeros(9), np.zeros(9)])
     bodies = {
         "tube": (tube(line, 0.5, "red"), np.pi * 0.25 * 2),
-        "rod": (rod(np.zeros(3), np.array([0, 0, 2.0]), 0.5, "red"), np.pi * 0.25 * 2),
+        "rod": (tube([np.zeros(3), np.array([0, 0, 2.0])], 0.5, "red"), np.pi * 0.25 * 2),
+        "arrow": (
+            arrow(np.zeros(3), np.array([0, 0, 2.0]), 0.1, "red"),
+            np.pi * (0.01 * 1.2 + 0.09 * 0.8 / 3),
+        ),
         "sphere": (sphere(np.array([3.0, 1, 2]), 0.5, "red"), np.pi / 6),
     }
     for name, (surface, exact) in bodies.items():

@@ -11,6 +11,7 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
+from knitstudy.measures.claims.evidence import Evidence
 from knitstudy.measures.claims.verdicts import findings, hanging, variations
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import Reference, transferred_uncertainty
@@ -51,8 +52,8 @@ def changed(sources, factors):
 def found_with(sources, factors=None):
     """Return findings by key and value."""
     histories, contacts = changed(sources, factors or {}), sources["variations_contacts"]
-    names = ("geometry", "paper", "reference")
-    found = findings(sources["scenes"].values(), histories, contacts, *(sources[name] for name in names))
+    names = ("geometry", "paper", "reference", "scenes")
+    found = findings(Evidence(*(sources[name] for name in names), histories, contacts))
     return {(each.variation.key, each.variation.value): each for each in found}
 
 

@@ -22,7 +22,7 @@ def gripped(network, knit):
 
 @pytest.mark.parametrize("fidelity", ["rom2d", "rom3d"])
 def test_arcs_of_the_outer_yarns_are_gripped_from_end_to_end(scene, knit, contacts, fidelity):
-    network = build(scene.replace("fidelity", fidelity), knit, contacts=contacts).observers[0].network
+    network = build(scene.replace("fidelity", fidelity), knit, contacts=contacts).observer.network
     arc_length, yarn = network.stations.arc_length, network.stations.yarn
     for part, number, arcs in zip(
         gripped(network, knit), (0, knit.cells[1]), (sinker_arcs(knit), head_arcs(knit)), strict=True
@@ -41,7 +41,7 @@ def test_arcs_of_the_outer_yarns_are_gripped_from_end_to_end(scene, knit, contac
 
 @pytest.mark.parametrize(("lateral", "given"), [("fixed", [0, 1, 2, 3, 4, 5]), ("free", [1, 3, 5])])
 def test_driven_arcs_move_along_y(scene, knit, contacts, lateral, given):
-    network = build(scene, knit, contacts=contacts).observers[0].network
+    network = build(scene, knit, contacts=contacts).observer.network
     ends = grips(network, knit, "wale")
     drive = tension(ends, Motion(np.array([[0, 2e-3, 0]]), (1.0,), (), axis=1, length=1.0), lateral)
     value = np.full(6 * len(network.nodes), np.nan)

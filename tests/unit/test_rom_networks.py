@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.errors import ConfigurationError, GeometryError
+from knitstudy.errors import GeometryError
 from knitstudy.models import network_2d, network_3d
 from knitstudy.models.joints import joint_points
 
@@ -60,12 +60,6 @@ class TestSpatial:
         bent = size > 0.2 * size.max()
         towards = np.cross(curvature, chord)
         assert np.all(np.einsum("ei,ei->e", towards, bulge)[bent] < 0)
-
-    def test_unknown_joint_and_size_are_refused(self, knit, points):
-        with pytest.raises(ConfigurationError, match=r"rom\.joint is 'glued'"):
-            network_3d.spatial_network(knit, points, 1e-3, joint="glued")
-        with pytest.raises(ConfigurationError, match=r"mesh\.beam_size is 0"):
-            network_3d.spatial_network(knit, points, 0.0)
 
     def test_two_joints_at_one_point_are_refused(self, knit, points):
         arc_length = points.arc_length.copy()

@@ -261,9 +261,9 @@ def test_other_keys_are_not_there(scene):
 class Grown(Section):
     """A section that a key was added to."""
 
-    old: float = key("numerics", "choice", source="a test")
-    added: float = key("numerics", "choice", source="a test", ge=0, default=1.0)
-    list_added: tuple[float, ...] = key("numerics", "choice", allowed="a list", source="a test", default=())
+    old: float = key("numerics", "choice")
+    added: float = key("numerics", "choice", ge=0, default=1.0)
+    list_added: tuple[float, ...] = key("numerics", "choice", allowed="a list", default=())
 
 
 def grown(scene, **values):

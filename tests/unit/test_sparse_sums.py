@@ -5,8 +5,8 @@ import pytest
 import scipy.sparse as sp
 
 from knitstudy.mechanics.assembly import Assembly
-from knitstudy.mechanics.model import DirichletElimination, without
-from knitstudy.mechanics.sparse_sums import PatternSum, TiedBlocks, lacking
+from knitstudy.mechanics.model import eliminate
+from knitstudy.mechanics.sparse_sums import PatternSum, lacking
 
 NODES = 12
 
@@ -40,35 +40,6 @@ def test_a_part_is_taken_off_for_a_while():
 
 def _rows(total):
     return zip(total.indptr[:-1], total.indptr[1:], strict=True)
-
-
-# T^T K T of matrices of few blocks
-
-
-NODES_TIED_BLOCKS = 9
-KEPT = [0, 2, 3, 4, 6, 7, 8]
-
-
-def ties():
-    """Two of nine nodes depend on two and three others."""
-    dense = np.zeros((NODES_TIED_BLOCKS, len(KEPT)))
-    dense[KEPT, np.arange(len(KEPT))] = 1
-    dense[1, [0, 4]] = 0.3, 0.7
-    dense[5, [1, 2, 6]] = 0.2, 0.5, 0.3
-    return sp.csr_matrix(dense)
-
-
-@pytest.mark.parametrize("nodes", [[2, 3, 8], [1, 3], [1, 5, 6], [0, 1, 5, 8], []])
-def test_blocks_go_where_their_nodes_depend_on(nodes):
-    dense = np.zeros((3 * NODES_TIED_BLOCKS, 3 * NODES_TIED_BLOCKS))
-    unknowns = (3 * np.array(nodes, dtype=int)[:, None] + np.arange(3)).ravel()
-    dense[np.ix_(unknowns, unknowns)] = np.random.default_rng(0).normal(size=(len(unknowns),) * 2)
-    matrix = sp.bsr_matrix(dense, blocksize=(3, 3))
-    spread = np.kron(ties().toarray(), np.eye(3))
-    found = TiedBlocks(ties()).collect(matrix)
-    np.testing.assert_allclose(found.toarray(), spread.T @ dense @ spread, atol=1e-14)
-    for low, high in zip(found.indptr[:-1], found.indptr[1:], strict=True):
-        assert np.all(np.diff(found.indices[low:high]) > 0)
 
 
 # Two quadrilaterals side by side: 0 1 2 over 3 4 5.
@@ -136,7 +107,7 @@ def test_pinned_unknowns_leave_the_others_alone(kind):
     matrix = stiffness(kind)
     before = matrix.toarray()
     level = np.mean(np.abs(before.diagonal()))
-    DirichletElimination(matrix, fixed).apply(matrix)
+    eliminate(matrix, fixed)
     after = matrix.toarray()
     free = np.setdiff1d(np.arange(9), fixed)
     np.testing.assert_array_equal(after[np.ix_(free, free)], before[np.ix_(free, free)])
@@ -150,7 +121,6 @@ def test_rows_and_columns_are_left_out_of_any_matrix():
     dense = np.zeros((9, 9))
     dense[3:6, :] = np.random.default_rng(0).normal(size=(3, 9))
     matrix, fixed = sp.bsr_matrix(dense, blocksize=(3, 3)), np.array([1, 4, 8])
-    left = without(matrix, fixed).toarray()
-    np.testing.assert_array_equal(matrix.toarray(), dense)
+    eliminate(matrix, fixed, diagonal=0.0)
     dense[fixed] = dense[:, fixed] = 0
-    np.testing.assert_array_equal(left, dense)
+    np.testing.assert_array_equal(matrix.toarray(), dense)

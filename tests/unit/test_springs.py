@@ -102,13 +102,13 @@ def test_negative_secants_are_reported_and_not_averaged_away(touching):
 def test_springs_and_points_of_the_model_follow_the_contacts(scene, knit, touching, joint):
     """What moves in the contacts moves in the model, and nothing else does."""
     scene = scene.replace("rom.joint", joint).replace("rom.springs", "zones")
-    before = build(scene, knit, contacts=touching).observers[0].network
+    before = build(scene, knit, contacts=touching).observer.network
     force = touching["force"].to_numpy().copy()
     force[-1, 14] *= [2.0, 3.0, 4.0]
     centroid = touching["centroid"].to_numpy().copy()
     centroid[14] += [5e-5, -3e-5, 4e-5]
     moved = with_values(with_values(touching, "force", force), "centroid", centroid)
-    after = build(scene, knit, contacts=moved).observers[0].network
+    after = build(scene, knit, contacts=moved).observer.network
 
     number = int(np.flatnonzero(np.flatnonzero(before.joints.sprung) == 14)[0])
     ratio = np.divide(*(np.diagonal(model.springs.stiffness, axis1=1, axis2=2) for model in (after, before)))
@@ -124,11 +124,9 @@ def test_springs_and_points_of_the_model_follow_the_contacts(scene, knit, touchi
 
 
 def test_axes_of_the_springs_are_those_of_the_scene(scene, knit, touching):
-    stiffness = (
-        build(scene.replace("rom.axes", "contact"), knit, contacts=touching)
-        .observers[0]
-        .network.springs.stiffness
-    )
+    stiffness = build(
+        scene.replace("rom.axes", "contact"), knit, contacts=touching
+    ).observer.network.springs.stiffness
     normal = touching["normal"].to_numpy()[12:24]
     along = np.einsum("kij,kj->ki", stiffness, normal)
     level = np.abs(stiffness).max()

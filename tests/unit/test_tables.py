@@ -23,7 +23,7 @@ from knitstudy.measures.response import (
     secant_stiffness,
     transverse_contraction,
 )
-from knitstudy.measures.segments import cell_force, cut_force
+from knitstudy.measures.segments import cut_force
 from knitstudy.study.configuration import load_scenes
 from knitstudy.tables import catalogue
 
@@ -181,21 +181,6 @@ def test_force_through_a_cut_is_that_of_its_slab(bar, share, sign):
     assert cut_force(bar, share) == pytest.approx(sign * inside * STRESS * AREA, rel=5e-3)
 
 
-@pytest.mark.parametrize("direction", ["course", "wale"])
-def test_pieces_of_one_period_are_one_loop_of_every_yarn(knit, direction):
-    """With stress times volume of 1 N m for every metre of yarn, and all yarns alike."""
-    stresses = synthetic.stresses(knit, direction, 60, 80)
-    length = np.diff(stresses["piece_arc_length"], axis=1)[:, 0]
-    axis = "xy"[direction == "wale"]
-    stresses["piece_stress"][:] = np.eye(3)
-    stresses["piece_volume"][:] = length[:, None]
-    loop, period = knit.centrelines[0].length / knit.cells[0], (knit.cell[0], knit.cell[1])
-    # In course tension a column: a loop of all four yarns. In wale tension a row: all loops of what makes one yarn.
-    wanted = 4 * loop if axis == "x" else knit.cells[0] * loop
-    found = cell_force(stresses, knit)
-    assert found == pytest.approx(wanted / (period[axis == "y"] * 1.05), rel=1e-6)
-
-
 def test_table_of_forces(knit, plain_scene):
     scene = plain_scene.vary({"fidelity": "hexahedra", "mesh.size": 0.3e-3})
     stresses = synthetic.stresses(knit, "course", 60, 80)
@@ -205,7 +190,7 @@ def test_table_of_forces(knit, plain_scene):
     stresses["cell_volume"] = ("cell", np.full(count, AREA * LENGTH / count))
     stresses["cell_place"] = (("cell", "xyz"), np.column_stack([x, 0 * x, 0 * x]))
     stresses.attrs["force"] = STRESS * AREA
-    given = {"geometry": knit.to_dataset(), "stresses": {"dns-a": stresses}, "scenes": {"dns-a": scene}}
+    given = {"stresses": {"dns-a": stresses}, "scenes": {"dns-a": scene}}
     (row,) = catalogue.tabulate("cut_forces", **given).to_dict("records")
     assert row["force of the grips [N]"] == STRESS * AREA
     assert row["smallest force through a cut, over it [1]"] == pytest.approx(1, abs=0.03)

@@ -9,7 +9,7 @@ from knitstudy.loading.gates import require_no_jump
 from knitstudy.loading.restart import Run
 from knitstudy.loading.solve import solve_load_path
 from knitstudy.models.simulate import build
-from knitstudy.models.window_network import cut_nodes, surroundings, touching_beams, window_of
+from knitstudy.models.window import cut_nodes, surroundings, touching_beams, window_of
 
 
 @pytest.fixture(scope="module")

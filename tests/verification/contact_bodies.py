@@ -12,7 +12,7 @@ from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement
 from knitstudy.mechanics.materials import MATERIALS
-from knitstudy.mechanics.solids_in_contact import Penetration, SolidsInContact
+from knitstudy.mechanics.solid import Penetration, SolidModel
 from knitstudy.mesh.mesher import crossing_grading
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing
@@ -121,9 +121,9 @@ def together(
     overlap=None,
     **options,
 ):
-    """SolidsInContact of bodies, and the first node of each body.
+    """SolidModel of bodies, and the first node of each body.
 
-    Further options are those of SolidsInContact.
+    Further options are those of SolidModel.
     """
     nodes, hexahedra, grids, first = joined(bodies)
     meets = ~np.eye(len(bodies), dtype=bool)
@@ -138,9 +138,7 @@ def together(
     )
     elements = OnePointHexahedron(nodes[hexahedra], MATERIALS.find(material)(modulus, poisson))
     options = {"penetration": Penetration(0.1 * size)} | options
-    return SolidsInContact(
-        nodes, [ElementGroup(hexahedra, elements)], size, contact=contact, **options
-    ), first
+    return SolidModel(nodes, [ElementGroup(hexahedra, elements)], size, contact=contact, **options), first
 
 
 def joined(bodies):

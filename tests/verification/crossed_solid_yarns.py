@@ -11,7 +11,7 @@ from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.patch_compliance import ACROSS, ALONG, LENGTH, PHASE, far
-from knitstudy.mechanics.solids_in_contact import SolidsInContact
+from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
 from knitstudy.mechanics.spline_yarn.span import span_groups
 
@@ -39,7 +39,7 @@ class CrossedYarns:
         apart = ~np.eye(2, dtype=bool)
         contact = Contact(nodes, surfaces, law, meets=apart, margin=0.3, overlap=1e-6)
         groups = span_groups(self.space, nodes, Hencky(1.0, poisson))
-        self.model = SolidsInContact(nodes, groups, span, contact=contact)
+        self.model = SolidModel(nodes, groups, span, contact=contact)
         first = own.first_node
         ends = np.concatenate([np.arange(first[1]), np.arange(*first[-2:])])
         self.ends = ends, ends + own.size

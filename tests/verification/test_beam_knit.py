@@ -9,7 +9,7 @@ from knitstudy.loading.history import load_path
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
-from knitstudy.models.beams_in_contact import CrossingRecord, beam_knit
+from knitstudy.models.beams_in_contact import beam_knit
 from knitstudy.models.network import grips, tension
 from knitstudy.study.configuration import load_scene
 
@@ -36,7 +36,7 @@ def test_every_yarn_is_in_balance(scenes, loop_knit, direction, verify):
     drive = tension(ends, load_path(scene.replace("load.strain", 0.01), loop_knit), "fixed")
     *_, last = trace(model, drive, Settings(increments=4, residual_tolerance=1e-9, predictor=1), LU())
     crossings = loop_knit.crossings
-    exerted = CrossingRecord(beams, crossings, scene).columns(last.state)["crossing_force"]
+    exerted = beams.at_crossings(last.state)["crossing_force"]
     assert np.all(np.linalg.norm(exerted[beams.tied], axis=1) > 0)
     node_force = last.response.force.reshape(-1, 6)[:, :3]
     gripped = np.union1d(ends.held, ends.driven)

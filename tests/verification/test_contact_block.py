@@ -14,7 +14,7 @@ from knitstudy.mechanics.contact.indentation import indentation
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
-from knitstudy.mechanics.solids_in_contact import Penetration
+from knitstudy.mechanics.solid import Penetration
 
 SIZE = 0.25
 """Element size that stiffnesses refer to."""

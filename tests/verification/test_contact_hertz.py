@@ -17,8 +17,7 @@ from knitstudy.mechanics.linear import LU, factorise
 from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.newton import trace
-from knitstudy.mechanics.solid import SolidModel
-from knitstudy.mechanics.solids_in_contact import Penetration
+from knitstudy.mechanics.solid import Penetration, SolidModel
 
 DIAMETER, LENGTH, PRESS = 1.0, 2.0, 0.05
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.closest import refine
+from knitstudy.geometry.crossings import refine
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.optimise import CostFunction
 from knitstudy.geometry.spline import CatmullRom
@@ -64,5 +64,5 @@ def test_shortest_distance_of_two_linked_circles(verify):
     t = 2 * np.pi * np.arange(24) / 24
     circle = CatmullRom(np.column_stack([np.cos(t), np.sin(t), 0 * t]), [0, 0, 0])
     start = np.array([[0.4, 12.3]])
-    found = refine(circle, np.array([[2.5, 0.0, 0.0]]), start, start[..., None] + [-1.0, 1.0])
+    found = refine(circle, circle.shifted([2.5, 0.0, 0.0]), start, start[..., None] + [-1.0, 1.0])
     verify.at_most("closest approach of two circles, gap 0.5", abs(found.distance[0] - 0.5), 1e-12)

@@ -46,7 +46,7 @@ def test_calibration(geometry, verify):
 def test_sizes_of_table_5(scene, knit, verify):
     mesh = mesh_fabric(knit, scene.mesh.size, scene.mesh.growth)
     verify.within("3 x 3 knit of solids, 0.3 mm: DOF", mesh.nodes.size, 189_513, 0.05)
-    network = (
-        build(load_scene("rom3d-tie-course"), knit, contacts=contacts_of_crossings(knit)).observers[0].network
-    )
+    network = build(
+        load_scene("rom3d-tie-course"), knit, contacts=contacts_of_crossings(knit)
+    ).observer.network
     verify.within("3 x 3 knit, 3D model, 0.5 mm: DOF", 6 * network.beam_nodes, 5_994, 0.05)

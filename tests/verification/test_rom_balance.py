@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from dead_loads import balance
 
-from knitstudy.loading.history import Meter, load_path
+from knitstudy.loading.history import load_path
 from knitstudy.loading.solve import solve_load_path
 from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_model import BeamModel
@@ -45,7 +45,7 @@ def test_spring_joints_leave_just_the_couples_that_are_accounted_for(
     """Springs at P leave a couple of second order in their stretch, between the points C one of first order."""
     scene = plain_scene.replace("interaction", "isotropic").replace("load.direction", direction)
     scene = scene.replace("rom.joint", joint).replace("mesh.beam_size", 2e-3).replace("rom.axes", "global")
-    network = build(scene, knit, contacts=sprung_contacts).observers[0].network
+    network = build(scene, knit, contacts=sprung_contacts).observer.network
     model = network.model(scene.yarn, scene.mesh.section_law)
     ends = grips(network, knit, direction)
     *_, last = trace(
@@ -62,7 +62,7 @@ def test_spring_joints_leave_just_the_couples_that_are_accounted_for(
     verify.at_most(f"spring joints, {joint}, {direction}: moments less their couples", error, 1e-9)
     size = np.linalg.norm(model.couples(last.state), axis=1).sum() / level_of_moment
     assert size < 2e-3 if joint == "rigid" else size > 2e-2
-    recorded = solve_load_path(problem(scene, knit, network, Meter()))
+    recorded = solve_load_path(problem(scene, knit, network))
     np.testing.assert_allclose(recorded["joint_couple_magnitude"][-1] / level_of_moment, size, rtol=1e-4)
     np.testing.assert_allclose(recorded["joint_couple"][-1], couple, atol=1e-6 * level_of_moment)
 

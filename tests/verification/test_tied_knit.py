@@ -74,7 +74,7 @@ def test_tie_follows_rigid_rotations(cell, verify):
     from knitstudy.mechanics.solid import SolidState
 
     knit, mesh = knit_and_mesh(cell)
-    yarns = build(cell, knit, mesh=mesh).observers[0].yarns
+    yarns = build(cell, knit, mesh=mesh).observer.yarns
     rotation = exp(np.array([0.4, -1.2, 0.9]))
     nodes = yarns.parts.nodes[yarns.retained]
     force = yarns.model.respond(SolidState(nodes @ rotation.T - nodes), stiffness=False).force

@@ -13,7 +13,7 @@ from knitstudy.figures.style import FAINT, INK, SINGLE, YARNS, figure, styled
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.summary import kind_of, require_layout, touched
 from knitstudy.mechanics.materials import FULL
-from knitstudy.mechanics.solid import principal_stresses
+from knitstudy.mechanics.solid import principal_axes
 
 PERCENT, MILLI, MEGA = 100.0, 1e3, 1e-6
 
@@ -59,7 +59,7 @@ def _contacts(dataset: xr.Dataset, axes: Axes) -> None:
 
 
 def _stresses(dataset: xr.Dataset, axes: Axes) -> None:
-    value = MEGA * principal_stresses(dataset["cell_stress"].to_numpy()[:, FULL])[:, 0]
+    value = MEGA * principal_axes(dataset["cell_stress"].to_numpy()[:, FULL])[0][:, 0]
     order = np.argsort(value)
     place = MILLI * dataset["cell_place"].to_numpy()[order]
     dots = axes.scatter(*place[:, :2].T, c=value[order], s=1.0, linewidth=0, cmap="cividis", rasterized=True)

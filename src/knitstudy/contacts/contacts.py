@@ -11,12 +11,13 @@ points that touch lie on the depth that the law stands for, which is not the are
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 import xarray as xr
 
 from knitstudy.contacts.facets import count_zones
-from knitstudy.contacts.kinematics import kinematics, tangents
+from knitstudy.contacts.kinematics import Axes, kinematics
 from knitstudy.errors import DataFileError
 from knitstudy.geometry.fabric import Fabric, fabric_of
 from knitstudy.loading.columns import CONTACTS
@@ -24,14 +25,12 @@ from knitstudy.mechanics.contact.indentation import Crossing
 from knitstudy.mechanics.contact.interaction import PASS_SHARE
 from knitstudy.study.scene import Scene
 
-MODULUS = "indentation_modulus"
-"""Attribute of histories of yarns whose local indentation is a law: E* of the yarns [Pa]."""
-
+MODULUS = "indentation_modulus"  # attribute of histories of yarns whose local indentation is a law: E* [Pa]
+# Angle below which yarns count as crossing at it: side by side they touch along a line, which has no end.
 SMALLEST = np.radians(5.0)
-"""Angle below which yarns count as crossing at it: side by side they touch along a line, which has no end."""
-
-BY_NEIGHBOURS = ("segment_contraction",)
-"""Variables that need the neighbours of a crossing: unknown in a window."""
+BY_NEIGHBOURS = (
+    "segment_contraction",
+)  # variables that need the neighbours of a crossing: unknown in a window
 
 
 def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
@@ -42,19 +41,21 @@ def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Data
 def extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:
     """Return the contacts dataset of docs/files.md; of a window, for the crossings of its cells alone.
 
-    Parameters
-    ----------
-    fabric : Fabric
-    history : Dataset
-        Of the fabric, with the forces of its crossings.
-
     Raises
     ------
     DataFileError
         If the history holds no crossings, or those of another fabric, or contact points without the number of
         facets around a yarn.
     """
-    _require_crossings(fabric, history)
+    if "crossing_force" not in history:
+        raise DataFileError(
+            "the history holds no crossing_force: contacts come from a scene of solid yarns or with a window of them"
+        )
+    if history.sizes["crossing"] != len(fabric.crossings):
+        raise DataFileError(
+            f"the history has {history.sizes['crossing']} crossings and the fabric {len(fabric.crossings)}: "
+            "they belong to different scenes"
+        )
     if "window_crossing" in history:
         return _extract(*_in_window(fabric, history)).drop_vars(BY_NEIGHBOURS, errors="ignore")
     return _extract(fabric, history)
@@ -74,12 +75,11 @@ def _in_window(fabric: Fabric, history: xr.Dataset) -> tuple[Fabric, xr.Dataset]
 def _extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:
     crossings = fabric.crossings
     touch = _Touch.of(history)
-    apart = crossings.point[:, 1] - crossings.point[:, 0]
     tied = history["crossing_tied"].to_numpy().astype(bool)
     motion = history["crossing_displacement"].to_numpy()
     values = {
         **{name: getattr(crossings, name) for name in ("row", "column", "zone", "yarn", "arc_length")},
-        "normal": apart / np.linalg.norm(apart, axis=1, keepdims=True),
+        "normal": crossings.normal,
         "tied": tied.astype(np.int8),
         "force": history["crossing_force"].to_numpy(),
         "centroid_displacement": motion,
@@ -104,25 +104,13 @@ def _extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:
     )
 
 
-def _require_crossings(fabric: Fabric, history: xr.Dataset) -> None:
-    if "crossing_force" not in history:
-        raise DataFileError(
-            "the history holds no crossing_force: contacts come from a scene of solid yarns or with a window of them"
-        )
-    if history.sizes["crossing"] != len(fabric.crossings):
-        raise DataFileError(
-            f"the history has {history.sizes['crossing']} crossings and the fabric {len(fabric.crossings)}: "
-            "they belong to different scenes"
-        )
-
-
 def indented(fabric: Fabric, force: np.ndarray, modulus: float) -> dict[str, np.ndarray]:
     """Return Hertz's area of contact [m2] and largest pressure [Pa], (I, K), under normal forces (I, K, 3) [N].
 
     The angle between the yarns is the undeformed one.
     """
     radius, load = fabric.radius, np.linalg.norm(force, axis=-1)
-    cosine = np.abs(np.einsum("ki,ki->k", *tangents(fabric).swapaxes(0, 1)))
+    cosine = np.abs(np.einsum("ki,ki->k", *Axes.of(fabric).tangent.swapaxes(0, 1)))
     angle = np.arccos(np.clip(cosine, 0.0, 1.0))
     kinds = [Crossing.at(max(float(each), SMALLEST)) for each in angle]
     semiaxis, ratio = (np.array([getattr(kind, name) for kind in kinds]) for name in ("semiaxis", "ratio"))
@@ -132,96 +120,74 @@ def indented(fabric: Fabric, force: np.ndarray, modulus: float) -> dict[str, np.
     return {"contact_area": area, "largest_pressure": pressure}
 
 
-_POINT_COLUMNS = (
-    *("side", "cell", "position", "reference", "normal", "traction"),
-    *("area", "cell_area", "pressure", "slip", "sticks"),
+# Columns of contact points (`loading.columns`), and the shape of one entry.
+_POINT_COLUMNS: dict[str, tuple[int, ...]] = (
+    dict.fromkeys(("side", "area", "cell_area", "pressure", "slip", "sticks"), ())
+    | dict.fromkeys(("position", "reference", "normal", "traction"), (3,))
+    | {"cell": (2,)}
 )
 
 
 @dataclass(frozen=True)
 class _Touch:
-    """Gauss points under pressure that belong to a crossing, of all increments one after another.
+    """Gauss points under pressure that belong to a crossing, of all increments one after another."""
 
-    Attributes
-    ----------
-    shape : tuple of 2 ints
-        Increments I and crossings K.
-    place : ndarray of int, shape (p,)
-        Increment times K plus crossing.
-    side : ndarray of int, shape (p,)
-        0: the point lies on the yarn of side 0.
-    cell : ndarray of int, shape (p, 2)
-        Its facet: layer along the yarn, facet around it.
-    around : int
-        Facets around a yarn.
-    position, reference, normal, traction : ndarray, shape (p, 3)
-        Where it is and where it was [m]; outward normal of the touched surface; tangential traction on the point's
-        own yarn [Pa].
-    area, cell_area, pressure, slip, sticks : ndarray, shape (p,)
-        Undeformed area, and that of its facet [m2], pressure [Pa], length slipped [m], and 1 where it sticks.
-    """
-
-    shape: tuple[int, int]
-    place: np.ndarray
-    side: np.ndarray
-    cell: np.ndarray
-    around: int
-    position: np.ndarray
-    reference: np.ndarray
-    normal: np.ndarray
-    traction: np.ndarray
-    area: np.ndarray
-    cell_area: np.ndarray
-    pressure: np.ndarray
-    slip: np.ndarray
-    sticks: np.ndarray
+    shape: tuple[int, int]  # increments I and crossings K
+    place: np.ndarray  # (p,) increment times K plus crossing
+    around: int  # facets around a yarn
+    points: SimpleNamespace  # their columns
 
     @classmethod
     def of(cls, history: xr.Dataset) -> _Touch:
         """Return the points of a history; none if its crossings are all tied."""
         shape = history.sizes["increment"], history.sizes["crossing"]
         if "contact_pressure" not in history:
-            none, vectors = np.zeros(0), np.zeros((0, 3))
-            no, cells = none.astype(int), np.zeros((0, 2), dtype=int)
-            return cls(shape, no, no, cells, 1, *[vectors] * 4, *[none] * 5)
+            none = {name: np.zeros((0, *entry), dtype=int) for name, entry in _POINT_COLUMNS.items()}
+            return cls(shape, np.zeros(0, dtype=int), 1, SimpleNamespace(**none))
         if "facets_around" not in history.attrs:
             raise DataFileError(
                 "the history has contact points but no attribute facets_around, the number of facets around a yarn"
             )
         crossing = history["contact_crossing"].to_numpy()
         here = np.flatnonzero((crossing >= 0) & (history["contact_pressure"].to_numpy() > 0))
-        column = {name: history[f"contact_{name}"].to_numpy()[here] for name in _POINT_COLUMNS}
+        columns = {name: history[f"contact_{name}"].to_numpy()[here] for name in _POINT_COLUMNS}
         place = history["contact_increment"].to_numpy()[here] * shape[1] + crossing[here]
-        return cls(shape=shape, place=place, around=int(history.attrs["facets_around"]), **column)
+        return cls(shape, place, int(history.attrs["facets_around"]), SimpleNamespace(**columns))
+
+    @property
+    def load(self) -> np.ndarray:
+        """Normal force (p,) of the points [N]."""
+        return self.points.area * self.points.pressure
 
     def results(self) -> dict[str, np.ndarray]:
         """Return all that is known of the crossings (I, K, ...) from their points."""
-        load, sign = self.area * self.pressure, np.where(self.side == 0, 1.0, -1.0)
-        area, total_load = self._sum(self.area), self._sum(load)
+        points, load = self.points, self.load
+        sign = np.where(points.side == 0, 1.0, -1.0)
+        area, total_load = self._sum(points.area), self._sum(load)
         with np.errstate(invalid="ignore"):  # an open crossing has no centroid, normal, slip or share: 0 / 0
-            mean_normal = self._sum(-(load * sign)[:, None] * self.normal)
+            mean_normal = self._sum(-(load * sign)[:, None] * points.normal)
             results = {
-                "contact_centroid": self._sum(load[:, None] * self.position) / total_load[..., None],
+                "contact_centroid": self._sum(load[:, None] * points.position) / total_load[..., None],
                 "contact_normal": mean_normal / np.linalg.norm(mean_normal, axis=-1, keepdims=True),
-                "slip": self._sum(self.area * self.slip) / area,
-                "stick_share": self._sum(self.area * self.sticks) / area,
+                "slip": self._sum(points.area * points.slip) / area,
+                "stick_share": self._sum(points.area * points.sticks) / area,
             }
         return results | {
             "zones": self._zones(),
             "contact_area": 0.5 * area,  # the mean of two sides
-            "normal_resultant": self._sum((PASS_SHARE * load * sign)[:, None] * self.normal),
-            "tangential_resultant": self._sum((PASS_SHARE * self.area * sign)[:, None] * self.traction),
-            "largest_pressure": self._largest_pressure(load),
+            "normal_resultant": self._sum((PASS_SHARE * load * sign)[:, None] * points.normal),
+            "tangential_resultant": self._sum((PASS_SHARE * points.area * sign)[:, None] * points.traction),
+            "largest_pressure": self._largest_pressure(),
         }
 
-    def _largest_pressure(self, load: np.ndarray) -> np.ndarray:
-        """Return the largest pressure (I, K) that is the mean of a facet, from the load (p,) of points [N].
+    def _largest_pressure(self) -> np.ndarray:
+        """Largest pressure (I, K) that is the mean of a facet.
 
         There are more points than unknowns of a surface: pressures of single points alternate, their means do not.
         """
-        of = np.column_stack([self.place, self.side, self.cell])
+        of = np.column_stack([self.place, self.points.side, self.points.cell])
         _, first, facet = np.unique(of, axis=0, return_index=True, return_inverse=True)
-        mean = np.bincount(facet.ravel(), load, len(first)) / self.cell_area[first]
+        mean = np.bincount(facet.ravel(), self.load, len(first)) / self.points.cell_area[first]
         largest = np.zeros(self.shape)
         np.maximum.at(largest.reshape(-1), self.place[first], mean)
         return largest
@@ -231,11 +197,9 @@ class _Touch:
 
         Crossings that never touch get ``otherwise`` (K, 3).
         """
-        load = self.area * self.pressure
-        total = self._sum(load)
-        last = self.shape[0] - 1 - np.argmax(total[::-1] > 0, axis=0)
-        crossing = np.arange(self.shape[1])
-        moment, weight = self._sum(load[:, None] * self.reference)[last, crossing], total[last, crossing]
+        total = self._sum(self.load)
+        last = self.shape[0] - 1 - np.argmax(total[::-1] > 0, axis=0), np.arange(self.shape[1])
+        moment, weight = self._sum(self.load[:, None] * self.points.reference)[last], total[last]
         touched = weight > 0
         centroid = np.array(otherwise, dtype=float)
         centroid[touched] = moment[touched] / weight[touched, None]
@@ -243,33 +207,34 @@ class _Touch:
 
     def reference_centroid(self) -> np.ndarray:
         """Return the centroid of the contact (I, K, 2, 3) on the undeformed yarn of either side [m], nan where open."""
-        load, size = self.area * self.pressure, 2 * self.shape[0] * self.shape[1]
-        columns = np.column_stack([load[:, None] * self.reference, load]).T
-        sums = np.stack([np.bincount(2 * self.place + self.side, each, size) for each in columns], axis=-1)
+        moment = self._sum(self.load[:, None] * self.points.reference, by_side=True)
         with np.errstate(invalid="ignore"):  # nothing touches: 0 / 0
-            return (sums[:, :3] / sums[:, 3:]).reshape(*self.shape, 2, 3)
+            return moment / self._sum(self.load, by_side=True)[..., None]
 
     def _zones(self) -> np.ndarray:
-        """Return the numbers of zones (I, K): facets of the two sides differ, and the larger count stands."""
-        sides = count_zones(
-            2 * self.place + self.side, self.cell, self.around, 2 * self.shape[0] * self.shape[1]
+        """Numbers of zones (I, K): facets of the two sides differ, and the larger count stands."""
+        place, shape = self._at(by_side=True)
+        return (
+            count_zones(place, self.points.cell, self.around, int(np.prod(shape))).reshape(shape).max(axis=-1)
         )
-        return sides.reshape(*self.shape, 2).max(axis=-1)
 
-    def _sum(self, values: np.ndarray) -> np.ndarray:
-        """Return sums (I, K, ...) of the values (p, ...) of the points."""
+    def _at(self, by_side: bool) -> tuple[np.ndarray, tuple[int, ...]]:
+        """Places (p,) of the points among crossings (I, K), or among the sides of these (I, K, 2)."""
+        return (2 * self.place + self.points.side, (*self.shape, 2)) if by_side else (self.place, self.shape)
+
+    def _sum(self, values: np.ndarray, by_side: bool = False) -> np.ndarray:
+        """Sums (I, K, ...) of the values (p, ...) of the points, or (I, K, 2, ...) by side."""
+        place, shape = self._at(by_side)
         columns = values.reshape(len(values), int(np.prod(values.shape[1:]))).T
-        size = self.shape[0] * self.shape[1]
         # Where nothing touches, bincount would count: integers, that forces of ties are rounded to.
-        sums = np.stack([np.bincount(self.place, column, size) for column in columns], axis=-1).astype(float)
-        return sums.reshape(*self.shape, *values.shape[1:])
+        sums = np.stack([np.bincount(place, each, int(np.prod(shape))) for each in columns], axis=-1).astype(
+            float
+        )
+        return sums.reshape(*shape, *values.shape[1:])
 
 
 def _put_ties(values: dict[str, np.ndarray], history: xr.Dataset, tied: np.ndarray) -> None:
-    """Write what is known of tied crossings into results (..., K, ...), in place.
-
-    A tied crossing is one zone that always sticks; its pressure is not known.
-    """
+    """Write results (..., K, ...) of tied crossings: each is one zone that always sticks, of unknown pressure."""
     centroid, area = (history[name].to_numpy()[tied] for name in ("tied_centroid", "tied_area"))
     normal, force = values["normal"][tied], values["force"][:, tied]
     along = np.einsum("iks,ks->ik", force, normal)[..., None] * normal

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -19,8 +18,8 @@ from knitstudy.study.scene import Scene
 
 # ---- Contact zones: groups of surface facets that touch and hang together
 
+# Half of the eight cells around a cell (along, around); the other half are those that have it as neighbour.
 NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
-"""Half of the eight cells around a cell (along, around); the other half are those that have it as neighbour."""
 
 
 def count_zones(place: np.ndarray, cell: np.ndarray, around: int, places: int) -> np.ndarray:
@@ -39,9 +38,8 @@ def count_zones(place: np.ndarray, cell: np.ndarray, around: int, places: int) -
     """
     if not len(place):
         return np.zeros(places, dtype=np.int64)
-    layers = (
-        int(cell[:, 0].max()) + 2
-    )  # a layer beyond the last one keeps neighbours from running into the next place
+    # A layer beyond the last one keeps neighbours from running into the next place.
+    layers = int(cell[:, 0].max()) + 2
 
     def number(place: np.ndarray, layer: np.ndarray, facet: np.ndarray) -> np.ndarray:
         return (place * layers + layer) * around + facet % around
@@ -66,91 +64,58 @@ def count_zones(place: np.ndarray, cell: np.ndarray, around: int, places: int) -
 
 @dataclass(frozen=True, eq=False)
 class Rings:
-    """Rings of all yarns.
+    """Rings of all yarns."""
 
-    Attributes
-    ----------
-    along : tuple of ndarray (r,)
-        Of every yarn: the parameters of its rings, ascending.
-    arc_length : tuple of ndarray (r,)
-        Their arc lengths, m.
-    """
-
-    along: tuple[np.ndarray, ...]
-    arc_length: tuple[np.ndarray, ...]
+    along: tuple[np.ndarray, ...]  # of every yarn: the parameters of its rings, ascending
+    arc_length: tuple[np.ndarray, ...]  # their arc lengths, m
 
     @classmethod
     def of_rows(cls, arc_length: tuple[np.ndarray, ...]) -> Rings:
         """Return the rings of grids whose rows of nodes, which count as parameters, lie at arc lengths in m."""
         return cls(tuple(np.arange(float(len(s))) for s in arc_length), arc_length)
 
-    @cached_property
-    def _first(self) -> np.ndarray:
-        return np.concatenate([[0], np.cumsum([len(along) for along in self.along])])
-
     def arc_length_at(self, yarn: np.ndarray, along: np.ndarray) -> np.ndarray:
         """Return arc lengths (k,) in m of places with parameters (k,) on yarns (k,)."""
-        return self._by_yarn(yarn, along, lambda n, x: np.interp(x, self.along[n], self.arc_length[n]))
-
-    def nearest(self, yarn: np.ndarray, along: np.ndarray) -> np.ndarray:
-        """Return the rings (k,), counted through all yarns, next to places with parameters (k,) on yarns (k,)."""
-
-        def ring(number: int, along: np.ndarray) -> np.ndarray:
-            edges = self.along[number]
-            return self._first[number] + np.searchsorted(0.5 * (edges[1:] + edges[:-1]), along)
-
-        return self._by_yarn(yarn, along, ring).astype(np.int64)
-
-    def _by_yarn(
-        self, yarn: np.ndarray, along: np.ndarray, function: Callable[[int, np.ndarray], np.ndarray]
-    ) -> np.ndarray:
         values = np.empty(len(yarn))
         for number in np.unique(yarn):
             here = yarn == number
-            values[here] = function(number, along[here])
+            values[here] = np.interp(along[here], self.along[number], self.arc_length[number])
         return values
+
+    def nearest(self, yarn: np.ndarray, along: np.ndarray) -> np.ndarray:
+        """Return the rings (k,), counted through all yarns, next to places with parameters (k,) on yarns (k,)."""
+        ring = np.empty(len(yarn), dtype=np.int64)
+        first = 0
+        for number, edges in enumerate(self.along):
+            here = yarn == number
+            ring[here] = first + np.searchsorted(0.5 * (edges[1:] + edges[:-1]), along[here])
+            first += len(edges)
+        return ring
 
 
 # ---- The crossings of a specimen on the surfaces of its mesh: facets that face each other, and what touches near them
 
 
-REACH = 2.0
-"""Distance along the yarn from a crossing, in radii, up to which contact is counted to it."""
+REACH = 2.0  # distance along the yarn from a crossing, in radii, up to which contact is counted to it
 
 
 @dataclass(frozen=True, eq=False)
 class CrossingFacets:
-    """Facets at the closest points of all crossings.
-
-    Attributes
-    ----------
-    crossings : Crossings
-    mesh : SweptMesh
-    nodes : ndarray of int, shape (K, 2, 4)
-        Corners of the facet on each of the two yarns.
-    """
+    """Facets at the closest points of all crossings."""
 
     crossings: Crossings
     mesh: SweptMesh
-    nodes: np.ndarray
+    nodes: np.ndarray  # (K, 2, 4) corners of the facet on each of the two yarns
 
     @classmethod
     def of(cls, crossings: Crossings, mesh: SweptMesh) -> CrossingFacets:
         """Find the facets: the layer that the closest point lies in, and what faces the other yarn there."""
-        nodes = np.empty((len(crossings.row), 2, 4), dtype=np.int64)
         across = crossings.point[:, ::-1] - crossings.point
-        for side in range(2):
-            for yarn in np.unique(crossings.yarn[:, side]):
-                here = np.flatnonzero(crossings.yarn[:, side] == yarn)
-                first, last = mesh.first_slice[yarn : yarn + 2]
-                stations = mesh.arc_length[first:last]
-                layer = np.searchsorted(stations, crossings.arc_length[here, side], side="right") - 1
-                layer = np.clip(layer, 0, len(stations) - 2)
-                directors = mesh.frames[first + layer] + mesh.frames[first + layer + 1]
-                x, y = np.einsum("kdi,ki->dk", directors[:, :2], across[here, side])
-                facet = mesh.facet_at(first + layer, np.arctan2(y, x))
-                nodes[here, side] = mesh.surface_quads(yarn)[layer * mesh.section.ring.size + facet]
-        return cls(crossings, mesh, nodes)
+        below = mesh.slice_below(crossings.yarn, crossings.arc_length)
+        directors = (mesh.frames[below] + mesh.frames[below + 1])[:, :, :2]
+        x, y = np.einsum("ksdi,ksi->dks", directors, across)
+        facet = mesh.facet_at(below.ravel(), np.arctan2(y, x).ravel()).reshape(below.shape)
+        return cls(crossings, mesh, mesh.facet_nodes(below, facet))
 
     def displacement(self, displacement: np.ndarray) -> np.ndarray:
         """Return the mean displacement (K, 2, 3) of the facets [m] from that of all nodes (N, 3)."""
@@ -161,22 +126,16 @@ class CrossingFacets:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return crossing and side (k,) of places where two yarns touch; crossing -1 away from all of them.
 
-        Parameters
-        ----------
-        yarn, other : ndarray of int, shape (k,)
-            Yarn that the place lies on, and the one it touches.
-        arc_length : ndarray, shape (k,)
-            Where: on the first one [m].
+        The places lie on yarns (k,) at arc lengths (k,) [m] and touch other yarns (k,).
         """
         side = np.where(yarn < other, 0, 1)
         crossings = self.crossings
         crossing = np.full(len(yarn), -1)
         for mine, theirs in np.unique(np.stack([yarn, other], axis=1), axis=0):
             here = np.flatnonzero((yarn == mine) & (other == theirs))
-            end = 0 if mine < theirs else 1
-            candidates = np.flatnonzero(
-                (crossings.yarn[:, end] == mine) & (crossings.yarn[:, 1 - end] == theirs)
-            )
+            end = side[here[0]]
+            pair = [mine, theirs] if end == 0 else [theirs, mine]
+            candidates = np.flatnonzero((crossings.yarn == pair).all(axis=1))
             if not len(candidates):
                 continue
             apart = np.abs(arc_length[here, None] - crossings.arc_length[candidates, end])
@@ -222,9 +181,9 @@ def touching_points(
 
 
 def crossing_forces(columns: dict[str, np.ndarray], count: int) -> np.ndarray:
-    """Return the force (count, 3) of contact on the lower row's yarn at every crossing [N].
+    """Return the force (count, 3) of contact on the yarn of side 0 at every crossing [N].
 
-    Each side's points carry half of the stiffness; what acts on the upper row's yarn counts with the other sign.
+    Each side's points carry half of the stiffness; what acts on the yarn of side 1 counts with the other sign.
     """
     force = columns["pressure"][:, None] * columns["normal"] + columns["traction"]
     force *= (PASS_SHARE * columns["area"] * np.where(columns["side"] == 0, 1.0, -1.0))[:, None]
@@ -262,7 +221,6 @@ def tied_pieces(stations: Sequence[np.ndarray], crossings: Crossings, tied: np.n
     ----------
     stations : sequence of ndarray
         Arc lengths on every yarn [m]; S in all.
-    crossings : Crossings
     tied : ndarray of bool, shape (K,)
     """
     pieces = []

@@ -16,27 +16,17 @@ from knitstudy.geometry.spline import Centreline
 from knitstudy.mechanics.rotation import log
 from knitstudy.mesh.sweep import SweptMesh
 
+# Layers of elements that a section is: the one that the crossing lies in, and its neighbours on either side. Where the
+# mesh is refined there are as many more, and nodes count by the area that they stand for.
 LAYERS = 3
-"""Layers of elements that a section is: the one that the crossing lies in, and its neighbours on either side.
-
-Where the mesh is refined there are as many more, and nodes count by the area that they stand for.
-"""
 
 
 @dataclass(frozen=True)
 class SectionMotion:
-    """Affine maps of the sections at K crossings, on both sides.
+    """Affine maps of the sections at K crossings, on both sides."""
 
-    Attributes
-    ----------
-    gradient : ndarray, shape (K, 2, 3, 3)
-        Deformation gradient: the last axis is of the undeformed section.
-    displacement : ndarray, shape (K, 2, 3)
-        Of the centreline's point at the crossing [m].
-    """
-
-    gradient: np.ndarray
-    displacement: np.ndarray
+    gradient: np.ndarray  # (K, 2, 3, 3) deformation gradient: the last axis is of the undeformed section
+    displacement: np.ndarray  # (K, 2, 3) of the centreline's point at the crossing [m]
 
 
 def section_motion(
@@ -48,14 +38,12 @@ def section_motion(
 
     Parameters
     ----------
-    crossings : Crossings
-    mesh : SweptMesh
     nodes : ndarray, shape (N, 3)
         Undeformed positions: those of the mesh, or where ties have put them [m].
     displacement : ndarray, shape (N, 3)
         Of the nodes [m].
     """
-    around = nodes_around(crossings, mesh)
+    around = _nodes_around(crossings, mesh)
     weight = mesh.shrinkage.ravel()[around] ** 2
     weight /= weight.sum(axis=2, keepdims=True)
     place, moved = nodes[around], displacement[around]
@@ -68,16 +56,13 @@ def section_motion(
     return SectionMotion(np.eye(3) + slope, mean + offset)
 
 
-def nodes_around(crossings: Crossings, mesh: SweptMesh) -> np.ndarray:
-    """Return the nodes (K, 2, n) of the slices around every crossing; no slices lie beyond the end of a yarn."""
+def _nodes_around(crossings: Crossings, mesh: SweptMesh) -> np.ndarray:
+    """Nodes (K, 2, n) of the slices around every crossing; no slices lie beyond the end of a yarn."""
     pull = np.linalg.norm(mesh.pull, axis=1).max()
     layers = LAYERS + 2 * round(0.5 * LAYERS * ((1 + pull) / (1 - pull) - 1))
-    first = np.empty((len(crossings.row), 2), dtype=np.int64)
-    for yarn in range(mesh.yarns):
-        begin, end = mesh.first_slice[yarn : yarn + 2]
-        here = crossings.yarn == yarn
-        layer = np.searchsorted(mesh.arc_length[begin:end], crossings.arc_length[here], side="right") - 1
-        first[here] = begin + np.clip(layer - layers // 2, 0, end - begin - layers - 1)
+    begin, end = (mesh.first_slice[crossings.yarn + i] for i in (0, 1))
+    below = mesh.slice_below(crossings.yarn, crossings.arc_length)
+    first = np.clip(below - layers // 2, begin, end - layers - 1)
     nodes = mesh.slice_nodes(first[..., None] + np.arange(layers + 1))
     return nodes.reshape(*first.shape, -1)
 
@@ -99,35 +84,22 @@ def nodes_around(crossings: Crossings, mesh: SweptMesh) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Axes:
-    """Axes of the undeformed yarns at K crossings, on both sides.
+    """Axes of the undeformed yarns at K crossings, on both sides: orthogonal unit vectors."""
 
-    Attributes
-    ----------
-    tangent, towards, across : ndarray, shape (K, 2, 3)
-        Orthogonal unit vectors t, n and t x n; n points to the other yarn.
-    """
-
-    tangent: np.ndarray
-    towards: np.ndarray
-    across: np.ndarray
+    tangent: np.ndarray  # (K, 2, 3) t
+    towards: np.ndarray  # (K, 2, 3) n, to the other yarn
+    across: np.ndarray  # (K, 2, 3) t x n
 
     @classmethod
     def of(cls, fabric: Fabric) -> Axes:
         """Return the axes; the line of the closest points is normal to both yarns."""
-        crossings, tangent = fabric.crossings, tangents(fabric)
-        apart = (crossings.point[:, 1] - crossings.point[:, 0]) / crossings.distance[:, None]
-        towards = np.stack([apart, -apart], axis=1)
+        crossings = fabric.crossings
+        tangent = np.empty_like(crossings.point)
+        for yarn, curve in enumerate(fabric.centrelines):
+            here = crossings.yarn == yarn
+            tangent[here] = curve.tangent(crossings.arc_length[here])
+        towards = np.stack([crossings.normal, -crossings.normal], axis=1)
         return cls(tangent, towards, np.cross(tangent, towards))
-
-
-def tangents(fabric: Fabric) -> np.ndarray:
-    """Return the unit tangents (K, 2, 3) of the undeformed yarns at all crossings."""
-    crossings = fabric.crossings
-    found = np.empty_like(crossings.point)
-    for yarn, curve in enumerate(fabric.centrelines):
-        here = crossings.yarn == yarn
-        found[here] = curve.tangent(crossings.arc_length[here])
-    return found
 
 
 def kinematics(
@@ -141,40 +113,38 @@ def kinematics(
 
     Parameters
     ----------
-    fabric : Fabric
     gradient : ndarray, shape (I, K, 2, 3, 3)
         Deformation gradients of the sections; see `section_motion`.
     displacement : ndarray, shape (I, K, 2, 3)
         Of the centrelines' points at the crossings [m].
     relative : ndarray, shape (I, K, 3)
-        Displacement of the upper row's surface to the lower row's at the crossings [m].
+        Displacement of the surface of side 1 to that of side 0 at the crossings [m].
     contact : ndarray, shape (I, K, 2, 3)
         Centroids of the contact areas on the undeformed yarns, nan where open [m].
     """
     axes = Axes.of(fabric)
     rotation = nearest_rotation(gradient)
-    fibres = {
-        name: np.einsum("iksmn,ksn->iksm", gradient, getattr(axes, name))
-        for name in ("tangent", "towards", "across")
-    }
-    stretch = {name: np.linalg.norm(fibre, axis=-1) for name, fibre in fibres.items()}
-    area = np.linalg.norm(np.cross(fibres["towards"], fibres["across"]), axis=-1)
+    fibres = [
+        np.einsum("iksmn,ksn->iksm", gradient, axis) for axis in (axes.tangent, axes.towards, axes.across)
+    ]
+    tangent, towards, across = fibres
+    stretch = [np.linalg.norm(fibre, axis=-1) for fibre in fibres]
+    area = np.linalg.norm(np.cross(towards, across), axis=-1)
     along, around = place_on_yarn(fabric, axes, contact)
     touching = np.isfinite(contact).any(axis=(2, 3))
     slid = since_first(np.where(touching[..., None], relative, np.nan))
-    now = fibres["tangent"] / stretch["tangent"][..., None]
     return {
         "section_rotation": log(rotation),
         "relative_rotation": log(rotation[:, :, 1] @ rotation[:, :, 0].swapaxes(-1, -2)),
-        "tilt": angle_between(axes.tangent, fibres["tangent"]),
+        "tilt": angle_between(axes.tangent, tangent),
         "spin": twist(rotation, axes.tangent),
         "segment_contraction": segment_contraction(fabric.crossings, displacement),
         "section_contraction": 1 - area,
-        "axial_stretch": stretch["tangent"],
-        "normal_stretch": stretch["towards"],
-        "across_stretch": stretch["across"],
+        "axial_stretch": stretch[0],
+        "normal_stretch": stretch[1],
+        "across_stretch": stretch[2],
         "centreline_relative_displacement": displacement[:, :, 1] - displacement[:, :, 0],
-        "sliding": np.einsum("ikm,iksm->iks", slid, now),
+        "sliding": np.einsum("ikm,iksm->iks", slid, tangent / stretch[0][..., None]),
         "contact_travel": since_first(along),
         "contact_spin": since_first(around),
     }
@@ -243,8 +213,7 @@ def place_on_yarn(fabric: Fabric, axes: Axes, place: np.ndarray) -> tuple[np.nda
     return along, around
 
 
-FOOT_STEPS = 40
-"""Largest number of steps to a foot: each leaves of the error the distance over the radius of curvature."""
+FOOT_STEPS = 40  # each leaves of the error the distance over the radius of curvature
 
 
 def foot(curve: Centreline, place: np.ndarray, start: np.ndarray) -> np.ndarray:

@@ -16,13 +16,13 @@ import numpy as np
 
 from knitstudy.geometry.crossings import Crossings
 
+# Kinds of segments in the order of Table 4; which of its segments 1 and 6 is the head is not said.
 KINDS = ("head", "interlock, left", "interlock, right", "leg, left", "leg, right", "sinker")
-"""Of segments, in the order of Table 4; which of its segments 1 and 6 is the head is not said."""
 
 NO_SEGMENT = -1
 
-_BETWEEN = {
-    # Zones at the two ends, how many rows and columns the second one lies further, and the sides that the yarn has.
+BETWEEN = {
+    # Zones at the two ends, how many rows and columns the second one lies further: kind, and sides that the yarn is of.
     (2, 3, 0, 0): (0, (0,)),
     (0, 2, 0, 0): (1, (0, 1)),
     (1, 3, 0, 0): (2, (0, 1)),
@@ -34,28 +34,15 @@ _BETWEEN = {
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """Pieces P of all yarns, in their order along them, and the segments Q that they belong to.
+    """Pieces P of all yarns, in their order along them, and the segments Q that they belong to."""
 
-    Attributes
-    ----------
-    yarn : ndarray of int, shape (P,)
-    arc_length : ndarray, shape (P, 2)
-        Where a piece begins and ends [m].
-    of_piece : ndarray of int, shape (P,)
-        Its segment, or `NO_SEGMENT`.
-    kind, row, column : ndarray of int, shape (Q,)
-        Of segments: place in `KINDS`, and interlock row and loop column of the crossing at the lower or left end.
-    central : ndarray of bool, shape (Q,)
-        Whether a segment begins or ends at the centre cell's crossings.
-    """
-
-    yarn: np.ndarray
-    arc_length: np.ndarray
-    of_piece: np.ndarray
-    kind: np.ndarray
-    row: np.ndarray
-    column: np.ndarray
-    central: np.ndarray
+    yarn: np.ndarray  # (P,)
+    arc_length: np.ndarray  # (P, 2) where a piece begins and ends [m]
+    of_piece: np.ndarray  # (P,) its segment, or `NO_SEGMENT`
+    kind: np.ndarray  # (Q,) place in `KINDS`
+    row: np.ndarray  # (Q,) labels of the crossing at the lower or left end
+    column: np.ndarray  # (Q,)
+    central: np.ndarray  # (Q,) whether a segment begins or ends at the centre cell's crossings
 
 
 def centre(place: np.ndarray) -> int:
@@ -66,18 +53,18 @@ def centre(place: np.ndarray) -> int:
 def segments(crossings: Crossings, lengths: np.ndarray) -> Segments:
     """Return the pieces of yarns of some lengths (Y,) [m] between their crossings, and their segments."""
     yarn, arc_length, ends = _pieces(crossings, lengths)
-    found: dict[tuple[int, int, int], int] = {}
+    found: dict[tuple[int, int, int], int] = {}  # numbers of segments, by kind, row and column
     of_piece = np.full(len(yarn), NO_SEGMENT)
-    middle = centre(crossings.row), centre(crossings.column)
+    cells = np.column_stack([crossings.row, crossings.column])
+    in_centre = (cells == [centre(crossings.row), centre(crossings.column)]).all(axis=1)
     central: list[bool] = []
-    for piece, (first, last) in enumerate(ends):
-        named = _segment(crossings, int(first), int(last), int(yarn[piece]))
+    for piece in np.flatnonzero(ends.min(axis=1) >= 0):
+        named = _segment(crossings, ends[piece], yarn[piece])
         if named is None:
             continue
         if named not in found:
             found[named] = len(found)
-            cells = ((crossings.row[k], crossings.column[k]) for k in (first, last))
-            central.append(any((int(row), int(column)) == middle for row, column in cells))
+            central.append(bool(in_centre[ends[piece]].any()))
         of_piece[piece] = found[named]
     kind, row, column = np.array(list(found), dtype=int).reshape(-1, 3).T
     return Segments(yarn, arc_length, of_piece, kind, row, column, np.array(central, dtype=bool))
@@ -98,16 +85,13 @@ def _pieces(crossings: Crossings, lengths: np.ndarray) -> tuple[np.ndarray, np.n
     return yarn[begin], s[pairs], number[pairs]
 
 
-def _segment(crossings: Crossings, first: int, last: int, yarn: int) -> tuple[int, int, int] | None:
-    """Return kind, row and column of the segment that a piece of a yarn between two crossings belongs to, if any."""
-    if min(first, last) < 0:
-        return None
-    for k, other in ((first, last), (last, first)):
+def _segment(crossings: Crossings, ends: np.ndarray, yarn: int) -> tuple[int, int, int] | None:
+    """Kind, row and column of the segment that a piece of a yarn between two crossings belongs to, if any."""
+    for k, other in (ends, ends[::-1]):
         row, column = int(crossings.row[k]), int(crossings.column[k])
         up, right = int(crossings.row[other]) - row, int(crossings.column[other]) - column
-        kind, sides = _BETWEEN.get(
-            (int(crossings.zone[k]), int(crossings.zone[other]), up, right), (None, ())
-        )
-        if kind is not None and yarn - row in sides:
+        zones = int(crossings.zone[k]), int(crossings.zone[other])
+        kind, sides = BETWEEN.get((*zones, up, right), (None, ()))
+        if kind is not None and any(crossings.yarn[k, side] == yarn for side in sides):
             return kind, row, column
     return None

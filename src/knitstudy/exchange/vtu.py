@@ -20,7 +20,7 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.elements.quadratic import NODES
 from knitstudy.mechanics.materials import Material, axes_along, material_of
-from knitstudy.mechanics.solid import cauchy_stress, principal_stresses, von_mises
+from knitstudy.mechanics.solid import cauchy_stress, principal_axes, von_mises
 from knitstudy.mechanics.spline_yarn.space import Space, deformation_gradient, locate, sections
 from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, QuadraticSection, quadratic_mesh
 from knitstudy.mesh.quality import scaled_jacobian
@@ -223,7 +223,7 @@ def _fields(
             around = np.einsum("kqic,qc->kqi", slope[..., :2], turn)
             area = np.linalg.norm(np.cross(around, slope[..., 2]), axis=-1).ravel()
             moves = displacement.reshape(-1, 3)
-            parts.append((place.reshape(-1, 3), moves, von_mises(stress), principal_stresses(stress), area))
+            parts.append((place.reshape(-1, 3), moves, von_mises(stress), principal_axes(stress)[0], area))
     place, displacement, mises, principal, area = (np.concatenate(each) for each in zip(*parts, strict=True))
     fields = {
         "displacement [m]": displacement,

@@ -20,10 +20,7 @@ FIGURES = Catalogue("figure", "knitstudy.figures")
 def draw(name: str, **sources: Any) -> Figure:
     """Draw a figure from the results that it takes; where solids cannot be rendered, a note in its place.
 
-    Raises
-    ------
-    ConfigurationError
-        When there is no such figure, or something that it needs is missing.
+    Raises ConfigurationError when there is no such figure, or something that it needs is missing.
     """
     try:
         return styled(FIGURES.make)(name, **sources)

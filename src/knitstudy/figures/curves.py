@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -24,39 +24,18 @@ def strain_label(direction: str) -> str:
 
 @dataclass(frozen=True)
 class Curve:
-    """A quantity over strain.
-
-    Attributes
-    ----------
-    look : Look
-    strain, value : ndarray, shape (I,)
-    label : str
-        Name in the legend; that of the look by default.
-    named : bool
-        Whether the last value stands beside the end.
-    width : float
-        Width of the line [points].
-    """
+    """A quantity over strain, drawn thin if its look has no marker."""
 
     look: Look
-    strain: np.ndarray
-    value: np.ndarray
-    label: str = ""
-    named: bool = True
-    width: float = 1.4
+    strain: np.ndarray  # (I,)
+    value: np.ndarray  # (I,)
+    named: bool = True  # whether the last value stands beside the end
 
 
-def force_curve(
-    look: Look,
-    history: xr.Dataset,
-    name: str,
-    reference: Reference,
-    named: bool = True,
-    width: float = 1.4,
-) -> Curve:
+def force_curve(look: Look, history: xr.Dataset, reference: Reference, named: bool = True) -> Curve:
     """Return the force of a history, named with its secant stiffness over the reference's and the uncertainty."""
-    label = f"{name} ({reference.force_ratio(history)})"
-    return Curve(look, history["strain"].to_numpy(), history["force"].to_numpy(), label, named, width)
+    look = replace(look, label=f"{look.label} ({reference.force_ratio(history)})")
+    return Curve(look, history["strain"].to_numpy(), history["force"].to_numpy(), named)
 
 
 def draw_curves(
@@ -64,19 +43,19 @@ def draw_curves(
 ) -> None:
     """Draw curves over strain in a direction that begin at zero, without a legend."""
     for curve in curves:
-        axes.plot(
-            PERCENT * curve.strain,
-            curve.value,
-            label=curve.label or curve.look.label,
-            linewidth=curve.width,
-            zorder=2 if curve.named else 1.5,
-            clip_on=False,
-            **curve.look.line,
-        )
+        look = curve.look.line | {"label": curve.look.label, "linewidth": 1.4 if curve.look.marker else 0.9}
+        zorder = 2 if curve.named else 1.5
+        axes.plot(PERCENT * curve.strain, curve.value, zorder=zorder, clip_on=False, **look)
     axes.set(xlabel=strain_label(direction), ylabel=f"{quantity} ({unit})")
     axes.set_xlim(0, PERCENT * max(float(curve.strain.max()) for curve in curves))
     axes.set_ylim(0, None)
-    _name_ends(axes, [curve for curve in curves if curve.named], unit)
+    # The last values stand beside the ends of the curves, apart from each other.
+    apart, lowest = LINE_OF_TEXT * axes.get_ylim()[1], -np.inf
+    for curve in sorted((curve for curve in curves if curve.named), key=lambda curve: curve.value[-1]):
+        lowest = max(float(curve.value[-1]), lowest + apart)
+        look = {"va": "center", "color": curve.look.colour, "annotation_clip": False}
+        text, at = f"{float(curve.value[-1]):.3g} {unit}", (PERCENT * float(curve.strain[-1]), lowest)
+        axes.annotate(text, at, xytext=(7, 0), textcoords="offset points", **look)
 
 
 def draw_reference(axes: Axes, reference: Reference) -> None:
@@ -95,14 +74,3 @@ def legend_beside(axes: Axes, corner: tuple[float, float], down: float, **said: 
     lower = ScaledTranslation(0, -down / INCH, axes.figure.dpi_scale_trans)
     place = {"loc": "upper left", "bbox_to_anchor": corner, "bbox_transform": axes.transAxes + lower}
     return axes.legend(**place, fontsize=6.0, handlelength=3.0, columnspacing=1.0, borderaxespad=0, **said)
-
-
-def _name_ends(axes: Axes, curves: Sequence[Curve], unit: str) -> None:
-    """Write the last value beside the end of every curve, apart from its neighbours."""
-    apart, lowest = LINE_OF_TEXT * axes.get_ylim()[1], -np.inf
-    for curve in sorted(curves, key=lambda curve: float(curve.value[-1])):
-        lowest = max(float(curve.value[-1]), lowest + apart)
-        look = {"va": "center", "color": curve.look.colour, "annotation_clip": False}
-        place = (PERCENT * float(curve.strain[-1]), lowest)
-        text = f"{float(curve.value[-1]):.3g} {unit}"
-        axes.annotate(text, place, xytext=(7, 0), textcoords="offset points", **look)

@@ -8,11 +8,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.picture import draw_arrow, front_panels
-from knitstudy.figures.renderer import FRONT, MILLIMETRE
+from knitstudy.figures.picture import bounds, draw_arrow, draw_rows, scale_bar
+from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture
 from knitstudy.figures.shapes import yarn_tubes
-from knitstudy.figures.style import ACCENT, DOUBLE, INK, PAPER, YARNS, panel_letter, tint
-from knitstudy.geometry.fabric import Fabric, Grip
+from knitstudy.figures.style import ACCENT, INK, PAPER, YARNS, panel_letter, shared_legend, tint
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 
 TIED = {"marker": "s", "s": 20, "facecolor": ACCENT, "edgecolor": PAPER, "label": "tied"}
@@ -36,37 +36,33 @@ def draw(geometry: xr.Dataset, course: xr.Dataset, wale: xr.Dataset) -> Figure:
     """Draw the undeformed knit with a mark at every crossing and its grips, in course and in wale tension."""
     knit = Fabric.from_dataset(geometry)
     surfaces = yarn_tubes(knit, [tint(colour) for colour in YARNS])
-    drawing, panels = front_panels(surfaces, 2, DOUBLE, room=0.7 * PULL, head=6.0)
+    left, right, bottom, top = bounds(surfaces)
+    picture = Picture(surfaces, FRONT, (left, right + 0.7 * PULL, bottom, top + 0.7 * PULL))
+    drawing, panels = draw_rows([(picture, picture)], foot=9.0)
     place = MILLIMETRE * FRONT.project(knit.crossings.point.mean(axis=1))
-    for k, (direction, contacts) in enumerate({"course": course, "wale": wale}.items()):
-        axes = panels[k]
+    for axes, letter, (direction, contacts) in zip(
+        panels, "ab", {"course": course, "wale": wale}.items(), strict=True
+    ):
         _draw_grips(axes, knit, direction)
         tied = contacts["tied"].to_numpy().astype(bool)
         for which, look in ((tied, TIED), (~tied, FRICTION)):
             axes.scatter(*place[which].T, linewidth=1.2, zorder=6, **look)
-        panel_letter(axes, "ab"[k], f"{direction} tension")
-    drawing.legend(*panels[0].get_legend_handles_labels(), loc="lower center", ncols=4, labelcolor=INK)
+        panel_letter(axes, letter, f"{direction} tension")
+        scale_bar(axes, 5, FRONT)
+    shared_legend(drawing, ncols=4, labelcolor=INK)
     return drawing
 
 
 def _draw_grips(axes: Axes, knit: Fabric, direction: str) -> None:
-    """Draw the gripped arcs along the yarns, and arrows of the load at the driven ones."""
+    """Draw the gripped arcs along the yarns, of ends a stub, and arrows of the load at the driven ones."""
     pull = PULL * FRONT.project(np.eye(3)[0 if direction == "course" else 1])
+    stub = STUB * knit.radius
     for look, grip in zip((HELD, DRIVEN), knit.grips[direction], strict=True):
-        label = look["label"]
-        for yarn, arc in _arcs(knit, grip):
-            line = MILLIMETRE * FRONT.project(knit.centrelines[yarn].position(np.linspace(*arc, 40)))
-            axes.plot(*line.T, **look | {"label": label}, marker="", solid_capstyle="butt", zorder=5)
-            label = "_more"
+        for yarn, (low, high) in zip(grip.yarn.tolist(), grip.arc, strict=True):
+            curve = knit.centrelines[yarn]
+            arc = (low, high) if high > low else (low - stub, high + stub)
+            line = MILLIMETRE * FRONT.project(curve.position(np.linspace(*np.clip(arc, 0, curve.length), 40)))
+            axes.plot(*line.T, **look, marker="", solid_capstyle="butt", zorder=5)
             if look is DRIVEN:
                 tail = line[-1] if direction == "course" else line[len(line) // 2]
                 draw_arrow(axes, tail, pull, DRIVEN["color"], 1.4)
-
-
-def _arcs(knit: Fabric, grip: Grip) -> list[tuple[int, np.ndarray]]:
-    """Return the yarns of a grip and the arcs (2,) of each that are drawn: of an end, a stub [m]."""
-    stub, found = STUB * knit.radius, []
-    for yarn, (low, high) in zip(grip.yarn.tolist(), grip.arc, strict=True):
-        arc = [low, high] if high > low else [low - stub, high + stub]
-        found.append((yarn, np.clip(arc, 0.0, knit.centrelines[yarn].length)))
-    return found

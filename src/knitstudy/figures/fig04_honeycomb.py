@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.picture import HALO, front_panels
-from knitstudy.figures.renderer import FRONT, MILLIMETRE
+from knitstudy.figures.picture import HALO, bounds, draw_rows, scale_bar
+from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture
 from knitstudy.figures.shapes import yarn_of_mesh
-from knitstudy.figures.style import ACCENT, INK, MODELS, PAPER, SINGLE, YARNS, tint
+from knitstudy.figures.style import ACCENT, INK, MODELS, PAPER, SINGLE, YARNS, shared_legend, tint
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models import network_2d
-from knitstudy.models.network import Network
+
+BEAM = {"linewidths": 2.2, "capstyle": "round", "path_effects": HALO, "zorder": 5}
+ZONE = {"s": 26, "facecolor": PAPER, "edgecolor": ACCENT, "linewidth": 1.4, "zorder": 6}
 
 
 @FIGURES.add(
@@ -31,34 +31,18 @@ from knitstudy.models.network import Network
 )
 def draw(geometry: xr.Dataset, mesh: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw the honeycomb over the undeformed mesh, with the contact zones that are its joints."""
-    solid = SweptMesh.from_dataset(mesh)
+    swept = SweptMesh.from_dataset(mesh)
+    surfaces = [yarn_of_mesh(swept, i, tint(YARNS[i % len(YARNS)])) for i in range(swept.yarns)]
+    picture = Picture(surfaces, FRONT, bounds(surfaces))
+    drawing, (axes,) = draw_rows([[picture]], 1.5 * SINGLE, head=0, foot=9.0)
+    scale_bar(axes, 5, FRONT)
     network = network_2d.planar_network(Fabric.from_dataset(geometry), contacts)
-    surfaces = [yarn_of_mesh(solid, i, tint(YARNS[i % len(YARNS)])) for i in range(solid.yarns)]
-    drawing, (axes,) = front_panels(surfaces, 1, 1.5 * SINGLE)
-    _draw_network(axes, network)
+    nodes, colour = MILLIMETRE * FRONT.project(network.nodes), MODELS["rom2d"].colour
+    beams = LineCollection(nodes[network.ends], colors=colour, label="beam of the 2D ROM", **BEAM)
+    axes.add_collection(beams, autolim=False)
     zones = MILLIMETRE * FRONT.project(contacts["centroid"].to_numpy())
-    axes.scatter(*zones.T, s=26, facecolor=PAPER, edgecolor=ACCENT, linewidth=1.4, zorder=6)
-    _legend(drawing)
+    axes.scatter(*zones.T, label="contact zone, a joint", **ZONE)
+    # Nodes outside of contact zones are the corners and ends of yarns.
+    axes.scatter(*nodes.T, s=9, color=colour, zorder=5.5, label="node without contact")
+    shared_legend(drawing, ncols=3, labelcolor=INK)
     return drawing
-
-
-def _draw_network(axes: Axes, network: Network) -> None:
-    """Draw beams as lines and their nodes outside of contact zones, the yarns' corners and ends, as dots."""
-    nodes = MILLIMETRE * FRONT.project(network.nodes)
-    colour = MODELS["rom2d"].colour
-    lines = LineCollection(
-        nodes[network.ends], colors=colour, linewidths=2.2, capstyle="round", path_effects=HALO, zorder=5
-    )
-    axes.add_collection(lines, autolim=False)
-    axes.scatter(*nodes.T, s=9, color=colour, zorder=5.5)
-
-
-def _legend(drawing: Figure) -> None:
-    colour, dot = MODELS["rom2d"].colour, {"linestyle": "", "marker": "o"}
-    zone = {"markersize": 5, "markeredgewidth": 1.4, "markerfacecolor": PAPER, "markeredgecolor": ACCENT}
-    handles = [
-        Line2D([], [], color=colour, linewidth=2.2, label="beam of the 2D ROM"),
-        Line2D([], [], **dot, **zone, label="contact zone, a joint"),
-        Line2D([], [], **dot, markersize=3.5, color=colour, label="node without contact"),
-    ]
-    drawing.legend(handles=handles, loc="lower center", ncols=3, labelcolor=INK)

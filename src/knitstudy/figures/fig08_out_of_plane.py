@@ -8,17 +8,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.elevation import colour_bar, elevated_yarns, elevation, levels
-from knitstudy.figures.picture import HALO, bounds, scale_bar, show, triad, write
-from knitstudy.figures.renderer import FRONT, MILLIMETRE, View
+from knitstudy.figures.fig16_out_of_plane import colour_scale, elevated_yarns, elevation, elevation_bar
+from knitstudy.figures.picture import BAR, HALO, bounds, draw_rows, scale_bar, write
+from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture, View
 from knitstudy.figures.shapes import tube
-from knitstudy.figures.style import ACCENT, DOUBLE, FAINT, INK, figure, panel_letter, tint
+from knitstudy.figures.style import ACCENT, FAINT, INK, panel_letter, tint
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.response import transverse_contraction
 
 OBLIQUE = View.orbit(turn=-28, tilt=24)
 LONGEST = 4.0  # length at which the largest force is drawn [mm of the knit]
-FOOT, HEAD = 15.0, 6.0  # room for the colour bar below and for titles above the panels [mm]
 
 
 @FIGURES.add(
@@ -32,30 +31,20 @@ FOOT, HEAD = 15.0, 6.0  # room for the colour bar below and for titles above the
 )
 def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw the knit at full load: displacements true to scale over the undeformed knit, and forces on lower yarns."""
-    radius = float(geometry["radius"])
-    place = dns["centreline"].to_numpy()
-    motion = dns["centreline_displacement"].to_numpy()[-1]
-    norm = levels(elevation(dns))
-    yarns = [np.flatnonzero(dns["yarn"].to_numpy() == i) for i in np.unique(dns["yarn"])]
+    radius, scale = float(geometry["radius"]), colour_scale(elevation(dns))
+    place, motion = dns["centreline"].to_numpy(), dns["centreline_displacement"].to_numpy()[-1]
+    yarns = [dns["yarn"].to_numpy() == i for i in np.unique(dns["yarn"])]
     before = [tube(place[yarn], radius, tint(FAINT, 0.5), 0.35) for yarn in yarns]
-    after = elevated_yarns(dns, radius, norm)
     pale = [tube((place + motion)[yarn], radius, tint(FAINT, 0.35)) for yarn in yarns]
-    views = ((before + after, FRONT), (pale, OBLIQUE))
-    windows = [bounds(surfaces, view) for surfaces, view in views]
-    height = max(0.485 * DOUBLE * (w[3] - w[2]) / (w[1] - w[0]) for w in windows)
-    drawing = figure(DOUBLE, height + FOOT + HEAD)
-    share = height / (height + FOOT + HEAD)
-    panels = [
-        drawing.add_axes((0.01 + 0.5 * k, FOOT / (height + FOOT + HEAD), 0.485, share)) for k in range(2)
-    ]
-    for axes, (surfaces, view), window in zip(panels, views, windows, strict=True):
-        show(axes, surfaces, view, window)
-        triad(axes, view, 2.5, (0.9, 0.02))
+    shown = ((before + elevated_yarns(dns, radius, scale), FRONT), (pale, OBLIQUE))
+    pictures = [Picture(surfaces, view, bounds(surfaces, view)) for surfaces, view in shown]
+    drawing, panels = draw_rows([pictures], foot=BAR)
     strain, contraction = float(dns["strain"][-1]), transverse_contraction(dns)
     panel_letter(panels[0], "a", f"{strain:.2%} strain, {contraction:.2%} transverse contraction")
     panel_letter(panels[1], "b", "interfacial forces on the lower rows' yarns")
-    scale_bar(panels[0], 5, (0.02, 0.0))
-    colour_bar(drawing, norm, (0.08, 0.36), FOOT / (height + FOOT + HEAD))
+    for axes, (_, view) in zip(panels, shown, strict=True):
+        scale_bar(axes, 5, view)
+    elevation_bar(drawing, scale, 0.08, 0.36)
     _draw_forces(panels[1], contacts)
     return drawing
 

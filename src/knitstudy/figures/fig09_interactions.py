@@ -12,8 +12,6 @@ from knitstudy.figures.style import DOUBLE, INTERACTIONS, figure, panel_letter
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.response import out_of_plane
 
-HEIGHT = 70.0  # height of the figure [mm]
-
 
 @FIGURES.add(
     "fig09_interactions",
@@ -26,7 +24,7 @@ HEIGHT = 70.0  # height of the figure [mm]
 )
 def draw(**histories: xr.Dataset) -> Figure:
     """Draw the reaction force, and the largest |u_z| along the centrelines, over strain."""
-    drawing = figure(DOUBLE, HEIGHT)
+    drawing = figure(DOUBLE, 70.0)
     quantities = (
         ("reaction force", "N", lambda history: history["force"].to_numpy()),
         ("largest out-of-plane motion $|u_z|$", "mm", lambda history: MILLIMETRE * out_of_plane(history)),

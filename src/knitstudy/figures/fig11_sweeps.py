@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.renderer import MILLIMETRE
-from knitstudy.figures.style import DOUBLE, INK, figure, panel_letter
+from knitstudy.figures.style import DOUBLE, INK, figure, panel_letter, shared_legend
 from knitstudy.measures.catalogue import DRAWN, of_case, several
 from knitstudy.measures.discretisation import INTERACTIONS, SOLID_YARNS
 from knitstudy.measures.estimate import Estimate
@@ -22,11 +22,6 @@ from knitstudy.study.scene import Scene
 COLOURS = {"wale_spacing": INK, "length": "#0072B2", "shape": "#D9740B"}  # by the quantity that is held fixed
 LOOKS = {"isotropic": ("-", "o"), "tie": ("--", "s")}  # dash and marker by interaction
 CHECKS = {True: "D", False: "^"}  # marker of other discretisations: whether of solid yarns
-PANEL, HEAD, FOOT, BETWEEN = 46.0, 7.0, 11.0, 6.0
-"""Heights of a panel, above and below all panels, and between two [mm]."""
-
-LINE = 3.6  # a line of the legend [mm]
-COLUMNS = 3  # columns of the legend
 
 
 @FIGURES.add(
@@ -55,7 +50,7 @@ def draw(
         ("largest $|u_z|$ (mm)", lambda point: point.u_z.of(lambda value: MILLIMETRE * value)),
         ("largest $|u_z|$ over diameter (1)", lambda point: point.over_diameter),
     )
-    drawing = figure(DOUBLE, 2 * PANEL)
+    drawing = figure(DOUBLE, 125.0, layout="constrained")
     panels = drawing.subplots(2, 2, sharex="col")
     for k, (label, series, unit, lost) in enumerate(columns):
         for axes, (name, quantity) in zip(panels[:, k], quantities, strict=True):
@@ -66,49 +61,31 @@ def draw(
             _draw_refused(axes, lost)
         panels[1, k].set_xlabel(label)
         panel_letter(panels[0, k], "ab"[k])
-    _draw_legend(drawing)
+    shared_legend(drawing, loc="outside lower left", ncols=3, fontsize=6.0, handlelength=3.0)
     return drawing
-
-
-def _draw_legend(drawing: Figure) -> None:
-    """Draw one legend of all panels below them, and make room for it."""
-    pairs = [zip(*axes.get_legend_handles_labels(), strict=True) for axes in drawing.axes]
-    unique = {label: handle for each in pairs for handle, label in each}
-    look = {"fontsize": 6.0, "borderaxespad": 0.4, "handlelength": 3.0}
-    drawing.legend(unique.values(), unique.keys(), loc="lower left", ncols=COLUMNS, **look)
-    foot = FOOT + LINE * (-(-len(unique) // COLUMNS) + 1)
-    height = HEAD + 2 * PANEL + BETWEEN + foot
-    drawing.set_size_inches(DOUBLE / 25.4, height / 25.4)
-    drawing.subplots_adjust(
-        left=0.075,
-        right=0.985,
-        bottom=foot / height,
-        top=1 - HEAD / height,
-        hspace=BETWEEN / PANEL,
-        wspace=0.2,
-    )
 
 
 def _draw_series(
     axes: Axes, series: Sweep, scale: Callable[[Point], float], quantity: Callable[[Point], Estimate]
 ) -> None:
-    dash, marker = LOOKS[series.interaction]
     found = [quantity(point) for point in series.points]
+    dash, marker = LOOKS[series.interaction]
     look = {
-        "linestyle": dash if series.main else "none",
-        "marker": marker if series.main else CHECKS[series.made_of.startswith(SOLID_YARNS)],
-        "markersize": 3.5 if series.main else 5.0,
-        "markerfacecolor": COLOURS[series.keep] if series.main else "none",
+        "color": COLOURS[series.keep],
+        "linewidth": 1.2,
+        "elinewidth": 0.6,
+        "capsize": 1.8,
+        "clip_on": False,
     }
-    look |= {"linewidth": 1.2, "elinewidth": 0.6, "capsize": 1.8, "clip_on": False}
-    at = [scale(point) for point in series.points]
+    if series.main:
+        look |= {"linestyle": dash, "marker": marker, "markersize": 3.5}
+        look["label"] = f"{HELD[series.keep]}, {INTERACTIONS[series.interaction]}"
+    else:
+        marker = CHECKS[series.made_of.startswith(SOLID_YARNS)]
+        look |= {"linestyle": "none", "marker": marker, "markersize": 5.0, "markerfacecolor": "none"}
+        look["label"] = series.made_of
     off = np.nan_to_num([each.uncertainty for each in found])
-    values = [each.value for each in found]
-    axes.errorbar(at, values, off, color=COLOURS[series.keep], label=_label(series), **look)
-
-
-def _label(series: Sweep) -> str:
-    return f"{HELD[series.keep]}, {INTERACTIONS[series.interaction]}" if series.main else series.made_of
+    axes.errorbar([scale(point) for point in series.points], [each.value for each in found], off, **look)
 
 
 def _draw_refused(axes: Axes, loops: pd.DataFrame) -> None:

@@ -10,16 +10,24 @@ import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.curves import draw_curves, draw_reference, force_curve, legend_beside
 from knitstudy.figures.renderer import MILLIMETRE
-from knitstudy.figures.style import BEAMS, DOUBLE, MODELS, PAPER, Look, figure, panel_letter
+from knitstudy.figures.style import (
+    DIRECT,
+    DOUBLE,
+    MODELS,
+    PAPER,
+    Look,
+    figure,
+    panel_letter,
+    place,
+    shared_legend,
+)
 from knitstudy.measures.cases import label_of
 from knitstudy.measures.catalogue import BEAM_MODELS, SQUARES, network, of_case, several, solid
 from knitstudy.measures.cost import MEGABYTE, memory_growth
-from knitstudy.measures.discretisation import SOLID_YARNS, discretisation, is_direct
 from knitstudy.measures.domain import Series, domain_response, series_of
 from knitstudy.measures.reference import reference_of
 from knitstudy.study.scene import Scene
@@ -28,9 +36,9 @@ SHOWN = np.geomspace(3.0, 30.0, 40)  # cells in a row between which fitted laws 
 MARKED = (1, 3, 6, 10, 20, 30)  # cells in a row that the axis names
 DASHES = {"pinned": ":", "patch": "-."}  # by ``beam.tie``; those of rigid ties are those of the section
 ABOVE, BELOW = 92.0, 82.0  # heights of the parts (a) and (b) [mm]
-YARNS = Look(SOLID_YARNS, "#0072B2", "-", "D")
-BEAMS_IN_CONTACT = Look("beams", "#00704F", "-", "P")
 LOOSE = "v"  # marker where yarns touch and no row is tied
+TIED = Look("3D ROM, ties", "#B79BC9", ":", "s")
+BEAMS = {"rigid": Look("", "#0072B2", "-", "v"), "hertz": Look("", "#56B4E9", "--", "^")}  # by their section
 
 
 @FIGURES.add(
@@ -55,20 +63,19 @@ def draw(
     squares: Mapping[str, xr.Dataset] | None = None,
 ) -> Figure:
     """Draw the cost of the models above, if the study has knits of several sizes, and force against strain below."""
-    height = BELOW + (ABOVE if squares else 0.0)
-    drawing = figure(DOUBLE, height)
-    axes = drawing.add_axes((0.085, 13.0 / height, 0.38, (BELOW - 20.0) / height))
+    drawing = figure(DOUBLE, BELOW + (ABOVE if squares else 0.0))
+    axes = place(drawing, 0.085, 13.0, 0.38, BELOW - 20.0)
     true = reference_of(reference, scenes["dns"])
-    curves = [force_curve(MODELS["dns"], dns, "DNS, isotropic friction", true)]
-    networks = (
-        (rom3d, MODELS["rom3d"], "3D ROM, isotropic friction"),
-        (tied_rom3d, BEAMS["tied"], "3D ROM, ties"),
+    solids, joints = (
+        replace(each, label=f"{each.label}, isotropic friction") for each in (DIRECT, MODELS["rom3d"])
     )
-    curves += [force_curve(look, each, name, true) for each, look, name in networks if each is not None]
+    models = ((dns, solids), (rom3d, joints), (tied_rom3d, TIED))
+    curves = [force_curve(look, each, true) for each, look in models if each is not None]
     for name, history in beams.items():
-        look = BEAMS[scenes[name].beam.section]
-        look = replace(look, dash=DASHES.get(scenes[name].beam.tie, look.dash))
-        curves.append(force_curve(look, history, label_of(scenes[name]), true, named=False))
+        beam = scenes[name].beam
+        look = replace(BEAMS[beam.section], label=label_of(scenes[name]))
+        look = replace(look, dash=DASHES.get(beam.tie, look.dash))
+        curves.append(force_curve(look, history, true, named=False))
     draw_reference(axes, true)
     draw_curves(axes, curves, "reaction force", "N", scenes["dns"].load.direction)
     legend_beside(axes, (1.2, 1.0), 0.0)
@@ -82,18 +89,14 @@ def _draw_cost(
     drawing: Figure, scenes: list[Scene], squares: Mapping[str, xr.Dataset], paper: pd.DataFrame
 ) -> None:
     """Draw degrees of freedom and growth of memory over the size in the upper part of a figure."""
-    height = ABOVE + BELOW
-    left, right = (
-        drawing.add_axes((0.085 + 0.5 * k, (BELOW + 26.0) / height, 0.4, (ABOVE - 33.0) / height))
-        for k in range(2)
-    )
+    left, right = (place(drawing, start, BELOW + 26.0, 0.4, ABOVE - 33.0) for start in (0.085, 0.585))
     for series in series_of(scenes):
         histories = [squares[scene.name] for scene in series.scenes]
         dof = np.array([float(history.attrs["dof"]) for history in histories])
         memory = np.array([memory_growth(history) for history in histories]) / MEGABYTE
-        unknowns = series.unknowns(dof).at(SHOWN)
+        unknowns = series.unknowns(dof)(SHOWN)
         _draw_law(left, series, dof, unknowns)
-        _draw_law(right, series, memory, series.memory(dof, memory).at(unknowns))
+        _draw_law(right, series, memory, series.memory(dof, memory)(unknowns))
     for axes, quantity in ((left, "degrees of freedom"), (right, "memory")):
         rows = paper[(paper["table"].astype(str) == "3") & (paper["quantity"] == quantity)]
         cells = rows["case"].str.extract(r"c(\d+)w")[0].astype(float)
@@ -103,9 +106,8 @@ def _draw_cost(
     left.set_ylabel("degrees of freedom (1)")
     right.set_ylabel("memory growth (MB)")
     panel_letter(left, "a", "cost in course tension")
-    handles, labels = left.get_legend_handles_labels()
-    place = {"loc": "lower center", "bbox_to_anchor": (0.5, BELOW / height)}
-    drawing.legend(handles, labels, **place, ncols=4, fontsize=6.5, handlelength=2.5)
+    below = {"loc": "upper center", "bbox_to_anchor": (1.12, -0.2)}
+    left.legend(**below, ncols=4, fontsize=6.5, handlelength=2.5)
 
 
 def _draw_law(axes: Axes, series: Series, values: np.ndarray, law: np.ndarray) -> None:
@@ -152,8 +154,7 @@ def draw_response(
         axes.set_ylabel(label)
         axes.set_ylim(0, None)
         panel_letter(axes, letter)
-    handles, labels = drawing.axes[0].get_legend_handles_labels()
-    drawing.legend(handles, labels, loc="lower center", ncols=3, fontsize=6.5, handlelength=3.0)
+    shared_legend(drawing, ncols=3, fontsize=6.5, handlelength=3.0)
     drawing.subplots_adjust(left=0.08, right=0.985, top=0.91, bottom=0.34, wspace=0.36)
     return drawing
 
@@ -162,19 +163,14 @@ def _draw_cells_axis(axes: Axes) -> None:
     """Make the lower axis one of cells in a row, logarithmic."""
     axes.set(xscale="log", xlabel="cells in a row (1)")
     axes.set_xticks(MARKED)
-    axes.xaxis.set_major_formatter(ScalarFormatter())
-    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter("")
 
 
 def series_line(series: Series) -> dict:
     """Return keywords of a line: colour and marker show the model, dash and filling the interaction."""
     scene = series.scenes[0]
-    if not is_direct(scene):
-        look = BEAMS_IN_CONTACT if scene.fidelity == "beam" else MODELS[scene.fidelity]
-    elif discretisation(scene) == SOLID_YARNS:
-        look = YARNS
-    else:
-        look = Look("hexahedra", MODELS["dns"].colour, "-", MODELS["dns"].marker)
+    look = MODELS[scene.fidelity]
     touches = scene.kind.interaction.touches
     held = "ties" if not touches else "friction, no row tied" if series.free else "friction"
     return {

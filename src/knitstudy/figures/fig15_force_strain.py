@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.curves import Curve, draw_curves, draw_reference, force_curve, legend_beside
-from knitstudy.figures.style import DOUBLE, INCH, MODELS, OTHER, Look, figure, panel_letter, tint
+from knitstudy.figures.style import DIRECT, DOUBLE, INCH, MODELS, Look, figure, panel_letter, tint
 from knitstudy.measures.cases import Case, Simulation, cases_of
 from knitstudy.measures.catalogue import (
     CASES,
@@ -78,12 +78,9 @@ def _draw_case(drawing: Figure, case: Case, letter: str) -> tuple[Axes, float]:
     """Draw a case into axes of the right size; return the axes and the height of the legend below them [mm]."""
     axes = drawing.add_axes((0.075, 0.25, 0.35, 0.5))
     draw_reference(axes, case.reference)
-    main = {"dns": case.dns, **{fidelity: case.main[fidelity] for fidelity in ("rom3d", "rom2d")}}
-    curves = [
-        force_curve(MODELS[fidelity], model.history, MODELS[fidelity].label, case.reference)
-        for fidelity, model in main.items()
-    ]
-    names = {model.scene.name for model in main.values()}
+    main = [(DIRECT, case.dns), *((MODELS[fidelity], case.main[fidelity]) for fidelity in ("rom3d", "rom2d"))]
+    curves = [force_curve(look, model.history, case.reference) for look, model in main]
+    names = {model.scene.name for _, model in main}
     variants = [model for model in (*case.others, *case.reduced) if model.scene.name not in names]
     draw_curves(axes, curves + _variants(variants, case), "reaction force", "N", case.direction)
     panel_letter(axes, letter, f"{INTERACTIONS[case.interaction]}, {case.direction} tension")
@@ -96,10 +93,10 @@ def _variants(models: Sequence[Simulation], case: Case) -> list[Curve]:
     curves = []
     drawn: Counter[str] = Counter()
     for model in models:
-        fidelity = "dns" if is_direct(model.scene) else model.scene.fidelity
-        lighter, dash = divmod(drawn[fidelity], len(DASHES))
-        colour = tint(MODELS.get(fidelity, OTHER).colour, SHARES[lighter % len(SHARES)])
-        look = Look(model.label, colour, DASHES[dash], "")
-        curves.append(force_curve(look, model.history, model.label, case.reference, named=False, width=0.9))
-        drawn[fidelity] += 1
+        look = DIRECT if is_direct(model.scene) else MODELS[model.scene.fidelity]
+        lighter, dash = divmod(drawn[look.label], len(DASHES))
+        colour = tint(look.colour, SHARES[lighter % len(SHARES)])
+        variant = Look(model.label, colour, DASHES[dash], "")
+        curves.append(force_curve(variant, model.history, case.reference, named=False))
+        drawn[look.label] += 1
     return curves

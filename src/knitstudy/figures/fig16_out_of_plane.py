@@ -1,25 +1,37 @@
-"""Fig. 16: out-of-plane displacement along the yarns, of the DNS and of the 3D reduced model."""
+"""Fig. 16: out-of-plane displacement along the yarns, of the DNS and of the 3D reduced model.
+
+A figure of its own sets a knit of whole yarns beside cells cut out of a knit (docs/notes/sensitivity.md).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
+import matplotlib
 import numpy as np
 import pandas as pd
 import xarray as xr
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, to_hex
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.elevation import draw_elevations, elevation
-from knitstudy.figures.renderer import MILLIMETRE
-from knitstudy.measures.catalogue import Results, network, solid
+from knitstudy.figures.picture import BAR, bounds, colour_bar, draw_rows, scale_bar
+from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture, Surface
+from knitstudy.figures.shapes import graded_tube
+from knitstudy.figures.style import panel_letter
+from knitstudy.measures.catalogue import Results, network, one, solid
 from knitstudy.measures.discretisation import INTERACTIONS, NAMES
 from knitstudy.measures.reference import Reference, reference_of
-from knitstudy.measures.response import RMS_U_Z, out_of_plane_correlation, rms_out_of_plane
+from knitstudy.measures.response import RMS_U_Z, Z, out_of_plane_correlation, rms_out_of_plane
 from knitstudy.study.scene import Scene
 
 THICKNESS = 0.62  # drawn over true diameter of the yarns, so that those behind are seen
 SHOWN = ("tie", "isotropic")  # interactions, from above
+COLOURS = "cividis"
+LEVELS = 12  # most steps of colour
+CUT = 6.0  # distance of stations along a yarn, over the radius, that says that there is no yarn between them
 
 
 def _results(direction: str) -> dict[str, Results]:
@@ -41,15 +53,14 @@ def draw(
     geometry: xr.Dataset, scenes: Mapping[str, Scene], reference: pd.DataFrame, **models: xr.Dataset
 ) -> Figure:
     """Draw the deformed yarns of both models, coloured on one scale, a row for each interaction."""
-    rows = [(models[f"{kind}_dns"], models[f"{kind}_rom3d"]) for kind in SHOWN]
-    titles = [
-        _titles(kind, *row, reference_of(reference, scenes[f"{kind}_dns"]))
-        for kind, row in zip(SHOWN, rows, strict=True)
-    ]
+    rows, titles = [], []
+    for kind in SHOWN:
+        rows.append((models[f"{kind}_dns"], models[f"{kind}_rom3d"]))
+        titles += _titles(kind, *rows[-1], reference_of(reference, scenes[f"{kind}_dns"]))
     return draw_elevations(rows, titles, float(geometry["radius"]), THICKNESS)
 
 
-def _titles(kind: str, dns: xr.Dataset, rom3d: xr.Dataset, true: Reference) -> tuple[str, str]:
+def _titles(kind: str, dns: xr.Dataset, rom3d: xr.Dataset, true: Reference) -> list[str]:
     """Return model, interaction, largest motion, correlation with the DNS, and amplitude over the reference's."""
     found = []
     correlation = out_of_plane_correlation(rom3d, dns)
@@ -57,8 +68,93 @@ def _titles(kind: str, dns: xr.Dataset, rom3d: xr.Dataset, true: Reference) -> t
         ("dns", dns, f"at {float(dns['strain'][-1]):.2%} strain"),
         ("rom3d", rom3d, f"correlation {correlation:.2f}"),
     ):
-        largest = MILLIMETRE * float(np.abs(elevation(history)).max())
-        said = f"{NAMES[fidelity]}, {INTERACTIONS[kind]}: largest $|u_z|$ {largest:.3g} mm"
         amplitude = true.ratio(history, RMS_U_Z, rms_out_of_plane(history))
-        found.append(f"{said}\n{second}, amplitude {amplitude}")
-    return found[0], found[1]
+        found.append(
+            f"{NAMES[fidelity]}, {INTERACTIONS[kind]}: {_largest(history)}\n{second}, amplitude {amplitude}"
+        )
+    return found
+
+
+@FIGURES.add(
+    "fig_cut_rows",
+    "Where a knit is cut off: out-of-plane motion, course tension, isotropic friction",
+    results={
+        "geometry": solid("geometry", "isotropic-course"),
+        "dns": solid("simulation", "isotropic-course"),
+        "cut": one("simulation", "inputs-cut-isotropic-course"),
+    },
+)
+def draw_cut(geometry: xr.Dataset, dns: xr.Dataset, cut: xr.Dataset) -> Figure:
+    """Draw both at full load, displacements true to scale, coloured on one scale."""
+    titles = []
+    for name, history in (("whole yarns", dns), ("cells cut out", cut)):
+        strain, force = float(history["strain"][-1]), float(history["force"][-1])
+        titles.append(f"{name}\n{strain:.2%} strain: {force:.3g} N, {_largest(history)}")
+    return draw_elevations([(dns, cut)], titles, float(geometry["radius"]))
+
+
+def _largest(history: xr.Dataset) -> str:
+    return f"largest $|u_z|$ {MILLIMETRE * np.abs(elevation(history)).max():.3g} mm"
+
+
+# ---- yarns coloured by their out-of-plane displacement ----
+
+
+def draw_elevations(
+    rows: Sequence[Sequence[xr.Dataset]], titles: Sequence[str], radius: float, thickness: float = 1.0
+) -> Figure:
+    """Return a figure of knits at full load, displacements true to scale, coloured on one scale.
+
+    Parameters
+    ----------
+    rows : sequence of sequences of Dataset
+        Two histories a row.
+    titles : sequence of str
+        Of the panels, row by row.
+    radius : float
+        Radius of the yarns [m].
+    thickness : float
+        Drawn over true diameter of the yarns.
+    """
+    scale = colour_scale(np.concatenate([elevation(history) for row in rows for history in row]))
+    yarns = [[elevated_yarns(history, radius, scale, thickness) for history in row] for row in rows]
+    window = bounds([surface for row in yarns for surfaces in row for surface in surfaces])
+    pictures = [[Picture(surfaces, FRONT, window) for surfaces in row] for row in yarns]
+    drawing, panels = draw_rows(pictures, head=11.0, foot=BAR)
+    for axes, letter, title in zip(panels, "abcdefgh", titles, strict=False):
+        panel_letter(axes, letter, title)
+    for axes in panels[-2:]:
+        scale_bar(axes, 5, FRONT)
+    elevation_bar(drawing, scale, 0.25, 0.5)
+    return drawing
+
+
+def elevation(history: xr.Dataset) -> np.ndarray:
+    """Return u_z (S,) at full load along the yarns [m]."""
+    return history["centreline_displacement"].to_numpy()[-1, :, Z]
+
+
+def elevated_yarns(
+    history: xr.Dataset, radius: float, scale: ScalarMappable, thickness: float = 1.0
+) -> list[Surface]:
+    """Return the yarns of a radius [m] at full load, displacements true to scale, drawn as thick as a share of it."""
+    place = history["centreline"].to_numpy() + history["centreline_displacement"].to_numpy()[-1]
+    colours = np.array([to_hex(each) for each in scale.to_rgba(MILLIMETRE * elevation(history))])
+    yarn, s = history["yarn"].to_numpy(), history["arc_length"].to_numpy()
+    ends = (np.diff(yarn) != 0) | (np.diff(s) > CUT * radius)
+    surfaces = []
+    for piece in np.split(np.arange(len(yarn)), np.flatnonzero(ends) + 1):
+        surfaces += graded_tube(place[piece], thickness * radius, colours[piece])
+    return surfaces
+
+
+def colour_scale(u_z: np.ndarray) -> ScalarMappable:
+    """Return colours in steps over all values of u_z (...,) [m], at round numbers of mm."""
+    ticks = MaxNLocator(LEVELS).tick_values(MILLIMETRE * u_z.min(), MILLIMETRE * u_z.max())
+    return ScalarMappable(BoundaryNorm(ticks, matplotlib.colormaps[COLOURS].N), COLOURS)
+
+
+def elevation_bar(drawing: Figure, scale: ScalarMappable, left: float, width: float) -> None:
+    """Draw the colours of u_z below all panels, from a share of the figure's width on and so wide."""
+    bar = colour_bar(drawing, scale, "out-of-plane displacement $u_z$ (mm)", left, width, format="%.3g")
+    bar.set_ticks(scale.norm.boundaries[::2])

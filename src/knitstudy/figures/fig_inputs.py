@@ -14,7 +14,7 @@ from matplotlib.patches import Patch, Rectangle
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import DOUBLE, FAINT, INK, INTERACTIONS, PAPER, PERCENT, figure, panel_letter
 from knitstudy.measures.catalogue import VARIED, several, solid
-from knitstudy.measures.claims.evidence import NOT_REPRODUCED, OPEN, REPRODUCED
+from knitstudy.measures.claims.evidence import NOT_REPRODUCED, OPEN, REPRODUCED, Evidence
 from knitstudy.measures.claims.verdicts import CLAIMS, INPUTS, WITHOUT_LIMIT, Finding, Variation, findings
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
 from knitstudy.study.scene import Scene
@@ -62,8 +62,7 @@ def draw(
     reference: pd.DataFrame,
 ) -> Figure:
     """Draw a row a value: a matrix of verdicts, and beside it bars of the changes of force and of the largest |u_z|."""
-    varied = [scenes[name] for name in variations]
-    found = findings(varied, variations, variations_contacts, geometry, paper, reference)
+    found = findings(Evidence(geometry, paper, reference, scenes, variations, variations_contacts))
     height = HEAD + ROW * len(found) + FOOT
     drawing = figure(DOUBLE, height)
     bars = (DOUBLE - LEFT - MATRIX - 2 * GAP - 4.0) / 2

@@ -28,21 +28,13 @@ PATHS = {
 
 @dataclass(frozen=True)
 class Slide:
-    """Forces of one pair on the lower yarn, along and across the direction in which its grips slide.
-
-    Attributes
-    ----------
-    scene : Scene
-    distance : ndarray, shape (I,)
-        Of the upper yarn's face at the crossing from the lower one's, along the slide [m].
-    tangential, normal : ndarray, shape (I,)
-        Friction along the slide, and pressure [N].
-    """
+    """Forces of one pair on the lower yarn, along and across the direction in which its grips slide."""
 
     scene: Scene
+    # (I,) of the upper yarn's face at the crossing from the lower one's, along the slide [m]
     distance: np.ndarray
-    tangential: np.ndarray
-    normal: np.ndarray
+    tangential: np.ndarray  # (I,) friction along the slide, and pressure [N]
+    normal: np.ndarray  # (I,) friction along the slide, and pressure [N]
 
     @classmethod
     def of(cls, contacts: xr.Dataset, scene: Scene) -> Slide:

@@ -9,11 +9,10 @@ import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.style import FAINT, INK, MODELS, Look, figure, panel_letter
+from knitstudy.figures.style import DOUBLE, FAINT, INK, MODELS, figure, panel_letter, shared_legend
 from knitstudy.measures.catalogue import is_whole_knit, several
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.questions import QUESTIONS
@@ -22,23 +21,13 @@ from knitstudy.measures.trade_points import Point
 from knitstudy.study.choice import front
 from knitstudy.study.scene import Scene
 
-WIDTH, HEIGHT = 174.0, 190.0  # of the figure [mm]
-
+# Interaction and direction of the panels, of knits of `CELLS`.
 SHOWN = (("tie", "course"), ("tie", "wale"), ("isotropic", "course"), ("isotropic", "wale"))
-"""Interaction and direction of the panels, of knits of `CELLS`."""
-
 CELLS = 3
 LETTERS = 80  # of a name on a line: what a panel is wide enough for
 SMALLEST = 1e-3  # error below which points lie on the lower edge [1]
-
-LOOKS = {
-    "spline_yarns": Look("solid yarns", "#0072B2", "-", "D"),
-    "hexahedra": Look("hexahedra", MODELS["dns"].colour, "-", "o"),
-    "rom3d": MODELS["rom3d"],
-    "rom2d": MODELS["rom2d"],
-    "beam": Look("beams in contact", "#00704F", "-", "v"),
-}
-"""By fidelity."""
+BETWEEN = (1.0, 2.0, 5.0)  # numbers on an axis, times powers of ten
+WIDE = 200.0  # largest over smallest value of an axis from which powers of ten are enough
 
 
 def _draw(name: str) -> Callable[..., Figure]:
@@ -58,7 +47,7 @@ def _draw(name: str) -> Callable[..., Figure]:
 
 def draw_fronts(points: list[Point]) -> Figure:
     """Draw points of one question, a panel a case, each with its front, whose points are named."""
-    drawing = figure(WIDTH, HEIGHT)
+    drawing = figure(DOUBLE, 190.0)
     panels = drawing.subplots(2, 2).ravel()
     for letter, axes, (interaction, direction) in zip("abcd", panels, SHOWN, strict=True):
         here = [
@@ -70,38 +59,18 @@ def draw_fronts(points: list[Point]) -> Figure:
         ]
         _panel(axes, here)
         panel_letter(axes, letter, f"{INTERACTIONS[interaction]}, {direction}")
-    shown = {point.scene.fidelity for point in points}
-    handles = [
-        Line2D([], [], linestyle="", marker=look.marker, color=look.colour, label=look.label)
-        for fidelity, look in LOOKS.items()
-        if fidelity in shown
-    ]
-    handles.append(Line2D([], [], color=INK, linewidth=0.8, label="front: error at most"))
-    drawing.legend(handles=handles, loc="lower center", ncols=len(handles), fontsize=6.5)
+    shared_legend(drawing, ncols=1 + len({point.scene.fidelity for point in points}), fontsize=6.5)
     drawing.subplots_adjust(left=0.095, right=0.985, top=0.96, bottom=0.1, wspace=0.24, hspace=0.24)
     return drawing
-
-
-BETWEEN = (1.0, 2.0, 5.0)  # numbers on an axis, times powers of ten
-WIDE = 200.0
-"""Largest over smallest value of an axis from which powers of ten are enough: more would lie on each other."""
-
-
-def number_axes(axes: Axes) -> None:
-    """Write numbers that stand apart on two logarithmic axes of one to four decades."""
-    for axis in (axes.xaxis, axes.yaxis):
-        low, high = axis.get_view_interval()
-        axis.set_major_locator(LogLocator(subs=BETWEEN if high < WIDE * low else (1.0,), numticks=12))
-        axis.set_major_formatter(FuncFormatter(lambda value, place: f"{value:g}"))
-        axis.set_minor_formatter(NullFormatter())
 
 
 def _panel(axes: Axes, points: list[Point]) -> None:
     axes.set(xscale="log", yscale="log", xlabel="time with what it is made from (s)", ylabel="error (%)")
     for point in points:
-        look = LOOKS[point.scene.fidelity]
+        look = MODELS[point.scene.fidelity]
         share = max(point.error.value, SMALLEST)
-        axes.plot(point.expense.seconds, 100 * share, look.marker, color=look.colour, markersize=3, alpha=0.6)
+        dot = {"linestyle": "", "marker": look.marker, "markersize": 3, "label": look.label}
+        axes.plot(point.expense.seconds, 100 * share, **dot, color=look.colour, alpha=0.6)
         bar = [100 * share, 100 * max(point.bound, SMALLEST)]
         axes.plot([point.expense.seconds] * 2, bar, color=look.colour, linewidth=0.4, alpha=0.6)
     on = front(points, lambda point: point.expense.seconds, lambda point: point.bound)
@@ -111,22 +80,21 @@ def _panel(axes: Axes, points: list[Point]) -> None:
         axes.minorticks_off()
         return
     seconds, errors = [point.expense.seconds for point in on], [100 * point.bound for point in on]
-    axes.step(
-        [*seconds, 2 * max(point.expense.seconds for point in points)],
-        [*errors, errors[-1]],
-        where="post",
-        color=INK,
-        linewidth=0.8,
-    )
+    last = 2 * max(point.expense.seconds for point in points)
+    line = {"color": INK, "linewidth": 0.8, "label": "front: error at most"}
+    axes.step([*seconds, last], [*errors, errors[-1]], where="post", **line)
     axes.plot(seconds, errors, "o", markerfacecolor="none", color=INK, markersize=5, linestyle="")
     for number, (x, y) in enumerate(zip(seconds, errors, strict=True), start=1):
         axes.annotate(str(number), (x, y), xytext=(4, 3), textcoords="offset points", fontsize=6.5)
     said = "\n".join(fill(f"{number} {point.called}", LETTERS) for number, point in enumerate(on, start=1))
-    axes.text(
-        0.985, 0.985, said, transform=axes.transAxes, ha="right", va="top", fontsize=4.6, linespacing=1.25
-    )
+    look = {"ha": "right", "va": "top", "fontsize": 4.6, "linespacing": 1.25}
+    axes.text(0.985, 0.985, said, transform=axes.transAxes, **look)
     axes.set_ylim(top=axes.get_ylim()[1] * 10 ** (0.12 * (1 + said.count("\n"))))
-    number_axes(axes)
+    for axis in (axes.xaxis, axes.yaxis):
+        low, high = axis.get_view_interval()
+        axis.set_major_locator(LogLocator(subs=BETWEEN if high < WIDE * low else (1.0,), numticks=12))
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter("")
 
 
 for _number, _question in enumerate(QUESTIONS.values()):

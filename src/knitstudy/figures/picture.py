@@ -1,106 +1,106 @@
-"""A picture of solids in axes, with labels, a scale bar and directions over it."""
+"""Pictures of solids in axes, in rows that fill a figure, with labels, a scale bar and directions over them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from knitstudy.figures import renderer
-from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture, Surface, View
-from knitstudy.figures.style import INCH, INK, PAPER, figure, resolution
+from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture, Surface, View, Window
+from knitstudy.figures.style import DOUBLE, INCH, INK, PAPER, figure, place, resolution
 
 HALO = (withStroke(linewidth=2.0, foreground=PAPER),)  # keeps letters and lines legible on any background
-
-SILL = 4.0  # room below the knit for the scale bar [mm of the knit]
-
-LEGEND = 9.0  # height of the legend below a front view [mm]
-
-Window = tuple[float, float, float, float]
-"""Left, right, bottom and top of a picture [mm]."""
+SILL = 4.0  # room below a knit for the scale bar [mm of the knit]
+BAR = 15.0  # room for a bar of colours and its label [mm]
+GAP = 0.015  # between pictures side by side, over the width of the figure
 
 
-def show(axes: Axes, surfaces: Sequence[Surface], view: View, window: Window | None = None) -> None:
-    """Fill axes with surfaces; their coordinates then are mm in the plane of the picture.
-
-    Parameters
-    ----------
-    axes : Axes
-        Placed in a figure; frame and ticks are taken away.
-    surfaces : sequence of Surface
-    view : View
-    window : tuple of 4 floats, optional
-        What is shown [mm]; everything by default. It is widened in one direction to the shape of the axes.
-
-    Raises
-    ------
-    ConfigurationError
-        When the environment variable KNITSTUDY_DPI names no resolution.
-    RenderingError
-        When VTK cannot render on this machine.
-    """
-    share = axes.get_position(original=True)
-    size = INCH * axes.figure.get_size_inches() * [share.width, share.height]  # mm
-    window = _fitted(window or bounds(surfaces, view), size)
-    axes.set(xlim=window[:2], ylim=window[2:], aspect="equal")
-    axes.set_axis_off()
-    width, height = (int(resolution() / INCH * mm) for mm in size)
-    image = renderer.rendered(Picture(tuple(surfaces), view, window, (width, height)))
-    axes.imshow(image, extent=window, interpolation="none", zorder=0)
-
-
-def bounds(surfaces: Sequence[Surface], view: View, margin: float = 0.04) -> Window:
-    """Return the window of surfaces [mm], with a margin as share of it."""
-    flat = MILLIMETRE * view.project(np.concatenate([surface.points for surface in surfaces]))
-    low, high = flat.min(axis=0), flat.max(axis=0)
-    rim = margin * (high - low).max()
-    return (low[0] - rim, high[0] + rim, low[1] - rim, high[1] + rim)
-
-
-def _fitted(window: Window, size: np.ndarray) -> Window:
-    """Widen a window about its middle to the shape of the axes."""
-    middle = np.array([window[0] + window[1], window[2] + window[3]]) / 2
-    extent = np.array([window[1] - window[0], window[3] - window[2]])
-    half = size * (extent / size).max() / 2
-    (left, bottom), (right, top) = middle - half, middle + half
+def window_around(points: np.ndarray, room: Sequence[float], view: View = FRONT) -> Window:
+    """Return the window about points (k, 3) [m], with room (2,) on the right and left and above and below [mm]."""
+    flat = MILLIMETRE * view.project(points)
+    (left, bottom), (right, top) = flat.min(axis=0) - room, flat.max(axis=0) + room
     return float(left), float(right), float(bottom), float(top)
 
 
-def front_view(drawing: Figure, axes: Axes, surfaces: Sequence[Surface], window: Window) -> None:
-    """Fill axes with the knit seen from the front, a scale bar and the directions."""
-    show(axes, surfaces, FRONT, window)
-    scale_bar(axes, 5, (0.02, 0.015))
-    triad(axes, FRONT, 2.5, (0.90, 0.02))
+def bounds(surfaces: Sequence[Surface], view: View = FRONT, below: float = SILL) -> Window:
+    """Return the window of surfaces with a margin, and with room `below` them [mm]."""
+    points = np.concatenate([surface.points for surface in surfaces])
+    margin = 0.03 * MILLIMETRE * np.ptp(view.project(points), axis=0).max()
+    left, right, bottom, top = window_around(points, (margin, margin), view)
+    return left, right, bottom - below, top
 
 
-def front_panels(
-    surfaces: Sequence[Surface], panels: int, width: float, room: float = 0.0, head: float = 0.0
+def draw_rows(
+    rows: Sequence[Sequence[Picture | None]],
+    width: float = DOUBLE,
+    head: float = 7.0,
+    foot: float = 0.0,
+    above: float = 0.0,
 ) -> tuple[Figure, list[Axes]]:
-    """Return a figure of panels that all show surfaces from the front, with a legend's room below.
+    """Return a figure that rows of pictures fill, and their axes, row by row.
 
     Parameters
     ----------
-    surfaces : sequence of Surface
-    panels : int
-        Panels side by side.
+    rows : sequence of sequences of Picture
+        From above to below. Pictures of a row are equally wide, the row is as high as the highest of them; where one
+        is None the axes stay empty.
     width : float
         Width of the figure [mm].
-    room, head : float
-        Room on the right of the knit and above it [mm of the knit], and above the panels for titles [mm].
+    head, foot, above : float
+        Room above each row for titles, below all rows, and above all of them [mm].
     """
-    left, right, bottom, top = bounds(surfaces, FRONT, margin=0.03)
-    window = (left, right + room, bottom - SILL, top + room)
-    panel = width / panels * (window[3] - window[2]) / (window[1] - window[0])
-    height = panel + LEGEND + head
-    drawing = figure(width, height)
-    places = [(k / panels, LEGEND / height, 1 / panels, panel / height) for k in range(panels)]
-    axes = [drawing.add_axes(place) for place in places]
-    for each in axes:
-        front_view(drawing, each, surfaces, window)
-    return drawing, axes
+
+    def high(row: Sequence[Picture | None]) -> float:
+        wide = width * (1 / len(row) - GAP)
+        windows = [picture.window for picture in row if picture]
+        return head + wide * max((top - bottom) / (right - left) for left, right, bottom, top in windows)
+
+    bottom = foot + sum(map(high, rows))
+    drawing, panels = figure(width, bottom + above), []
+    for row in rows:
+        bottom -= high(row)
+        for k, picture in enumerate(row):
+            left = k / len(row) + GAP / 2
+            panels.append(place(drawing, left, bottom, 1 / len(row) - GAP, high(row) - head))
+            if picture:
+                show(panels[-1], picture)
+    return drawing, panels
+
+
+def show(axes: Axes, picture: Picture) -> None:
+    """Fill axes with a picture; their coordinates are mm in its plane. Its window is widened to the shape of the axes.
+
+    Raises ConfigurationError when the environment variable KNITSTUDY_DPI names no resolution, and RenderingError when
+    VTK cannot render on this machine.
+    """
+    share = axes.get_position(original=True)
+    size = INCH * axes.figure.get_size_inches() * [share.width, share.height]  # mm
+    corners = np.reshape(picture.window, (2, 2))  # left and right, bottom and top
+    half = size * (np.ptp(corners, axis=1) / size).max() / 2
+    middle = corners.mean(axis=1)
+    window = tuple(np.column_stack([middle - half, middle + half]).ravel().tolist())
+    axes.set(xlim=window[:2], ylim=window[2:], aspect="equal")
+    axes.set_axis_off()
+    pixels = tuple((resolution() / INCH * size).astype(int).tolist())
+    image = renderer.rendered(replace(picture, window=window, pixels=pixels))
+    axes.imshow(image, extent=window, interpolation="none", zorder=0)
+
+
+def colour_bar(
+    drawing: Figure, scale: ScalarMappable, label: str, left: float, width: float, **look: object
+) -> Colorbar:
+    """Draw a bar of colours in the lowest `BAR` mm of a figure, from a share of its width on and so wide."""
+    axes = place(drawing, left, 0.58 * BAR, width, 0.14 * BAR)
+    bar = drawing.colorbar(scale, cax=axes, orientation="horizontal", **look)
+    bar.set_label(label, labelpad=1)
+    return bar
 
 
 # ---- over the picture ----
@@ -112,20 +112,11 @@ def write(axes: Axes, place: Sequence[float], text: str, **said: object) -> None
     axes.text(*place, text, **look | said)
 
 
-def label(
-    axes: Axes, view: View, point: np.ndarray, text: str, offset: tuple[float, float], colour: str = INK
-) -> None:
-    """Name a point (3,) [m] with a thin line from the text, which stands `offset` points away."""
+def label(axes: Axes, place: np.ndarray, text: str, offset: tuple[float, float], colour: str = INK) -> None:
+    """Name a place (2,) with a thin line from the text, which stands `offset` points away."""
+    line = {"arrowstyle": "-", "linewidth": 0.7, "color": colour, "shrinkA": 0, "shrinkB": 0}
     look = {"ha": "center", "va": "center", "color": colour, "path_effects": HALO, "zorder": 10}
-    line = {
-        "arrowstyle": "-",
-        "linewidth": 0.7,
-        "color": colour,
-        "shrinkA": 0,
-        "shrinkB": 0,
-        "path_effects": HALO,
-    }
-    place = MILLIMETRE * view.project(point)
+    line["path_effects"] = HALO
     axes.annotate(text, place, xytext=offset, textcoords="offset points", arrowprops=line, **look)
 
 
@@ -137,30 +128,22 @@ def draw_arrow(
     axes.annotate("", np.add(tail, vector), tail, arrowprops=look | said, annotation_clip=False, zorder=7)
 
 
-def scale_bar(axes: Axes, length: float, place: tuple[float, float] = (0.03, 0.04)) -> None:
-    """Draw a bar of a length [mm] that begins at a place in shares of the axes."""
-    x, y = _place(axes, place)
+def scale_bar(axes: Axes, length: float, view: View | None = None) -> None:
+    """Draw a bar of a length [mm] at the lower left corner, and the directions of a view at the lower right one."""
+    x, y = axes.transLimits.inverted().transform((0.03, 0.02))
     axes.plot([x, x + length], [y, y], color=INK, linewidth=2.0, solid_capstyle="butt", marker="", zorder=10)
     look = {"ha": "center", "va": "bottom", "path_effects": HALO, "zorder": 10}
     axes.annotate(f"{length:g} mm", (x + length / 2, y), xytext=(0, 4), textcoords="offset points", **look)
+    if view is not None:
+        _draw_triad(axes, view, length / 2)
 
 
-def triad(axes: Axes, view: View, length: float, place: tuple[float, float] = (0.9, 0.06)) -> None:
-    """Draw the directions x, y and z, arrows of a length [mm], from a place in shares of the axes.
-
-    An axis that points to the eye is left out: it would be a dot.
-    """
-    origin = _place(axes, place)
+def _draw_triad(axes: Axes, view: View, length: float) -> None:
+    """Draw x, y and z as arrows; an axis that points to the eye is left out: it would be a dot."""
+    origin = axes.transLimits.inverted().transform((1.0, 0.03)) - [1.6 * length, 0.0]
     for name, direction in zip("xyz", np.eye(3), strict=True):
         arm = view.project(direction)
         if np.linalg.norm(arm) < 0.1:
             continue
         draw_arrow(axes, origin, length * arm, INK, 0.9)
-        beyond = origin + (length + 0.22 * length / np.linalg.norm(arm)) * arm
-        write(axes, beyond, f"${name}$")
-
-
-def _place(axes: Axes, share: tuple[float, float]) -> np.ndarray:
-    """Return the place (2,) at a share of the axes."""
-    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-    return np.array([left + share[0] * (right - left), bottom + share[1] * (top - bottom)])
+        write(axes, origin + length * (1 + 0.22 / np.linalg.norm(arm)) * arm, f"${name}$")

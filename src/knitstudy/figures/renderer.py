@@ -11,6 +11,7 @@ import os
 import pickle
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import TYPE_CHECKING
@@ -23,8 +24,11 @@ if TYPE_CHECKING:
     import pyvista
 
 MILLIMETRE = 1e3  # millimetres in a metre
-FEATURE_ANGLE = 50.0
-"""Angle of facets beyond which an edge stays sharp [deg]: caps and arrow heads, not the turn of a tube."""
+FEATURE_ANGLE = (
+    50.0  # of facets beyond which an edge stays sharp [deg]: caps and arrow heads, not the turn of a tube
+)
+
+Window = tuple[float, float, float, float]  # left, right, bottom and top of a picture in its plane [mm]
 
 
 class RenderingError(KnitstudyError):
@@ -33,18 +37,10 @@ class RenderingError(KnitstudyError):
 
 @dataclass(frozen=True)
 class View:
-    """A direction of sight and the upright direction.
+    """A direction of sight and the upright direction."""
 
-    Attributes
-    ----------
-    towards : tuple of 3 floats
-        From the eye into the scene.
-    up : tuple of 3 floats
-        Appears upright; needs not be normal to ``towards``.
-    """
-
-    towards: tuple[float, float, float]
-    up: tuple[float, float, float] = (0.0, 1.0, 0.0)
+    towards: tuple[float, float, float]  # from the eye into the scene
+    up: tuple[float, float, float] = (0.0, 1.0, 0.0)  # appears upright; needs not be normal to ``towards``
 
     @classmethod
     def orbit(cls, turn: float, tilt: float) -> View:
@@ -72,54 +68,30 @@ FRONT = View((0.0, 0.0, -1.0))  # onto the plane of the fabric
 
 @dataclass(frozen=True)
 class Surface:
-    """Facets of one colour.
+    """Facets of one colour."""
 
-    Attributes
-    ----------
-    points : ndarray, shape (N, 3)
-        Corners [m].
-    faces : ndarray of int, shape (F, 4)
-        Corners of the facets, counter-clockwise from outside; two of them may coincide.
-    colour : str
-    opacity : float
-    edges : bool
-        Whether the edges of the facets are drawn.
-    """
-
-    points: np.ndarray
+    points: np.ndarray  # (N, 3) corners [m]
+    # (F, 4) corners of the facets, counter-clockwise from outside; two of them may coincide
     faces: np.ndarray
     colour: str
     opacity: float = 1.0
-    edges: bool = False
+    edges: bool = False  # whether the edges of the facets are drawn
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture to render.
+    """Surfaces, the view on them, and what of the plane of the picture is shown."""
 
-    Attributes
-    ----------
-    surfaces : tuple of Surface
-    view : View
-    window : tuple of 4 floats
-        Left, right, bottom and top of the picture in its plane [mm].
-    pixels : tuple of 2 ints
-        Width and height.
-    """
-
-    surfaces: tuple[Surface, ...]
+    surfaces: Sequence[Surface]
     view: View
-    window: tuple[float, float, float, float]
-    pixels: tuple[int, int]
+    window: Window
+    pixels: tuple[int, int] = (0, 0)  # width and height
 
 
 def rendered(picture: Picture) -> np.ndarray:
     """Return a picture as RGBA array (height, width, 4) with a transparent background.
 
-    Raises
-    ------
-    RenderingError
-        When VTK cannot render on this machine.
+    Raises RenderingError when VTK cannot render on this machine.
     """
     process = _process()
     try:
@@ -189,24 +161,14 @@ def render(picture: Picture) -> np.ndarray:
 def _add(plotter: pyvista.Plotter, surface: Surface) -> None:
     import pyvista
 
-    faces = np.column_stack([np.full(len(surface.faces), surface.faces.shape[1]), surface.faces])
-    mesh = pyvista.PolyData(MILLIMETRE * surface.points, faces.ravel())
+    mesh = pyvista.PolyData.from_regular_faces(MILLIMETRE * surface.points, surface.faces)
     mesh = mesh.clean().compute_normals(
         split_vertices=True, feature_angle=FEATURE_ANGLE, consistent_normals=False, auto_orient_normals=False
     )
+    light = {"ambient": 0.28, "diffuse": 0.78, "specular": 0.15, "specular_power": 25}
+    edges = {"show_edges": surface.edges, "edge_color": "#5A5A5A", "edge_opacity": 0.6, "line_width": 1.0}
     plotter.add_mesh(
-        mesh,
-        color=surface.colour,
-        opacity=surface.opacity,
-        smooth_shading=True,
-        ambient=0.28,
-        diffuse=0.78,
-        specular=0.15,
-        specular_power=25,
-        show_edges=surface.edges,
-        edge_color="#5A5A5A",
-        edge_opacity=0.6,
-        line_width=1.0,
+        mesh, color=surface.colour, opacity=surface.opacity, smooth_shading=True, **light, **edges
     )
 
 

@@ -1,4 +1,4 @@
-"""Surfaces that pictures of solids are made of: tubes, spheres, arrows, plates, meshes of yarns."""
+"""Surfaces that pictures of solids are made of: tubes, spheres, arrows, meshes of yarns."""
 
 from __future__ import annotations
 
@@ -55,25 +55,12 @@ def sphere(centre: np.ndarray, radius: float, colour: str, opacity: float = 1.0)
     return _revolution(centre, np.array([0.0, 0.0, 1.0]), profile, colour, opacity)
 
 
-def rod(start: np.ndarray, end: np.ndarray, radius: float, colour: str) -> Surface:
-    """Return a straight rod from point to point [m]."""
-    axis = np.asarray(end) - start
-    length = np.linalg.norm(axis)
-    profile = [(0, 0), (0, radius), (length, radius), (length, 0)]
-    return _revolution(start, axis / length, np.array(profile), colour)
-
-
 def arrow(start: np.ndarray, vector: np.ndarray, radius: float, colour: str) -> Surface:
     """Return an arrow whose shaft has a radius [m] and whose head is three times as thick."""
     length = np.linalg.norm(vector)
     neck = length - 8 * radius
     profile = [(0, 0), (0, radius), (neck, radius), (neck, 3 * radius), (length, 0)]
     return _revolution(start, np.asarray(vector) / length, np.array(profile), colour)
-
-
-def plate(corners: np.ndarray, colour: str, opacity: float) -> Surface:
-    """Return a plane plate with four corners (4, 3) [m], seen from both sides."""
-    return Surface(np.asarray(corners), np.array([[0, 1, 2, 3], [3, 2, 1, 0]]), colour, opacity)
 
 
 def yarn_of_mesh(mesh: SweptMesh, yarn: int, colour: str, opacity: float = 1.0) -> Surface:

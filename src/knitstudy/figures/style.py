@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import wraps
 from pathlib import Path
 from typing import Any
 
@@ -19,11 +18,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import code_version, replacing
 from knitstudy.measures.discretisation import INTERACTIONS as INTERACTION_NAMES
-from knitstudy.measures.discretisation import NAMES
+from knitstudy.measures.discretisation import NAMES, SOLID_YARNS
 
 # It tells at length how it cuts fonts for PDF.
 logging.getLogger("fontTools").setLevel(logging.WARNING)
@@ -31,17 +31,15 @@ logging.getLogger("fontTools").setLevel(logging.WARNING)
 INCH = 25.4  # millimetres
 PERCENT, MICROMETRE, MEGAPASCAL = 100.0, 1e6, 1e-6  # units of axes over those of data: 1, metre and pascal
 
+# An argument of a figure: a result, several by the names of their scenes, or a table of reference.
 Source = xr.Dataset | Mapping[str, xr.Dataset] | pd.DataFrame
-"""An argument of a figure: a result, several by the names of their scenes, or a table of reference."""
 
 SINGLE, DOUBLE = 84.0, 174.0  # widths of a figure of one and of two columns [mm]
-RESOLUTION = "KNITSTUDY_DPI"
-"""Environment variable: points an inch of figures. With fewer than the default pictures in space are drawn faster."""
-
+RESOLUTION = "KNITSTUDY_DPI"  # environment variable: points an inch; with fewer, solids are drawn faster
 DPI, COARSEST, FINEST = 300, 50, 1200
 
+# Vermilion, green and blue stand for the red, green and blue of Fig. 1 (Okabe and Ito 2008).
 YARNS = ("#D55E00", "#009E73", "#0072B2", "#E69F00")
-"""Vermilion, green and blue stand for the red, green and blue of Fig. 1 (Okabe and Ito 2008)."""
 
 INK, FAINT, PAPER = "#1A1A1A", "#8C8C8C", "#FFFFFF"
 ACCENT = "#8E1B5A"  # joints and contact points in pictures of solids
@@ -72,13 +70,13 @@ RC = {
 }
 
 
+styled = matplotlib.rc_context(RC)  # a decorator: draw in this style whatever the caller's settings are
+
+
 def resolution() -> int:
     """Return the points an inch of figures.
 
-    Raises
-    ------
-    ConfigurationError
-        When the environment variable KNITSTUDY_DPI is no whole number, too small or too large.
+    Raises ConfigurationError when the environment variable KNITSTUDY_DPI is no whole number, too small or too large.
     """
     said = os.environ.get(RESOLUTION, str(DPI))
     if not said.isascii() or not said.isdigit() or not COARSEST <= int(said) <= FINEST:
@@ -103,43 +101,43 @@ class Look:
         return {"color": self.colour, "linestyle": self.dash, "marker": self.marker}
 
 
+DIRECT = Look(NAMES["dns"], INK, "-", "o")  # the direct simulation of a case, of either kind of elements
+
 MODELS = {
-    "dns": Look(NAMES["dns"], INK, "-", "o"),
+    "hexahedra": Look("hexahedra", INK, "-", "o"),
+    "spline_yarns": Look(SOLID_YARNS, "#0072B2", "-", "D"),
     "rom3d": Look(NAMES["rom3d"], "#7B3294", "--", "s"),
     "rom2d": Look(NAMES["rom2d"], "#D9740B", "-.", "^"),
+    "beam": Look("beams in contact", "#00704F", "-", "P"),
 }
-
-OTHER = Look("", "#5B6470", ":", "x")  # models of other fidelities
+"""By fidelity."""
 
 INTERACTIONS = {
-    "tie": Look(INTERACTION_NAMES["tie"], INK, "-", "o"),
-    "rough": Look(INTERACTION_NAMES["rough"], "#0072B2", "--", "s"),
-    "isotropic": Look(INTERACTION_NAMES["isotropic"], "#D9740B", "-.", "^"),
+    name: Look(INTERACTION_NAMES[name], *look)
+    for name, look in {
+        "tie": (INK, "-", "o"),
+        "rough": ("#0072B2", "--", "s"),
+        "isotropic": ("#D9740B", "-.", "^"),
+    }.items()
 }
 
 
-BEAMS = {
-    "tied": Look("", "#B79BC9", ":", "s"),
-    "rigid": Look("", "#0072B2", "-", "v"),
-    "hertz": Look("", "#56B4E9", "--", "^"),
-}
-"""Beams in contact by their section, and beams that are tied."""
-
-
-def figure(width: float, height: float) -> Figure:
+def figure(width: float, height: float, **said: Any) -> Figure:
     """Return an empty figure of a size in mm; no global state of pyplot is involved."""
-    return Figure(figsize=(width / INCH, height / INCH))
+    return Figure(figsize=(width / INCH, height / INCH), **said)
 
 
-def styled(draw: Callable[..., Any]) -> Callable[..., Any]:
-    """Make a function draw in this style whatever the caller's settings are."""
+def place(drawing: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
+    """Return new axes; `left` and `width` are shares of the figure's width, `bottom` and `height` are in mm."""
+    whole = INCH * drawing.get_figheight()
+    return drawing.add_axes((left, bottom / whole, width, height / whole))
 
-    @wraps(draw)
-    def inside(*given: Any, **named: Any) -> Any:
-        with matplotlib.rc_context(RC):
-            return draw(*given, **named)
 
-    return inside
+def shared_legend(drawing: Figure, **look: Any) -> Legend:
+    """Draw one legend of all labels in a figure, each once, at the lower edge unless a place is given."""
+    pairs = [zip(*axes.get_legend_handles_labels(), strict=True) for axes in drawing.axes]
+    unique = {label: handle for each in pairs for handle, label in each}
+    return drawing.legend(unique.values(), unique.keys(), **{"loc": "lower center"} | look)
 
 
 def panel_letter(axes: Axes, letter: str, title: str = "") -> None:
@@ -158,20 +156,13 @@ def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, Sour
 
     Parameters
     ----------
-    figure : Figure
     paths : iterable of Path or str
         Where to; the suffix chooses the format, ".png" (of `style.resolution`) or ".pdf".
     sources : mapping of str to Source
         What it was drawn from: scene and digest of each are recorded, of a table the code behind it.
-    title : str
-        Title of the document.
 
-    Raises
-    ------
-    ConfigurationError
-        When a suffix is not known, or KNITSTUDY_DPI is no resolution.
-    DataFileError
-        When a folder cannot be made.
+    Raises ConfigurationError when a suffix is not known, or KNITSTUDY_DPI is no resolution, and DataFileError when a
+    folder cannot be made.
     """
     origin = describe(sources)
     software = f"knitstudy {code_version()}"

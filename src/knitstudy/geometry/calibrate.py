@@ -26,22 +26,16 @@ from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError
 from knitstudy.files import replacing
 from knitstudy.geometry.loop import Loop, symmetric_motions, symmetries
 from knitstudy.geometry.optimise import CONTACT_TOLERANCE, CostFunction, optimise
-from knitstudy.geometry.survey import approaches, check_yarns, honeycomb_angles, survey
+from knitstudy.geometry.survey import approaches, away_from_crossings, check_yarns, honeycomb_angles, survey
+from knitstudy.study.documents import read_yaml
 
-CURVATURE_SAMPLES = 12
-"""Samples a Bezier segment in which curvature is bounded and bending energy summed."""
-NEAREST = 8
-"""Approaches away from the crossings that the bound on the gap looks at: more than come near in a quarter."""
-UNUSABLE = 1e3
-"""Residual of control points that make no plain knit."""
-SPREAD = 0.25
-"""Standard deviation, in radii, of the random starts about the first one."""
-SHARPENING = (1.0, 1e-2, 1e-4)
-"""Shares of the bending weight in turn: in the end it no longer pulls the loop off the targets."""
-MOST_EVALUATIONS = 60
-"""Jacobians a start and weight may cost."""
-DECIMALS = 9
-"""Decimals of metres in the file: a nanometre, a millionth of the radius."""
+CURVATURE_SAMPLES = 12  # a Bezier segment, where curvature is bounded and bending energy summed
+NEAREST = 8  # approaches away from crossings whose gap is bounded: more than come near in a quarter
+UNUSABLE = 1e3  # residual of control points that make no plain knit
+SPREAD = 0.25  # standard deviation, in radii, of the random starts about the first one
+SHARPENING = (1.0, 1e-2, 1e-4)  # shares of the bending weight in turn: in the end it no longer pulls the loop
+MOST_EVALUATIONS = 60  # Jacobians a start and weight may cost
+DECIMALS = 9  # of metres in the file: a nanometre, a millionth of the radius
 
 HEADER = """\
 # Made by `python -m knitstudy.geometry.calibrate` from calibration.yaml: change that file, not this one.
@@ -52,41 +46,23 @@ HEADER = """\
 
 @dataclass(frozen=True)
 class Problem:
-    """What the optimised loop must be like, and how it is searched for; lengths in radii, angles in degrees.
+    """What the optimised loop must be like, and how it is searched for; lengths in radii, angles in degrees."""
 
-    Attributes
-    ----------
-    length, interlock_angle, leg_angle, aspect, clearance : float
-        Targets; aspect is the wale over the course spacing.
-    curvature : float
-        Largest R over radius of curvature that is free of penalty.
-    gap : float
-        Smallest gap away from the crossings that is free of penalty.
-    flattening : float
-        z of the initial loop over z of the optimised one: what makes the initial yarns interpenetrate.
-    bending : float
-        Weight of the bending energy, small against everything else.
-    points : int
-        Control points of a loop, a multiple of 4.
-    starts, seed : int
-        Number of starts, and of the random ones among them.
-    settings : object
-        Weights and samples of the optimisation, see `optimise`.
-    """
-
+    # Targets; aspect is the wale over the course spacing.
     length: float
     interlock_angle: float
     leg_angle: float
     aspect: float
     clearance: float
-    curvature: float
-    gap: float
-    flattening: float
-    bending: float
-    points: int
-    starts: int
+    # Search.
+    curvature: float  # largest R over radius of curvature that is free of penalty
+    gap: float  # smallest gap away from the crossings that is free of penalty
+    flattening: float  # z of the initial loop over z of the optimised one: initial yarns interpenetrate
+    bending: float  # weight of the bending energy, small against everything else
+    points: int  # control points of a loop, a multiple of 4
+    starts: int  # number of starts, all but the first one random
     seed: int
-    settings: object
+    settings: object  # weights and samples of the optimisation, see `optimise`
 
     @property
     def quarter(self):
@@ -96,21 +72,12 @@ class Problem:
 
 @dataclass(frozen=True)
 class Candidate:
-    """One vector of unknowns, taken apart.
-
-    Attributes
-    ----------
-    wale_spacing, course_spacing : float
-    points : ndarray (P, 3)
-        Control points of the optimised loop.
-    force : float
-        Contact force 2 alpha (D - 2 - c0) / beta at a crossing.
-    """
+    """One vector of unknowns, taken apart."""
 
     wale_spacing: float
     course_spacing: float
-    points: np.ndarray
-    force: float
+    points: np.ndarray  # control points of the optimised loop
+    force: float  # contact force 2 alpha (D - 2 - c0) / beta at a crossing
 
     @classmethod
     def from_unknowns(cls, unknowns, quarter):
@@ -161,65 +128,49 @@ def residuals(unknowns, problem):
     Parameters
     ----------
     unknowns : ndarray (3 quarter + 3,)
-    problem : Problem
     """
     try:
-        candidate = Candidate.from_unknowns(unknowns, problem.quarter)
-        loop = candidate.loop(problem)
-        cost = CostFunction(candidate.loop(problem, problem.flattening), problem.settings)
-        found = cost.approach(loop.control_points)
-        return np.concatenate(
-            [
-                _targets(loop, cost, found, candidate, problem),
-                _optimality(loop, cost, found, candidate, problem),
-                _bounds_and_bending(loop, found, problem),
-            ]
-        )
+        return _residuals(Candidate.from_unknowns(unknowns, problem.quarter), problem)
     except GeometryError:
         count = 5 + problem.quarter + 2 + NEAREST + 2 * problem.quarter * CURVATURE_SAMPLES
         return np.full(count, UNUSABLE)
 
 
-def _targets(loop, cost, found, candidate, problem):
-    """Angles, length, aspect, and the distance that balances the contact force: (5,)."""
+def _residuals(candidate, problem):
+    loop, weights = candidate.loop(problem), problem.settings
+    curve, points = loop.curve, loop.control_points
+    cost = CostFunction(candidate.loop(problem, problem.flattening), weights)
+    found = cost.approach(points)
+    # Targets, and the distance that balances the contact force.
     interlock, leg = honeycomb_angles(found.point.mean(axis=1), loop.course_spacing)
-    weights = cost.weights
     opening = candidate.force * weights.beta / (2 * weights.alpha)
-    return np.array(
-        [
-            interlock - problem.interlock_angle,
-            leg - problem.leg_angle,
-            loop.length - problem.length,
-            10 * (loop.wale_spacing / loop.course_spacing - problem.aspect),
-            30 * (found.distance[0] - cost.target - opening),
-        ]
-    )
-
-
-def _optimality(loop, cost, found, candidate, problem):
-    """Gradient of F with respect to the z components, over beta, and the height of the loop: (quarter + 2,)."""
-    points, weights = loop.control_points, cost.weights
+    targets = [
+        interlock - problem.interlock_angle,
+        leg - problem.leg_angle,
+        loop.length - problem.length,
+        10 * (loop.wale_spacing / loop.course_spacing - problem.aspect),
+        30 * (found.distance[0] - cost.target - opening),
+    ]
+    # Gradient of F with respect to the z components, over beta.
     slope = cost.continuous(points)[1] + weights.beta_0 * cost.join(points)[1]
     slope += weights.gamma / weights.beta * cost.length(points)[1]
     slope += candidate.force * cost.distance_slope(points, found).sum(axis=0)
     free = np.tile([False, False, True], (problem.points, 1))
-    motions = symmetric_motions(free, symmetries(loop.curve))
-    # F does not change when the whole knit moves along z: its mean height is set to zero.
-    return np.append(np.einsum("pia,pi->a", motions, slope) / motions.sum(axis=(0, 1)), points[:, 2].mean())
-
-
-def _bounds_and_bending(loop, found, problem):
-    """Curvature and gaps beyond their bounds, and the bending energy of a quarter of the loop."""
-    curve = loop.curve
+    motions = symmetric_motions(free, symmetries(curve))
+    gradient = np.einsum("pia,pi->a", motions, slope) / motions.sum(axis=(0, 1))
+    # Curvature and gaps beyond their bounds, and the bending energy of a quarter of the loop.
     share = np.linspace(0, 1 - 1e-9, CURVATURE_SAMPLES)
     u = (np.arange(problem.quarter)[:, None] + share).ravel()
     curvature = curve.curvature(u)
     size = np.linalg.norm(curve.d1(u), axis=1) / CURVATURE_SAMPLES
-    others = approaches(loop, reach=2 * problem.gap + 2, samples=8).without(found.parameter)
-    gap = np.full(NEAREST, np.inf)
-    gap[: others.distance.size] = others.distance[:NEAREST] - 2
+    near = approaches(loop, reach=2 * problem.gap + 2, samples=8)
+    others = away_from_crossings(near, found.parameter)["distance"].to_numpy()[:NEAREST]
+    gap = np.pad(others - 2, (0, NEAREST - others.size), constant_values=np.inf)
     return np.concatenate(
         [
+            targets,
+            gradient,
+            [points[:, 2].mean()],  # F does not change when the whole knit moves along z
             10 * np.maximum(problem.gap - gap, 0),
             10 * np.maximum(curvature - problem.curvature, 0),
             np.sqrt(problem.bending * size) * curvature,
@@ -228,19 +179,9 @@ def _bounds_and_bending(loop, found, problem):
 
 
 def calibrate(problem):
-    """Search for the loop from the first guess and random starts about it.
+    """Search from the first guess and random starts: the Candidate with the smallest residuals, all starts' norms.
 
-    Returns
-    -------
-    Candidate
-        The one with the smallest residuals.
-    list of float
-        Norm of the residuals of every start.
-
-    Raises
-    ------
-    GeometryError
-        When no start leads to a plain knit.
+    Raises GeometryError when no start leads to a plain knit.
     """
     random, first = np.random.default_rng(problem.seed), first_guess(problem)
     best, norms = None, []
@@ -294,56 +235,31 @@ def main(arguments=None):
 def read_problem(folder):
     """The calibration that calibration.yaml and defaults.yaml of a folder describe: Problem, radius of the yarn [m].
 
-    Raises
-    ------
-    ConfigurationError
-        When a file or a key is missing, or a value is no number.
+    Raises ConfigurationError when a file or a key is missing, or a value is no number.
     """
     path = folder / "calibration.yaml"
-    wanted = _numbers(path, lambda each: {name: target["value"] for name, target in each["targets"].items()})
-    search = _numbers(path, lambda each: each["search"])
-    path = folder / "defaults.yaml"
-    clearance = _numbers(path, lambda each: {"clearance": each["pattern"]["clearance"]})
-    names = ("alpha", "beta", "gamma", "beta_0", "samples")
-    weights = _numbers(path, lambda each: {name: each["geometry"][name] for name in names})
+    document, defaults = read_yaml(path), read_yaml(folder / "defaults.yaml")
     try:
-        whole = {name: int(search[name]) for name in ("points", "starts", "seed")}
-        radius = 0.5 * wanted["diameter"]
-        problem = Problem(
-            length=wanted["length"] / radius,
-            **{name: wanted[name] for name in ("interlock_angle", "leg_angle", "aspect")},
-            **clearance,
-            **{name: search[name] for name in ("curvature", "gap", "flattening", "bending")},
-            **whole,
-            settings=SimpleNamespace(
-                **weights | {"samples": int(weights["samples"])}, free=("z",) * whole["points"]
-            ),
-        )
-    except KeyError as error:
-        raise ConfigurationError(f"{folder / 'calibration.yaml'}: the key {error} is missing") from error
-    return problem, radius
-
-
-def _numbers(path, of):
-    """Numbers by name of a part of a YAML file."""
-    try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
-        return {name: float(value) for name, value in of(document).items()}
-    except (OSError, yaml.YAMLError) as error:
-        raise ConfigurationError(f"{path}: cannot be read as YAML: {error}") from error
+        wanted = {name: float(target["value"]) for name, target in document["targets"].items()}
+        search = {name: float(value) for name, value in document["search"].items()}
+        search |= {name: int(search[name]) for name in ("points", "starts", "seed")}
+        weights = {name: float(defaults["geometry"][name]) for name in ("alpha", "beta", "gamma", "beta_0")}
+        samples, free = int(defaults["geometry"]["samples"]), ("z",) * search["points"]
+        radius = 0.5 * wanted.pop("diameter")
+        wanted["length"] /= radius
+        settings = SimpleNamespace(**weights, samples=samples, free=free)
+        clearance = float(defaults["pattern"]["clearance"])
+        return Problem(**wanted, **search, clearance=clearance, settings=settings), radius
     except KeyError as error:
         raise ConfigurationError(f"{path}: the key {error} is missing") from error
     except (AttributeError, TypeError, ValueError) as error:
-        raise ConfigurationError(f"{path}: a value is not the number that is needed: {error}") from error
+        raise ConfigurationError(f"{path}: a key or number is missing or not allowed: {error}") from error
 
 
 def loop_record(candidate, problem, radius):
     """The initial loop in SI units, and what its optimisation makes of it: dict of plain numbers.
 
-    Raises
-    ------
-    GeometryError
-        When the optimisation does not confirm the loop.
+    Raises GeometryError when the optimisation does not confirm the loop.
     """
     wale = round(float(candidate.wale_spacing) * radius, DECIMALS)
     course = round(float(candidate.course_spacing) * radius, DECIMALS)

@@ -1,7 +1,8 @@
-"""Crossings of yarns: where two centrelines cross in the plane of the fabric, and their closest points there.
+"""Crossings of yarns, and closest points of two centrelines.
 
 A crossing is a double point of the fabric's projection on the plane of x and y. The closest points of the two curves
-near it are found by Newton's method, started from the closest samples; near it means half way to the next crossings.
+near it are looked for in a window on both yarns, half way to the next crossings along the yarn. From the closest
+samples Newton's method finds the true minimum: with samples alone F_Distance (Eq. 2) would have kinks.
 """
 
 from __future__ import annotations
@@ -11,55 +12,47 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from knitstudy.geometry.closest import PLANE_SAMPLES, ROUNDING, plane_crossings, refine
+from knitstudy.errors import GeometryError
 from knitstudy.geometry.spline import CatmullRom, Centreline
 
-SAMPLES = 20
-"""Samples a Bezier segment among which the closest ones start Newton's method."""
+PLANE_SAMPLES = 10  # a Bezier segment, between which crossings in the plane are looked for
+SAMPLES = 20  # a Bezier segment, the closest of which start Newton's method
+ROUNDING = 1e-9  # share of the distance of two samples within which a crossing in the plane is at one of them
+REACH = 3.0  # distance of centrelines over the radius beyond which two yarns pass each other without meeting
+SAME = 1e-6  # length over the radius within which two places on a yarn are one
 
-REACH = 3.0
-"""Distance of centrelines over the radius beyond which two yarns pass each other without meeting."""
+NEWTON_STEPS = 40
+HALVINGS = 20
 
-SAME = 1e-6
-"""Length over the radius within which two places on a yarn are one."""
+
+# ---- Crossings of a fabric
 
 
 @dataclass(frozen=True, eq=False)
 class Crossings:
-    """The K crossings of a fabric, each of two yarns: sides 0 and 1.
+    """The K crossings of a fabric, each of two yarns: sides 0 and 1."""
 
-    Attributes
-    ----------
-    row, column, zone : ndarray of int (K,)
-        Labels: the cell, and the place in the cell.
-    yarn : ndarray of int (K, 2)
-    arc_length : ndarray (K, 2)
-        Of the closest points along their yarns. [m]
-    point : ndarray (K, 2, 3)
-        The closest points of the two centrelines. [m]
-    distance : ndarray (K,)
-        Distance of the two. [m]
-    """
-
-    row: np.ndarray
+    row: np.ndarray  # (K,) labels: the cell's row and column, and the place in the cell
     column: np.ndarray
     zone: np.ndarray
-    yarn: np.ndarray
-    arc_length: np.ndarray
-    point: np.ndarray
-    distance: np.ndarray
+    yarn: np.ndarray  # (K, 2)
+    arc_length: np.ndarray  # (K, 2) of the closest points along their yarns. [m]
+    point: np.ndarray  # (K, 2, 3) the closest points of the two centrelines. [m]
+    distance: np.ndarray  # (K,) distance of the two. [m]
 
     def __len__(self) -> int:
         return len(self.distance)
 
+    @property
+    def normal(self) -> np.ndarray:
+        """Unit vectors (K, 3) from the closest point of side 0 to that of side 1; normal to both centrelines."""
+        return (self.point[:, 1] - self.point[:, 0]) / self.distance[:, None]
+
     def chosen(self, index: np.ndarray) -> Crossings:
         """Return the crossings at an index or mask."""
         return Crossings(*(getattr(self, field.name)[index] for field in fields(self)))
-
-    def labelled(self, row: np.ndarray, column: np.ndarray, zone: np.ndarray) -> Crossings:
-        """Return the crossings with these labels (K,), in their order."""
-        return replace(self, row=row, column=column, zone=zone).chosen(np.lexsort((zone, column, row)))
 
     def variables(self) -> dict[str, Any]:
         """Return the crossings as variables of a dataset, by name."""
@@ -89,146 +82,220 @@ def find_crossings(
 
     Parameters
     ----------
-    curves : sequence of Centreline
-    radius : float
     copy_of : ndarray of int (Y,)
         The yarn that each yarn is a moved copy of. Copies share their places: pairs that stand alike are looked at
         once, and where one copy is crossed, a window ends on all of them.
     shift : ndarray (Y, 3)
         Vector from that yarn to the copy. [m]
     """
-    polylines = [_Polyline.of(curve) for curve in curves]
+    polylines = [_polyline(curve) for curve in curves]
+    low, high = (np.array([bound(points, axis=0) for _, points in polylines]) for bound in (np.min, np.max))
+    overlap = (np.maximum(low[:, None], low) <= np.minimum(high[:, None], high)).all(axis=-1)
     alike: dict[tuple[Any, ...], list[tuple[int, int]]] = {}
-    for first in range(len(curves)):
-        for second in range(first, len(curves)):
-            if polylines[first].meets(polylines[second]):
-                step = np.rint((shift[second] - shift[first]) / (SAME * radius)).astype(int)
-                key = (int(copy_of[first]), int(copy_of[second]), *step.tolist(), first == second)
-                alike.setdefault(key, []).append((first, second))
-    in_plane = {key: _in_plane(polylines, *pairs[0]) for key, pairs in alike.items()}
+    for first, second in np.argwhere(np.triu(overlap)).tolist():
+        step = np.rint((shift[second] - shift[first]) / (SAME * radius)).astype(int)
+        key = (int(copy_of[first]), int(copy_of[second]), *step.tolist(), first == second)
+        alike.setdefault(key, []).append((first, second))
+    # Parts of one curve that cross are no neighbours.
+    in_plane = {
+        key: plane_crossings(polylines[first], polylines[second], apart=2 if first == second else None)
+        for key, ((first, second), *_) in alike.items()
+    }
     places = _places(in_plane)
-    found = []
+    found = [Crossings(*np.empty((3, 0), int), np.empty((0, 2), int), *map(np.empty, ((0, 2), (0, 2, 3), 0)))]
     for key, pairs in alike.items():
         first, second = (curves[number] for number in pairs[0])
-        u, distance = _closest(first, second, in_plane[key], (places.get(key[0]), places.get(key[1])))
-        one = _of_pair(first, second, u[distance <= REACH * radius])
+        one = _near(first, second, in_plane[key], places[key[0]], places[key[1]])
+        one = one.chosen(one.distance <= REACH * radius)
         if first is second:  # pieces of a yarn within half a turn are neighbours
             one = one.chosen(np.diff(one.arc_length, axis=1)[:, 0] > np.pi * radius)
-        found += [_moved(one, pair, shift[pair[0]] - shift[pairs[0][0]]) for pair in pairs]
-    return _joined(found)
+        for pair in pairs:
+            yarn, by = np.array(pair)[one.yarn], shift[pair[0]] - shift[pairs[0][0]]
+            found.append(replace(one, row=yarn[:, 0], yarn=yarn, point=one.point + by))
+    names = [field.name for field in fields(Crossings)]
+    return Crossings(*(np.concatenate([getattr(part, name) for part in found]) for name in names))
 
 
-def _closest(
-    first: Centreline, second: Centreline, u: np.ndarray, places: Sequence[np.ndarray | None]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return parameters (k, 2) and distances (k,) of closest points near crossings in the plane at parameters (k, 2).
-
-    Curves that repeat themselves in step are looked at where they first cross in each way.
-    """
-    if not len(u):
-        return u, np.empty(0)
-    curves = first.curve, second.curve
-    in_step = curves[0].period == curves[1].period and np.allclose(curves[0].advance, curves[1].advance)
-    turns = curves[0].period * np.floor(u[:, :1] / curves[0].period) * in_step
-    _, one, of = np.unique(np.rint((u - turns) / SAME), axis=0, return_index=True, return_inverse=True)
-    windows = np.stack(
-        [_windows(u[one, side], places[side], (first, second)[side]) for side in (0, 1)], axis=1
-    )
-    # In the windows of a yarn that crosses itself the closest samples are neighbours.
-    start = u[one] if first is second else _closest_samples(*curves, windows)
-    found = refine(curves[0], np.zeros((len(start), 3)), start, windows, curves[1])
-    of = of.ravel()
-    return (found.parameter - turns[one])[of] + turns, found.distance[of]
-
-
-@dataclass(frozen=True, eq=False)
-class _Polyline:
-    """Samples of a curve in the plane: parameters (n,) and points (n, 2), and the corners of their bounding box."""
-
-    u: np.ndarray
-    points: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-
-    @classmethod
-    def of(cls, curve: Centreline) -> _Polyline:
-        low, high = curve.span
-        inner = np.arange(np.floor(low * PLANE_SAMPLES) + 1, np.ceil(high * PLANE_SAMPLES)) / PLANE_SAMPLES
-        u = np.concatenate([[low], inner, [high]])
-        points = curve.curve.value(u)[:, :2]
-        return cls(u, points, points.min(axis=0), points.max(axis=0))
-
-    def meets(self, other: _Polyline) -> bool:
-        """Whether the bounding boxes overlap."""
-        return bool(np.all(np.maximum(self.low, other.low) <= np.minimum(self.high, other.high)))
-
-
-def _in_plane(polylines: list[_Polyline], first: int, second: int) -> np.ndarray:
-    """Return parameters (k, 2) at which two curves, or parts of one that are no neighbours, cross in the plane."""
-    a, b = polylines[first], polylines[second]
-    return plane_crossings(a.u, a.points, b.u, b.points, apart=2 if first == second else None)
+def _polyline(curve: Centreline) -> tuple[np.ndarray, np.ndarray]:
+    """Samples of a curve in the plane: parameters (n,) and points (n, 2)."""
+    low, high = curve.span
+    inner = np.arange(np.floor(low * PLANE_SAMPLES) + 1, np.ceil(high * PLANE_SAMPLES)) / PLANE_SAMPLES
+    u = np.concatenate([[low], inner, [high]])
+    return u, curve.curve.value(u)[:, :2]
 
 
 def _places(in_plane: dict[tuple[Any, ...], np.ndarray]) -> dict[int, np.ndarray]:
-    """Return the parameters, ascending, at which a curve or a copy of it is crossed, by the number of the curve."""
+    """Ascending parameters at which a curve or a copy of it is crossed, by the number of the curve."""
     every: dict[int, list[np.ndarray]] = {}
     for key, found in in_plane.items():
         for side in (0, 1):
             every.setdefault(key[side], []).append(found[:, side])
-    return {number: _apart(np.sort(np.concatenate(each)), 10 * ROUNDING) for number, each in every.items()}
+    places = {number: np.sort(np.concatenate(each)) for number, each in every.items()}
+    return {number: u[np.diff(u, prepend=-np.inf) > 10 * ROUNDING] for number, u in places.items()}
 
 
-def _apart(places: np.ndarray, least: float) -> np.ndarray:
-    """Return ascending places (m,) without those that another one lies less than `least` before."""
-    return places[np.diff(places, prepend=-np.inf) > least]
+def _near(first: Centreline, second: Centreline, u: np.ndarray, *places: np.ndarray) -> Crossings:
+    """Crossings of two yarns, numbered 0 and 1, near parameters (k, 2) at which they cross in the plane."""
+    pair = first, second
+    windows = np.stack([_half_way(u[:, i], places[i], pair[i].span) for i in (0, 1)], axis=1)
+    if first is second:  # the closest samples in the windows would be neighbours
+        found = refine(first.curve, second.curve, u, windows)
+    else:
+        found = closest_points(first.curve, second.curve, windows)
+    none = np.zeros(len(u), dtype=int)
+    arc_length = np.column_stack([pair[i].arc_length(found.parameter[:, i]) for i in (0, 1)])
+    yarn = np.tile([0, 1], (len(u), 1))
+    return Crossings(none, none, np.arange(len(u)), yarn, arc_length, found.point, found.distance)
 
 
-def _windows(u: np.ndarray, places: np.ndarray, curve: Centreline) -> np.ndarray:
-    """Return parameters (k, 2): half way to the neighbours among all places of a curve."""
-    middles = np.concatenate([curve.span[:1], 0.5 * (places[1:] + places[:-1]), curve.span[1:]])
+def _half_way(u: np.ndarray, places: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
+    """Windows (k, 2) around places at u (k,): half way to the neighbours among all places of a curve, or its ends."""
+    middles = np.concatenate([ends[:1], 0.5 * (places[1:] + places[:-1]), ends[1:]])
     at = np.searchsorted(places, u - 10 * ROUNDING)
     return np.column_stack([middles[at], middles[at + 1]])
 
 
-def _closest_samples(first: CatmullRom, second: CatmullRom, windows: np.ndarray) -> np.ndarray:
-    """Return the parameters (k, 2) of the closest samples in windows (k, 2, 2)."""
+# ---- Crossings in the plane
+
+
+def plane_crossings(
+    first: tuple[np.ndarray, np.ndarray], second: tuple[np.ndarray, np.ndarray], apart: int | None = None
+) -> np.ndarray:
+    """Parameters (k, 2) at which two polylines cross in the plane.
+
+    Parameters
+    ----------
+    first, second : tuple of ndarray (n,), (n, 2)
+        Parameters and samples.
+    apart : int, optional
+        Where both are the same line: how many segments the two that cross are apart at least, the second one ahead.
+    """
+    (u, a), (v, b) = first, second
+    da, db = np.diff(a, axis=0), np.diff(b, axis=0)
+    longest = max(np.linalg.norm(step, axis=1).max() for step in (da, db))
+    middles = [cKDTree(line[:-1] + 0.5 * step) for line, step in ((a, da), (b, db))]
+    near = middles[0].sparse_distance_matrix(middles[1], longest, output_type="coo_matrix")
+    i, j = near.row, near.col
+    if apart is not None:
+        ahead = j >= i + apart
+        i, j = i[ahead], j[ahead]
+    offset, det = b[j] - a[i], _cross(da[i], db[j])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.stack([_cross(offset, db[j]) / det, _cross(offset, da[i]) / det], axis=-1)
+    here = ((share > -ROUNDING) & (share < 1 + ROUNDING)).all(axis=-1)
+    i, j, share = i[here], j[here], share[here]
+    found = np.column_stack([u[i] + share[:, 0] * np.diff(u)[i], v[j] + share[:, 1] * np.diff(v)[j]])
+    # A crossing at a sample is found on both sides of it.
+    _, first_of_equals = np.unique(np.rint(found / (10 * ROUNDING)), axis=0, return_index=True)
+    return found[first_of_equals]
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+def windows_of_loop(curve: CatmullRom, rise: np.ndarray) -> np.ndarray:
+    """First and last parameter (4, 2, 2), by zone, of the windows in which closest points are looked for.
+
+    In a loop the yarns of a row and of the row above cross four times in the plane: zones 0 left lower, 1 right lower,
+    2 left upper, 3 right upper.
+
+    Parameters
+    ----------
+    curve : CatmullRom
+        One loop; its advance is (w, 0, 0).
+    rise : ndarray (3,)
+        Vector from a row to the next one.
+
+    Raises
+    ------
+    GeometryError
+        When the two do not cross four times in a loop, twice left and twice right of the loop's middle.
+    """
+    u = np.arange(curve.period * PLANE_SAMPLES + 1) / PLANE_SAMPLES
+    lower = curve.value(u)[:, :2]
+    found = plane_crossings((u, lower), (u, lower + rise[:2]))
+    point = curve.value(found[:, 0])
+    right = point[:, 0] > 0.5 * curve.advance[0] + curve.control_points[0, 0]
+    if len(found) != 4 or right.sum() != 2:
+        raise GeometryError(
+            f"pattern.control_points: the yarns of neighbouring rows cross {len(found)} times in a loop, "
+            f"{right.sum()} times right of its middle: allowed is 4 crossings, 2 on each side"
+        )
+    u = found[np.lexsort((point[:, 1], right))[[0, 2, 1, 3]]].ravel()
+    # One yarn is the lower of the row above it and the upper of the row below: eight crossings a loop.
+    places = np.sort(np.concatenate([u - curve.period, u, u + curve.period]))
+    return _half_way(u, places, (-np.inf, np.inf)).reshape(4, 2, 2)
+
+
+# ---- Closest points of two curves
+
+
+@dataclass(frozen=True)
+class Approach:
+    """Closest points of two curves, K times."""
+
+    parameter: np.ndarray  # (K, 2) of the curves
+    point: np.ndarray  # (K, 2, 3)
+    distance: np.ndarray  # (K,)
+    interior: np.ndarray  # (K,) False on the bound of a window: there is no closest approach in it
+
+
+def closest_points(
+    first: CatmullRom, second: CatmullRom, windows: np.ndarray, samples: int = SAMPLES
+) -> Approach:
+    """Closest points of two curves in windows (K, 2, 2) of their parameters, from samples a Bezier segment."""
     start = np.empty(windows.shape[:2])
-    for k, (here, there) in enumerate(windows):
-        u, v = (np.linspace(*each, int(np.ceil(np.ptp(each) * SAMPLES)) + 1) for each in (here, there))
+    for k, window in enumerate(windows):
+        u, v = (np.linspace(*each, int(np.ceil(np.ptp(each) * samples)) + 1) for each in window)
         x, y = first.value(u), second.value(v)
         square = (x * x).sum(axis=1)[:, None] + (y * y).sum(axis=1) - 2 * x @ y.T
         i, j = np.unravel_index(square.argmin(), square.shape)
         start[k] = u[i], v[j]
-    return start
+    return refine(first, second, start, windows)
 
 
-def _of_pair(first: Centreline, second: Centreline, u: np.ndarray) -> Crossings:
-    """Return the crossings of two yarns, numbered 0 and 1, at parameters (k, 2) of their curves."""
-    count, curves = len(u), (first, second)
-    point = np.stack([each.curve.value(u[:, side]) for side, each in enumerate(curves)], axis=1)
-    return Crossings(
-        row=np.zeros(count, dtype=int),
-        column=np.zeros(count, dtype=int),
-        zone=np.arange(count),
-        yarn=np.tile([0, 1], (count, 1)),
-        arc_length=np.column_stack([each.arc_length(u[:, side]) for side, each in enumerate(curves)]),
-        point=point,
-        distance=np.linalg.norm(point[:, 1] - point[:, 0], axis=1),
-    )
+def refine(first: CatmullRom, second: CatmullRom, start: np.ndarray, windows: np.ndarray) -> Approach:
+    """Newton's method for local minima of the distance of two curves.
+
+    Parameters
+    ----------
+    start : ndarray (K, 2)
+        Parameters to start from.
+    windows : ndarray (K, 2, 2)
+        First and last parameter allowed.
+    """
+    curves, u = (first, second), start.copy()
+    low, high = windows[..., 0], windows[..., 1]
+    value, newton = _half_square(curves, u)
+    active = np.ones(len(u), dtype=bool)
+    for _ in range(NEWTON_STEPS):
+        step = np.where(active[:, None], np.clip(u + newton, low, high) - u, 0.0)
+        for _ in range(HALVINGS):
+            worse = _half_square(curves, u + step)[0] > value * (1 + 1e-15)  # beyond rounding
+            if not worse.any():
+                break
+            step = np.where(worse[:, None], 0.5 * step, step)
+        step = np.where(worse[:, None], 0.0, step)
+        u = u + step
+        active &= np.abs(step).max(axis=1) > 1e-13
+        if not active.any():
+            break
+        value, newton = _half_square(curves, u)
+    point = np.stack([first.value(u[:, 0]), second.value(u[:, 1])], axis=1)
+    interior = ((u > low + 1e-9) & (u < high - 1e-9)).all(axis=1)
+    return Approach(u, point, np.linalg.norm(point[:, 1] - point[:, 0], axis=-1), interior)
 
 
-def _moved(found: Crossings, pair: tuple[int, int], by: np.ndarray) -> Crossings:
-    """Return crossings as those of another pair of yarns that stands alike, moved by a vector (3,)."""
-    yarns = np.array(pair)[found.yarn]
-    return replace(found, row=yarns[:, 0], yarn=yarns, point=found.point + by)
-
-
-def _joined(parts: list[Crossings]) -> Crossings:
-    if not parts:
-        none = np.empty(0, dtype=int)
-        return Crossings(
-            none, none, none, np.empty((0, 2), int), np.empty((0, 2)), np.empty((0, 2, 3)), np.empty(0)
-        )
-    return Crossings(
-        *(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Crossings))
-    )
+def _half_square(curves: tuple[CatmullRom, CatmullRom], u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Half the squared distance (K,) and the Newton step that lowers it (K, 2)."""
+    (a, b), (first, second) = u.T, curves
+    apart, ta, tb = first.value(a) - second.value(b), first.d1(a), second.d1(b)
+    gradient = np.stack([np.vecdot(apart, ta), -np.vecdot(apart, tb)], axis=-1)
+    mixed, saa, sbb = -np.vecdot(ta, tb), np.vecdot(ta, ta), np.vecdot(tb, tb)
+    haa, hbb = saa + np.vecdot(apart, first.d2(a)), sbb - np.vecdot(apart, second.d2(b))
+    # Where the Hessian is not positive definite, the Gauss-Newton part of it is.
+    bad = (haa <= 0) | (haa * hbb - mixed**2 <= 1e-6 * saa * sbb)
+    haa, hbb = np.where(bad, 1.01 * saa, haa), np.where(bad, 1.01 * sbb, hbb)
+    one, two = mixed * gradient[:, 1] - hbb * gradient[:, 0], mixed * gradient[:, 0] - haa * gradient[:, 1]
+    return 0.5 * np.vecdot(apart, apart), np.stack([one, two], axis=-1) / (haa * hbb - mixed**2)[:, None]

@@ -24,20 +24,11 @@ NO_ARCS = np.empty((0, 2))
 
 @dataclass(frozen=True, eq=False)
 class Grip:
-    """Arcs of yarns that a load holds or drives; an arc without length is the end of a yarn.
+    """Arcs of yarns that a load holds or drives; an arc without length is the end of a yarn."""
 
-    Attributes
-    ----------
-    yarn : ndarray of int (a,)
-    arc : ndarray (a, 2)
-        Arc lengths between which a yarn is gripped. [m]
-    side : ndarray (3,), optional
-        Direction: only the half of the yarn's surface that looks there is gripped, not whole sections.
-    """
-
-    yarn: np.ndarray
-    arc: np.ndarray
-    side: np.ndarray | None = None
+    yarn: np.ndarray  # (k,)
+    arc: np.ndarray  # (k, 2) arc lengths between which a yarn is gripped. [m]
+    side: np.ndarray | None = None  # direction: only the half of the surface that looks there is gripped
 
     def of(self, yarn: int) -> np.ndarray:
         """Return the gripped arcs (k, 2) of a yarn. [m]"""
@@ -53,21 +44,11 @@ class Grip:
 
 @dataclass(frozen=True, eq=False)
 class Arcs:
-    """Arcs of a fabric's yarns, and the crossings that lie on them.
+    """Arcs of a fabric's yarns, and the crossings that lie on them."""
 
-    Attributes
-    ----------
-    crossing : ndarray of int (V,)
-        Crossings of which both yarns are there, ascending.
-    yarn : ndarray of int (P,)
-        Yarn of every arc, ascending.
-    arc : ndarray (P, 2)
-        Where it begins and ends; of a yarn ascending. [m]
-    """
-
-    crossing: np.ndarray
-    yarn: np.ndarray
-    arc: np.ndarray
+    crossing: np.ndarray  # crossings of which both yarns are there, ascending
+    yarn: np.ndarray  # (A,) of every arc, ascending
+    arc: np.ndarray  # (A, 2) where it begins and ends; of a yarn ascending. [m]
 
     def piece(self, yarn: np.ndarray, arc_length: np.ndarray) -> np.ndarray:
         """Return the arcs (k,) that places on yarns (k,) lie in, -1 where there is none."""
@@ -78,62 +59,28 @@ class Arcs:
 
 @dataclass(frozen=True, eq=False)
 class Fabric:
-    """Yarns of one radius, as curves.
+    """Yarns of one radius, as curves."""
 
-    Attributes
-    ----------
-    specimen : str
-        What it was made as, "knit" or "pair", and
-    made_of : mapping of str to array
-        the numbers that it was made of, by their names in a dataset.
-    radius : float
-        Of the yarns. [m]
-    clearance : float
-        Gap aimed at where yarns cross, in radii.
-    centrelines : tuple of Centreline
-        Of all Y yarns.
-    crossings : Crossings
-    grips : mapping of str to pair of Grip
-        What is held and what is driven, by the direction of the load (of a pair: by how it is supported).
-    size : ndarray (3,)
-        Lengths along x, y and z that strains refer to. [m]
-    repeats : int
-        Equally long parts with the same crossings that every yarn consists of.
-    cell : ndarray (2,)
-        Distances along x and y after which the pattern repeats itself; nan if it does not. [m]
-    copy_of : ndarray of int (Y,)
-        The yarn that every yarn is a moved copy of; it may be itself.
-    shift : ndarray (Y, 3)
-        Vector from that one to the copy. [m]
-    angle : float
-        Between crossing yarns, in degrees, which the refined zone of a mesh is adapted to; of a knit it is taken as 90.
-    arcs : Arcs, optional
-        Of pieces: the parts of another fabric's yarns that the yarns are.
-    periods : ndarray (n, 3)
-        Vectors by which an endless fabric repeats itself; no vectors if it ends. [m]
-    loop : Loop, optional
-        Of a knit.
-    sample : Fabric, optional
-        A smaller fabric in which yarns bend and meet as in this one; left out where there is none.
-    """
-
-    specimen: str
-    made_of: Mapping[str, Any]
-    radius: float
-    clearance: float
-    centrelines: tuple[Centreline, ...]
+    radius: float  # of the yarns. [m]
+    clearance: float  # gap aimed at where yarns cross, in radii
+    centrelines: tuple[Centreline, ...]  # of all Y yarns
     crossings: Crossings
-    grips: Mapping[str, tuple[Grip, Grip]]
-    size: np.ndarray
-    repeats: int
-    cell: np.ndarray
-    copy_of: np.ndarray
-    shift: np.ndarray
-    angle: float = 90.0
-    arcs: Arcs | None = None
+    size: np.ndarray  # lengths along x, y and z that strains refer to. [m]
+    copy_of: np.ndarray  # (Y,) the yarn that every yarn is a moved copy of; it may be itself
+    shift: np.ndarray  # (Y, 3) vector from that one to the copy. [m]
+    specimen: str = "curves"  # what it was made as, and
+    made_of: Mapping[str, Any] = field(default_factory=dict)  # of which numbers, by their names in a dataset
+    # Held and driven, by the direction of the load (of a pair: by how it is supported).
+    grips: Mapping[str, tuple[Grip, Grip]] = field(default_factory=dict)
+    repeats: int = 1  # equally long parts with the same crossings that every yarn consists of
+    # Distances along x and y after which the pattern repeats itself; nan if it does not. [m]
+    cell: np.ndarray = field(default_factory=lambda: np.full(2, np.nan))
+    angle: float = 90.0  # between crossing yarns [degrees], for refined meshes; of a knit as if 90
+    arcs: Arcs | None = None  # of pieces: the parts of another fabric's yarns that the yarns are
+    # (p, 3) vectors by which an endless fabric repeats itself; none if it ends. [m]
     periods: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
-    loop: Loop | None = None
-    sample: Fabric | None = None
+    loop: Loop | None = None  # of a knit
+    sample: Fabric | None = None  # a smaller fabric, if any, in which yarns bend and meet as in this one
 
     @property
     def width(self) -> float:
@@ -150,20 +97,14 @@ class Fabric:
         """Columns and rows of cells that crossings are labelled with."""
         return int(self.crossings.column.max()) + 1, int(self.crossings.row.max()) + 1
 
-    def stations(self, yarn: int) -> np.ndarray:
-        """Return the ascending arc lengths (k,) of a yarn's crossings. [m]"""
-        return np.sort(self.crossings.arc_length[self.crossings.yarn == yarn])
-
     def gripped_arcs(self, load: str | None) -> dict[int, np.ndarray]:
         """Return the arcs (a, 2) by yarn along which a load grips yarns, without those that are ends. [m]"""
-        arcs = {}
-        for grip in self.grips.get(load or "", ()):
-            for yarn in np.unique(grip.yarn).tolist():
-                own = grip.of(yarn)
-                own = own[own[:, 1] > own[:, 0]]
-                if len(own):
-                    arcs[yarn] = np.concatenate([arcs.get(yarn, NO_ARCS), own])
-        return arcs
+        pair = self.grips.get(load or "")
+        if pair is None:
+            return {}
+        yarn, arc = (np.concatenate([getattr(grip, name) for grip in pair]) for name in ("yarn", "arc"))
+        long = arc[:, 1] > arc[:, 0]
+        return {number: arc[long & (yarn == number)] for number in np.unique(yarn[long]).tolist()}
 
     def grip_ends(self, load: str | None) -> dict[int, np.ndarray]:
         """Return the arc lengths (k,) by yarn, ascending, at which grips begin or end inside yarns. [m]"""
@@ -218,16 +159,8 @@ class Fabric:
     def from_dataset(cls, dataset: xr.Dataset, specimen: str | None = None) -> Fabric:
         """Return the fabric that a dataset of `to_dataset` describes; crossings are found again.
 
-        Parameters
-        ----------
-        dataset : Dataset
-        specimen : {"knit", "cut_knit", "cell", "pair"}, optional
-            What to make of a knit's loops; as the dataset says if left out.
-
-        Raises
-        ------
-        DataFileError
-            When it describes no fabric, or a variable is missing.
+        Of a knit's loops it is the specimen "knit", "cut_knit" or "cell"; as the dataset says if left out.
+        Raises DataFileError when the dataset describes no fabric, or a variable is missing.
         """
         kind = dataset.attrs.get("specimen")
         if kind not in _NEEDED:
@@ -239,14 +172,12 @@ class Fabric:
             raise DataFileError(
                 f"geometry dataset: variables {missing} are missing; allowed is what Fabric.to_dataset makes"
             )
-        values = {name: dataset[name].to_numpy() for name in _NEEDED[kind]}
+        points, *numbers = (dataset[name].to_numpy() for name in _NEEDED[kind])
         if kind == "pair":
-            return yarn_pair(*(float(values[name]) for name in _NEEDED[kind]))
-        points, *numbers = (values[name] for name in _NEEDED[kind])
-        loop = Loop(points, *(float(each) for each in numbers[:4]))
-        loops, rows = int(values["loops"]), int(values["rows"])
+            return yarn_pair(float(points), *map(float, numbers))
+        *lengths, loops, rows = numbers
         make = {"cut_knit": cut_cells, "cell": endless_cell}.get(specimen or kind, plain_knit)
-        return make(loop, loops, rows)
+        return make(Loop(points, *map(float, lengths)), int(loops), int(rows))
 
 
 _ONE = {"units": "1"}
@@ -276,7 +207,6 @@ def of_curves(
     centrelines: Sequence[Centreline],
     radius: float,
     clearance: float = 0.0,
-    grips: Mapping[str, tuple[Grip, Grip]] | None = None,
     size: np.ndarray | None = None,
     copy_of: np.ndarray | None = None,
     shift: np.ndarray | None = None,
@@ -292,28 +222,12 @@ def of_curves(
     if size is None:
         points = np.concatenate([curve.curve.value(np.linspace(*curve.span, 100)) for curve in centrelines])
         size = np.ptp(points, axis=0)
-    fabric = Fabric(
-        specimen="curves",
-        made_of={},
-        radius=radius,
-        clearance=clearance,
-        centrelines=tuple(centrelines),
-        crossings=find_crossings(centrelines, radius, copy_of, shift),
-        grips=grips or {},
-        size=np.asarray(size, dtype=float),
-        repeats=1,
-        cell=np.full(2, np.nan),
-        copy_of=copy_of,
-        shift=shift,
-    )
-    return replace(fabric, **more)
+    crossings = find_crossings(centrelines, radius, copy_of, shift)
+    return Fabric(radius, clearance, tuple(centrelines), crossings, np.asarray(size), copy_of, shift, **more)
 
 
 # ---- Plain knits: rows of loops, whole, cut or endless. Zones of a cell: 0 left lower, 1 right lower, 2 left upper,
 # 3 right upper. Side 0 of a crossing is the yarn of the lower row, side 1 the one above.
-
-LEFT_LOWER, RIGHT_LOWER, LEFT_UPPER, RIGHT_UPPER = range(4)
-LEFT, RIGHT = (LEFT_LOWER, LEFT_UPPER), (RIGHT_LOWER, RIGHT_UPPER)
 
 
 def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
@@ -321,11 +235,8 @@ def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
 
     In course tension it is gripped at the ends of all yarns, in wale tension at the sinker arcs of the first yarn and
     at the head arcs of the last one.
-
-    Raises
-    ------
-    GeometryError
-        When the numbers of loops and rows are not positive integers, or yarns do not cross as in a plain knit.
+    Raises GeometryError when the numbers of loops and rows are not positive integers, or yarns do not cross as in a
+    plain knit.
     """
     for name, count in (("loops", loops), ("rows", rows)):
         if not (isinstance(count, int | np.integer) and count >= 1):
@@ -342,15 +253,7 @@ def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
         copy_of=np.zeros(rows + 1, dtype=int),
         shift=shift,
         specimen="knit",
-        made_of={
-            "control_points": loop.control_points,
-            "wale_spacing": loop.wale_spacing,
-            "course_spacing": loop.course_spacing,
-            "radius": loop.radius,
-            "clearance": loop.clearance,
-            "loops": loops,
-            "rows": rows,
-        },
+        made_of=vars(loop) | {"loops": loops, "rows": rows},
         repeats=loops,
         cell=cell,
         loop=loop,
@@ -374,41 +277,41 @@ def _by_cells(found: Crossings, loop: Loop, loops: int, rows: int) -> Crossings:
     row, column = found.yarn[:, 0], np.floor(across).astype(int)
     right = across - column > 0.5
     order = np.lexsort((middle[:, 1], right, column, row))
-    expected = np.stack([each.ravel() for each in np.indices((rows, loops, 2, 2))])[:3]
+    expected = np.indices((rows, loops, 2, 2)).reshape(4, -1)[:3]
     labels = np.stack([row, column, right])[:, order]
     neighbours = np.all(found.yarn[:, 1] == row + 1)
-    if labels.shape != np.repeat(expected, 1, axis=1).shape or (labels != expected).any() or not neighbours:
+    if not (np.array_equal(labels, expected) and neighbours):
         raise GeometryError(
             f"pattern.control_points: the yarns of {rows} rows of {loops} loops cross {len(found)} times: allowed are "
             "4 crossings of neighbouring rows a loop, 2 on each side of its middle, and no others"
         )
     zone = np.empty(len(found), dtype=int)
-    zone[order] = np.tile([LEFT_LOWER, LEFT_UPPER, RIGHT_LOWER, RIGHT_UPPER], rows * loops)
-    return found.labelled(row, column, zone)
+    zone[order] = np.tile([0, 2, 1, 3], rows * loops)
+    return replace(found, row=row, column=column, zone=zone).chosen(np.lexsort((zone, column, row)))
+
+
+def _places_of_loops(knit: Fabric) -> np.ndarray:
+    """Arc lengths (n, 8) at which every loop of a knit's yarn is crossed; all yarns have one shape. [m]
+
+    In this order: left with the row below, left with the row above, right with the row above, right with the row below,
+    each twice.
+    """
+    return knit.places(0)[0].reshape(knit.repeats, 8)
 
 
 def sinker_arcs(knit: Fabric) -> np.ndarray:
     """Return the arc lengths (n + 1, 2) between which a knit's yarn runs along the bottom of its loops. [m]
 
     From the last crossing of a loop with the row below to the first one of the next loop; half of it at the yarn's
-    ends, which lie in the middles of sinkers. All yarns have one shape.
+    ends, which lie in the middles of sinkers.
     """
-    first, last = (_along(knit, 1, zones) for zones in (LEFT, RIGHT))
-    length = knit.centrelines[0].length
-    return np.column_stack([np.append(0.0, last[:, 1]), np.append(first[:, 0], length)])
+    places, length = _places_of_loops(knit), knit.centrelines[0].length
+    return np.column_stack([np.append(0.0, places[:, 7]), np.append(places[:, 0], length)])
 
 
 def head_arcs(knit: Fabric) -> np.ndarray:
     """Return the arc lengths (n, 2) between which a knit's yarn runs along the top of its loops. [m]"""
-    left, right = (_along(knit, 0, zones) for zones in (LEFT, RIGHT))
-    return np.column_stack([left[:, 1], right[:, 0]])
-
-
-def _along(knit: Fabric, side: int, zones: tuple[int, int]) -> np.ndarray:
-    """Return arc lengths (n, 2), ascending, of two crossings of every loop of a yarn; side 1: with the row below."""
-    crossings = knit.crossings
-    here = (crossings.row == 0) & np.isin(crossings.zone, zones)
-    return np.sort(crossings.arc_length[here, side].reshape(knit.repeats, 2), axis=1)
+    return _places_of_loops(knit)[:, 3:5]
 
 
 def endless_cell(loop: Loop, loops: int, rows: int) -> Fabric:
@@ -454,13 +357,10 @@ def cut_cells(loop: Loop, loops: int, rows: int) -> Fabric:
 def middles_of_legs(knit: Fabric) -> np.ndarray:
     """Return the arc lengths (n, 2) of the middles of both legs of every loop of a yarn. [m]
 
-    A leg runs from the crossings with the row below to those with the row above; all yarns have one shape.
+    A leg runs from the crossings with the row below to those with the row above.
     """
-    (left_above, right_above), (left_below, right_below) = (
-        [_along(knit, side, zones) for zones in (LEFT, RIGHT)] for side in (0, 1)
-    )
-    up, down = left_below[:, 1] + left_above[:, 0], right_above[:, 1] + right_below[:, 0]
-    return 0.5 * np.column_stack([up, down])
+    places = _places_of_loops(knit)
+    return 0.5 * (places[:, [1, 5]] + places[:, [2, 6]])
 
 
 def pieces_of(fabric: Fabric, arcs: Arcs) -> Fabric:
@@ -487,28 +387,13 @@ def pieces_of(fabric: Fabric, arcs: Arcs) -> Fabric:
 
 
 def yarn_pair(radius: float, angle: float, length: float, clearance: float = 0.0) -> Fabric:
-    """Return two equally long yarns that cross in their middles, at the origin.
+    """Return two yarns of a radius and length [m] that cross in their middles, at the origin.
 
-    The lower yarn lies along x below the plane z = 0; the upper one is turned from x to y by the angle and lies above
-    it, so that the gap of their surfaces is the clearance. The lower one is held and the upper one driven, at "ends" or
-    at the "back", the half of the surface that is turned away from the other yarn.
-
-    Parameters
-    ----------
-    radius : float
-        Of both yarns. [m]
-    angle : float
-        Between the yarns. [degrees]
-    length : float
-        Of each yarn. [m]
-    clearance : float
-        In radii.
-
-    Raises
-    ------
-    GeometryError
-        When the radius is not positive, the clearance negative, the angle not in (0, 90] or the yarns are not longer
-        than two diameters.
+    The lower yarn lies along x below the plane z = 0; the upper one is turned from x to y by the angle [degrees] and
+    lies above it, so that the gap of their surfaces is the clearance [radii]. The lower one is held and the upper one
+    driven, at "ends" or at the "back", the half of the surface that is turned away from the other yarn.
+    Raises GeometryError when the radius is not positive, the clearance negative, the angle not in (0, 90] or the yarns
+    are not longer than two diameters.
     """
     if not radius > 0:
         raise GeometryError(f"yarn.diameter = {2 * radius} m: allowed is a positive number")

@@ -31,27 +31,14 @@ from knitstudy.geometry.optimise import CONTACT_TOLERANCE, optimise
 from knitstudy.geometry.survey import check_yarns, survey
 from knitstudy.study.configuration import CONFIG, load_scene
 
-LENGTH_TOLERANCE = 1e-4
-"""Relative error of the length that is kept."""
-
-MOST_OPTIMISATIONS = 6
-"""In the search of the wale spacing that keeps the length; three are usual."""
-
-WIDEST = 2.0
-"""Stretch across the wales, and one over the least, among which the drawn length is looked for."""
-
-FIRST_SLOPE = 0.5
-"""Relative change of length over that of the width: half of a loop runs across the wales."""
+LENGTH_TOLERANCE = 1e-4  # relative error of the length that is kept
+MOST_OPTIMISATIONS = 6  # in the search of the wale spacing that keeps the length; three are usual
+WIDEST = 2.0  # stretch across the wales, and one over the least, among which the drawn length is looked for
+FIRST_SLOPE = 0.5  # relative change of length over that of the width: half of a loop runs across the wales
 
 
 def lay_out(scene):
     """Lay out the fabric of a scene; the loop of a knit is optimised first.
-
-    Parameters
-    ----------
-    scene : Scene
-        Read are, of a knit, its sections pattern, yarn (diameter) and geometry; of a pair, its section pair
-        and the yarn's diameter.
 
     Returns
     -------
@@ -99,33 +86,29 @@ def _report(initial, optimum, surveys):
     """Dataset of what the optimisation changed, over the states "before" and "after"."""
     terms = list(optimum.after)
     values = [[state[term] for term in terms] for state in (optimum.before, optimum.after)]
-
-    def measured(name, attributes):
-        return ("state", [getattr(surveyed, name) for surveyed in surveys], attributes)
-
-    degrees = {"units": "degree", "long_name": "angle to x in the plane"}
+    one, degrees = {"units": "1"}, {"units": "degree", "long_name": "angle to x in the plane"}
+    measured = {
+        "radius_of_curvature": metre("the smallest one"),
+        "penetration": metre("deepest penetration of two pieces of yarn"),
+        "gap": metre("smallest gap of pieces that are not neighbours along a yarn"),
+        "other_gap": metre("the same, away from the crossings"),
+        "interlock_angle": degrees,
+        "leg_angle": degrees,
+    }
+    points, lengths = metre("before the optimisation"), metre("arc length of yarn in a loop")
+    distances = [surveyed.distance for surveyed in surveys]
     return xr.Dataset(
         {
-            "control_points_before": (
-                ("point", "xyz"),
-                initial.control_points,
-                metre("before the optimisation"),
-            ),
-            "cost": (("state", "term"), values, {"units": "1", "long_name": "terms of F, unweighted, and F"}),
-            "loop_length": measured("length", metre("arc length of yarn in a loop")),
-            "radius_of_curvature": measured("radius_of_curvature", metre("the smallest one")),
-            "penetration": measured("penetration", metre("deepest penetration of two pieces of yarn")),
-            "gap": measured("gap", metre("smallest gap of pieces that are not neighbours along a yarn")),
-            "other_gap": measured("other_gap", metre("the same, away from the crossings")),
-            "crossing_distance": (
-                ("state", "cell_zone"),
-                [s.distance for s in surveys],
-                metre("of centrelines"),
-            ),
-            "interlock_angle": measured("interlock_angle", degrees),
-            "leg_angle": measured("leg_angle", degrees),
-            "iterations": ((), optimum.iterations, {"units": "1", "long_name": "of the quasi-Newton method"}),
-            "gradient": ((), optimum.gradient, {"units": "1", "long_name": "what remains of F's, relative"}),
+            "control_points_before": (("point", "xyz"), initial.control_points, points),
+            "cost": (("state", "term"), values, one | {"long_name": "terms of F, unweighted, and F"}),
+            "loop_length": ("state", [surveyed.length for surveyed in surveys], lengths),
+            "crossing_distance": (("state", "cell_zone"), distances, metre("of centrelines")),
+            "iterations": ((), optimum.iterations, one | {"long_name": "of the quasi-Newton method"}),
+            "gradient": ((), optimum.gradient, one | {"long_name": "what remains of F's, relative"}),
+        }
+        | {
+            name: ("state", [getattr(each, name) for each in surveys], said)
+            for name, said in measured.items()
         },
         coords={"state": ["before", "after"], "term": terms},
     )
@@ -186,30 +169,27 @@ def _at_length(drawn, ratio, settings):
     """The initial loop whose optimisation has the drawn length, and what that returns: secants on the width."""
     length = drawn.length
 
-    def initial(across):
-        return stretched(drawn, across, ratio)
-
-    def excess(loop):
-        return loop.length / length - 1
+    def excess(across):
+        return stretched(drawn, across, ratio).length / length - 1
 
     bounds = 1 / WIDEST, WIDEST
-    if excess(initial(bounds[0])) * excess(initial(bounds[1])) >= 0:
+    if excess(bounds[0]) * excess(bounds[1]) >= 0:
         raise GeometryError(
             f"no wale spacing within a factor of {WIDEST:g} of the drawn one keeps the drawn length of "
             f"{length:.4e} m: take a pattern.course_ratio nearer to 1"
         )
-    across, slope = brentq(lambda each: excess(initial(each)), *bounds, xtol=1e-6), FIRST_SLOPE
-    found = optimise(initial(across), settings)
-    error = excess(found[0])
-    for _ in range(MOST_OPTIMISATIONS - 1):
+    across, slope = brentq(excess, *bounds, xtol=1e-6), FIRST_SLOPE
+    before = step = None
+    for _ in range(MOST_OPTIMISATIONS):
+        initial = stretched(drawn, across, ratio)
+        found = optimise(initial, settings)
+        error = found[0].length / length - 1
         if abs(error) <= LENGTH_TOLERANCE:
-            return initial(across), found
-        step = -error / slope
-        found = optimise(initial(across + step), settings)
-        across, change = across + step, excess(found[0]) - error
-        slope, error = change / step or FIRST_SLOPE, error + change
-    if abs(error) <= LENGTH_TOLERANCE:
-        return initial(across), found
+            return initial, found
+        if step:
+            slope = (error - before) / step or FIRST_SLOPE
+        step, before = -error / slope, error
+        across += step
     raise GeometryError(
         f"the yarn in a loop misses the drawn length of {length:.4e} m by {error:.1e} of it, allowed is "
         f"{LENGTH_TOLERANCE:g}: take a pattern.course_ratio nearer to 1 or a smaller yarn.diameter"
@@ -220,14 +200,10 @@ def _at_length(drawn, ratio, settings):
 
 
 RATIOS = (0.7, 0.75, 0.8, 0.85, 0.9, 0.95, 1.0, 1.05, 1.1, 1.15, 1.2, 1.25, 1.3)
-DIAMETERS = (1.2e-3, 1.35e-3, 1.5e-3, 1.65e-3, 1.95e-3, 2.1e-3, 2.25e-3)
-"""Tried beside the drawn loop's [m]."""
-
+DIAMETERS = (1.2e-3, 1.35e-3, 1.5e-3, 1.65e-3, 1.95e-3, 2.1e-3, 2.25e-3)  # beside the drawn loop's. [m]
+# Components of the control points that may move, by what is kept: where the drawn shape is, heights alone.
 FREE = {"shape": "z", "wale_spacing": "xyz", "length": "xyz"}
-"""Which components of the control points may move, by what is kept: where the drawn shape is, heights alone."""
-
-FOUND = "found"
-"""Value of the column ``outcome`` of a loop that can be made; others have the reason."""
+FOUND = "found"  # value of the column ``outcome`` of a loop that can be made; others have the reason
 
 
 def main(arguments=None):
@@ -253,16 +229,9 @@ def main(arguments=None):
 
 
 def loop_row(scene, keep, ratio, diameter):
-    """Lay out one loop: dict, whose ``outcome`` is "found" or the reason why there is none.
+    """Lay out one loop of a drawn knit: dict, whose ``outcome`` is "found" or the reason why there is none.
 
-    Parameters
-    ----------
-    scene : Scene
-        Of a knit as it is drawn.
-    keep : str
-        A key of `FREE`.
-    ratio, diameter : float
-        Of the course spacing to the drawn one, and of the yarn [m].
+    What is kept is a key of `FREE`; the ratio is of the course spacing to the drawn one, the diameter of the yarn [m].
     """
     said = {"held fixed": keep, "course ratio [1]": ratio, "yarn diameter [m]": diameter}
     try:

@@ -16,29 +16,15 @@ from knitstudy.geometry.spline import CatmullRom
 class Loop:
     """Control points of one loop and the spacings at which it is repeated.
 
-    Attributes
-    ----------
-    control_points : ndarray (P, 3)
-        From the sinker's centre, where x = 0, to the last point before the next sinker's centre. [m]
-    wale_spacing, course_spacing : float
-        Distance w of neighbouring loops along x, and c of neighbouring rows along y. [m]
-    radius : float
-        Radius R of the yarn. [m]
-    clearance : float
-        Gap c0 between yarns at the crossings that the optimisation aims at, in radii.
-
-    Raises
-    ------
-    GeometryError
-        When a length is not positive, rows or loops stand closer than a diameter, or the clearance is
-        negative.
+    Raises GeometryError when a length is not positive, rows or loops stand closer than a diameter, or the clearance is
+    negative.
     """
 
-    control_points: np.ndarray
-    wale_spacing: float
-    course_spacing: float
-    radius: float
-    clearance: float = 0.0
+    control_points: np.ndarray  # (P, 3) from the sinker's centre, x = 0, to the one before the next's. [m]
+    wale_spacing: float  # distance w of neighbouring loops along x. [m]
+    course_spacing: float  # distance c of neighbouring rows along y. [m]
+    radius: float  # R of the yarn. [m]
+    clearance: float = 0.0  # gap c0 between yarns at the crossings that the optimisation aims at, in radii
 
     def __post_init__(self):
         object.__setattr__(self, "control_points", np.array(self.control_points, dtype=float))
@@ -77,17 +63,9 @@ class Loop:
 
     def in_radii(self):
         """The same loop with the radius as unit of length."""
-        return self.scaled(1 / self.radius, radius=1.0)
-
-    def scaled(self, factor, radius=None):
-        """The same loop with every length times a factor."""
-        return Loop(
-            self.control_points * factor,
-            self.wale_spacing * factor,
-            self.course_spacing * factor,
-            self.radius * factor if radius is None else radius,
-            self.clearance,
-        )
+        factor = 1 / self.radius
+        spacings = self.wale_spacing * factor, self.course_spacing * factor
+        return Loop(self.control_points * factor, *spacings, 1.0, self.clearance)
 
     def with_points(self, control_points):
         """The same loop through other control points (P, 3). [m]"""
@@ -96,8 +74,7 @@ class Loop:
 
 # ---- Symmetries
 
-SYMMETRY_TOLERANCE = 1e-9
-"""Distance over the wale spacing by which an image may miss its point."""
+SYMMETRY_TOLERANCE = 1e-9  # distance over the wale spacing by which an image may miss its point
 
 
 @dataclass(frozen=True)
@@ -158,7 +135,6 @@ def symmetric_motions(free, group):
     ----------
     free : ndarray of bool (P, 3)
         Which components of which control points may move.
-    group : tuple of Symmetry
 
     Raises
     ------

@@ -1,45 +1,28 @@
 """Cost function of the yarn geometry, Eqs. (1) to (6) of the paper, with exact gradients.
 
-Lengths are in units of the yarn radius R here, so that the terms carry no unit and their weights mean the
-same in every unit of length. A term is a function from the control points of one loop to its value and
-gradient.
+Lengths are in yarn radii R, so that the terms carry no unit. A term is a function from the control points of one loop
+to its value and gradient. Where the paper leaves a choice:
 
-Where the paper leaves a choice:
-
-- F_Distance (Eq. 2) has one term for every crossing of the cell, aims at D = 2 + c0 and takes
-  the true minimum D.
-- L_l^0 (Eq. 6) is the arc length of Bezier curve l at the start. The printed one is its chord, which would
-  shrink the yarn however well it fits.
-- theta (Eq. 5) is the angle between the chords of the control polygon, pi where it is straight: the angle
-  between tangents would be pi everywhere on a C1 curve. tau and rho follow from K_join being C1 at
-  theta = pi/4.
-- sigma (Eq. 5) is the mean of the two chords at the start, constant as the rest length of Breen et al.
-  (1994) is.
+- F_Distance (Eq. 2) has one term for every crossing of the cell, aims at D = 2 + c0 and takes the true minimum D.
+- L_l^0 (Eq. 6) is the arc length of Bezier curve l at the start. The printed one is its chord, which would shrink the
+  yarn however well it fits.
+- theta (Eq. 5) is the angle between the chords of the control polygon, pi where it is straight: the angle between
+  tangents would be pi everywhere on a C1 curve. tau and rho follow from K_join being C1 at theta = pi/4.
+- sigma (Eq. 5) is the mean of the two chords at the start, constant as the rest length of Breen et al. (1994) is.
 """
 
-from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize
 
 from knitstudy.errors import GeometryError
-from knitstudy.geometry.closest import closest_approach, crossings_in_plane, windows
+from knitstudy.geometry.crossings import closest_points, windows_of_loop
 from knitstudy.geometry.loop import symmetric_motions, symmetries
 from knitstudy.geometry.spline import GAUSS_POINTS, GAUSS_WEIGHTS, CatmullRom
 
+# Two-point Gauss rule: exact for the square of C'', which is linear on a segment.
 CURVATURE_POINTS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
-"""Two-point Gauss rule: exact for the square of C'', which is linear on a segment."""
-
-
-@dataclass(frozen=True)
-class Weights:
-    """Weights of Eq. (1), and beta_0 of Eq. (3)."""
-
-    alpha: float
-    beta: float
-    gamma: float
-    beta_0: float
 
 
 class CostFunction:
@@ -48,20 +31,18 @@ class CostFunction:
     Parameters
     ----------
     loop : Loop
-        The loop at the start, in radii; it gives the rest lengths and sigma, the distance 2 + c0 of the centrelines
-        that F_Distance aims at, and the windows in which crossings are looked for.
+        At the start, in radii; it gives the rest lengths, sigma, and the windows in which crossings are looked for.
     settings : object
-        See `optimise`.
+        Its weights and samples; see `optimise`.
     """
 
     def __init__(self, loop, settings):
         start = loop.curve
         self.advance = start.advance
-        self.course_spacing = loop.course_spacing
+        self.rise = loop.rise
         self.target = loop.target
-        self.weights = Weights(settings.alpha, settings.beta, settings.gamma, settings.beta_0)
-        self.window = windows(crossings_in_plane(start, loop.course_spacing), start.period)
-        self.samples = settings.samples
+        self.settings = settings
+        self.windows = windows_of_loop(start, loop.rise)
         self.rest_length = start.segment_lengths()
         segments = np.arange(start.period)[:, None]
         self._tangent, self._tangent_offset = start.operator((segments + GAUSS_POINTS).ravel(), 1)
@@ -69,23 +50,16 @@ class CostFunction:
         chord = np.linalg.norm(_chords(loop.control_points, self.advance), axis=1)
         self.sigma = 0.5 * (chord + np.roll(chord, 1))
 
-    def softened(self, share):
-        """The same cost function with a share of alpha."""
-        soft = copy(self)
-        soft.weights = replace(self.weights, alpha=share * self.weights.alpha)
-        return soft
-
-    def value(self, points):
-        """F and its gradient: (P, 3) -> float, (P, 3)."""
-        w = self.weights
+    def value(self, points, share=1.0):
+        """F with a share of alpha, and its gradient: (P, 3) -> float, (P, 3)."""
+        w = self.settings
+        alpha = share * w.alpha
         distance, d_distance = self.distance(points)
         continuous, d_continuous = self.continuous(points)
         join, d_join = self.join(points)
         length, d_length = self.length(points)
-        value = (
-            w.alpha * distance + w.beta * (continuous + w.beta_0 * join) + w.gamma * length
-        )  # Eqs. (1), (3)
-        gradient = w.alpha * d_distance + w.beta * (d_continuous + w.beta_0 * d_join) + w.gamma * d_length
+        value = alpha * distance + w.beta * (continuous + w.beta_0 * join) + w.gamma * length  # Eqs. (1), (3)
+        gradient = alpha * d_distance + w.beta * (d_continuous + w.beta_0 * d_join) + w.gamma * d_length
         return value, gradient
 
     def terms(self, points):
@@ -95,7 +69,7 @@ class CostFunction:
             "distance": self.distance(points)[0],
             "continuous": continuous,
             "join": join,
-            "bending": continuous + self.weights.beta_0 * join,
+            "bending": continuous + self.settings.beta_0 * join,
             "length": self.length(points)[0],
             "total": self.value(points)[0],
         }
@@ -103,7 +77,7 @@ class CostFunction:
     def approach(self, points):
         """Closest approach of the yarns at the four crossings: (P, 3) -> Approach."""
         curve = CatmullRom(points, self.advance)
-        return closest_approach(curve, self.course_spacing, self.window, self.samples)
+        return closest_points(curve, curve.shifted(self.rise), self.windows, self.settings.samples)
 
     def distance(self, points):
         """F_Distance, Eq. (2), summed over the crossings, and its gradient."""
@@ -114,8 +88,7 @@ class CostFunction:
     def distance_slope(self, points, found):
         """Gradient of the shortest distance at each crossing: (P, 3), Approach -> (4, P, 3).
 
-        The closest points move along the curves when the control points move, but to first order that does
-        not change the shortest distance: only the motion of the curves at fixed parameters does.
+        To first order only the motion of the curves at fixed parameters changes the shortest distance.
         """
         normal = (found.point[:, 1] - found.point[:, 0]) / found.distance[:, None]
         curve = CatmullRom(points, self.advance)
@@ -152,12 +125,8 @@ class CostFunction:
 def squared_join_curvature(cosine, sigma):
     """K_join^2 (P,) of Eq. (5), and its derivative (P,) with respect to the cosine.
 
-    Parameters
-    ----------
-    cosine : ndarray (P,)
-        Cosine of the angle by which the control polygon turns: -cos(theta).
-    sigma : ndarray (P,)
-        Local spacing of the control points.
+    The cosine (P,) is that of the angle by which the control polygon turns, -cos(theta); sigma (P,) is the local
+    spacing of the control points.
     """
     # theta > pi/4: (2/sigma)^2 cos^2(theta/2) = (2/sigma^2)(1 + cos(theta)), smooth where it is straight too.
     square, derivative = 2 * (1 - cosine) / sigma**2, -2 / sigma**2
@@ -180,46 +149,27 @@ def _chords(points, advance):
 # ---- Minimisation. It is unconstrained: the periodic cell and the symmetries of the loop are kept by parametrisation.
 
 
-CONTACT_TOLERANCE = 1e-3
-"""|D - 2R - c0| / R that every crossing must meet."""
+CONTACT_TOLERANCE = 1e-3  # |D - 2R - c0| / R that every crossing must meet
+UPPER_IN_FRONT = np.array([False, False, True, True])  # by zone: the upper row's yarn passes in front
+SMALLEST_DISTANCE = 1e-6  # of centrelines, in radii, from which on the direction between them is known
 
-UPPER_IN_FRONT = np.array([False, False, True, True])
-"""By crossing zone: whether the upper row's yarn passes in front of the lower row's."""
-SMALLEST_DISTANCE = 1e-6
-"""Distance of centrelines, in radii, from which on the direction between them is known."""
-
-CONTINUATION = (1e-4, 1e-2, 1.0)
-"""Shares of alpha with which F is minimised in turn: a stiff valley is entered from its wide end."""
-
+CONTINUATION = (1e-4, 1e-2, 1.0)  # shares of alpha in turn: a stiff valley is entered from its wide end
+# A loop that the yarn fits into needs 10 to 30 iterations a share; more would only delay the error.
 QUASI_NEWTON = {"gtol": 1e-6, "maxiter": 60}
-"""A loop that the yarn fits into needs 10 to 30 iterations a share; more would only delay the error."""
 NEWTON_STEPS = 12
-GRADIENT_TOLERANCE = 1e-6
-"""Largest gradient component at which F is called minimal, over the bending terms' at the start."""
-DIFFERENCE = 1e-5
-"""Step, in radii, of the central differences of the exact gradient that make the Hessian."""
+GRADIENT_TOLERANCE = 1e-6  # largest gradient component at a minimum, over the bending terms' at the start
+DIFFERENCE = 1e-5  # step, in radii, of the central differences of the gradient that make the Hessian
 
 
 @dataclass(frozen=True)
 class Optimum:
-    """Outcome of an optimisation, in units of the radius.
+    """Outcome of an optimisation, in units of the radius."""
 
-    Attributes
-    ----------
-    points : ndarray (P, 3)
-    before, after : dict of floats
-        The terms of F without their weights, and F.
-    iterations : int
-        Quasi-Newton iterations.
-    gradient : float
-        Largest component of the gradient that remains, over the largest of the bending terms' at the start.
-    """
-
-    points: np.ndarray
-    before: dict
-    after: dict
-    iterations: int
-    gradient: float
+    points: np.ndarray  # (P, 3)
+    before: dict  # the terms of F without their weights, and F, at the start
+    after: dict  # and at the end
+    iterations: int  # of the quasi-Newton method
+    gradient: float  # largest component that remains, over the largest of the bending terms' at the start
 
 
 def optimise(loop, settings):
@@ -265,25 +215,21 @@ def free_components(free, count):
 def minimise(cost, points, motions):
     """Minimise F from points (P, 3) over motions (P, 3, n): quasi-Newton (BFGS), then Newton until rounding.
 
-    Raises
-    ------
-    GeometryError
-        When the gradient does not vanish.
+    Raises GeometryError when the gradient does not vanish.
     """
     before = cost.terms(points)
     unit = _unit(cost, points)
     q = np.zeros(motions.shape[-1])
     iterations = 0
+
+    def function(q, share=1.0):
+        value, gradient = cost.value(points + motions @ q, share)
+        return value / unit, np.einsum("kai,ka->i", motions, gradient) / unit
+
     for share in CONTINUATION:
-        found = minimize(
-            _along(cost.softened(share), points, motions, unit),
-            q,
-            jac=True,
-            method="BFGS",
-            options=QUASI_NEWTON,
-        )
+        found = minimize(function, q, args=(share,), jac=True, method="BFGS", options=QUASI_NEWTON)
         q, iterations = found.x, iterations + found.nit
-    q, gradient = _polish(_along(cost, points, motions, unit), q)
+    q, gradient = _polish(function, q)
     if gradient > GRADIENT_TOLERANCE:
         raise GeometryError(
             f"the optimisation of the loop stopped with a gradient of {gradient:.2e} times the bending "
@@ -296,30 +242,18 @@ def minimise(cost, points, motions):
 
 def _unit(cost, points):
     """What F is divided by, so that tolerances do not depend on a common factor of the weights."""
-    w = cost.weights
+    w = cost.settings
     slopes = (w.beta * cost.continuous(points)[1], w.beta * w.beta_0 * cost.join(points)[1])
     return max(np.abs(slope).max() for slope in slopes) or w.alpha
 
 
-def _along(cost, points, motions, unit):
-    """F and its gradient as functions of the displacements' parameters."""
-
-    def function(q):
-        value, gradient = cost.value(points + motions @ q)
-        return value / unit, np.einsum("kai,ka->i", motions, gradient) / unit
-
-    return function
-
-
 def _polish(function, q):
-    """Newton steps with a Hessian by central differences of the exact gradient, while the gradient falls.
-
-    Least squares take care of motions that do not change F, such as a shift of the whole knit along z.
-    """
+    """Newton steps with a Hessian by central differences of the exact gradient, while the gradient falls."""
     gradient = function(q)[1]
     steps = DIFFERENCE * np.eye(len(q))
     for _ in range(NEWTON_STEPS):
         hessian = np.array([function(q + e)[1] - function(q - e)[1] for e in steps]) / (2 * DIFFERENCE)
+        # Least squares: some motions do not change F, such as a shift of the whole knit along z.
         trial = q - np.linalg.lstsq(0.5 * (hessian + hessian.T), gradient, rcond=1e-12)[0]
         better = function(trial)[1]
         if np.abs(better).max() >= np.abs(gradient).max():
@@ -329,12 +263,7 @@ def _polish(function, q):
 
 
 def check_contact(cost, points):
-    """Every crossing is at its distance.
-
-    Raises
-    ------
-    GeometryError
-    """
+    """Refuse control points with which a crossing is not at its distance; raises GeometryError."""
     found = cost.approach(points)
     error = np.abs(found.distance - cost.target)
     zone = int(error.argmax())
@@ -348,13 +277,7 @@ def check_contact(cost, points):
 
 
 def check_interlock(cost, points):
-    """The yarns pass each other on the sides that make a plain knit.
-
-    Raises
-    ------
-    GeometryError
-        Also where the centrelines cut each other: the direction in which to part them is not defined then.
-    """
+    """Refuse yarns that do not pass each other as in a plain knit, or cut each other; raises GeometryError."""
     found = cost.approach(points)
     in_front = found.point[:, 1, 2] > found.point[:, 0, 2]
     if (in_front != UPPER_IN_FRONT).any() or (found.distance < SMALLEST_DISTANCE).any():

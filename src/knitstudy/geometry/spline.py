@@ -12,15 +12,11 @@ import numpy as np
 
 from knitstudy.errors import GeometryError
 
-STENCIL = np.arange(-1, 3)
-"""Control points that a Bezier segment k depends on, relative to k."""
-
+STENCIL = np.arange(-1, 3)  # control points that a Bezier segment k depends on, relative to k
+# Weight of each stencil point as a polynomial of the segment's t: powers 0 to 3 along the columns.
 BASIS = 0.5 * np.array([[0, -1, 2, -1], [2, 0, -5, 3], [0, 1, 4, -3], [0, 0, -1, 1]])
-"""Weight of each stencil point as a polynomial of the segment's t: powers 0 to 3 along the columns."""
-
-_LEGENDRE_POINTS, _LEGENDRE_WEIGHTS = np.polynomial.legendre.leggauss(16)
-GAUSS_POINTS, GAUSS_WEIGHTS = 0.5 * (_LEGENDRE_POINTS + 1), 0.5 * _LEGENDRE_WEIGHTS
-"""Gauss rule on [0, 1]: the length of a segment to about 1e-10 of it."""
+# Gauss rule on [0, 1]: the length of a segment to about 1e-10 of it.
+GAUSS_POINTS, GAUSS_WEIGHTS = 0.5 * np.array(np.polynomial.legendre.leggauss(16)) + [[0.5], [0.0]]
 
 
 class CatmullRom:
@@ -181,10 +177,7 @@ class Centreline:
     def parameter(self, s):
         """The curve's parameter u at the arc lengths s: (k,) -> (k,).
 
-        Raises
-        ------
-        GeometryError
-            When an arc length lies outside the yarn.
+        Raises GeometryError when an arc length lies outside the yarn.
         """
         return self._lengths.parameter(self.start + np.asarray(s, dtype=float))
 
@@ -202,10 +195,9 @@ class _Lengths:
         return self.knots[segment] + self._partial(self._speed[segment % len(self._speed)], u - segment)
 
     def parameter(self, s):
-        """Newton's method on the length of the part of a segment.
+        """Newton's method on the length of the part of a segment, in a bracket that is halved where Newton leaves it.
 
-        The length grows with u, so that a bracket of one segment, halved where Newton leaves it, cannot fail. Places,
-        tangents and the images of a yarn ask for the same arc lengths one after the other: the last ones are kept.
+        Places, tangents and the images of a yarn ask for the same arc lengths one after the other: the last are kept.
         """
         length = self.knots[-1]
         slack = 1e-9 * length

@@ -9,50 +9,27 @@ endless knit: a finite one has no other pairs.
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from knitstudy.errors import GeometryError
-from knitstudy.geometry.closest import closest_approach, crossings_in_plane, refine, windows
+from knitstudy.geometry.crossings import closest_points, refine, windows_of_loop
 
-SAMPLES = 100
-"""Samples a Bezier segment in the search of closest points, as in section 2.1 of the paper."""
-
-APPROACH_SAMPLES = 12
-"""Samples a Bezier segment in which other local minima are looked for, before these are refined."""
-
-REACH = 8.0
-"""Distance of centrelines in radii up to which local minima are listed."""
-
-CURVATURE_SAMPLES = 200
-"""Samples a Bezier segment for the largest curvature, which often lies at the end of one."""
+APPROACH_SAMPLES = 12  # a Bezier segment in which other local minima are looked for, before these are refined
+REACH = 8.0  # distance of centrelines in radii up to which local minima are listed
+CURVATURE_SAMPLES = 200  # a Bezier segment for the largest curvature, which often lies at the end of one
 
 
 @dataclass(frozen=True)
 class Survey:
-    """Measures of one loop in its knit.
+    """Measures of one loop in its knit."""
 
-    Attributes
-    ----------
-    length : float
-        Arc length of yarn. [m]
-    radius_of_curvature : float
-        The smallest one. [m]
-    distance : ndarray (4,)
-        Shortest distance of the centrelines at each crossing. [m]
-    gap : float
-        Smallest gap between any pieces of yarn that are not neighbours along one yarn; negative where yarns
-        penetrate each other. [m]
-    other_gap : float
-        The same without the closest points of the crossings. [m]
-    interlock_angle, leg_angle : float
-        Angle to x, in the plane, of the segment between the two contact points of one side of an interlock,
-        and of the leg between two interlocks (Table 4 prints 66 and 80). [deg]
-    """
-
-    length: float
-    radius_of_curvature: float
-    distance: np.ndarray
-    gap: float
-    other_gap: float
+    length: float  # arc length of yarn. [m]
+    radius_of_curvature: float  # the smallest one. [m]
+    distance: np.ndarray  # (4,) shortest distance of the centrelines at each crossing. [m]
+    gap: float  # smallest between pieces that are no neighbours along a yarn; negative where yarns penetrate. [m]
+    other_gap: float  # smallest away from the closest points of the crossings. [m]
+    # Angles to x, in the plane: of the segment between the two contact points of one side of an interlock, and of the
+    # leg between two interlocks (Table 4 prints 66 and 80). [deg]
     interlock_angle: float
     leg_angle: float
 
@@ -62,28 +39,21 @@ class Survey:
         return max(0.0, -self.gap)
 
 
-def survey(loop, samples=SAMPLES):
-    """Measure a loop: Survey.
-
-    Parameters
-    ----------
-    loop : Loop
-    samples : int
-        Samples a Bezier segment in the search of the crossings' closest points.
-    """
+def survey(loop):
+    """Measure a loop: Survey."""
     unit = loop.in_radii()
-    curve, rise = unit.curve, unit.course_spacing
-    found = closest_approach(curve, rise, windows(crossings_in_plane(curve, rise), curve.period), samples)
+    curve = unit.curve
+    found = closest_points(curve, curve.shifted(unit.rise), windows_of_loop(curve, unit.rise))
     near = approaches(unit)
-    others = near.without(found.parameter)
-    interlock, leg = honeycomb_angles(found.point.mean(axis=1), rise)
-    shortest = min(found.distance.min(), near.distance.min(initial=np.inf))
+    others = away_from_crossings(near, found.parameter)["distance"].min()  # nan if there are none
+    interlock, leg = honeycomb_angles(found.point.mean(axis=1), unit.course_spacing)
+    shortest = np.fmin(found.distance.min(), near["distance"].min())
     return Survey(
         length=unit.length * loop.radius,
         radius_of_curvature=smallest_radius_of_curvature(curve) * loop.radius,
         distance=found.distance * loop.radius,
         gap=float(shortest - 2) * loop.radius,
-        other_gap=float(others.distance.min(initial=np.inf) - 2) * loop.radius,
+        other_gap=float(np.fmin(others, np.inf) - 2) * loop.radius,
         interlock_angle=interlock,
         leg_angle=leg,
     )
@@ -97,12 +67,7 @@ def honeycomb_angles(contact, rise):
 
 
 def check_yarns(surveyed, loop, tolerance):
-    """Refuse yarns that fold, and overlaps beyond a tolerance: what the optimisation may miss, in radii.
-
-    Raises
-    ------
-    GeometryError
-    """
+    """Refuse yarns that fold, or overlap by more than a tolerance [radii]; raises GeometryError."""
     if surveyed.radius_of_curvature <= loop.radius:
         raise GeometryError(
             f"yarn.diameter = {2 * loop.radius} m: the loop's smallest radius of curvature is "
@@ -117,79 +82,57 @@ def check_yarns(surveyed, loop, tolerance):
         )
 
 
-@dataclass(frozen=True)
-class Approaches:
-    """Local minima of the distance between a loop and the pieces of yarn around it.
-
-    Attributes
-    ----------
-    parameter : ndarray (A, 2)
-        The curve's parameter u of the two points; the second one counts on through the neighbouring loops.
-    row : ndarray of int (A,)
-        Row of the second point above the first one's.
-    distance : ndarray (A,)
-        Distance of the centrelines. [m]
-    point : ndarray (A, 2, 3)
-        The two points. [m]
-    """
-
-    parameter: np.ndarray
-    row: np.ndarray
-    distance: np.ndarray
-    point: np.ndarray
-
-    def without(self, crossings):
-        """The approaches that are not among the crossings with the next row, (4, 2) parameters."""
-        apart = np.abs(self.parameter[:, None] - crossings).max(axis=-1).min(axis=-1)
-        return self.selected((self.row != 1) | (apart > 1e-3))
-
-    def selected(self, index):
-        """The approaches at an index or mask."""
-        return Approaches(self.parameter[index], self.row[index], self.distance[index], self.point[index])
-
-
 def approaches(loop, reach=REACH, samples=APPROACH_SAMPLES):
-    """All places where a loop comes near other yarn, or to itself: Approaches, sorted by distance.
+    """All places where a loop comes near other yarn, or to itself: local minima of the distance.
 
     Parameters
     ----------
-    loop : Loop
     reach : float
         Distance of centrelines, in radii, beyond which pieces of yarn are not looked at.
     samples : int
         Samples a Bezier segment.
+
+    Returns
+    -------
+    DataFrame
+        By distance: ``row`` of the second point above the first one's, the curve's parameters ``u`` and ``v`` of the
+        two points, the latter counting on through the neighbouring loops, and ``distance`` of the centrelines. [m]
     """
+    curve = loop.curve
+    y = curve.value(np.linspace(0, curve.period, 20 * curve.period))[:, 1]
+    rows = max(1, int((np.ptp(y) + reach * loop.radius) // loop.course_spacing))  # that are in reach
+    width = 2 / samples
+    minima = []
+    for row in range(rows + 1):
+        start = _local_minima(loop, row, reach, samples)
+        near = refine(curve, curve.shifted(row * loop.rise), start, start[..., None] + [-width, width])
+        columns = np.column_stack([np.full(len(start), row), near.parameter, near.distance])
+        minima.append(columns[near.interior])
+    found = pd.DataFrame(np.concatenate(minima), columns=["row", "u", "v", "distance"])
+    found = found.sort_values("distance", kind="stable", ignore_index=True)
+    # Neighbouring samples may end in one minimum.
+    return found[~found[["row", "u", "v"]].round(6).duplicated()]
+
+
+def away_from_crossings(near, crossings):
+    """The approaches that are not among the crossings with the next row, (4, 2) parameters."""
+    apart = np.abs(near[["u", "v"]].to_numpy()[:, None] - crossings).max(axis=-1).min(axis=-1)
+    return near[(near["row"] != 1) | (apart > 1e-3)]
+
+
+def _local_minima(loop, row, reach, samples):
+    """Parameters (k, 2) of pairs of samples, on a loop and `row` rows above, nearer than their eight neighbours."""
     curve = loop.curve
     # One more sample at both ends of the loop, so that minima at its ends are seen as such.
     here = np.arange(-1, curve.period * samples + 2) / samples
     around = np.arange(-curve.period * samples, 2 * curve.period * samples + 1) / samples
-    y = curve.value(np.linspace(0, curve.period, 20 * curve.period))[:, 1]
-    rows = max(1, int((np.ptp(y) + reach * loop.radius) // loop.course_spacing))  # that are in reach
-    starts = [_local_minima(loop, here, around, row, reach) for row in range(rows + 1)]
-    row = np.repeat(np.arange(len(starts)), [len(start) for start in starts])
-    start = np.concatenate(starts)
-    width = 2 / samples
-    found = refine(curve, row[:, None] * loop.rise, start, start[..., None] + [-width, width])
-    order = np.argsort(found.distance, kind="stable")
-    result = Approaches(found.parameter, row, found.distance, found.point).selected(
-        order[found.interior[order]]
-    )
-    # Neighbouring samples may end in one minimum.
-    key = np.column_stack([result.row, np.round(result.parameter, 6)])
-    return result.selected(np.sort(np.unique(key, axis=0, return_index=True)[1]))
-
-
-def _local_minima(loop, here, around, row, reach):
-    """Pairs of samples nearer to each other than their eight neighbours: (k, 2) parameters."""
-    curve = loop.curve
     first = curve.value(here)
     second = curve.value(around) + row * loop.rise
     square = (first**2).sum(axis=1)[:, None] + (second**2).sum(axis=1) - 2 * first @ second.T
     centre = square[1:-1, 1:-1]
     lowest = centre < (reach * loop.radius) ** 2
-    for i in (0, 1, 2):
-        for j in (0, 1, 2):
-            lowest &= centre <= square[i : i + centre.shape[0], j : j + centre.shape[1]]
+    for i, j in np.ndindex(3, 3):
+        lowest &= centre <= square[i : i + centre.shape[0], j : j + centre.shape[1]]
     if row == 0:
         lowest &= _beyond_half_circle(curve, here[1:-1], around[1:-1], loop.radius)
     i, j = np.nonzero(lowest)
@@ -199,7 +142,7 @@ def _local_minima(loop, here, around, row, reach):
 def _beyond_half_circle(curve, here, around, radius):
     """Pairs on one yarn, each once, that are further apart along it than half a circle of radius R.
 
-    Nearer ones are neighbours: with a radius of curvature above R they cannot overlap (Schur's theorem).
+    Nearer ones cannot overlap, with a radius of curvature above R (Schur's theorem).
     """
     knots = np.concatenate([[0.0], np.cumsum(curve.segment_lengths())])
     u = np.arange(curve.period + 1)

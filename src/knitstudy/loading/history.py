@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -140,6 +140,18 @@ class Stations:
     yarn: np.ndarray  # (S,) yarn of a station
     arc_length: np.ndarray  # (S,) its arc length along the undeformed yarn [m]
     position: np.ndarray  # (S, 3) its undeformed position [m]
+
+    def at(self, index: np.ndarray) -> Stations:
+        """Return the stations at an index or mask."""
+        return Stations(self.yarn[index], self.arc_length[index], self.position[index])
+
+    def and_more(self, other: Stations) -> Stations:
+        """Return these and other stations."""
+        return Stations(*(np.concatenate(pair) for pair in zip(astuple(self), astuple(other), strict=True)))
+
+    def nearest(self, yarn: int, arc_length: float) -> int:
+        """Return the number of the station that is nearest to a place on a yarn."""
+        return int(np.argmin(np.where(self.yarn == yarn, np.abs(self.arc_length - arc_length), np.inf)))
 
 
 @dataclass

@@ -4,40 +4,41 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
 import xarray as xr
 
-from knitstudy.errors import CoarseIncrement, ConvergenceError, DataFileError
+from knitstudy.errors import CoarseIncrement, ConvergenceError
 from knitstudy.files import write_dataset
 from knitstudy.loading.history import Meter, Motion, Recorder, Stations, place_on_path
 from knitstudy.loading.restart import IN_MEMORY, Checkpoint, Run
 from knitstudy.mechanics.batches import serial_blas
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear import LinearSolver
+from knitstudy.mechanics.linear import LU, LinearSolver
 from knitstudy.mechanics.model import Model
 from knitstudy.mechanics.newton import trace
 from knitstudy.study.scene import Scene
 
+# Largest ratio of the ledger's gap after and before two halvings of an increment at which halving goes on. Two halvings
+# should divide the gap by 64; where the force jumps within the increment they may not reduce it at all.
 WORTHWHILE = 0.75
-"""Largest ratio of the ledger's gap after and before two halvings of an increment at which halving goes on.
-
-Two halvings should divide the gap by 64; where the force jumps within the increment they may not reduce it at all.
-"""
 
 log = logging.getLogger(__name__)
 
+# Whether a run goes on from a restart file, for readers who do not want a line for every increment
 resumed = logging.getLogger(f"{__name__}.resumed")
-"""Tells whether a run goes on from a restart file, to readers who do not want a line for every increment."""
+
+Reported = tuple[dict[str, Any], dict[str, np.ndarray]]
+"""Columns of the history, and columns of the points in contact; see `Recorder.add`."""
 
 
 class Observer(Protocol):
     """Reports what a model does at every converged increment."""
 
-    def record(self, increment: Increment) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-        """Return columns of the history, and columns of the points in contact; see `Recorder.add`."""
+    def record(self, increment: Increment) -> Reported:
+        """Return what the history takes from an increment."""
         ...
 
 
@@ -51,14 +52,13 @@ class Problem:
 
     scene: Scene
     model: Model
-    prescribed: PrescribedDisplacement
-    solver: LinearSolver
+    observer: Observer
     settings: Settings
+    prescribed: PrescribedDisplacement
     motion: Motion  # of the driven side
     # (k, 3) unknowns of the driven nodes by component (x, y, z), whose forces are the reaction
     driven: np.ndarray
-    stations: Stations  # points whose displacement an observer reports
-    observers: tuple[Observer, ...]
+    stations: Stations  # points whose displacement the observer reports
     # Called in order after an increment has been recorded and before it is written to the restart file, so that
     # no run goes on from a refused state
     checks: tuple[Check, ...] = ()
@@ -67,28 +67,24 @@ class Problem:
     # Returns the variables of the history that are known at the last increment alone, from the model's state
     fields: Callable[[Any], dict[str, np.ndarray]] | None = None
     attributes: dict[str, Any] = field(default_factory=dict)  # of the history: numbers and texts
-    meter: Meter = field(default_factory=Meter)  # started before the model was built
+    solver: LinearSolver = field(default_factory=LU)
+    meter: Meter | None = None  # begun before the model was built; by default with the solution
 
-    def recorder(self) -> Recorder:
-        """Return an empty recorder."""
-        return Recorder(self.stations, self.driven, self.motion, self.meter)
+
+def settings_of(scene: Scene, touches: bool, stride: float = np.inf) -> Settings:
+    """Return accuracy and limits of a scene's load path; corrections of yarns that touch are at most `stride` [m].
+
+    Where contact begins, a parabola through earlier increments overshoots far into the other yarn.
+    """
+    settings = Settings.of(scene.solver)
+    return replace(settings, predictor=1, stride=stride) if touches else settings
 
 
 def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
-    """Drive a model to full load and return its history.
+    """Drive a model to full load and return its history, in the format of docs/files.md.
 
     An increment after which the ledger of energies is too coarse is repeated in halves, as one that does not converge
     is, as long as that helps.
-
-    Parameters
-    ----------
-    run : Run
-        Restart file, place of a partial history, and progress.
-
-    Returns
-    -------
-    Dataset
-        History in the format of docs/files.md.
 
     Raises
     ------
@@ -97,7 +93,8 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
     DataFileError
         If the restart file is damaged or belongs to another scene.
     """
-    scene, recorder = problem.scene, problem.recorder()
+    scene = problem.scene
+    recorder = Recorder(problem.stations, problem.driven, problem.motion, problem.meter or Meter())
     checkpoint = Checkpoint(run.restart, scene.hash, type(problem.model.start())) if run.restart else None
     last = checkpoint.load(recorder) if checkpoint else None
     if last is not None:
@@ -115,7 +112,7 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
                 coarse = _check(problem, increment, recorder)
                 if coarse is not None:
                     gaps.append(coarse.gap)
-                    if _halving_helps(gaps):
+                    if len(gaps) < 3 or gaps[-1] <= WORTHWHILE * gaps[-3]:
                         last = before
                         recorder.drop()
                         increment = increments.send(str(coarse))
@@ -124,7 +121,7 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
                         raise coarse
                 if checkpoint:
                     # Writing takes a tenth of a reduced model's time and is not part of its cost.
-                    with problem.meter.paused():
+                    with recorder.meter.paused():
                         checkpoint.save(increment, recorder)
                 run.progress(increment.load, place_on_path(scene.load, increment.load))
                 increment, gaps = next(increments, None), []
@@ -150,19 +147,9 @@ def _check(problem: Problem, increment: Increment, recorder: Recorder) -> Coarse
     return coarse
 
 
-def _halving_helps(gaps: list[float]) -> bool:
-    return len(gaps) < 3 or gaps[-1] <= WORTHWHILE * gaps[-3]
-
-
 def _record(problem: Problem, recorder: Recorder, increment: Increment) -> None:
     """Add a converged increment to the history, and a line to the log."""
-    columns, points = {}, {}
-    for observer in problem.observers:
-        reported, touching = observer.record(increment)
-        if twice := columns.keys() & reported.keys():
-            raise DataFileError(f"two observers report {min(twice)!r}: leave it to one of them")
-        columns |= reported
-        points |= touching
+    columns, points = problem.observer.record(increment)
     recorder.add(increment, columns, points)
     gap = columns.get("smallest_gap", np.nan)
     log.info(

@@ -19,7 +19,9 @@ from knitstudy.measures.catalogue import (
     OTHER_SOLIDS,
     REDUCED,
     SOLIDS,
+    Datasets,
     Results,
+    Scenes,
     network,
     of_case,
     of_cases,
@@ -45,11 +47,10 @@ from knitstudy.measures.response import (
 )
 from knitstudy.study.scene import Scene
 
+# Names of all simulations of the four cases.
 MODELS = of_cases(CASES, (*SOLIDS, *OTHER_SOLIDS, *BEAM_MODELS, *REDUCED))
-"""Names of all simulations of the four cases."""
 
-# ---- names of models ----
-
+# Values of keys that make a reduced model a variant, in words.
 WORDS = {
     "printed": "printed joints",
     "pinned": "pinned joints",
@@ -59,18 +60,13 @@ WORDS = {
     "doubled": "doubled segments",
     "straight": "sections of straight rods",
 }
-"""Values of keys that make a reduced model a variant, in words."""
 
 CARRIED, GIVEN, ALONG_AXES = "springs of other tension", "springs of Table 2", "springs along x, y, z"
+SECTIONS = {"rigid": "rigid", "hertz": "Hertzian"}  # Sections of beams in contact, by ``beam.section``
 
-SECTIONS = {"rigid": "rigid", "hertz": "Hertzian"}
-"""Sections of beams in contact, by ``beam.section``."""
-
+# Ties of beams in contact that are not rigid, by ``beam.tie``.
 TIES = {"pinned": "pinned", "patch": "yielding ties"}
-"""Ties of beams in contact that are not rigid, by ``beam.tie``."""
-
-PLAIN = ("rigid", "rigid")
-"""Section and ties of the simplest model of beams in contact."""
+PLAIN = ("rigid", "rigid")  # Section and ties of the simplest model of beams in contact
 
 
 def label_of(scene: Scene) -> str:
@@ -98,9 +94,6 @@ def label_of(scene: Scene) -> str:
 def is_plain(scene: Scene) -> bool:
     """Whether beams touch at a pair of points between rigid sections, with rigid ties."""
     return (scene.beam.section, scene.beam.tie) == PLAIN
-
-
-# ---- cases ----
 
 
 @dataclass(frozen=True)
@@ -150,9 +143,7 @@ class Case:
         return "DNS" if model is self.dns else model.label
 
 
-def cases_of(
-    histories: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame
-) -> Iterator[Case]:
+def cases_of(histories: Datasets, scenes: Scenes, reference: pd.DataFrame) -> Iterator[Case]:
     """Yield the cases of which there is a direct simulation; histories and scenes go by the same names."""
     known = {name: scenes[name] for name in histories}
 
@@ -173,18 +164,16 @@ def cases_of(
             )
 
 
-# ---- comparison with the reference ----
-
 OVER_REFERENCE, DISTANCE = "force over the reference's [1]", "L2 distance of force to the reference [1]"
 AMPLITUDE = "amplitude of u_z over the reference's [1]"
 SHAPE = "correlation of u_z with DNS [1]"
 
+# Columns of uncertainties by the column of the value.
 UNCERTAIN = {
     OVER_REFERENCE: "uncertainty of that ratio [1]",
     DISTANCE: "uncertainty of that distance [1]",
     AMPLITUDE: "uncertainty of that amplitude [1]",
 }
-"""Columns of uncertainties by the column of the value."""
 
 COMPARED = [
     "strain [1]",

@@ -14,50 +14,51 @@ from inspect import signature
 from math import inf
 from typing import Any, TypeVar
 
+import xarray as xr
+
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import Registry
 from knitstudy.study.scene import Scene
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-# ---- names of scenes ----
+Datasets = Mapping[str, xr.Dataset]  # results of one stage by the names of their scenes
+Scenes = Mapping[str, Scene]  # by name
 
+# The four cases in which models are compared (Fig. 15): interaction and direction of the load.
 CASES = ("tie-course", "tie-wale", "isotropic-course", "isotropic-wale")
-"""The four cases in which models are compared (Fig. 15): interaction and direction of the load."""
 
+# The direct simulation of a case that the others are compared with, in order of preference.
 SOLIDS = ("yarns-{case}", "dns-{case}", "dns-{case}-coarse")
-"""The direct simulation of a case that the others are compared with, in order of preference."""
 
+# The main reduced models of a case, likewise.
 NETWORKS = {
     "rom3d": ("rom3d-{case}", "rom3d-{case}-coarse"),
     "rom2d": ("rom2d-{case}", "rom2d-{case}-coarse"),
 }
-"""The main reduced models of a case, likewise."""
 
+# Direct simulations of the same case by other elements or on other meshes.
 OTHER_SOLIDS = ("yarns-{case}-p3", "dns-{case}", "dns-{case}-medium", "yarns-{case}-coarse")
-"""Direct simulations of the same case by other elements or on other meshes."""
 
+# Reduced models of a case with another joint, section or spring.
 VARIANTS = ("rom3d-*-{case}", "rom2d-*-{case}")
-"""Reduced models of a case with another joint, section or spring."""
 
 REDUCED = (*NETWORKS["rom3d"], *NETWORKS["rom2d"], *VARIANTS)
+BEAM_MODELS = ("beam-{case}", "beam-*-{case}", "beam-{case}-coarse")  # Beams in contact of a case
 
-BEAM_MODELS = ("beam-{case}", "beam-*-{case}", "beam-{case}-coarse")
-"""Beams in contact of a case."""
-
+# Square knits of rising size in course tension.
 SQUARES = (
     "domain-*-tie-course-*",
     "domain-*-isotropic-course-*",
     "domain-*-untied-course-*",
     *("yarns-tie-course", "rom3d-tie-course", "rom2d-tie-course", "beam-hertz-patch-isotropic-course"),
 )
-"""Square knits of rising size in course tension."""
 
+# Knits with the loop as it is drawn, beside those of other course spacings and yarn diameters.
 DRAWN = ("yarns-{case}", "yarns-{case}-p3", "dns-{case}")
-"""Knits with the loop as it is drawn, beside those of other course spacings and yarn diameters."""
 
+# Knits in which one input at a time is changed, and those that they are compared with.
 VARIED = ("yarns-tie-course", "yarns-rough-course", "yarns-isotropic-course", "inputs-*")
-"""Knits in which one input at a time is changed, and those that they are compared with."""
 
 
 def of_case(case: str, names: Iterable[str]) -> tuple[str, ...]:
@@ -77,30 +78,15 @@ def reduced_models(case: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Results:
-    """Results of one stage that a figure or table is made from.
+    """Results of one stage that a figure or table is made from."""
 
-    Attributes
-    ----------
-    stage : str
-        "geometry", "mesh", "simulation", "contacts" or "stress".
-    names : tuple of str
-        Names of scenes in order of preference; shell patterns of names where several scenes are taken.
-    several : bool
-        Whether all scenes that match are taken, or the first name that the study has.
-    optional : bool
-        Whether the figure or table is also made without them.
-    where : callable, optional
-        Says of a scene whose name matches whether it is taken.
-    fewest : int
-        Number of scenes below which nothing is taken.
-    """
-
-    stage: str
+    stage: str  # "geometry", "mesh", "simulation", "contacts" or "stress"
+    # Names of scenes in order of preference; shell patterns of names where several scenes are taken
     names: tuple[str, ...]
-    several: bool = False
-    optional: bool = False
-    where: Callable[[Scene], bool] | None = None
-    fewest: int = 1
+    several: bool = False  # whether all scenes that match are taken, or the first name that the study has
+    optional: bool = False  # whether the figure or table is also made without them
+    where: Callable[[Scene], bool] | None = None  # says of a scene whose name matches whether it is taken
+    fewest: int = 1  # number of scenes below which nothing is taken
 
     def scenes(self, study: Mapping[str, Scene]) -> list[Scene]:
         """Return the scenes of a study that are taken, in the order of the study; an empty list if it has none."""
@@ -140,38 +126,21 @@ def is_whole_knit(scene: Scene) -> bool:
     return scene.specimen == "knit" and scene.value("window") is None
 
 
-# ---- figures and tables ----
-
-
 @dataclass(frozen=True)
 class Display:
-    """A figure or a table.
+    """A figure or a table."""
 
-    Attributes
-    ----------
-    name, title : str
-        Name of the file; title with the number in the paper.
-    make : callable
-        Function that draws the figure or builds the table.
-    results : mapping of str to Results
-        Arguments of the function that are results: a Dataset, or several by the names of their scenes.
-    files : tuple of str
-        Other arguments of the function: files by the names of `stages.displays.reference_files`.
-    scenes : bool
-        Whether it has the argument ``scenes``: a scene by the name of its result, several by their own names.
-    order : float
-        Place in the report; figures and tables without a place follow by their names.
-    texts : mapping of str to str
-        Alternative text and captions where ``workflow/report/captions.yaml`` has none.
-    """
-
-    name: str
-    title: str
-    make: Callable[..., Any]
+    name: str  # of the file
+    title: str  # with the number in the paper
+    make: Callable[..., Any]  # function that draws the figure or builds the table
+    # Arguments of the function that are results: a Dataset, or several by the names of their scenes
     results: Mapping[str, Results] = field(default_factory=dict)
+    # Other arguments of the function: files by the names of `stages.displays.reference_files`
     files: tuple[str, ...] = ()
+    # Whether it has the argument ``scenes``: a scene by the name of its result, several by their own names
     scenes: bool = False
-    order: float = inf
+    order: float = inf  # place in the report; figures and tables without a place follow by their names
+    # Alternative text and captions where ``workflow/report/captions.yaml`` has none
     texts: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -202,10 +171,7 @@ class Catalogue(Registry[Display]):
     def add(self, name: str, title: str, **said: Any) -> Callable[[Function], Function]:
         """Return a decorator of the function that makes a figure or table; keywords are attributes of `Display`.
 
-        Raises
-        ------
-        ConfigurationError
-            If the name is taken.
+        Raises ConfigurationError if the name is taken.
         """
 
         def added(make: Function) -> Function:
@@ -225,10 +191,7 @@ class Catalogue(Registry[Display]):
     def make(self, name: str, **sources: Any) -> Any:
         """Make a figure or table from those of the sources that it takes.
 
-        Raises
-        ------
-        ConfigurationError
-            If there is none of that name, or something that it needs is missing.
+        Raises ConfigurationError if there is none of that name, or something that it needs is missing.
         """
         display = self.find(name)
         missing = [need for need in display.needed if need not in sources]

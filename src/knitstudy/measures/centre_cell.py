@@ -15,14 +15,9 @@ from knitstudy.errors import DataFileError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.loop import Loop
 
-SNAPSHOTS = (0.0005, 0.0033, 0.0045, 0.0195)
-"""Strains of the points 1 to 4 of Fig. 7."""
-
-SAME_STRAIN = 0.01
-"""Relative difference up to which an increment is at the strain of a point."""
-
-MIRRORED = (1, 0, 3, 2)
-"""Zone that a zone becomes when left and right are exchanged."""
+SNAPSHOTS = (0.0005, 0.0033, 0.0045, 0.0195)  # Strains of the points 1 to 4 of Fig. 7
+SAME_STRAIN = 0.01  # Relative difference up to which an increment is at the strain of a point
+MIRRORED = (1, 0, 3, 2)  # Zone that a zone becomes when left and right are exchanged
 
 
 def loop_of(geometry: xr.Dataset, state: str) -> Loop:
@@ -37,9 +32,6 @@ def crossing_error(geometry: xr.Dataset) -> xr.DataArray:
     """Return the largest |D - 2R - c0| of a crossing by state [m]."""
     wanted = float((2 + geometry["clearance"]) * geometry["radius"])
     return np.abs(geometry["crossing_distance"] - wanted).max("cell_zone")
-
-
-# ---- contact zones (Fig. 7) ----
 
 
 @dataclass(frozen=True)
@@ -77,10 +69,7 @@ def snapshots(dataset: xr.Dataset) -> list[Snapshot]:
 def centre_cell(contacts: xr.Dataset) -> np.ndarray:
     """Return the crossings (4,) of the centre interlock row and column, by zone.
 
-    Raises
-    ------
-    DataFileError
-        When its four zones are not there once each.
+    Raises DataFileError when its four zones are not there once each.
     """
     row, column, zone = (contacts[name].to_numpy().astype(int) for name in ("row", "column", "zone"))
     here = np.flatnonzero((row == centre(row)) & (column == centre(column)))
@@ -107,9 +96,6 @@ def first_symmetric_contact(contacts: xr.Dataset) -> int | None:
     touching = contacts["zones"].to_numpy()[:, centre_cell(contacts)] > 0
     symmetric = touching.any(axis=1) & (touching == touching[:, MIRRORED]).all(axis=1)
     return int(np.argmax(symmetric)) if symmetric.any() else None
-
-
-# ---- kinematics at crossings (Fig. 10) ----
 
 
 def rotation_angle(contacts: xr.Dataset) -> np.ndarray:

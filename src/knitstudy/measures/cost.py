@@ -11,12 +11,10 @@ import xarray as xr
 from knitstudy.study.scene import Scene
 
 MEGABYTE = 1e6
+NO_GROWTH = 1e3  # Least growth of memory in ratios and logarithms [bytes]
 
-NO_GROWTH = 1e3
-"""Least growth of memory in ratios and logarithms [bytes]."""
-
+# Kinds of seconds: histories from before CPU time was recorded have wall-clock time alone.
 PROCESSOR, WALL = "processor", "wall clock"
-"""Kinds of seconds: histories from before CPU time was recorded have wall-clock time alone."""
 
 
 def memory_growth(history: xr.Dataset) -> float:

@@ -7,16 +7,14 @@ from typing import Any
 
 from knitstudy.study.scene import Scene, digest
 
+# Models in figures and tables, by fidelity.
 NAMES = {"dns": "DNS", "rom3d": "3D ROM", "rom2d": "2D ROM", "beam": "beams", "window": "window"}
-"""Models in figures and tables, by fidelity."""
 
+# Interactions in figures and tables.
 INTERACTIONS = {"tie": "tie constraint", "rough": "rough contact", "isotropic": "isotropic friction"}
-"""Interactions in figures and tables."""
 
-# ---- discretisation ----
-
+# By ``mesh.element``; elements of plugins go by their own names.
 HEXAHEDRA = {"one_point": "one-point hexahedra", "quadratic": "quadratic hexahedra"}
-"""By ``mesh.element``; elements of plugins go by their own names."""
 
 SOLID_YARNS = "solid yarns"
 
@@ -60,10 +58,9 @@ def made_of(scene: Scene) -> str:
     return f"{SOLID_YARNS} of degree {near}" + (f", {far} on legs" if far != near else "")
 
 
-# ---- physical problem ----
-
+# Simulations of one problem may be pulled to different strains: their results are compared at the same
+# strain.
 HOW_FAR = "load.strain"
-"""Simulations of one problem may be pulled to different strains: their results are compared at the same strain."""
 
 EXTENT = ("pattern.loops", "pattern.rows")
 

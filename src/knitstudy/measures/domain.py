@@ -5,17 +5,20 @@ Scenes go by their names, "{stem}-{n}x{n}" with the stems of `SERIES`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import nan
 
 import numpy as np
 import xarray as xr
+from numpy.polynomial import Polynomial
 
+from knitstudy.measures.catalogue import Datasets
 from knitstudy.measures.discretisation import INTERACTIONS, NAMES, is_cut, is_direct, made_of
 from knitstudy.measures.response import NORMAL, QUANTITIES, largest_out_of_plane
 from knitstudy.study.scene import Scene
 
+# Series by the stem of their names, with the scene of 3 x 3 cells where it is one of another name.
 SERIES = {
     "domain-yarns-tie-course": "yarns-tie-course",
     "domain-yarns-tie-wale": "yarns-tie-wale",
@@ -28,13 +31,9 @@ SERIES = {
     "domain-yarns-untied-course": None,
     "domain-cut-tie-wale": None,
 }
-"""Series by the stem of their names, with the scene of 3 x 3 cells where it is one of another name."""
 
-FEWEST = 3
-"""Sizes that make a series."""
-
-SMALLEST = 3
-"""Cells in a row from which on growth is fitted: a knit of one cell is all edges."""
+FEWEST = 3  # Sizes that make a series
+SMALLEST = 3  # Cells in a row from which on growth is fitted: a knit of one cell is all edges
 
 
 @dataclass(frozen=True)
@@ -68,59 +67,28 @@ class Series:
         scene = self.scenes[0]
         return scene.kind.interaction.touches and scene.value("contact.tied_edges") == "none"
 
-    def growth(self, values: Sequence[float]) -> PowerLaw:
-        """Return the power law of values (k,) in cells in a row, from `SMALLEST` cells on."""
+    def growth(self, values: Sequence[float]) -> float:
+        """Return the exponent of a power law of values (k,) in cells in a row, by least squares of logarithms."""
         large = self.cells >= SMALLEST
-        return PowerLaw.through(self.cells[large], np.asarray(values)[large])
+        return float(np.polyfit(np.log(self.cells[large]), np.log(np.asarray(values)[large]), 1)[0])
 
-    def unknowns(self, dof: Sequence[float]) -> SumOfPowers:
+    def unknowns(self, dof: Sequence[float]) -> Polynomial:
         """Return the law of degrees of freedom (k,): a n^2 + b n in cells n in a row."""
         large = self.cells >= SMALLEST
-        return SumOfPowers.through(self.cells[large], np.asarray(dof)[large], (2, 1))
+        return fitted(self.cells[large], np.asarray(dof)[large], (2, 1))
 
-    def memory(self, dof: Sequence[float], memory: Sequence[float]) -> SumOfPowers:
+    def memory(self, dof: Sequence[float], memory: Sequence[float]) -> Polynomial:
         """Return the law of memory (k,): a d + b in degrees of freedom d (k,)."""
         large = self.cells >= SMALLEST
-        return SumOfPowers.through(np.asarray(dof)[large], np.asarray(memory)[large], (1, 0))
+        return fitted(np.asarray(dof)[large], np.asarray(memory)[large], (1, 0))
 
 
-@dataclass(frozen=True)
-class PowerLaw:
-    """factor n^exponent of cells n in a row."""
-
-    factor: float
-    exponent: float
-
-    @classmethod
-    def through(cls, cells: np.ndarray, values: np.ndarray) -> PowerLaw:
-        """Return the law through positive values (k,), by least squares of logarithms."""
-        exponent, start = np.polyfit(np.log(cells), np.log(values), 1)
-        return cls(float(np.exp(start)), float(exponent))
-
-    def at(self, cells: np.ndarray | float) -> np.ndarray | float:
-        """Return the values at numbers of cells in a row."""
-        return self.factor * cells**self.exponent
-
-
-@dataclass(frozen=True)
-class SumOfPowers:
-    """Sum of factor x^exponent over two terms."""
-
-    factors: tuple[float, float]
-    exponents: tuple[int, int]
-
-    @classmethod
-    def through(cls, sizes: np.ndarray, values: np.ndarray, exponents: tuple[int, int]) -> SumOfPowers:
-        """Return the law through positive values (k,) at sizes (k,), by least squares of relative distances."""
-        terms = np.stack([np.asarray(sizes, dtype=float) ** exponent for exponent in exponents], axis=1)
-        factors, *_ = np.linalg.lstsq(terms / values[:, None], np.ones(len(values)))
-        return cls(tuple(map(float, factors)), exponents)
-
-    def at(self, sizes: np.ndarray | float) -> np.ndarray | float:
-        """Return the values at sizes."""
-        return sum(
-            factor * sizes**exponent for factor, exponent in zip(self.factors, self.exponents, strict=True)
-        )
+def fitted(sizes: np.ndarray, values: np.ndarray, exponents: tuple[int, int]) -> Polynomial:
+    """Return the polynomial of two terms through positive values (k,), by least squares of relative distances."""
+    terms = np.stack([np.asarray(sizes, dtype=float) ** exponent for exponent in exponents], axis=1)
+    coefficients = np.zeros(max(exponents) + 1)
+    coefficients[list(exponents)] = np.linalg.lstsq(terms / values[:, None], np.ones(len(values)))[0]
+    return Polynomial(coefficients)
 
 
 def series_of(scenes: Iterable[Scene]) -> list[Series]:
@@ -148,7 +116,7 @@ def seconds_a_newton_iteration(history: xr.Dataset) -> float:
 
 
 def contact_over_ties(
-    series: Iterable[Series], histories: Mapping[str, xr.Dataset], quantity: str
+    series: Iterable[Series], histories: Datasets, quantity: str
 ) -> dict[str, dict[int, float]]:
     """Return the ratio of friction to ties by model and cells in a row, for an attribute of histories."""
     values: dict[tuple[str, str], dict[int, float]] = {}
@@ -173,9 +141,7 @@ class DomainResponse:
     normal: float
 
 
-def domain_response(
-    scene: Scene, histories: Mapping[str, xr.Dataset], contacts: Mapping[str, xr.Dataset]
-) -> DomainResponse:
+def domain_response(scene: Scene, histories: Datasets, contacts: Datasets) -> DomainResponse:
     """Return the response of a scene; `contacts` are those of direct simulations."""
     history = histories[scene.name]
     normal = nan

@@ -23,16 +23,10 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.loading.history import DIRECTIONS
 from knitstudy.study.scene import Scene
 
-ELEMENTS = 24
-"""Elements in either direction: twice as many change the factor of a square knit by 2e-4."""
-
+ELEMENTS = 24  # Elements in either direction: twice as many change the factor of a square knit by 2e-4
 ITERATIONS = 20
-
-ACCURACY = 1e-7
-"""Largest unbalanced force, over the largest one at the grips."""
-
-STEP = 1e-6
-"""Step of the difference quotients for the tangent of the law."""
+ACCURACY = 1e-7  # Largest unbalanced force, over the largest one at the grips
+STEP = 1e-6  # Step of the difference quotients for the tangent of the law
 
 
 def held_over_free(
@@ -135,17 +129,15 @@ def stretches(square: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return stretch - [1.0, 1.0, 0.0], derivative
 
 
-# ---- square knits and one cell ----
+MOST = 4  # Number of the largest knits through which a limit is sought
 
-MOST = 4
-"""Number of the largest knits through which a limit is sought."""
-
+# Scene of one cell of the endless knit, free across, by the series of square knits
+# (`measures.domain.SERIES`).
 CELLS = {
     "domain-yarns-tie-course": "cell-course",
     "domain-yarns-tie-wale": "cell-wale",
     "domain-cut-tie-wale": "cell-wale",
 }
-"""Scene of one cell of the endless knit, free across, by the series of square knits (`measures.domain.SERIES`)."""
 
 
 def limit(cells: Sequence[int], values: Sequence[float]) -> tuple[float, float]:
@@ -175,9 +167,6 @@ def between_grips(history: xr.Dataset, scene: Scene, increment: int) -> float:
     membrane = 0.5 * (mean + mean.T)[np.ix_(order, order)]
     sides = np.array([scene.pattern.wale_spacing, scene.pattern.course_spacing])[order[:2]]
     return held_over_free(membrane, *sides, float(strain[-1]))
-
-
-# ---- moduli at rest ----
 
 
 class Moduli(NamedTuple):

@@ -16,11 +16,8 @@ from scipy.optimize import brentq
 
 from knitstudy.errors import DataFileError
 
-NONE = "no reference"
-"""Text of an estimate that is not known."""
-
-SMALLEST = 1e-4
-"""Least relative uncertainty of a limit: histories and Newton's method are no more accurate."""
+NONE = "no reference"  # Text of an estimate that is not known
+SMALLEST = 1e-4  # Least relative uncertainty of a limit: histories and Newton's method are no more accurate
 
 
 @dataclass(frozen=True)
@@ -73,9 +70,6 @@ def all_hold(found: Iterable[bool | None]) -> bool | None:
     return None if None in found else True
 
 
-# ---- limits of one discretisation ----
-
-
 @dataclass(frozen=True)
 class Limit:
     """The limit of one discretisation; the order is the observed one of the last three values, nan if there is none."""
@@ -90,11 +84,7 @@ def limit_of_sizes(sizes: Sequence[float], values: Sequence[float], order: float
 
     With two sizes half of the correction is the uncertainty. With three or more it is the difference of the limits of
     the two finest and of the two before them, which shows whether the values have the assumed order.
-
-    Raises
-    ------
-    DataFileError
-        When fewer than two sizes differ.
+    Raises DataFileError when fewer than two sizes differ.
     """
     by_size = dict(sorted(zip(sizes, values, strict=True), reverse=True))
     h, f = np.array(list(by_size)), np.array(list(by_size.values()), dtype=float)
@@ -111,11 +101,7 @@ def limit_of_degrees(degrees: Sequence[int], values: Sequence[float]) -> Limit:
 
     Aitken's extrapolation where the last two changes have one sign and the later is the smaller one, with half of the
     correction as uncertainty; else the last value, with its change from the one before as uncertainty.
-
-    Raises
-    ------
-    DataFileError
-        When fewer than two degrees differ.
+    Raises DataFileError when fewer than two degrees differ.
     """
     by_degree = dict(sorted(zip(degrees, values, strict=True)))
     f = np.array(list(by_degree.values()), dtype=float)
@@ -144,9 +130,6 @@ def observed_order(sizes: np.ndarray, values: np.ndarray) -> float:
     tried = np.linspace(0.1, 8.0, 400)
     ratio = (h[0] ** tried - h[1] ** tried) / (h[1] ** tried - h[2] ** tried)  # rises with the order
     return float(np.interp(wanted, ratio, tried)) if ratio[0] <= wanted <= ratio[-1] else np.nan
-
-
-# ---- common limit of independent discretisations ----
 
 
 @dataclass(frozen=True)

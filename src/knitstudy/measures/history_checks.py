@@ -11,44 +11,36 @@ import xarray as xr
 from knitstudy.loading.gates import FIRST, UNLOADED
 from knitstudy.study.scene import Scene
 
-OF_FINAL = 0.01
-"""Energies are compared where the internal energy is this share of its final value or more."""
+OF_FINAL = 0.01  # Energies are compared where the internal energy is this share of its final value or more
 
+# Variables that every history has and that must be finite.
 FINITE = ("load", "strain", "force", "reaction", "energy", "centreline_displacement", "residual")
-"""Variables that every history has and that must be finite."""
 
+# Penetration of beams over the yarn radius at which their contact has failed; no key of theirs bounds it.
 DEEPEST = 0.5
-"""Penetration of beams over the yarn radius at which their contact has failed; no key of theirs bounds it."""
+
+
+def ledger_gaps(history: xr.Dataset) -> np.ndarray:
+    """Return the difference of external work and all stored energies, over the largest external work (I,)."""
+    energy = history["energy"]
+    external = energy.sel(form="external")
+    return (np.abs(2 * external - energy.sum("form")) / np.abs(external).max()).to_numpy()
 
 
 def ledger_gap(history: xr.Dataset) -> float:
-    """Return the largest difference of external work and all stored energies over the largest external work."""
-    energy = history["energy"]
-    external = energy.sel(form="external")
-    return float(np.abs(2 * external - energy.sum("form")).max() / np.abs(external).max())
+    """Return the largest gap of the ledger (`ledger_gaps`)."""
+    return float(ledger_gaps(history).max())
 
 
-def ledger_gap_at_end(history: xr.Dataset) -> float:
-    """Return the same difference at full load."""
-    energy = history["energy"]
-    external = energy.sel(form="external")
-    gap = float(2 * external[-1] - energy[-1].sum("form"))
-    return abs(gap) / float(np.abs(external).max())
-
-
-def hourglass_share(history: xr.Dataset) -> float:
+def hourglass_share(history: xr.Dataset, form: str = "hourglass") -> float:
     """Return the largest hourglass over internal energy where the latter is 1% of its final value or more."""
-    return _largest_share(history, "hourglass")
+    internal, other = (history["energy"].sel(form=each) for each in ("internal", form))
+    return float((other / internal.where(internal >= OF_FINAL * internal[-1])).max())
 
 
 def stabilisation_share(history: xr.Dataset) -> float:
     """Return the same ratio of the energy that stabilisation has dissipated."""
-    return _largest_share(history, "stabilisation")
-
-
-def _largest_share(history: xr.Dataset, form: str) -> float:
-    internal, other = (history["energy"].sel(form=each) for each in ("internal", form))
-    return float((other / internal.where(internal >= OF_FINAL * internal[-1])).max())
+    return hourglass_share(history, "stabilisation")
 
 
 def hourglass_share_when_loaded(history: xr.Dataset) -> float:
@@ -68,21 +60,10 @@ def allowed_penetration(history: xr.Dataset) -> float:
     return float(history.attrs[law])
 
 
-def penetration_limit(history: xr.Dataset, scene: Scene) -> float:
-    """Return the penetration limit of a history: `allowed_penetration`, of beams `DEEPEST` [m]."""
-    known = "penetration_limit" in history.attrs
-    return allowed_penetration(history) if known else DEEPEST * scene.yarn.radius
-
-
 def is_unloaded(history: xr.Dataset, scene: Scene) -> bool:
     """Whether the energies of a history are rounding errors, so that their ledger says nothing."""
     energy = float(np.abs(history["energy"]).max())
     return energy <= UNLOADED * scene.yarn.youngs_modulus * scene.yarn.diameter**3
-
-
-def largest_residual(history: xr.Dataset) -> float:
-    """Return the largest residual over the mean internal force of all increments."""
-    return float(history["residual"].max())
 
 
 def unbalanced_contact(history: xr.Dataset) -> float:
@@ -102,16 +83,20 @@ def faults(history: xr.Dataset, scene: Scene) -> list[str]:
         return found
     if (load := values["load"][-1]) != 1.0:
         found.append(f"ends at load factor {load:.6g}")
-    if (left := largest_residual(history)) > scene.solver.residual_tolerance:
+    if (left := float(history["residual"].max())) > scene.solver.residual_tolerance:
         found.append(f"residual {left:.2e}")
     if not is_unloaded(history, scene):
-        if (gap := ledger_gap_at_end(history)) > scene.gates.ledger:
+        if (gap := ledger_gaps(history)[-1]) > scene.gates.ledger:
             found.append(f"ledger open by {gap:.1%}")
         limit = scene.value("gates.hourglass")
         if limit is not None and (share := hourglass_share_when_loaded(history)) > limit:
             found.append(f"hourglass energy {share:.1%}")
     if "smallest_gap" in history:
-        deep, allowed = penetration(history), penetration_limit(history, scene)
+        known = "penetration_limit" in history.attrs
+        deep, allowed = (
+            penetration(history),
+            allowed_penetration(history) if known else DEEPEST * scene.yarn.radius,
+        )
         if deep > allowed:
             found.append(f"penetration {deep:.2e} m, allowed {allowed:.2e} m")
     return found

@@ -7,20 +7,14 @@ import pandas as pd
 
 from knitstudy.errors import DataFileError
 
+# Cases of the paper's Table 5 by fidelity, in its order.
 REPORTED = {"dns": "dns-tie 3x3", "rom2d": "rom2d 3x3", "rom3d": "rom3d 3x3"}
-"""Cases of the paper's Table 5 by fidelity, in its order."""
 
 COLUMNS = ("table", "case", "quantity", "value", "unit", "note")
 
 
 def reported(paper: pd.DataFrame, table: str, case: str, quantity: str) -> pd.Series:
-    """Return the one row of a quantity.
-
-    Raises
-    ------
-    DataFileError
-        When the quantity is not there, or more than once.
-    """
+    """Return the one row of a quantity; DataFileError when the quantity is not there, or more than once."""
     missing = [name for name in COLUMNS if name not in paper]
     if missing:
         raise DataFileError(

@@ -13,10 +13,8 @@ from knitstudy.measures.reference import Reference
 from knitstudy.measures.response import QUANTITIES, at_strain
 from knitstudy.study.scene import Scene
 
-# ---- other knits ----
-
+# Least share of promises that hold, and largest cost over that of the cheapest model that would have done.
 BAR, DEAREST = 0.95, 3.0
-"""Least share of promises that hold, and largest cost over that of the cheapest model that would have done."""
 
 
 @dataclass(frozen=True)
@@ -93,10 +91,7 @@ def error_made(
     return max(found, key=lambda each: each[1].value, default=("", UNKNOWN))
 
 
-# ---- a second model of the same scene ----
-
-Result = tuple[Scene, xr.Dataset, xr.Dataset | None]
-"""Scene, history, and contacts of a direct simulation."""
+Result = tuple[Scene, xr.Dataset, xr.Dataset | None]  # Scene, history, and contacts of a direct simulation
 
 
 @dataclass(frozen=True)

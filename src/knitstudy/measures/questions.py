@@ -26,9 +26,7 @@ from knitstudy.study.scene import Scene
 
 TOTAL, BEAM_SLIP = "mean force of a crossing", "mean slip of a crossing of beams"
 PRESSURE = "mean normal stress of a contact"
-
-ZONES = 4
-"""Crossings of a cell: they are numbered row by row, column by column, zone by zone."""
+ZONES = 4  # Crossings of a cell: they are numbered row by row, column by column, zone by zone
 
 Answer = Callable[[xr.Dataset, xr.Dataset | None], np.ndarray]
 
@@ -44,6 +42,7 @@ class Question:
 
 _SOLIDS = ("hexahedra", "spline_yarns")
 
+# By name.
 QUESTIONS: dict[str, Question] = {
     each.name: each
     for each in (
@@ -61,7 +60,6 @@ QUESTIONS: dict[str, Question] = {
         Question("stress", "normal stress at a contact", dict.fromkeys(_SOLIDS, (PRESSURE,))),
     )
 }
-"""By name."""
 
 
 def answers(
@@ -127,5 +125,5 @@ _VALUES: dict[str, Answer] = {name: values for name, (_, values) in QUANTITIES.i
     PRESSURE: _pressure,
 }
 
+# Units of all quantities that answer.
 UNITS = {name: unit for name, (unit, _) in QUANTITIES.items()} | {TOTAL: "N", BEAM_SLIP: "m", PRESSURE: "Pa"}
-"""Units of all quantities that answer."""

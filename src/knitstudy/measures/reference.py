@@ -28,11 +28,8 @@ from knitstudy.measures.response import (
 )
 from knitstudy.study.scene import Scene, digest
 
-NEEDED = ("problem", "quantity", "strain [1]", "value", "uncertainty")
-"""Columns of the file that are read."""
-
-TRANSFERRED = (FORCE, LARGEST_U_Z)
-"""Quantities whose uncertainty is transferred to other problems."""
+NEEDED = ("problem", "quantity", "strain [1]", "value", "uncertainty")  # Columns of the file that are read
+TRANSFERRED = (FORCE, LARGEST_U_Z)  # Quantities whose uncertainty is transferred to other problems
 
 
 @dataclass(frozen=True)
@@ -112,10 +109,7 @@ class Reference:
 def reference_of(table: pd.DataFrame, scene: Scene) -> Reference:
     """Return the reference of the problem that a scene simulates; empty where there is none.
 
-    Raises
-    ------
-    DataFileError
-        When a column is missing or holds no numbers.
+    Raises DataFileError when a column is missing or holds no numbers.
     """
     missing = [name for name in NEEDED if name not in table]
     if missing:
@@ -154,11 +148,10 @@ def transferred_uncertainty(known: Reference, base: xr.Dataset, history: xr.Data
     return Reference(found)
 
 
-# ---- series of refined discretisations, from which the limits follow ----
-
+# Assumed order of convergence of forces in the element size. Quadratic elements do better on smooth problems,
+# but the edges of ties and contacts lie inside elements, where stresses have kinks: that leaves second order
+# to all elements.
 ORDER = 2.0
-"""Assumed order of convergence of forces in the element size. Quadratic elements do better on smooth problems, but the
-edges of ties and contacts lie inside elements, where stresses have kinks: that leaves second order to all elements."""
 
 
 @dataclass(frozen=True)

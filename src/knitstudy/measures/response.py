@@ -15,18 +15,9 @@ import xarray as xr
 from knitstudy.measures.centre_cell import centre_cell
 
 X, Y, Z = 0, 1, 2
-
-STRAINS = (0.01, 0.02, 0.05)
-"""Strains of the reference values."""
-
-SAME_STRAIN = 1e-3
-"""Relative difference up to which an increment is at a strain."""
-
-SAMPLES = 100
-"""Points of a loop over which a mean is taken."""
-
-
-# ---- forces and stiffness ----
+STRAINS = (0.01, 0.02, 0.05)  # Strains of the reference values
+SAME_STRAIN = 1e-3  # Relative difference up to which an increment is at a strain
+SAMPLES = 100  # Points of a loop over which a mean is taken
 
 
 def secant_stiffness(history: xr.Dataset) -> float:
@@ -76,9 +67,6 @@ def distance_of_curves(knots: np.ndarray, values: np.ndarray, measure: np.ndarra
         return float(np.sum(np.diff(knots) * (a * a + a * b + b * b) / 3))
 
     return float(np.sqrt(square(values - measure) / square(measure)))
-
-
-# ---- motion of the centrelines ----
 
 
 def out_of_plane(history: xr.Dataset) -> np.ndarray:
@@ -170,8 +158,6 @@ def _means_of_loops(history: xr.Dataset, values: np.ndarray, loops: int) -> np.n
     return np.array(found).reshape(len(found), loops, SAMPLES, 3).mean(axis=2)
 
 
-# ---- quantities with reference values ----
-
 FORCE, LARGEST_U_Z, RMS_U_Z = "force", "largest |u_z|", "root mean square of u_z"
 NORMAL, LARGEST_NORMAL, TANGENTIAL, SLIP = (
     "mean normal force of a crossing",
@@ -197,6 +183,8 @@ def _slip(history: xr.Dataset, contacts: xr.Dataset) -> np.ndarray:
     return np.nan_to_num(contacts["slip"].to_numpy()[:, centre_cell(contacts)]).mean(axis=1)
 
 
+# Unit, and the values (I,) from a history and its contacts, by name. Crossings are the four of the centre
+# cell.
 QUANTITIES: dict[str, tuple[str, Values]] = {
     FORCE: ("N", lambda history, contacts: history["force"].to_numpy()),
     LARGEST_U_Z: ("m", lambda history, contacts: out_of_plane(history)),
@@ -206,4 +194,3 @@ QUANTITIES: dict[str, tuple[str, Values]] = {
     TANGENTIAL: ("N", _at_crossings("tangential_resultant", np.mean)),
     SLIP: ("m", _slip),
 }
-"""Unit, and the values (I,) from a history and its contacts, by name. Crossings are the four of the centre cell."""

@@ -7,22 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from knitstudy.contacts.segments import KINDS, NO_SEGMENT, centre
-from knitstudy.geometry.fabric import Fabric
+from knitstudy.contacts.segments import KINDS
 from knitstudy.loading.history import DIRECTIONS
 from knitstudy.measures.estimate import UNKNOWN, Estimate
 
+# Number of a segment in Fig. 14; the paper does not say which of 1 and 6 is the head.
 SEGMENT = {kind: number for number, kind in enumerate(KINDS, start=1)}
-"""Number of a segment in Fig. 14; the paper does not say which of 1 and 6 is the head."""
+LEGS = KINDS[1:5]  # Segments 2 to 5, which are not along x
 
-LEGS = KINDS[1:5]
-"""Segments 2 to 5, which are not along x."""
-
+# Width of the slab over which the force through a cut is averaged, over the length of the knit: about a cell.
 SLAB = 0.4
-"""Width of the slab over which the force through a cut is averaged, over the length of the knit: about a cell."""
-
-
-# ---- directions ----
 
 
 def honeycomb_segments(contacts: xr.Dataset) -> dict[str, np.ndarray]:
@@ -56,7 +50,6 @@ def angles_to_axes(vectors: np.ndarray) -> np.ndarray:
     return np.degrees(np.arccos(np.clip(cosine, 0, 1)))
 
 
-# ---- principal stress ----
 # Stresses are Datasets of the stage `stress` (docs/files.md).
 
 
@@ -97,7 +90,6 @@ def angle_to_x(stresses: Sequence[xr.Dataset], kind: str) -> Estimate:
     return Estimate(float(means[0]), float(max(off)))
 
 
-# ---- force through the knit ----
 # Equilibrium holds in the mean for every function phi(x) that is constant at both grips; with psi = phi',
 #     integral of sigma_xx psi dv = F * integral of psi dx.
 # Stresses averaged over a slab with the weight psi give the force F through the knit. Contact adds nothing where both
@@ -117,39 +109,3 @@ def cut_force(stresses: xr.Dataset, share: float) -> float:
     weight = np.where(np.abs(away) < 0.5, 1 + np.cos(2 * np.pi * away), 0.0)
     stress = stresses["cell_stress"].to_numpy()[:, axis]  # xx, yy, zz come first
     return float(np.sum(stress * stresses["cell_volume"].to_numpy() * weight) / (SLAB * length))
-
-
-def cell_force(stresses: xr.Dataset, knit: Fabric) -> float:
-    """Return the force through the centre column or row of cells, from the mean stresses of its pieces of yarn [N].
-
-    With psi constant over one period of the knit: mean stress times volume, summed over the pieces of the period, over
-    its deformed length. It is as exact as the neighbouring cells are like the centre cell.
-    """
-    axis = DIRECTIONS.index(stresses.attrs["direction"])
-    share = _in_column(stresses, knit) if axis == 0 else _in_row(stresses, knit)
-    whole = stresses.sel(extent="whole")
-    carried = whole["piece_stress"].to_numpy()[:, axis, axis] * whole["piece_volume"].to_numpy()
-    period = (knit.cell[0], knit.cell[1])[axis]
-    return float(carried @ share) / (period * (1 + stresses.attrs["strain"]))
-
-
-def _in_column(stresses: xr.Dataset, knit: Fabric) -> np.ndarray:
-    """Return the share (P,) of every piece that lies in the centre column, from sinker to sinker."""
-    s, loop = stresses["piece_arc_length"].to_numpy(), knit.centrelines[0].length / knit.repeats
-    first = centre(np.arange(knit.cells[0])) * loop
-    inside = np.minimum(s[:, 1], first + loop) - np.maximum(s[:, 0], first)
-    return np.clip(inside, 0, None) / np.diff(s, axis=1)[:, 0]
-
-
-def _in_row(stresses: xr.Dataset, knit: Fabric) -> np.ndarray:
-    """Return the share (P,) of every piece that lies in the centre row: half of the legs to it and from it."""
-    row, segment = centre(np.arange(knit.cells[1])), stresses["piece_segment"].to_numpy()
-    inside = segment != NO_SEGMENT
-    kind = np.where(inside, stresses["segment_kind"].to_numpy()[segment], NO_SEGMENT)
-    at = np.where(inside, stresses["segment_row"].to_numpy()[segment], NO_SEGMENT)
-    leg = np.isin(kind, [KINDS.index("leg, left"), KINDS.index("leg, right")])
-    share = np.where(leg, 0.5 * ((at == row) | (at == row - 1)), 1.0 * (inside & (at == row)))
-    # Cut ends of the upper yarn are halves of its sinkers.
-    s, yarn = stresses["piece_arc_length"].to_numpy(), stresses["piece_yarn"].to_numpy()
-    cut = (s[:, 0] == 0) | np.isclose(s[:, 1], knit.centrelines[0].length, rtol=1e-12)
-    return np.where(cut & (yarn == row + 1), 1.0, share)

@@ -13,17 +13,17 @@ from knitstudy.loading.history import FORMS
 from knitstudy.measures.response import largest_out_of_plane, secant_stiffness
 from knitstudy.measures.segments import SEGMENT, stress_angles
 
+# Attributes of the origin of a result.
 PROVENANCE = dict.fromkeys(("scene", "digest", "code_version", "numpy", "scipy", "pyamg"), "")
-"""Attributes of the origin of a result."""
 
+# Attributes of a history with their units.
 HISTORY = {"fidelity": "", "interaction": "", "incomplete": "", "dof": "1", "unknowns": "1", "elements": "1"}
-"""Attributes of a history with their units."""
 
+# Attributes of the cost of a history, with their units.
 COST = {"wall_seconds": "s", "memory_growth": "bytes"}
-"""Attributes of the cost of a history, with their units."""
 
+# Variables of an optimised geometry.
 SURVEYED = ("loop_length", "radius_of_curvature", "gap", "interlock_angle", "leg_angle")
-"""Variables of an optimised geometry."""
 
 NOTHING = "nothing touched: forces at crossings in contact are zero or rounding"
 NEAR_NOTHING = "nothing came near anything"
@@ -38,13 +38,7 @@ class Quantity(NamedTuple):
 
 
 def kind_of(dataset: xr.Dataset) -> str:
-    """Return the kind of a dataset, one of `KINDS`.
-
-    Raises
-    ------
-    DataFileError
-        When it has the variables of none of them.
-    """
+    """Return the kind of a dataset, one of `KINDS`; DataFileError when it has the variables of none of them."""
     for kind, (variables, _) in KINDS.items():
         if all(name in dataset.variables for name in variables):
             return kind
@@ -55,13 +49,7 @@ def kind_of(dataset: xr.Dataset) -> str:
 
 
 def summarise(dataset: xr.Dataset) -> list[Quantity]:
-    """Return kind, origin and quantities of a result.
-
-    Raises
-    ------
-    DataFileError
-        When it is not a result of this study.
-    """
+    """Return kind, origin and quantities of a result; DataFileError when it is not a result of this study."""
     kind = kind_of(dataset)
     require_layout(dataset, kind)
     _, quantities = KINDS[kind]
@@ -71,10 +59,7 @@ def summarise(dataset: xr.Dataset) -> list[Quantity]:
 def require_layout(dataset: xr.Dataset, kind: str) -> None:
     """Check that the variables of a dataset are laid out as those of its kind.
 
-    Raises
-    ------
-    DataFileError
-        Naming the variable, what it has and what it must have.
+    Raises DataFileError naming the variable, what it has and what it must have.
     """
     for name, dims in LAYOUT[kind].items():
         if name not in dataset.variables:
@@ -221,6 +206,7 @@ def _plain(value: Any) -> float | int | str:
     return array.item() if array.size == 1 else str(array.tolist())
 
 
+# Kinds of results: the variables by which a kind is recognised, and the function of its quantities.
 KINDS: dict[str, tuple[tuple[str, ...], Callable[[xr.Dataset], list[Quantity]]]] = {
     "history": (("force", "displacement", "strain", "energy", "centreline_displacement"), _history),
     "contacts": (("force", "area", "tied", "relative_displacement"), _contacts),
@@ -228,8 +214,8 @@ KINDS: dict[str, tuple[tuple[str, ...], Callable[[xr.Dataset], list[Quantity]]]]
     "mesh": (("nodes", "hexahedra", "radius"), _mesh),
     "geometry": (("point_of_contact", "arc_length", "radius"), _geometry),
 }
-"""Kinds of results: the variables by which a kind is recognised, and the function of its quantities."""
 
+# Dimensions of the variables that are shown and drawn.
 LAYOUT: dict[str, dict[str, tuple[str, ...]]] = {
     "history": {name: ("increment",) for name in ("force", "displacement", "strain", "newton_iterations")}
     | {"energy": ("increment", "form"), "centreline_displacement": ("increment", "station", "xyz")},
@@ -262,4 +248,3 @@ LAYOUT: dict[str, dict[str, tuple[str, ...]]] = {
         "point_of_contact": ("crossing", "side", "xyz"),
     },
 }
-"""Dimensions of the variables that are shown and drawn."""

@@ -15,37 +15,31 @@ from dataclasses import dataclass, replace
 from math import nan
 
 import pandas as pd
-import xarray as xr
 
 from knitstudy.errors import DataFileError
 from knitstudy.geometry.lay_out import FOUND
+from knitstudy.measures.catalogue import Datasets, Scenes
 from knitstudy.measures.discretisation import SOLID_YARNS, discretisation
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import reference_of
 from knitstudy.measures.response import LARGEST_U_Z, largest_out_of_plane
 from knitstudy.study.scene import Scene
 
-SPACING, DIAMETER = "pattern.course_ratio", "yarn.diameter"
-"""Keys that are swept."""
-
+SPACING, DIAMETER = "pattern.course_ratio", "yarn.diameter"  # Keys that are swept
 LETTER = {SPACING: "c", DIAMETER: "d"}
+FRICTION = 0.76  # Coefficient of friction of Table 1
 
-FRICTION = 0.76
-"""Coefficient of friction of Table 1."""
-
+# Readings of what is held fixed, in words; needles hold the wale spacing.
 HELD = {"wale_spacing": "wale spacing held", "length": "yarn in a loop held", "shape": "drawn shape held"}
-"""Readings of what is held fixed, in words; needles hold the wale spacing."""
 
 SWEPT = re.compile(r"sweep-(wale|length|shape)(?:-([cd])\d+)?-(tie|isotropic)-course(?:-(p3|hexahedra))?")
 
+# Names of the knits with the drawn loop by interaction, and the end of the names of sweeps with the same
+# yarns.
 DRAWN = {"yarns-{}-course": None, "yarns-{}-course-p3": "p3", "dns-{}-course": "hexahedra"}
-"""Names of the knits with the drawn loop by interaction, and the end of the names of sweeps with the same yarns."""
 
 NEXT_DEGREE = "-p3"
-
-LOOPS = ("course ratio [1]", "yarn diameter [m]")
-"""Columns of the table of loops that are swept."""
-
+LOOPS = ("course ratio [1]", "yarn diameter [m]")  # Columns of the table of loops that are swept
 NEEDED = ("held fixed", "outcome", *LOOPS)
 
 
@@ -77,9 +71,7 @@ class Sweep:
     points: tuple[Point, ...]
 
 
-def sweeps_of(
-    key: str, histories: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame
-) -> list[Sweep]:
+def sweeps_of(key: str, histories: Datasets, scenes: Scenes, reference: pd.DataFrame) -> list[Sweep]:
     """Return the sweeps of a key in the order of `HELD`, each of two values or more; with knits of the drawn loop."""
     moved = {name: largest_out_of_plane(history) for name, history in histories.items()}
     errors = _relative_errors([scenes[name] for name in histories], moved, reference)
@@ -154,11 +146,7 @@ def refused(loops: pd.DataFrame, column: str, scale: float) -> pd.DataFrame:
     """Return the loops that cannot be made along a sweep: ``held fixed``, and the swept value as ``at``.
 
     `loops` is ``resources/reference/loops.csv``; `column`, one of `LOOPS`, is swept, the other one as drawn.
-
-    Raises
-    ------
-    DataFileError
-        When a column is missing.
+    Raises DataFileError when a column is missing.
     """
     missing = [name for name in NEEDED if name not in loops]
     if missing:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import pandas as pd
 import xarray as xr
 
+from knitstudy.measures.catalogue import Datasets, Scenes
 from knitstudy.measures.cost import expense_of
 from knitstudy.measures.discretisation import (
     NAMES,
@@ -34,10 +35,8 @@ from knitstudy.measures.trade_points import (
 from knitstudy.study.choice import digits
 from knitstudy.study.scene import Scene
 
-# ---- values without a reference ----
-
+# Only these independent models may bound a value, in order of preference.
 TRUST = ("quadratic hexahedra", "solid yarns", "one-point hexahedra", "rom3d patch", "beam hertz patch")
-"""Only these independent models may bound a value, in order of preference."""
 
 
 def family_of(scene: Scene) -> str:
@@ -48,7 +47,7 @@ def family_of(scene: Scene) -> str:
     return " ".join([scene.fidelity, *filter(None, variants)])
 
 
-def bracket(values: Mapping[str, float], scenes: Mapping[str, Scene]) -> tuple[Estimate, str]:
+def bracket(values: Mapping[str, float], scenes: Scenes) -> tuple[Estimate, str]:
     """Return the mean of the first two models of `TRUST`, each by its finest resolution, and both in words.
 
     Half of their difference is the uncertainty. Values are of one quantity of one problem, by scene.
@@ -66,9 +65,6 @@ def bracket(values: Mapping[str, float], scenes: Mapping[str, Scene]) -> tuple[E
     return Estimate(0.5 * (one + other), 0.5 * abs(one - other)), f"between {said}"
 
 
-# ---- points ----
-
-
 @dataclass
 class _Problem:
     """All simulations of one problem, and those of the same knit with ties where its yarns cannot slip."""
@@ -79,12 +75,7 @@ class _Problem:
     tied: list[Scene] = field(default_factory=list)
 
 
-def points_of(
-    histories: Mapping[str, xr.Dataset],
-    contacts: Mapping[str, xr.Dataset],
-    scenes: Mapping[str, Scene],
-    table: pd.DataFrame,
-) -> list[Point]:
+def points_of(histories: Datasets, contacts: Datasets, scenes: Scenes, table: pd.DataFrame) -> list[Point]:
     """Return all points, problem by problem in the order of the scenes, question by question.
 
     Problems are those with a reference, and problems of the same loops and interactions of other size.
@@ -100,7 +91,7 @@ def points_of(
     return bound_ties_in_place_of_contact(worst_over_directions(bound_cheaper_settings(points)))
 
 
-def as_direct(scene: Scene, scenes: Mapping[str, Scene]) -> Scene | None:
+def as_direct(scene: Scene, scenes: Scenes) -> Scene | None:
     """Return a direct simulation of the problem of a scene: the scene itself, its source, or one like it."""
     if is_direct(scene):
         return scene
@@ -122,7 +113,7 @@ def as_direct(scene: Scene, scenes: Mapping[str, Scene]) -> Scene | None:
     )
 
 
-def _problems(scenes: Mapping[str, Scene], table: pd.DataFrame) -> dict[str, _Problem]:
+def _problems(scenes: Scenes, table: pd.DataFrame) -> dict[str, _Problem]:
     """Return by digest the problems with a reference, and others of the same loops and interactions."""
     found: dict[str, _Problem] = {}
     kin, of = set(), {}
@@ -149,10 +140,7 @@ def _kin(scene: Scene) -> tuple:
 
 
 def _points(
-    question: Question,
-    problem: _Problem,
-    histories: Mapping[str, xr.Dataset],
-    contacts: Mapping[str, xr.Dataset],
+    question: Question, problem: _Problem, histories: Datasets, contacts: Datasets
 ) -> Iterator[Point]:
     """Yield the points of a problem, each at the largest strain of the reference that it reaches.
 
@@ -224,10 +212,7 @@ def _true(
     return brackets[quantity]
 
 
-# ---- fronts of error and cost ----
-
-ACCURACIES = (0.20, 0.10, 0.05, 0.02)
-"""Accuracies of the sentences [1]."""
+ACCURACIES = (0.20, 0.10, 0.05, 0.02)  # Accuracies of the sentences [1]
 
 
 def sentence(words: str, accuracy: float, name: str, seconds: float, memory: float, error: float) -> str:

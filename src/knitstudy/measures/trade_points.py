@@ -15,8 +15,8 @@ from knitstudy.measures.questions import Question
 from knitstudy.study.configuration import default_keys
 from knitstudy.study.scene import Scene
 
-# ---- settings of models ("knobs") ----
-
+# Settings that change the cost or the answer; main models have their defaults. Keys that name a model are not
+# here.
 KNOBS = (
     "mesh.growth",
     "mesh.refinement",
@@ -38,11 +38,12 @@ KNOBS = (
     "solver.linear",
     "beam.stiffness",
 )
-"""Settings that change the cost or the answer; main models have their defaults. Keys that name a model are not here."""
 
+# Spans of the legs that go with a degree and its spans at crossings: higher degrees come with shorter ones.
 SPANS = {(3, 0.6): 0.9, (4, 0.5): 0.75, (5, 0.4): 0.6}
-"""Spans of the legs that go with a degree and its spans at crossings: higher degrees come with shorter ones."""
 
+# Changed settings in words; empty where another setting or the name of the model says it. Others go by their
+# keys.
 WORDS = {
     "solver.increments": "increments: {}",
     "mesh.span": "spans of {} R",
@@ -59,7 +60,6 @@ WORDS = {
     "contact.normal_stiffness": "stiffness {} E / h",
     "contact.tangential_stiffness": "",
 }
-"""Changed settings in words; empty where another setting or the name of the model says it. Others go by their keys."""
 
 
 def model_of(scene: Scene) -> str:
@@ -95,48 +95,28 @@ def shown(value: Any) -> str:
     return f"{value:g}" if isinstance(value, int | float) else str(value)
 
 
-# ---- points ----
+REFERENCE = "reference"  # Source of a true value that is in the reference
 
-REFERENCE = "reference"
-"""Source of a true value that is in the reference."""
-
+# Begins the names of models whose yarns are tied where those of the problem touch and stick.
 TIES = "ties in place of contact"
-"""Begins the names of models whose yarns are tied where those of the problem touch and stick."""
 
 
 @dataclass(frozen=True)
 class Point:
-    """One simulation and one question.
-
-    Attributes
-    ----------
-    interaction : str
-        Interaction of the problem: that of the scene, or contact that sticks, which ties replace.
-    quantity : str
-        Of the quantities that answer the question, the one whose error may be the largest.
-    strain : float
-        Strain at which it is compared.
-    source : str
-        Of the true value: `REFERENCE`, or the two models between which it lies.
-    error : Estimate
-        |value / true - 1| [1].
-    answers : mapping of str to float
-        Values of all quantities that answer the question.
-    floor : float
-        Lower bound of the error [1]: a smaller one is chance.
-    """
+    """One simulation and one question."""
 
     scene: Scene
+    # Interaction of the problem: that of the scene, or contact that sticks, which ties replace
     interaction: str
     question: Question
-    quantity: str
-    strain: float
+    quantity: str  # of the quantities that answer the question, the one whose error may be the largest
+    strain: float  # strain at which it is compared
     true: Estimate
-    source: str
-    error: Estimate
+    source: str  # of the true value: `REFERENCE`, or the two models between which it lies
+    error: Estimate  # |value / true - 1| [1]
     expense: Expense
-    answers: Mapping[str, float]
-    floor: float = 0.0
+    answers: Mapping[str, float]  # values of all quantities that answer the question
+    floor: float = 0.0  # lower bound of the error [1]: a smaller one is chance
 
     @property
     def value(self) -> float:
@@ -168,7 +148,6 @@ class Point:
         return replace(self, floor=max(self.floor, bound))
 
 
-# ---- lower bounds ----
 # Two errors that cancel make a model look more accurate than it is on other knits. Where one of them is known, the
 # error of the model is taken to be no smaller than without the other (docs/trade.md).
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.sparse_sums import SpanSum, consecutive, entries_at, span_pattern, touched_rows
+from knitstudy.mechanics.sparse_sums import SpanSum, consecutive, entries_at, span_pattern
 
 PAIRS = 32_768  # pairs of nodes a batch, 512 hexahedra of eight nodes; bounds the memory of a batch
 
@@ -64,12 +64,14 @@ class Assembly:
         linked = None if links is None else sp.csr_matrix(self._to_kept @ links @ transformation)
         if spans:
             self.indptr, self.indices = _with_links(*span_pattern(groups, nodes), linked)
-            self._sums = self._span_sums([connectivity[:, 0] for connectivity in groups])
+            self._sums = [
+                SpanSum(groups[batch.group][batch.part], self.indptr, self.indices) for batch in self.batches
+            ]
         else:
             # Of every group (E a, n): the nodes of its elements on retained nodes.
             local = [sp.csr_matrix(transformation)[connectivity.ravel()] for connectivity in groups]
             self.indptr, self.indices = _with_links(*_pattern(local, self._width), linked)
-            self._sums = self._pair_sums(local)
+            self._sums = [self._pair_sum(local[batch.group], batch) for batch in self.batches]
         self._links = None if linked is None else self._linked(linked)
 
     @property
@@ -92,7 +94,7 @@ class Assembly:
 
     def begin_stiffness(self, room: int = 0) -> StiffnessSum:
         """Return an empty sum of stiffness blocks, in an array with room for so many more."""
-        return StiffnessSum(self.entries, self.block, self._sums, self._untouched, room)
+        return StiffnessSum(self.entries, self.block, self._sums, room)
 
     def connection(self) -> sp.csr_matrix:
         """Return which retained nodes (n, n) share an element or a link, as ones."""
@@ -104,7 +106,7 @@ class Assembly:
     def matrix(self, total: StiffnessSum) -> sp.bsr_matrix:
         """Return the sum of all batches, and of the links, as a BSR matrix (size, size)."""
         size = self.retained * self.block
-        blocks = total.data().reshape(-1, self.block, self.block)
+        blocks = total.data.reshape(-1, self.block, self.block)
         if self._links is not None:
             entries, values = self._links
             for i in range(self.block):
@@ -118,28 +120,8 @@ class Assembly:
             return np.empty(0, dtype=np.int64), np.empty(0)
         return entries_at(self.indptr, self.indices, row, linked.indices), linked.data
 
-    def _span_sums(self, first: Sequence[np.ndarray]) -> list[SpanSum]:
-        """Return the sums of all batches of elements whose nodes follow each other from their first (E,) on."""
-        starts = [(first[batch.group][batch.part], self._width[batch.group]) for batch in self.batches]
-        batches = np.zeros(self.retained, dtype=np.int32)
-        for start, width in starts:
-            batches[touched_rows(start, width)] += 1
-        self._untouched = np.flatnonzero(np.repeat(batches == 0, np.diff(self.indptr)))
-        return [SpanSum(start, width, self.indptr, self.indices, batches == 1) for start, width in starts]
-
-    def _pair_sums(self, local: Sequence[sp.csr_matrix]) -> list[PairSum]:
-        """Return the sums of all batches of any elements, from the retained nodes of theirs (E a, n)."""
-        most = max(batch.count * self._width[batch.group] ** 2 for batch in self.batches)
-        self._ones = np.ones(most)
-        sums = [self._batch_sum(local[batch.group], batch) for batch in self.batches]
-        batches = np.zeros(self.entries, dtype=np.int32)
-        for touched, _ in sums:
-            batches[touched] += 1
-        self._untouched = np.flatnonzero(batches == 0)
-        return [PairSum(touched, matrix, batches[touched] == 1) for touched, matrix in sums]
-
-    def _batch_sum(self, local: sp.csr_matrix, batch: Batch) -> tuple[np.ndarray, sp.csr_matrix]:
-        """Return the pattern entries that a batch touches and the weights that take its blocks there."""
+    def _pair_sum(self, local: sp.csr_matrix, batch: Batch) -> PairSum:
+        """Return the sum of a batch of any elements, from the retained nodes of its group's (E a, n)."""
         a, count = self._width[batch.group], batch.count
         part = local[batch.part.start * a : batch.part.stop * a]
         element = np.repeat(np.arange(count), a * a)
@@ -154,115 +136,49 @@ class Assembly:
         position = entries_at(self.indptr, self.indices, part.indices[p], part.indices[q])
         touched, row = np.unique(position, return_inverse=True)
         weights = part.data[p] * part.data[q]
-        order = np.argsort(row, kind="stable")
-        indptr = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=len(touched)))])
-        matrix = sp.csr_matrix(
-            (self._shared(weights[order]), pair[order].astype(np.int32), indptr.astype(np.int32)),
-            shape=(len(touched), len(first)),
-        )
-        return touched, matrix
-
-    def _shared(self, weights: np.ndarray) -> np.ndarray:
-        """Return the same weights, in one array for all batches where they are all 1: most are."""
-        return self._ones[: len(weights)] if np.all(weights == 1) else weights
+        if np.all(weights == 1):  # of most batches: an eighth of the memory
+            weights = weights.astype(np.int8)
+        return PairSum(touched, sp.csr_matrix((weights, (row, pair)), shape=(len(touched), len(first))))
 
 
 class StiffnessSum:
     """Stiffness blocks on their way into the matrix, batch by batch in any order and by any thread.
 
-    Entries that one batch alone touches are written at once; those at the seams of batches are added in the order of
-    the batches, so that rounding does not depend on who came first: what comes early waits for its turn.
+    Batches are added in their order, so that rounding does not depend on who came first: what comes early waits for its
+    turn. `data` (entries, block^2) is the sum once all batches are there.
     """
 
-    def __init__(
-        self,
-        entries: int,
-        block: int,
-        sums: Sequence[PairSum | SpanSum],
-        untouched: np.ndarray,
-        room: int = 0,
-    ) -> None:
-        self._data = np.empty((entries + room, block**2))[:entries]
-        self._data[untouched] = 0
+    def __init__(self, entries: int, block: int, sums: Sequence[PairSum | SpanSum], room: int) -> None:
+        self.data = np.zeros((entries + room, block**2))[:entries]
         self._sums = sums
-        for part in sums:
-            part.clear(self._data)
         self._waiting: dict[int, np.ndarray] = {}
         self._next = 0
         self._turn = threading.Lock()
 
     def put(self, number: int, blocks: np.ndarray) -> None:
         """Take over the stiffness blocks (e, a^2, block^2) of batch `number`, each batch once."""
-        seam = self._sums[number].put(self._data, blocks.reshape(-1, self._data.shape[1]))
+        total = self._sums[number].of(blocks.reshape(-1, self.data.shape[1]))
         with self._turn:
-            self._waiting[number] = seam
+            self._waiting[number] = total
             while self._next in self._waiting:
-                self._sums[self._next].close(self._data, self._waiting.pop(self._next))
+                self._sums[self._next].add(self.data, self._waiting.pop(self._next))
                 self._next += 1
 
-    def data(self) -> np.ndarray:
-        """Return the sum (entries, block^2) once all batches are there."""
-        return self._data
 
-
+@dataclass(frozen=True, eq=False)
 class PairSum:
     """The sum of one batch of any elements, by the weights that take every pair of nodes to its entries."""
 
-    def __init__(
-        self,
-        entries: np.ndarray,  # int (k,), entries of the pattern that the batch touches, ascending
-        weights: sp.csr_matrix,  # (k, e a^2)
-        alone: np.ndarray,  # bool (k,), entries that no other batch touches
-    ) -> None:
-        self._own, self._joint = _own(entries, weights, alone), _part(entries, weights, ~alone)
+    entries: np.ndarray  # int (k,), entries of the pattern that the batch touches, ascending
+    weights: sp.csr_matrix  # (k, e a^2)
 
-    def put(self, data: np.ndarray, blocks: np.ndarray) -> np.ndarray:
-        """Write entries of its own into `data` (entries, b); return what seams get of blocks (e a^2, b)."""
-        for part in self._own:
-            data[part.entries] = part.weights @ blocks
-        return self._joint.weights @ blocks
+    def of(self, blocks: np.ndarray) -> np.ndarray:
+        """Return the sums (k, b) of blocks (e a^2, b)."""
+        return self.weights @ blocks
 
-    def clear(self, data: np.ndarray) -> None:
-        """Set the entries at the seams to zero."""
-        data[self._joint.entries] = 0
-
-    def close(self, data: np.ndarray, seam: np.ndarray) -> None:
-        """Add what `put` has returned."""
-        data[self._joint.entries] += seam
-
-
-@dataclass(frozen=True)
-class Part:
-    """Entries (k,) of the pattern that a batch touches, and the weights (k, e a^2) that take its blocks there."""
-
-    entries: np.ndarray | slice
-    weights: sp.csr_matrix
-
-
-def _own(entries: np.ndarray, weights: sp.csr_matrix, chosen: np.ndarray) -> tuple[Part, ...]:
-    """Return the chosen entries in two parts, the longest run of neighbours apart: it is quick to write."""
-    place = np.flatnonzero(chosen)
-    if not len(place):
-        return ()
-    ends = np.append(np.flatnonzero(np.diff(entries[place]) != 1), len(place) - 1) + 1
-    longest = int(np.argmax(np.diff(ends, prepend=0)))
-    last = ends[longest]
-    first = ends[longest - 1] if longest else 0
-    run = slice(int(entries[place[first]]), int(entries[place[last - 1]]) + 1)
-    others = np.concatenate([place[:first], place[last:]])
-    return Part(run, _rows(weights, place[first:last])), Part(entries[others], _rows(weights, others))
-
-
-def _part(entries: np.ndarray, weights: sp.csr_matrix, chosen: np.ndarray) -> Part:
-    return Part(entries[chosen], _rows(weights, np.flatnonzero(chosen)))
-
-
-def _rows(weights: sp.csr_matrix, number: np.ndarray) -> sp.csr_matrix:
-    """Return rows of weights; where all are 1, still in the one array for all batches."""
-    rows = weights[number]
-    if np.all(weights.data == 1):
-        rows.data = weights.data[: rows.nnz]
-    return rows
+    def add(self, data: np.ndarray, total: np.ndarray) -> None:
+        """Add what `of` has returned to all entries (entries, b)."""
+        data[self.entries] += total
 
 
 def _batches(group: int, connectivity: np.ndarray, pairs: int) -> list[Batch]:

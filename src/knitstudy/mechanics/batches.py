@@ -6,9 +6,10 @@ import math
 import os
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager
 from functools import lru_cache
+from typing import TypeVar
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -70,6 +71,8 @@ SCRATCH = Scratch()
 # do not (docs/notes/performance.md). Results must not depend on how many threads there are: every piece of work writes
 # to a place of its own, and sums are formed in the order of the pieces.
 
+Result = TypeVar("Result")
+
 VARIABLE = "OMP_NUM_THREADS"
 
 
@@ -91,31 +94,39 @@ def threads() -> int:
     return int(first)
 
 
-def share(work: Callable[[int], None], count: int) -> None:
-    """Call ``work(0)`` to ``work(count - 1)``; threads take the next number whenever they are free.
+def share(work: Callable[[int], Result], count: int) -> list[Result]:
+    """Return ``work(0)`` to ``work(count - 1)``; threads take the next number whenever they are free.
 
     The first exception ends it.
     """
-    helpers = min(threads(), count) - 1
+    results: list[Result] = [None] * count
     numbers: Iterator[int] = iter(range(count))  # taking the next one cannot be interrupted
 
     def take() -> None:
         for number in numbers:
-            work(number)
+            results[number] = work(number)
 
-    if helpers < 1:
-        return take()
+    helpers = min(threads(), count) - 1
     others = [_pool(threads()).submit(take) for _ in range(helpers)]
     try:
         take()
     finally:
-        # After an exception nothing is left to take.
-        for _ in numbers:
+        for _ in numbers:  # after an exception nothing is left to take
             pass
-        errors = [other.exception() for other in others]
-    for error in filter(None, errors):
-        raise error
-    return None
+        wait(others)
+    for other in others:
+        other.result()
+    return results
+
+
+def by_parts(
+    work: Callable[[slice], np.ndarray | tuple[np.ndarray, ...]], count: int, size: int
+) -> np.ndarray | tuple[np.ndarray, ...]:
+    """Return the arrays that ``work(part)`` returns, of `size` of so many at a time: that bounds the memory."""
+    found = [work(slice(low, low + size)) for low in range(0, max(count, 1), size)]
+    if isinstance(found[0], tuple):
+        return tuple(map(np.concatenate, zip(*found, strict=True)))
+    return np.concatenate(found)
 
 
 @lru_cache(maxsize=1)

@@ -21,17 +21,6 @@ PHASES = ("elements", "assembly", "constraints", "setup", "solve")
 class PrescribedDisplacement:
     """Prescribed unknowns along the load path.
 
-    Attributes
-    ----------
-    fixed : ndarray of int, shape (k,)
-        Indices of the prescribed unknowns.
-    value : ndarray, shape (k,) or (m, k)
-        Their change from the undeformed state, at full load or at each of the corners of the path.
-    corners : tuple of float
-        Load factors of the corners, rising to 1; between them, and from zero to the first, the way is straight.
-    stops : tuple of float
-        Further load factors at which an increment has to end.
-
     Raises
     ------
     ConfigurationError
@@ -39,10 +28,12 @@ class PrescribedDisplacement:
         is prescribed twice with two values.
     """
 
-    fixed: np.ndarray
+    fixed: np.ndarray  # (k,) indices of the prescribed unknowns
+    # (k,) their change from the undeformed state, at full load or at each of the corners of the path
     value: np.ndarray
+    # Load factors of the corners, rising to 1; between them, and from zero to the first, the way is straight
     corners: tuple[float, ...] = (1.0,)
-    stops: tuple[float, ...] = ()
+    stops: tuple[float, ...] = ()  # further load factors at which an increment has to end
 
     def __post_init__(self) -> None:
         value = np.atleast_2d(self.value)

@@ -10,6 +10,8 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 
+from knitstudy.mechanics.rotation import hat
+
 
 @dataclass(frozen=True)
 class Response:
@@ -103,50 +105,29 @@ class Model(Protocol):
 # Constraints by elimination: prescribed unknowns in the matrix, and linear ties between nodes
 
 
-class DirichletElimination:
-    """Removes prescribed unknowns from matrices of one sparsity pattern, in place.
+def eliminate(
+    matrix: sp.bsr_matrix | sp.csr_matrix,  # (size, size), of structurally symmetric pattern
+    fixed: np.ndarray,  # int (k,), prescribed unknowns
+    diagonal: float | None = None,  # value of their diagonal entries; by default the mean stiffness
+) -> None:
+    """Set the rows and columns of prescribed unknowns to zero, in place, and their diagonal entries to a value.
 
-    Their rows and columns become zero and their diagonal entries the mean stiffness, so that the matrix keeps
-    its pattern, its symmetry and its conditioning, and a zero right-hand side gives a zero step.
-
-    Parameters
-    ----------
-    matrix : bsr or csr matrix, shape (size, size)
-        Any matrix with the pattern; the pattern has to be structurally symmetric.
-    fixed : ndarray of int, shape (k,)
-        The prescribed unknowns.
+    The matrix keeps its pattern and its symmetry, and with the mean stiffness its conditioning; a zero right-hand side
+    gives a zero step.
     """
-
-    def __init__(self, matrix: sp.bsr_matrix | sp.csr_matrix, fixed: np.ndarray) -> None:
-        block = matrix.blocksize[0] if matrix.format == "bsr" else 1
-        keep = np.ones(matrix.shape[0], dtype=bool)
-        keep[fixed] = False
-        keep = keep.reshape(-1, block)
-        touched = ~keep.all(axis=1)
-        rows = np.repeat(np.arange(len(touched), dtype=np.int32), np.diff(matrix.indptr))
-        entries = np.flatnonzero(touched[rows] | touched[matrix.indices])
-        row, column = rows[entries], matrix.indices[entries]
-        self._entries = entries
-        self._mask = keep[row][:, :, None] & keep[column][:, None, :]  # (touched entries, block, block)
-        on_diagonal = row == column
-        self._diagonal = entries[on_diagonal]
-        self._fixed = ~keep[row[on_diagonal]]
-        self._block = block
-        self._indices = matrix.indices
-
-    def fits(self, matrix: sp.bsr_matrix | sp.csr_matrix) -> bool:
-        """Return whether a matrix has the pattern that this was made for."""
-        return matrix.indices is self._indices or np.array_equal(matrix.indices, self._indices)
-
-    def apply(self, matrix: sp.bsr_matrix | sp.csr_matrix) -> None:
-        """Pin the prescribed unknowns of `matrix`."""
-        data = matrix.data.reshape(-1, self._block, self._block)
-        level = float(np.mean(np.abs(matrix.diagonal())))
-        data[self._entries] *= self._mask
-        i = np.arange(self._block)
-        blocks = data[self._diagonal]
-        blocks[:, i, i] = np.where(self._fixed, level, blocks[:, i, i])
-        data[self._diagonal] = blocks
+    block = matrix.blocksize[0] if matrix.format == "bsr" else 1
+    level = float(np.mean(np.abs(matrix.diagonal()))) if diagonal is None else diagonal
+    keep = np.ones(matrix.shape[0], dtype=bool)
+    keep[fixed] = False
+    keep = keep.reshape(-1, block)
+    touched = ~keep.all(axis=1)
+    row = np.repeat(np.arange(len(touched), dtype=np.int32), np.diff(matrix.indptr))
+    entries = np.flatnonzero(touched[row] | touched[matrix.indices])
+    row, column = row[entries], matrix.indices[entries]
+    data, i = matrix.data.reshape(-1, block, block), np.arange(block)
+    data[entries] *= keep[row][:, :, None] & keep[column][:, None, :]
+    same = row == column
+    data[entries[same][:, None], i, i] += level * ~keep[row[same]]
 
 
 def transformation(
@@ -159,15 +140,24 @@ def transformation(
     return sp.csr_matrix(dependence[:, retained]), retained
 
 
-def without(matrix: sp.bsr_matrix, fixed: np.ndarray) -> sp.bsr_matrix:
-    """Return a matrix (size, size) with zeros in the rows and columns `fixed` (k,)."""
-    keep = np.ones(matrix.shape[0])
-    keep[fixed] = 0
-    row = np.repeat(np.arange(len(matrix.indptr) - 1), np.diff(matrix.indptr))
-    block = matrix.blocksize[0]
-    keep = keep.reshape(-1, block)
-    data = matrix.data * keep[row][:, :, None] * keep[matrix.indices][:, None, :]
-    return sp.bsr_matrix((data, matrix.indices, matrix.indptr), shape=matrix.shape)
+def rigid_motions(
+    position: np.ndarray,  # (n, 3), nodes [m]
+    unity: np.ndarray,  # (n,), what the constant 1 has at the nodes: 1 where they are places, else coefficients
+    group: np.ndarray,  # int (n,), group of every node, 0 to g - 1
+) -> np.ndarray:
+    """Return the rigid motions (n, 3, 6) of groups of nodes: translations, and rotations about the group's centre.
+
+    Rotations are over the mean radius of gyration. A node that is a coefficient of anything but the constant stays
+    where it is in translations.
+    """
+    count = np.bincount(group, unity**2)
+    weighted = unity[:, None] * position
+    centre = np.stack([np.bincount(group, weighted[:, i]) / count for i in range(3)], axis=1)
+    arm = position - unity[:, None] * centre[group]
+    motions = np.zeros((len(group), 3, 6))
+    motions[:, [0, 1, 2], [0, 1, 2]] = unity[:, None]
+    motions[:, :, 3:] = -hat(arm / np.sqrt(np.sum(arm**2) / count.sum()))
+    return motions
 
 
 # Viscous forces against rigid motions of what nothing holds yet, as in Abaqus/Standard's static stabilisation
@@ -240,23 +230,14 @@ class FreeBodies:
         position: np.ndarray,  # (N, 3), where the nodes are [m]
     ) -> bool:
         """Return whether contact resists every rigid motion of these bodies, all others being fixed."""
-        modes = sp.block_array(
-            [[self._modes(body, position, self.unity[body]) for body in self.nodes]]
+        node = np.concatenate(self.nodes)
+        body = np.repeat(np.arange(len(self.nodes)), [len(nodes) for nodes in self.nodes])
+        motions = rigid_motions(position[node], self.unity[node], body)
+        modes = sp.bsr_array(
+            (motions, body, np.arange(len(body) + 1)), shape=(3 * len(node), 6 * len(self.nodes))
         ).tocsr()
-        resistance = (modes.T @ contact.tocsr() @ modes).toarray()
-        unit = (modes.T @ sp.diags_array(np.repeat(self.unit, 3)) @ modes).toarray()
+        unknown = (3 * node[:, None] + np.arange(3)).ravel()
+        resistance = (modes.T @ contact.tocsr()[unknown][:, unknown] @ modes).toarray()
+        unit = (modes.T @ sp.diags_array(np.repeat(self.unit[node], 3)) @ modes).toarray()
         easiest = scipy.linalg.eigh(resistance, unit, eigvals_only=True, subset_by_index=[0, 0])
         return bool(easiest[0] > HELD)
-
-    @staticmethod
-    def _modes(body: np.ndarray, position: np.ndarray, unity: np.ndarray) -> sp.csr_array:
-        """Return the six rigid motions (3 N, 6) of a body, rotations about its middle and over its extent."""
-        arm = position[body] - np.multiply.outer(unity, unity @ position[body] / (unity @ unity))
-        arm /= np.abs(arm).max()
-        motions = np.zeros((len(body), 3, 6))
-        motions[:, :, :3] = unity[:, None, None] * np.eye(3)
-        for axis in range(3):
-            motions[:, :, 3 + axis] = np.cross(np.eye(3)[axis], arm)
-        row = np.repeat(3 * body[:, None] + np.arange(3), 6)
-        column = np.tile(np.arange(6), 3 * len(body))
-        return sp.csr_array((motions.ravel(), (row, column)), shape=(position.size, 6))

@@ -24,8 +24,8 @@ from knitstudy.mechanics.increment import (
     Trial,
     line_search,
 )
-from knitstudy.mechanics.linear import LinearSolver
-from knitstudy.mechanics.model import DirichletElimination, Model, Response, without
+from knitstudy.mechanics.linear import LinearSolver, System
+from knitstudy.mechanics.model import Model, Response, eliminate
 
 log = logging.getLogger(__name__)
 
@@ -84,29 +84,36 @@ def trace(
         target = _target(now.load, size, prescribed, settings)
         if not target - now.load > SMALLEST:
             raise ConvergenceError(f"{attempts.reason}; the increment has become too small. {REMEDY}")
-        done = _attempt(path, now, target, attempts)
-        if done is not None:
+        try:
+            done = path.increment(now, target)
+        except ConvergenceError as error:
+            raise ConvergenceError(f"increment {now.index + 1}, load factor {target:.6g}: {error}") from None
+        except _Failed as failure:
+            reason = (
+                f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {failure}"
+            )
+        else:
             # One increment that was too coarse for what is summed says little about those far behind it.
             most = min(share, largest * settings.growth)
             quick = done.newton_iterations <= settings.quick
-            newton, krylov = attempts.spent + path.spent
+            newton, krylov = (attempts.spent + path.spent).tolist()
             done = replace(
                 done,
                 size=min(most, size * settings.growth) if quick else size,
                 largest=most,
-                newton_iterations=int(newton),
-                krylov_iterations=int(krylov),
+                newton_iterations=newton,
+                krylov_iterations=krylov,
             )
-            coarse = yield done
-            if not coarse:
+            reason = yield done
+            if not reason:
                 attempts.end(target, largest)
                 now, size, largest = done, done.size, most
                 continue
-            attempts.add(now, path, coarse)
             # The next ones would be too large as well.
             largest = 0.5 * (target - now.load)
+        attempts.add(now, path.spent, reason)
         size = 0.5 * (target - now.load)
-        log.warning("%s; trying %.3g of the load", attempts.reason, size)
+        log.warning("%s; trying %.3g of the load", reason, size)
 
 
 def _target(load: float, size: float, prescribed: PrescribedDisplacement, settings: Settings) -> float:
@@ -122,21 +129,6 @@ def _target(load: float, size: float, prescribed: PrescribedDisplacement, settin
     return target if target < 1.0 - SMALLEST else 1.0
 
 
-def _attempt(path: _Path, now: Increment, target: float, attempts: _Attempts) -> Increment | None:
-    """Return the converged increment, or None where it failed and a smaller one may do."""
-    try:
-        return path.increment(now, target)
-    except ConvergenceError as error:
-        raise ConvergenceError(f"increment {now.index + 1}, load factor {target:.6g}: {error}") from None
-    except _Failed as failure:
-        attempts.add(
-            now,
-            path,
-            f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {failure}",
-        )
-        return None
-
-
 class _Attempts:
     """What was tried in vain since the last increment, and since the path last made headway."""
 
@@ -146,10 +138,10 @@ class _Attempts:
         self.spent = np.zeros(2, dtype=int)  # iterations of Newton's method and of the linear solver
         self._cutbacks, self._since, self._failed = 0, load, 0
 
-    def add(self, now: Increment, path: _Path, reason: str) -> None:
+    def add(self, now: Increment, spent: np.ndarray, reason: str) -> None:
         """Count a failed attempt beyond an increment."""
         self._cutbacks, self.reason = self._cutbacks + 1, reason
-        self.spent, self._failed = self.spent + path.spent, self._failed + path.newton_iterations
+        self.spent, self._failed = self.spent + spent, self._failed + spent[0]
         if self._cutbacks > self.settings.cutbacks:
             raise ConvergenceError(
                 f"{reason}; the increment was halved {self.settings.cutbacks} times. {REMEDY}"
@@ -206,19 +198,14 @@ class _Path:
         prescribed.require_of(model.size)
         self.free = np.ones(model.size, dtype=bool)
         self.free[prescribed.fixed] = False
-        self.elimination: DirichletElimination | None = None
-        self.newton_iterations = 0
-        self.krylov_iterations = 0
+        self.spent = np.zeros(
+            2, dtype=int
+        )  # iterations of Newton's method and the linear solver in an increment
         self.seconds = dict.fromkeys(PHASES, 0.0)
-
-    @property
-    def spent(self) -> np.ndarray:
-        """Iterations (2,) of Newton's method and of the linear solver in the last increment."""
-        return np.array([self.newton_iterations, self.krylov_iterations])
 
     def increment(self, now: Increment, target: float) -> Increment:
         """Return the converged increment at load factor `target`, or raise _Failed."""
-        self.newton_iterations = self.krylov_iterations = 0
+        self.spent = np.zeros(2, dtype=int)
         self.seconds = dict.fromkeys(PHASES, 0.0)
         self.solver.begin()
         at = self._predict(now, target)
@@ -327,7 +314,7 @@ class _Path:
         at.state, at.response = taken.state, taken.response
         at.total += taken.step
         at.iterations += 1
-        self.newton_iterations += 1
+        self.spent[0] += 1
         at.correction = self._size(taken.step) / self.model.length
         at.still = at.still + 1 if at.correction <= ROUNDING and not at.changed else 0
         at.residuals.append(self._residual(at.response))
@@ -353,8 +340,8 @@ class _Path:
             size=change,
             rates=(Rate(change, at.total / change), *now.rates)[: self.settings.predictor],
             updates=tuple(after - before for before, after in pairwise([*at.updates, at.total])),
-            newton_iterations=self.newton_iterations,
-            krylov_iterations=self.krylov_iterations,
+            newton_iterations=self.spent[0],
+            krylov_iterations=self.spent[1],
             residual=at.residual,
             correction=at.correction,
             residuals=tuple(at.residuals),
@@ -376,14 +363,10 @@ class _Path:
 
     def _eliminate(self, response: Response) -> None:
         started = time.perf_counter()
-        stiffness, fixed = response.stiffness, self.prescribed.fixed
-        if self.elimination is None or not self.elimination.fits(stiffness):
-            self.elimination = DirichletElimination(stiffness, fixed)
-        self.elimination.apply(stiffness)
-        unsymmetric = response.unsymmetric
-        if unsymmetric is not None:
-            unsymmetric = without(unsymmetric, fixed)
-        self.solver.use(stiffness, unsymmetric, response.touching, response.moved)
+        eliminate(response.stiffness, self.prescribed.fixed)
+        if response.unsymmetric is not None:
+            eliminate(response.unsymmetric, self.prescribed.fixed, diagonal=0.0)
+        self.solver.use(System(response.stiffness, response.unsymmetric, response.touching, response.moved))
         self.seconds["constraints"] += time.perf_counter() - started
 
     def _solve(self, rhs: np.ndarray, tolerance: float) -> np.ndarray:
@@ -392,7 +375,7 @@ class _Path:
             solution = self.solver.solve(rhs, tolerance)
         except ConvergenceError as error:
             raise _Failed(str(error)) from error
-        self.krylov_iterations += solution.iterations
+        self.spent[1] += solution.iterations
         # Factors that were made on the way are set-up, not solution.
         self.seconds["setup"] += self.solver.setup_seconds
         self.seconds["solve"] += time.perf_counter() - started - self.solver.setup_seconds

@@ -6,14 +6,17 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from knitstudy.mechanics.linear import factorise
 from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mechanics.spline_yarn import basis as disc
-from knitstudy.mechanics.spline_yarn.basis import Spline
 from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace, yarn_space
 from knitstudy.mechanics.spline_yarn.span import span_groups
+
+# Directions of load and displacement of a straight yarn, as its coordinates x1, x2 and s at the patch.
+NORMAL, ACROSS, ALONG = range(3)
 
 # The moments by which discs on yarns are joined, and points that they are summed up at
 
@@ -57,32 +60,19 @@ def surface_compliance(
     rate = _logarithmic_slope(np.abs(m), np.abs(k))
     nu, zero = poisson_ratio, np.zeros(m.shape)
     im, ik, square = 1j * m, 1j * k, m**2 + k**2
-    displacement = np.stack(
-        [
-            np.stack([rate, im, ik], -1),
-            np.stack([im, -rate, zero], -1),
-            np.stack([square, im * rate, ik * (rate + 4 * (1 - nu))], -1),
-        ],
-        axis=-1,
-    )  # (..., component, solution)
-    traction = np.stack(  # over 2 G
-        [
-            np.stack([square - rate, im * (rate - 1), ik * rate], -1),
-            np.stack([im * (rate - 1), rate - m**2 - k**2 / 2, -m * k / 2], -1),
-            np.stack(
-                [
-                    2 * (1 - nu) * k**2 + square * (rate - 1),
-                    im * (square - rate),
-                    ik * (square + 2 * (1 - nu) * rate),
-                ],
-                -1,
-            ),
-        ],
-        axis=-1,
+    stretch, turned = 2 * (1 - nu) * k**2, 2 * (1 - nu) * rate
+    displacement = np.array(  # (solution, component, ...)
+        [[rate, im, ik], [im, -rate, zero], [square, im * rate, ik * (rate + 4 * (1 - nu))]]
     )
-    # E = 2 G (1 + nu)
-    answer = np.linalg.solve(np.swapaxes(traction, -1, -2), np.swapaxes(displacement, -1, -2))
-    return (1 + nu) * np.swapaxes(answer, -1, -2)
+    traction = np.array(  # over 2 G = E / (1 + nu)
+        [
+            [square - rate, im * (rate - 1), ik * rate],
+            [im * (rate - 1), rate - m**2 - k**2 / 2, -m * k / 2],
+            [stretch + square * (rate - 1), im * (square - rate), ik * (square + turned)],
+        ]
+    )
+    last = (np.moveaxis(each, (0, 1), (-2, -1)) for each in (traction, displacement))
+    return (1 + nu) * np.swapaxes(np.linalg.solve(*last), -1, -2)
 
 
 def _logarithmic_slope(m: np.ndarray, k: np.ndarray) -> np.ndarray:
@@ -264,63 +254,39 @@ def space_patch(
     degree: int, spline_degree: int, span: float, place: float, radius: float, poisson_ratio: float
 ) -> np.ndarray:
     """Return the compliance (9, 9) of patches as a space shows it, times E R; arguments of `missing_compliance`."""
-    spans = int(np.ceil(APART_IN_PATCH / span))
-    angle, along, weight = patch_rule(radius, rings=degree + spline_degree + 2)
+    spans, d = int(np.ceil(APART_IN_PATCH / span)), spline_degree
+    angle, along, weight = patch_rule(radius, rings=degree + d + 2)
     across = disc.values(degree, np.stack([np.cos(angle), np.sin(angle)], axis=-1))  # (q, n)
-    nodes = across.shape[1]
-    layer, spline = _splines(spline_degree, span, along + place * span)
+    size = 3 * across.shape[1]
+    # Span number d of so many is as if the yarn had no ends; spline 0 begins the span of place 0.
+    yarn = yarn_space(span * np.arange(2 * d + 2), degree, d)
+    along = along + place * span
+    layer = np.floor(along / span)
+    spline = yarn.spline.basis(d * span + along - layer * span)[1][0]
     phase = np.pi * np.arange(1, 2 * spans, 2) / spans  # between neighbouring spans, (w,)
-    turn = np.exp(-1j * phase[:, None, None] * layer)  # (w, q, d + 1)
+    offset = np.arange(d + 1)
+    turn = np.exp(-1j * phase[:, None, None] * (layer[:, None] + offset))  # (w, q, d + 1)
     wave = np.einsum("wqo,qo->wq", turn, spline)
     load = np.einsum("wq,jq,qn->wnj", wave, weight, across)  # the same for each component
-    stiffness = _bloch_stiffness(degree, spline_degree, span, poisson_ratio, phase).reshape(
-        len(phase), 3 * nodes, 3 * nodes
-    )
-    right = np.einsum("wnj,ab->wnajb", load, np.eye(3)).reshape(len(phase), 3 * nodes, 9)
+    (group,) = span_groups(Space((yarn,)), _straight(yarn), Hencky(1.0, poisson_ratio))
+    rest = np.zeros((1, group.connectivity.shape[1], 3))
+    blocks = group.elements.respond(slice(d, d + 1), rest, stiffness=True).stiffness
+    blocks = blocks.reshape(d + 1, size // 3, d + 1, size // 3, 3, 3)
+    apart = np.exp(1j * phase[:, None, None] * (offset - offset[:, None]))
+    stiffness = np.einsum("wij,injmab->wnamb", apart, blocks, optimize=True).reshape(-1, size, size)
+    right = np.einsum("wnj,ab->wnajb", load, np.eye(3)).reshape(-1, size, 9)
     solution = np.linalg.solve(stiffness, right)
     compliance = np.real(np.einsum("wia,wib->ab", right.conj(), solution)) / spans
-    # Components x1, x2, s of the section at the angle 0 are n, y, s.
-    order = (3 * np.arange(3)[:, None] + [0, 2, 1]).ravel()
+    order = (3 * np.arange(3)[:, None] + [NORMAL, ALONG, ACROSS]).ravel()
     return compliance[np.ix_(order, order)]
 
 
-def _splines(degree: int, span: float, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return numbers and values (q, d + 1) of uniform splines at places (q,); spline 0 begins the span of place 0."""
-    layer = np.floor(place / span)
-    spline = _uniform(degree, span)
-    values = spline.basis(degree * span + place - layer * span)[1][0]
-    return layer[:, None] + np.arange(degree + 1), values
-
-
-def _uniform(degree: int, span: float) -> Spline:
-    """Return splines whose span number `degree` is as if there were no ends."""
-    return Spline.on(span * np.arange(2 * degree + 2), degree)
-
-
-def _bloch_stiffness(
-    degree: int, spline_degree: int, span: float, poisson_ratio: float, phase: np.ndarray
-) -> np.ndarray:
-    """Return the stiffness (w, n, 3, n, 3) over E R of waves whose phase (w,) grows by as much from span to span."""
-    points, weight = disc.quadrature(degree)
-    value, gradient = disc.gradients(degree, points)
-    across = np.concatenate(
-        [gradient, value[..., None]], axis=-1
-    )  # d/dx1, d/dx2 and, times the spline's slope, 1
-    section = np.einsum("q,qna,qmb->abnm", weight, across, across)
-    node, share = np.polynomial.legendre.leggauss(spline_degree + 1)
-    _, spline = _uniform(spline_degree, span).basis(spline_degree * span + 0.5 * span * (node + 1), orders=1)
-    both = 0.5 * span * np.einsum("g,xgi,ygj->xyij", share, spline, spline)  # orders of derivatives, splines
-    offset = np.arange(spline_degree + 1)
-    apart = offset - offset[:, None]
-    along = np.einsum("xyij,wij->wxy", both, np.exp(1j * phase[:, None, None] * apart))
-    kind = np.array([0, 0, 1])  # which derivative of the spline goes with which component of the gradient
-    pair = section * along[:, kind[:, None], kind][..., None, None]  # (w, a, b, n, m)
-    nu = poisson_ratio
-    shear = 0.5 / (1 + nu)
-    volume = nu / ((1 + nu) * (1 - 2 * nu))
-    stiffness = volume * np.einsum("wabnm->wnamb", pair) + shear * np.einsum("wbanm->wnamb", pair)
-    stiffness += shear * np.einsum("wccnm,ab->wnamb", pair, np.eye(3))
-    return stiffness
+def _straight(yarn: YarnSpace) -> np.ndarray:
+    """Return the nodes (N, 3) of a straight yarn of radius 1 along the third axis."""
+    spline = yarn.spline
+    middle = sliding_window_view(spline.knots[1:-1], spline.degree).mean(axis=1)  # of the functions
+    d1, d2, axis = (np.tile(d, (spline.size, 1)) for d in np.eye(3))
+    return yarn.coefficients(middle[:, None] * axis, d1, d2, 1.0)
 
 
 # What a space of displacements shows under a patch of load: a straight yarn, held at its ends, in small strains
@@ -340,7 +306,6 @@ PHASE = 0.25
 # Degree of the space that shows what is true on a patch of radius `RESOLVED`, with spans of `FINE` near the patch.
 RICH = 8
 FINE, RESOLVED, NEAR = 0.3, 0.5, 1.2
-NORMAL, ALONG, ACROSS = 2, 0, 1  # directions of load and displacement
 
 
 @dataclass(frozen=True)
@@ -356,20 +321,15 @@ class Shown:
 
 
 class PatchedYarn:
-    """A straight yarn of unit radius and modulus along x, and its response to a patch of load at z = 1."""
+    """A straight yarn of unit radius and modulus, and its response to a patch of load in its middle."""
 
     def __init__(
         self,
         space: YarnSpace,  # over arc lengths from 0 to `LENGTH`
         poisson: float,
     ) -> None:
-        self._space = Space((space,))
-        s = np.linspace(0, LENGTH, 8 * space.spline.size)
-        centre = space.spline.fit(s, np.multiply.outer(s, np.eye(3)[0]))
-        up, side = (np.tile(d, (len(centre), 1)) for d in ([0.0, 0.0, 1.0], [0.0, -1.0, 0.0]))
-        nodes = space.coefficients(centre, up, side, 1.0)
-        groups = span_groups(self._space, nodes, Hencky(1.0, poisson))
-        model = SolidModel(nodes, groups, 1.0)
+        self._space, nodes = Space((space,)), _straight(space)
+        model = SolidModel(nodes, span_groups(self._space, nodes, Hencky(1.0, poisson)), 1.0)
         stiffness = model.respond(model.start(), stiffness=True).stiffness.tocsc()
         first = space.first_node
         held = np.concatenate([np.arange(first[1]), np.arange(*first[-2:])])
@@ -387,7 +347,7 @@ class PatchedYarn:
         x, y = (place * semiaxes).T
         along = np.cos(turn) * x - np.sin(turn) * y
         across = np.sin(turn) * x + np.cos(turn) * y
-        section = np.stack([np.sqrt(1 - across**2), -across], axis=1)
+        section = np.stack([np.sqrt(1 - across**2), across], axis=1)
         weights = self._space.matrix(np.zeros(len(x), dtype=int), section, 0.5 * LENGTH + along)
         load = np.zeros((self._space.size, 3))
         load[:, direction] = weights.T @ weight
@@ -410,15 +370,21 @@ def patched_yarn(degree: int, span: float, spline_degree: int, poisson: float) -
     return PatchedYarn(yarn_space(breaks, degree, spline_degree), poisson)
 
 
-@lru_cache(maxsize=8)
-def far(poisson: float, direction: int = NORMAL) -> float:
-    """Return C_far: what a yarn gives way besides the half space, under a force in a direction."""
+@lru_cache(maxsize=2)
+def _rich(poisson: float) -> PatchedYarn:
+    """Return a yarn that shows what is true on a patch of radius `RESOLVED`."""
     fine = np.linspace(-NEAR, NEAR, round(2 * NEAR / FINE) + 1)
     coarse = np.linspace(NEAR, 0.5 * LENGTH, round((0.5 * LENGTH - NEAR) / (2 * FINE)) + 1)[1:]
     breaks = 0.5 * LENGTH + np.concatenate([-coarse[::-1], fine, coarse])
     degrees = np.where(np.abs(0.5 * (breaks[1:] + breaks[:-1]) - 0.5 * LENGTH) < NEAR, RICH, RICH - 3)
-    yarn = _rich(tuple(breaks), tuple(degrees), poisson)
-    return yarn.shown((RESOLVED, RESOLVED), direction=direction).mean - half(RESOLVED, poisson, direction)
+    return PatchedYarn(yarn_space(breaks, degrees), poisson)
+
+
+@lru_cache(maxsize=8)
+def far(poisson: float, direction: int = NORMAL) -> float:
+    """Return C_far: what a yarn gives way besides the half space, under a force in a direction."""
+    shown = _rich(poisson).shown((RESOLVED, RESOLVED), direction=direction)
+    return shown.mean - half(RESOLVED, poisson, direction)
 
 
 def half(radius: float, poisson: float, direction: int = NORMAL) -> float:
@@ -428,11 +394,6 @@ def half(radius: float, poisson: float, direction: int = NORMAL) -> float:
     """
     normal = 0.6 * (1 - poisson**2) / radius
     return normal if direction == NORMAL else normal * (2 - poisson) / (2 * (1 - poisson))
-
-
-@lru_cache(maxsize=2)
-def _rich(breaks: tuple[float, ...], degrees: tuple[int, ...], poisson: float) -> PatchedYarn:
-    return PatchedYarn(yarn_space(np.array(breaks), np.array(degrees)), poisson)
 
 
 @lru_cache(maxsize=1)

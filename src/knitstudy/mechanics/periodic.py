@@ -188,19 +188,23 @@ def seam(yarn: YarnSpace) -> Seam:
     Raises MeshError if there are fewer spans than the degree of the splines.
     """
     spline = yarn.spline
-    open_from_wrapped = conversion(spline)  # (J, E + d)
     spans = spline.size - spline.degree
-    column = np.arange(spline.size) % spans
-    touched = sp.coo_matrix(open_from_wrapped)
-    counts = np.full(spans, disc.size(yarn.degree))
-    np.minimum.at(counts, column[touched.col], disc.size(yarn.degrees)[touched.row])
-    first = np.concatenate([[0], np.cumsum(counts)])
-    wrapped, beyond = (
-        _spread(touched, yarn, counts, first, here, column)
-        for here in (touched.col >= 0, touched.col >= spans)
-    )
-    order = np.arange(first[-1]) - np.repeat(first[:-1], counts)
-    return Seam(wrapped, beyond, order)
+    number = np.arange(spline.size)
+    around = sp.csr_matrix((np.ones(spline.size), (number, number % spans)))  # (E + d, E)
+    open_from_wrapped = conversion(spline)
+    has = disc.size(yarn.degrees)
+    made_of = abs(open_from_wrapped) @ around
+    counts = np.where(made_of.toarray() > 0, has[:, None], yarn.stride).min(axis=0)
+    k = np.arange(yarn.stride)
+    wrapped = k < counts[:, None]
+
+    def of_functions(splines: sp.csr_matrix) -> sp.csr_matrix:
+        """The same of all functions over the section: (n, p) of (J, E)."""
+        every = sp.kron(splines, sp.identity(yarn.stride), format="csr")
+        return every[(k < has[:, None]).ravel()][:, wrapped.ravel()]
+
+    beyond = open_from_wrapped @ sp.diags((number >= spans).astype(float)) @ around
+    return Seam(of_functions(open_from_wrapped @ around), of_functions(beyond), np.nonzero(wrapped)[1])
 
 
 def conversion(spline: Spline) -> sp.csr_matrix:
@@ -227,22 +231,3 @@ def conversion(spline: Spline) -> sp.csr_matrix:
     found = np.linalg.lstsq(spline.matrix(s).toarray(), goal, rcond=None)[0]
     found[np.abs(found) < ROUNDING] = 0.0
     return sp.csr_matrix(found)
-
-
-def _spread(
-    touched: sp.coo_matrix,
-    yarn: YarnSpace,
-    counts: np.ndarray,
-    first: np.ndarray,
-    here: np.ndarray,
-    column: np.ndarray,
-) -> sp.csr_matrix:
-    """Return chosen entries of R for all functions over the section (n, p)."""
-    row, to, value = touched.row[here], column[touched.col[here]], touched.data[here]
-    k = np.concatenate([np.arange(count) for count in counts[to]]) if len(to) else np.empty(0, dtype=int)
-    each = np.repeat(np.arange(len(to)), counts[to])
-    matrix = sp.csr_matrix(
-        (value[each], (yarn.first_node[row[each]] + k, first[to[each]] + k)), shape=(yarn.size, first[-1])
-    )
-    matrix.sum_duplicates()
-    return matrix

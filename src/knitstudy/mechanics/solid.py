@@ -1,19 +1,29 @@
-"""Solids as a model: elements of one material, dependent nodes eliminated; Cauchy stress."""
+"""Solids as a model: elements of one material, contact between their surfaces, dependent nodes eliminated, u = T v.
+
+A node is what an unknown vector belongs to: a point, or a coefficient of which places are weighted sums.
+"""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
 
+from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.assembly import Assembly
 from knitstudy.mechanics.batches import SCRATCH, share, threads
+from knitstudy.mechanics.contact.friction import ContactHistory, ContactPoints
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.model import Response, Stabilisation
+from knitstudy.mechanics.model import FADED, FreeBodies, Response, Stabilisation, summed
+from knitstudy.mechanics.sparse_sums import PatternSum
+
+if TYPE_CHECKING:
+    from knitstudy.mechanics.contact.interaction import Contact
 
 # Cauchy stress, and the scalars that are drawn of it
 
@@ -35,11 +45,6 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
     return np.sqrt(1.5 * np.einsum("kij,kij->k", deviator, deviator))
 
 
-def principal_stresses(stress: np.ndarray) -> np.ndarray:
-    """Return the principal values (k, 3) of stresses (k, 3, 3), the largest first."""
-    return np.linalg.eigvalsh(stress)[:, ::-1]
-
-
 def principal_axes(stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the principal values (..., 3) of stresses (..., 3, 3), the largest first, and their axes as rows.
 
@@ -49,66 +54,69 @@ def principal_axes(stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return values[..., ::-1], np.swapaxes(columns, -1, -2)[..., ::-1, :]
 
 
-# Solids as a model: elements of one material, dependent nodes eliminated. Contact: `mechanics.solids_in_contact`
-# A node is what an unknown vector belongs to: a point, or a coefficient of which places are weighted sums.
+# Solids as a model
 
 UNLOADED = 1e-9  # mean force over E h^2 below which solids count as unloaded
 
 
 @dataclass(frozen=True)
 class Memory:
-    """What solids with viscous forces remember of the last converged increment."""
+    """What solids remember of the last converged increment."""
 
     displacement: np.ndarray  # (n, 3), of the retained nodes [m]
     damped: float = 0.0  # work that viscous forces have taken so far [J]
+    contact: ContactHistory | None = None
 
 
 @dataclass(frozen=True)
 class SolidState:
-    """Displacement of the retained nodes; with viscous forces, what came before."""
+    """Displacement of the retained nodes, and what came before."""
 
     displacement: np.ndarray  # (n, 3), of the retained nodes [m]
-    memory: Memory | None = None
+    memory: Memory | None = None  # with contact and viscous forces
     load: float = 0.0  # load factor that the running increment ends at
     change: float = 1.0  # its size
+    augmentations: int = 0  # updates of the contact multipliers within the running increment
+    led: float = 1.0  # share of the drag on free bodies: 1, `FADED`, or 0 where contact holds them
     # (n, 3), what it came by, straight from where a tangent was formed [m]; None where it came by no such way
     step: np.ndarray | None = field(default=None, kw_only=True)
 
 
-class SolidModel:
-    """Elements in equilibrium, u = T v.
+@dataclass(frozen=True)
+class Penetration:
+    """What is done about penetration: the largest allowed [m], and how often multipliers may be updated.
 
-    Parameters
-    ----------
-    nodes : ndarray, shape (N, 3)
-        Undeformed nodes, adjusted to the ties [m].
-    groups : sequence of ElementGroup
-        All of one material.
-    length : float
-        Element size h [m].
-    transformation : csr matrix, shape (N, n), optional
-        T of nodes that depend on others; see `knitstudy.mechanics.assembly`.
-    stabilisation : Stabilisation, optional
-    links : csr matrix, shape (N, N), optional
-        Positive semidefinite stiffness between nodes, the same for every component [N/m]; what it stores counts as
-        energy of a penalty.
+    ``remedy`` says what to change where that does not do.
     """
 
+    limit: float = np.inf
+    augmentations: int = 0
+    remedy: str = "Use a stiffer contact, or allow more updates"
+
+
+class SolidModel:
+    """Elements in equilibrium, whose surfaces may be in contact."""
+
     block = 3
-    _room = 0  # blocks of the tangent that what is added to it needs besides
 
     def __init__(
         self,
-        nodes: np.ndarray,
-        groups: Sequence[ElementGroup],
-        length: float,
-        transformation: sp.csr_matrix | None = None,
+        nodes: np.ndarray,  # (N, 3), undeformed, adjusted to the ties [m]
+        groups: Sequence[ElementGroup],  # all of one material
+        length: float,  # element size h [m]
+        transformation: sp.csr_matrix
+        | None = None,  # (N, n), T of nodes that depend on others; see `assembly`
         stabilisation: Stabilisation | None = None,
+        # (N, N), positive semidefinite stiffness between nodes, the same for every component [N/m]; what it stores
+        # counts as energy of a penalty
         links: sp.csr_matrix | None = None,
+        contact: Contact | None = None,  # between surfaces of the nodes
+        penetration: Penetration = Penetration(),  # of that contact
+        free_bodies: FreeBodies | None = None,  # what nothing but contact can hold; none of its nodes is tied
     ) -> None:
         self.nodes, self.groups, self.links = nodes, tuple(groups), links
-        self.transformation = transformation
-        self.stabilisation = stabilisation
+        self.transformation, self.stabilisation = transformation, stabilisation
+        self.contact, self.penetration, self.free_bodies = contact, penetration, free_bodies
         connectivity = [group.connectivity for group in self.groups]
         self.assembly = Assembly(connectivity, len(nodes), transformation, links=links)
         self.size = 3 * self.assembly.retained
@@ -116,15 +124,23 @@ class SolidModel:
         self.length = length
         # Where nothing resists yet, rounding is no measure of a residual.
         self._least_force = UNLOADED * self.groups[0].elements.material.youngs_modulus * length**2
+        self._ties: sp.bsr_matrix | None = None  # (3 N, 3 n), T of every component
+        if transformation is not None:
+            weights = transformation.data[:, None, None] * np.eye(3)
+            pattern = transformation.indices, transformation.indptr
+            self._ties = sp.bsr_matrix((weights, *pattern), shape=(nodes.size, self.size))
+        self._room = 0  # blocks of the tangent that what contact adds to it needs besides
+        self._sum: PatternSum | None = None
+        self._evaluated: tuple[SolidState, ContactPoints] | None = None
 
     def start(self) -> SolidState:
         """Return the undeformed state."""
         rest = np.zeros((self.assembly.retained, 3))
-        return SolidState(rest, Memory(rest) if self.stabilisation else None)
+        return SolidState(rest, Memory(rest, contact=ContactHistory.empty() if self.contact else None))
 
     def begin(self, state: SolidState, load: float, change: float) -> SolidState:
         """Return the state in which an increment of the load factor by `change` to `load` starts."""
-        return replace(state, load=load, change=change, step=None)
+        return replace(state, load=load, change=change, step=None, augmentations=0, led=1.0)
 
     def advance(self, state: SolidState, step: np.ndarray) -> SolidState:
         """Return the state displaced by `step` (size,) [m]."""
@@ -135,89 +151,132 @@ class SolidModel:
         """Return the displacement (N, 3) of all nodes [m], tied ones included."""
         return self._spread(state.displacement)
 
+    def contact_points(self, state: SolidState) -> ContactPoints:
+        """Return all pairs of points and surfaces that are near each other."""
+        if self._evaluated is None or self._evaluated[0] is not state:
+            self._evaluated = state, self.contact.points(*self._places(state), state.memory.contact)
+        return self._evaluated[1]
+
     def respond(self, state: SolidState, stiffness: bool) -> Response:
         """Return internal force, energies and, if asked, the tangent."""
-        answer = self._gather(state, stiffness)
-        started = time.perf_counter()
-        node_force = self.assembly.node_forces(answer.force)
-        force, energy = node_force, {"internal": answer.internal, "hourglass": answer.hourglass}
-        if self.links is not None:
-            displacement = self.node_displacement(state)
-            pull = self.links @ displacement
-            force = node_force + pull
-            energy["penalty"] = 0.5 * float(np.vdot(pull, displacement))
-        response = Response(
-            force=self.assembly.collect(force),
-            node_force=node_force,
-            mean_force=max(answer.mean_force, self._least_force),
-            energy=energy,
-            stiffness=answer.stiffness,
-            moved=state.displacement if stiffness else None,
-        )
-        summing = answer.assembly_seconds + time.perf_counter() - started
-        drag = self._drag(state)
-        if drag is not None:
-            response = self._with_drag(response, state, drag)
-        return replace(response, assembly_seconds=summing)
+        response = self._with_drag(self._solids(state, stiffness), state)
+        return response if self.contact is None else self._with_contact(response, state)
 
     def loaded(self, response: Response) -> bool:
         """Return whether forces are more than rounding."""
         return response.mean_force > 100 * self._least_force
 
     def settle(self, state: SolidState) -> SolidState | None:
-        """Return None: a balanced state is a converged one."""
-        return None
+        """Return None if nothing penetrates too far, or the state with updated multipliers, or without drag.
+
+        Raises ConvergenceError if the penetration is too large and the updates allowed are used up.
+        """
+        if self.contact is None:
+            return None
+        points = self.contact_points(state)
+        if self.free_bodies is not None and state.led:
+            alone = self.contact.forces(points, stiffness=True).symmetric
+            if self.free_bodies.held(alone, self._places(state)[0]):
+                return replace(state, led=0.0)
+            if state.led > FADED:
+                return replace(state, led=FADED)
+        deepest, limit = -self.contact.smallest_gap(points), self.penetration.limit
+        if deepest <= limit:
+            return None
+        if state.augmentations == self.penetration.augmentations:
+            raise ConvergenceError(
+                f"surfaces penetrate each other by {deepest:.3g}; allowed is {limit:.3g} "
+                f"({deepest / self.length:.2%} and {limit / self.length:.2%} of the element size), "
+                f"after {state.augmentations} updates of the contact pressure. {self.penetration.remedy}"
+            )
+        memory = replace(state.memory, contact=self.contact.augment(points))
+        return replace(state, memory=memory, augmentations=state.augmentations + 1)
 
     def commit(self, state: SolidState) -> SolidState:
-        """Return the state that a converged increment leaves: with the work of viscous forces."""
-        if state.memory is None:
-            return replace(state, step=None)
-        return replace(state, step=None, memory=Memory(state.displacement, self._damped(state)))
+        """Return the state that a converged increment leaves: slip history, and work of viscous forces."""
+        contact = None if self.contact is None else self.contact.commit(self.contact_points(state))
+        return replace(state, step=None, memory=Memory(state.displacement, self._damped(state), contact))
 
     def _spread(self, displacement: np.ndarray) -> np.ndarray:
         return displacement if self.transformation is None else self.transformation @ displacement
 
+    def _places(self, state: SolidState) -> tuple[np.ndarray, np.ndarray]:
+        """Return where all nodes (N, 3) are and were at the last converged increment [m]."""
+        return tuple(self.nodes + self._spread(each.displacement) for each in (state, state.memory))
+
     def _drag(self, state: SolidState) -> np.ndarray | None:
         """Return the diagonal stiffness (size,) against what moves within the increment [N/m]; None if nothing is."""
-        if self.stabilisation is None:
-            return None
-        return self.stabilisation.stiffness(state.load, state.change)
+        drag = None
+        if self.stabilisation is not None:
+            drag = self.stabilisation.stiffness(state.load, state.change)
+        if self.free_bodies is not None:
+            at_nodes = self.free_bodies.drag()
+            if self.transformation is not None:  # what tied nodes have goes to those that they hang on
+                at_nodes = self.transformation.T @ at_nodes
+            leading = state.led * np.repeat(at_nodes, 3)
+            drag = leading if drag is None else drag + leading
+        return drag
 
-    def _with_drag(self, response: Response, state: SolidState, drag: np.ndarray) -> Response:
-        moved = (state.displacement - state.memory.displacement).ravel()
-        stiffness = response.stiffness
+    def _damped(self, state: SolidState) -> float:
+        """Return the work that viscous forces have taken up to a state [J]."""
+        drag, before = self._drag(state), state.memory
+        if drag is None:
+            return before.damped if before else 0.0
+        return before.damped + float(drag @ (state.displacement - before.displacement).ravel() ** 2)
+
+    def _with_drag(self, response: Response, state: SolidState) -> Response:
+        drag, stiffness = self._drag(state), response.stiffness
+        if drag is None:
+            return response
+        pull = drag * (state.displacement - state.memory.displacement).ravel()
         if stiffness is not None:
             diagonal = np.zeros((len(drag) // 3, 3, 3))
             diagonal[:, [0, 1, 2], [0, 1, 2]] = drag.reshape(-1, 3)
             node = np.arange(len(diagonal) + 1)
-            stiffness = sp.bsr_matrix(
-                stiffness + sp.bsr_matrix((diagonal, node[:-1], node), shape=stiffness.shape)
-            )
+            added = sp.bsr_matrix((diagonal, node[:-1], node), shape=stiffness.shape)
+            stiffness = sp.bsr_matrix(stiffness + added)
         return replace(
             response,
-            force=response.force + drag * moved,
-            viscous_force=float(np.linalg.norm((drag * moved).reshape(-1, 3), axis=1).sum()),
+            force=response.force + pull,
+            viscous_force=float(np.linalg.norm(pull.reshape(-1, 3), axis=1).sum()),
             energy=response.energy | {"stabilisation": self._damped(state)},
             stiffness=stiffness,
         )
 
-    def _damped(self, state: SolidState) -> float:
-        """Return the work that viscous forces have taken up to a state [J]."""
-        drag = self._drag(state)
-        if drag is None:
-            return state.memory.damped
-        moved = (state.displacement - state.memory.displacement).ravel()
-        return state.memory.damped + float(drag @ moved**2)
+    def _with_contact(self, response: Response, state: SolidState) -> Response:
+        points = self.contact_points(state)
+        touch = self.contact.forces(points, response.stiffness is not None)
+        response = replace(
+            response,
+            force=response.force + self.assembly.collect(touch.node_force),
+            energy=summed(response.energy, touch.energy),
+            status=points.signature(),
+        )
+        if response.stiffness is None:
+            return response
+        full, symmetric = touch.stiffness, touch.symmetric
+        if self._ties is not None:
+            full, symmetric = (self._ties.T @ matrix @ self._ties for matrix in (full, symmetric))
+            full.sort_indices(), symmetric.sort_indices()
+        if self._sum is None or not self._sum.fits(response.stiffness, full):
+            self._sum = PatternSum(response.stiffness, full)
+            self._room = max(self._room, 2 * self._sum.inserted)  # patterns grow as yarns close
+        unsymmetric = (full.data - symmetric.data, full.indices, full.indptr)
+        return replace(
+            response,
+            stiffness=self._sum.add(response.stiffness, full),
+            unsymmetric=sp.bsr_matrix(unsymmetric, shape=full.shape),
+            touching=np.flatnonzero(np.diff(full.indptr)),
+        )
 
-    def _gather(self, state: SolidState, stiffness: bool) -> _Gathered:
-        """Evaluate all batches; threads share them, and sums are formed in one fixed order."""
+    def _solids(self, state: SolidState, stiffness: bool) -> Response:
+        """Evaluate all batches of elements; threads share them, and sums are formed in one fixed order."""
         displacement = self.node_displacement(state)
         way = self._spread(state.step) if stiffness and state.step is not None else None
         batches = self.assembly.batches
         force = [np.empty((*group.connectivity.shape, 3)) for group in self.groups]
-        energy = [
-            np.empty((2, len(group.connectivity))) for group in self.groups
-        ]  # internal, of hourglass control
+        # Internal energies, and those of hourglass control.
+        energies = [np.empty((2, len(group.connectivity))) for group in self.groups]
         total = self.assembly.begin_stiffness(self._room) if stiffness else None
         magnitude, summing = np.zeros(len(batches)), np.zeros(len(batches))
 
@@ -230,7 +289,7 @@ class SolidModel:
             known = {"step": way[nodes]} if group.mixed and way is not None else {}
             answer = group.elements.respond(part, displacement[nodes], stiffness, blocks, **known)
             force[batch.group][part] = answer.force
-            energy[batch.group][:, part] = answer.internal, answer.hourglass
+            energies[batch.group][:, part] = answer.internal, answer.hourglass
             magnitude[number] = np.sqrt(np.einsum("eai,eai->ea", answer.force, answer.force)).sum()
             if stiffness:
                 started = time.perf_counter()
@@ -240,18 +299,21 @@ class SolidModel:
         share(evaluate, len(batches))
         started = time.perf_counter()
         matrix = self.assembly.matrix(total) if stiffness else None
-        # Threads sum up side by side: their mean counts.
-        seconds = summing.sum() / min(threads(), len(batches)) + time.perf_counter() - started
-        internal, hourglass = np.sum([each.sum(axis=1) for each in energy], axis=0).tolist()
+        internal, hourglass = np.sum([each.sum(axis=1) for each in energies], axis=0).tolist()
+        energy = {"internal": internal, "hourglass": hourglass}
         mean = magnitude.sum() / sum(group.connectivity.size for group in self.groups)
-        return _Gathered(force, internal, hourglass, mean, matrix, seconds)
-
-
-@dataclass(frozen=True)
-class _Gathered:
-    force: list[np.ndarray]  # (E, a, 3) of every group
-    internal: float
-    hourglass: float
-    mean_force: float  # mean magnitude of the nodal forces of the elements
-    stiffness: sp.bsr_matrix | None
-    assembly_seconds: float
+        node_force = self.assembly.node_forces(force)
+        pull = 0.0
+        if self.links is not None:
+            pull = self.links @ displacement
+            energy["penalty"] = 0.5 * float(np.vdot(pull, displacement))
+        return Response(
+            force=self.assembly.collect(node_force + pull),
+            node_force=node_force,
+            mean_force=max(mean, self._least_force),
+            energy=energy,
+            stiffness=matrix,
+            moved=state.displacement if stiffness else None,
+            # Threads sum up side by side: their mean counts.
+            assembly_seconds=summing.sum() / min(threads(), len(batches)) + time.perf_counter() - started,
+        )

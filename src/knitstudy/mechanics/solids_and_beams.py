@@ -12,7 +12,6 @@ from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.model import Response, summed
 from knitstudy.mechanics.rotation import hat
 from knitstudy.mechanics.solid import SolidModel, SolidState
-from knitstudy.mechanics.solids_in_contact import ContactState, SolidsInContact
 
 # Seams: sections of solids that nodes of beams carry, without a jump in force
 # A solid yarn whose displacement is a sum over orthonormal functions of the section ends in a section whose mean
@@ -122,16 +121,8 @@ class MixedState:
 
 @dataclass(frozen=True)
 class MixedStateTouching(MixedState):
-    """The same where solids are in contact."""
+    """The same where beams are in contact."""
 
-    solids: ContactState
-
-
-@dataclass(frozen=True)
-class MixedStateAllTouching(MixedState):
-    """The same where solids are in contact, and beams as well."""
-
-    solids: ContactState
     beams: TouchingState
 
 
@@ -165,9 +156,7 @@ class SolidsAndBeams:
 
     def start(self) -> MixedState:
         """Return the undeformed state."""
-        state = MixedState
-        if isinstance(self.solids, SolidsInContact):
-            state = MixedStateAllTouching if isinstance(self.beams, TouchingBeams) else MixedStateTouching
+        state = MixedStateTouching if isinstance(self.beams, TouchingBeams) else MixedState
         return state(self.solids.start(), self.beams.start(), np.zeros((self.seams.count, WIDTHS)))
 
     def begin(self, state: MixedState, load: float, change: float) -> MixedState:

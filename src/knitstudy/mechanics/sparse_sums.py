@@ -126,61 +126,40 @@ class SpanSum:
 
     def __init__(
         self,
-        first: np.ndarray,  # int (e,), first node of the elements, rising
-        width: int,  # a; nodes of an element
+        nodes: np.ndarray,  # int (e, a), of the elements, which rise
         indptr: np.ndarray,  # of the pattern, which has all pairs of nodes of an element, columns sorted
         indices: np.ndarray,  # likewise
-        alone: np.ndarray,  # bool (n,), rows that no other batch touches
     ) -> None:
-        rows = touched_rows(first, width)
+        rows, local = np.unique(nodes, return_inverse=True)
+        local = local.reshape(nodes.shape)
         count = np.diff(indptr)[rows]
         start = np.concatenate([[0], np.cumsum(count)])  # of the rows, among the entries of the batch
-        self._size = int(start[-1])
-        local = np.searchsorted(rows, first[:, None] + np.arange(width))  # (e, a)
-        row = rows[local]
-        within = entries_at(indptr, indices, row, first[:, None]) - indptr[row]
+        within = entries_at(indptr, indices, nodes, nodes[:, :1]) - indptr[nodes]
         self._place = (start[local] + within).astype(np.int32)
-        self._rounds = _rounds(first, width)
-        self._width = width
-        change = (np.diff(rows) != 1) | (alone[rows[1:]] != alone[rows[:-1]])
-        self._own: list[
-            tuple[slice, slice]
-        ] = []  # runs of rows, among the entries of the batch and in the pattern
-        self._joint: list[tuple[slice, slice]] = []
-        for low, high in pairwise([0, *(np.flatnonzero(change) + 1).tolist(), len(rows)]):
-            here = slice(int(start[low]), int(start[high]))
-            there = slice(int(indptr[rows[low]]), int(indptr[rows[high - 1] + 1]))
-            (self._own if alone[rows[low]] else self._joint).append((here, there))
+        self._size = int(start[-1])
+        self._rounds = _rounds(nodes[:, 0], nodes.shape[1])
+        ends = np.flatnonzero(np.diff(rows) != 1) + 1
+        # Runs of rows, among the entries of the batch and in the pattern.
+        self._runs = [
+            (slice(start[low], start[high]), slice(indptr[rows[low]], indptr[rows[high - 1] + 1]))
+            for low, high in pairwise([0, *ends, len(rows)])
+        ]
 
-    def put(self, data: np.ndarray, blocks: np.ndarray) -> np.ndarray:
-        """Write rows of its own into `data` (entries, 9); return what rows at the seams get, from blocks (e a^2, 9)."""
-        total = np.zeros((self._size, data.shape[1]))
-        blocks = blocks.reshape(len(self._place), -1, data.shape[1])
+    def of(self, blocks: np.ndarray) -> np.ndarray:
+        """Return the sums (k, b) of blocks (e a^2, b) at the entries of the batch."""
+        total = np.zeros((self._size, blocks.shape[1]))
+        width = self._place.shape[1]
+        blocks = blocks.reshape(len(self._place), -1, blocks.shape[1])
         for number in range(self._rounds):  # of elements that share no node
             chosen = slice(number, None, self._rounds)
-            places = self._place[chosen][:, :, None] + np.arange(self._width)
+            places = self._place[chosen][:, :, None] + np.arange(width)
             total[places.reshape(len(places), -1)] += blocks[chosen]
-        for here, there in self._own:
-            data[there] = total[here]
-        return np.concatenate([total[here] for here, _ in self._joint] or [total[:0]])
+        return total
 
-    def clear(self, data: np.ndarray) -> None:
-        """Set the rows at the seams to zero."""
-        for _, there in self._joint:
-            data[there] = 0
-
-    def close(self, data: np.ndarray, seam: np.ndarray) -> None:
-        """Add what `put` has returned."""
-        start = 0
-        for _, there in self._joint:
-            size = there.stop - there.start
-            data[there] += seam[start : start + size]
-            start += size
-
-
-def touched_rows(first: np.ndarray, width: int) -> np.ndarray:
-    """Return the nodes of elements whose nodes have consecutive numbers, ascending."""
-    return np.unique(first[:, None] + np.arange(width))
+    def add(self, data: np.ndarray, total: np.ndarray) -> None:
+        """Add what `of` has returned to all entries (entries, b)."""
+        for here, there in self._runs:
+            data[there] += total[here]
 
 
 def consecutive(connectivity: np.ndarray) -> bool:
@@ -217,61 +196,3 @@ def _rounds(first: np.ndarray, width: int) -> int:
         if np.all(first[apart:] >= first[:-apart] + width):
             return apart
     return max(len(first), 1)
-
-
-# Ties in matrices of few blocks: T^T K T, of the tangent of contact between surfaces whose nodes may be tied
-
-
-class TiedBlocks:
-    """Collects matrices over all nodes to retained ones."""
-
-    def __init__(
-        self,
-        transformation: sp.csr_matrix,  # (N, n), T: every node as a weighted sum of retained nodes
-    ) -> None:
-        self._transformation, self._kept = transformation, transformation.shape[1]
-        # The retained node that a node is, or -1 if it depends on several.
-        self._itself = np.full(transformation.shape[0], -1)
-        single = np.flatnonzero(np.diff(transformation.indptr) == 1)
-        entry = transformation.indptr[single]
-        same = transformation.data[entry] == 1
-        self._itself[single[same]] = transformation.indices[entry[same]]
-
-    def collect(self, matrix: sp.bsr_matrix) -> sp.bsr_matrix:
-        """Return T^T K T (3 n, 3 n) of K (3 N, 3 N), columns sorted in every row and none there twice."""
-        row = np.flatnonzero(np.diff(matrix.indptr))
-        kept = self._itself[row]
-        alone = kept.min(initial=0) >= 0 and self._itself[matrix.indices].min(initial=0) >= 0
-        if (
-            alone
-            and np.all(np.diff(kept) > 0)
-            and np.all(np.diff(self._itself[np.unique(matrix.indices)]) > 0)
-        ):
-            # Nothing among them is tied: the same blocks under other numbers.
-            indptr = np.zeros(self._kept + 1, dtype=np.int32)
-            indptr[kept + 1] = np.diff(matrix.indptr)[row]
-            indices = self._itself[matrix.indices].astype(np.int32)
-            return self._matrix(matrix.data, indices, np.cumsum(indptr, dtype=np.int32))
-        return self._spread(matrix)
-
-    def _spread(self, matrix: sp.bsr_matrix) -> sp.bsr_matrix:
-        """Collect blocks of nodes that may depend on several."""
-        count = len(matrix.indices)
-        row = np.repeat(np.arange(len(matrix.indptr) - 1), np.diff(matrix.indptr))
-        first, second = self._transformation[row], self._transformation[matrix.indices]
-        width = np.diff(second.indptr)
-        many = np.diff(first.indptr) * width
-        entry = np.repeat(np.arange(count), many)
-        within = np.arange(len(entry)) - np.repeat(np.cumsum(many) - many, many)
-        i = first.indptr[entry] + within // width[entry]
-        j = second.indptr[entry] + within % width[entry]
-        key = first.indices[i].astype(np.int64) * self._kept + second.indices[j]
-        key, place = np.unique(key, return_inverse=True)
-        weights = first.data[i] * second.data[j]
-        total = sp.csr_matrix((weights, (place, entry)), shape=(len(key), count))
-        data = (total @ matrix.data.reshape(count, 9)).reshape(-1, 3, 3)
-        indptr = np.searchsorted(key, self._kept * np.arange(self._kept + 1, dtype=np.int64))
-        return self._matrix(data, (key % self._kept).astype(np.int32), indptr.astype(np.int32))
-
-    def _matrix(self, data: np.ndarray, indices: np.ndarray, indptr: np.ndarray) -> sp.bsr_matrix:
-        return sp.bsr_matrix((data, indices, indptr), shape=(3 * self._kept, 3 * self._kept))

@@ -2,46 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
 
 from knitstudy.errors import MeshError
-from knitstudy.geometry.fabric import Fabric, Grip, fabric_of
-from knitstudy.mesh.quality import (
-    OVERLAP_TOLERANCE,
-    check,
-    check_bending,
-    check_overlap,
-    require_memory_to_mesh,
-)
+from knitstudy.geometry.fabric import Fabric, fabric_of
+from knitstudy.mesh.quality import check_bending, check_folding, check_overlap, require_memory_to_mesh
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import UNIFORM, Grading, Spacing
 from knitstudy.mesh.sweep import SweptMesh, Targets, sweep
 from knitstudy.study.scene import Scene
 
-REACH = 1.0
-"""Distance from a crossing up to which slices stand at their closest, over the yarn's radius."""
+# Distances from a crossing over the yarn's radius.
+REACH = 1.0  # up to which slices stand at their closest
+RAMP = 2.0  # over which their spacing then grows
+PATCH = 0.5  # of full refinement: half of a patch, and what it slides
+PATCH_RAMP = 1.0  # over which the refinement then ends
 
-RAMP = 2.0
-"""Distance over which their spacing then grows, over the yarn's radius."""
-
-PATCH = 0.5
-"""Distance from a crossing of full refinement, over the radius: half of a patch, and what it slides."""
-
-PATCH_RAMP = 1.0
-"""Distance over which the refinement then ends, over the radius."""
-
-ACROSS = 6
-"""Elements over the diameter of sampled sections, and as close along the yarn near crossings."""
-
-GROWTH = 3.0
-"""Distance of sampled sections away from crossings over that near them."""
-
+ACROSS = 6  # elements over the diameter of sampled sections, and as close along the yarn near crossings
+GROWTH = 3.0  # distance of sampled sections away from crossings over that near them
+# Lengths in radii that are none: of a surface node over the middle plane of a yarn, of a slice from a grip's end.
 ROUNDING = 1e-6
-"""Lengths in radii that are none: of a surface node over the middle plane of a yarn, of a slice from a grip's end."""
 
 
 def mesh_fabric(
@@ -50,7 +33,6 @@ def mesh_fabric(
     growth: float = 1.0,
     refinement: float = 1.0,
     load: str | None = None,
-    overlap: float = OVERLAP_TOLERANCE,
 ) -> SweptMesh:
     """Mesh all yarns with hexahedra, and refuse the mesh if it fails a gate.
 
@@ -59,7 +41,6 @@ def mesh_fabric(
 
     Parameters
     ----------
-    fabric : Fabric
     size : float
         Element size across the yarn, and along it near crossings. [m]
     growth : float
@@ -68,8 +49,6 @@ def mesh_fabric(
         ``size`` over the size of elements right at crossings, along the yarn and across.
     load : str, optional
         Direction of the load, which grips depend on.
-    overlap : float
-        Share of the diameter by which yarns may overlap.
 
     Raises
     ------
@@ -80,13 +59,16 @@ def mesh_fabric(
     radius, curves = fabric.radius, fabric.centrelines
     require_memory_to_mesh(curves, radius, size, growth)
     grading = crossing_grading(radius, refinement, fabric.angle)
-    targets, ends = contact_targets(fabric), fabric.grip_ends(load)
+    yarns, ends = range(len(curves)), fabric.grip_ends(load)
+    targets = [Targets(*fabric.places(yarn)) for yarn in yarns]
     for yarn, here in ends.items():
         targets[yarn] = targets[yarn].without(here)
-    spacings = [crossing_spacing(fabric, yarn, size, growth, grading) for yarn in range(len(curves))]
+    spacings = [crossing_spacing(fabric, yarn, size, growth, grading) for yarn in yarns]
     section = Section.for_size(2 * radius, size)
     mesh = sweep(curves, section, radius, spacings, fabric.repeats, targets, ends, grading)
-    check(mesh, curves, overlap)
+    check_bending(curves, radius)
+    check_folding(mesh)
+    check_overlap(curves, radius)
     return mesh
 
 
@@ -104,20 +86,11 @@ def crossing_spacing(
     return Spacing(size, growth, stations, period, REACH * radius, RAMP * radius, grading)
 
 
-def contact_targets(fabric: Fabric) -> list[Targets]:
-    """Return crossings and points of contact of every yarn, as if it had the neighbours of all its copies."""
-    return [Targets(*fabric.places(yarn)) for yarn in range(len(fabric.centrelines))]
-
-
 def sampled_sections(fabric: Fabric) -> SweptMesh:
     """Return sections of all yarns in frames without twist, past the gates on the shape of the yarns.
 
     They show yarns that have no mesh of their own. Copies of a yarn are swept once.
-
-    Raises
-    ------
-    MeshError
-        If a yarn bends tighter than its radius, or yarns overlap.
+    Raises MeshError if a yarn bends tighter than its radius, or yarns overlap.
     """
     radius = fabric.radius
     check_shape(fabric)
@@ -136,26 +109,27 @@ def sampled_sections(fabric: Fabric) -> SweptMesh:
 
 
 def check_shape(fabric: Fabric) -> None:
-    """Refuse yarns that bend tighter than their radius or overlap; a smaller fabric that has all pairs stands for it.
-
-    Raises
-    ------
-    MeshError
-    """
-    part = fabric.sample or fabric
+    """Refuse yarns that bend tighter than their radius or overlap; raises MeshError."""
+    part = fabric.sample or fabric  # the smaller one has all pairs
     check_bending([part.centrelines[yarn] for yarn in np.unique(part.copy_of)], part.radius)
     check_overlap(part.centrelines, part.radius)
 
 
 def _side_by_side(meshes: list[SweptMesh], shift: np.ndarray) -> SweptMesh:
     """Return meshes of one yarn each as one, moved by vectors (Y, 3) [m]."""
-    names = ("nodes", "hexahedra", "centres", "frames", "arc_length")
-    joined = {name: np.concatenate([getattr(mesh, name) for mesh in meshes]) for name in names}
-    first = {name: np.cumsum([0, *(len(getattr(mesh, name)) for mesh in meshes)]) for name in names}
-    for yarn, by in enumerate(shift):
-        for name, step in (("nodes", by), ("centres", by), ("hexahedra", first["nodes"][yarn])):
-            joined[name][slice(*first[name][yarn : yarn + 2])] += step.astype(joined[name].dtype)
-    return replace(meshes[0], **joined, first_slice=first["arc_length"], pull=None)
+    moved = [
+        {
+            "nodes": mesh.nodes + by,
+            "centres": mesh.centres + by,
+            "frames": mesh.frames,
+            "arc_length": mesh.arc_length,
+        }
+        for mesh, by in zip(meshes, shift, strict=True)
+    ]
+    joined = {name: np.concatenate([each[name] for each in moved]) for name in moved[0]}
+    return replace(
+        meshes[0], **joined, first_slice=np.cumsum([0, *(mesh.slices for mesh in meshes)]), pull=None
+    )
 
 
 def mesh_scene(scene: Scene, fabric: Fabric) -> SweptMesh:
@@ -179,13 +153,7 @@ def mesh(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
 
 @dataclass(frozen=True, eq=False)
 class Grips:
-    """Nodes with prescribed displacements.
-
-    Attributes
-    ----------
-    held : ndarray of int (h,)
-    driven : ndarray of int (k,)
-    """
+    """Nodes with prescribed displacements."""
 
     held: np.ndarray
     driven: np.ndarray
@@ -197,41 +165,27 @@ def load_of(scene: Scene) -> str | None:
 
 
 def grips(mesh: SweptMesh, scene: Scene, fabric: Fabric) -> Grips:
-    """Return the nodes of a mesh that a scene's load holds and drives: all of a slice in an arc that is gripped.
+    """Return the nodes of a mesh that a scene's load holds and drives.
 
-    Raises
-    ------
-    MeshError
-        If no slice stands where an arc ends: the mesh was made for another direction.
+    These are the nodes of all slices in gripped arcs, or those of the half of their surface that is gripped.
+    Raises MeshError if no slice stands where an arc ends: the mesh was made for another direction, and what is gripped
+    would be shorter by a part of an element.
     """
     load = load_of(scene)
-    require_slices(mesh, fabric.grip_ends(load))
-    return Grips(*(gripped_nodes(mesh, grip) for grip in fabric.grips[load]))
-
-
-def require_slices(mesh: SweptMesh, ends: Mapping[int, np.ndarray]) -> None:
-    """Refuse a mesh without a slice where a grip ends: what is gripped would be shorter by a part of an element.
-
-    Raises
-    ------
-    MeshError
-        Naming an arc length of `ends`, by yarn [m], at which no slice stands.
-    """
-    for yarn, own in ends.items():
-        apart = np.abs(mesh.stations[yarn][:, None] - own).min(axis=0)
+    for yarn, ends in fabric.grip_ends(load).items():
+        apart = np.abs(mesh.stations[yarn][:, None] - ends).min(axis=0)
         if apart.size and apart.max() > ROUNDING * mesh.radius:
             raise MeshError(
-                f"mesh of yarn {yarn}: no slice at s = {own[apart.argmax()]:.6g} m, where a grip ends; mesh the fabric "
-                "for the direction of the load"
+                f"mesh of yarn {yarn}: no slice at s = {ends[apart.argmax()]:.6g} m, where a grip ends; mesh the "
+                "fabric for the direction of the load"
             )
-
-
-def gripped_nodes(mesh: SweptMesh, grip: Grip) -> np.ndarray:
-    """Return the nodes (n,) of all slices in gripped arcs, or those of the half of their surface that is gripped."""
-    slices = np.flatnonzero(grip.holds(mesh.yarn_of_slice, mesh.arc_length))
-    nodes = mesh.slice_nodes(slices)
-    if grip.side is None:
-        return nodes.ravel()
-    surface = nodes[:, mesh.section.ring]
-    height = (mesh.nodes[surface] - mesh.centres[slices, None]) @ grip.side
-    return np.sort(surface[height > ROUNDING * mesh.radius])
+    gripped = []
+    for grip in fabric.grips[load]:
+        slices = np.flatnonzero(grip.holds(mesh.yarn_of_slice, mesh.arc_length))
+        nodes = mesh.slice_nodes(slices)
+        if grip.side is not None:
+            nodes = nodes[:, mesh.section.ring]
+            height = (mesh.nodes[nodes] - mesh.centres[slices, None]) @ grip.side
+            nodes = np.sort(nodes[height > ROUNDING * mesh.radius])
+        gripped.append(nodes.ravel())
+    return Grips(*gripped)

@@ -22,35 +22,21 @@ from knitstudy.mechanics.batches import determinant
 from knitstudy.mechanics.elements.quadratic import GRADIENTS
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import drawn, drawn_angles
-from knitstudy.mesh.sweep import SweptMesh, rolled, rotation_minimising
+from knitstudy.mesh.sweep import SweptMesh, rolled, rotation_minimising, tube
 
+# Weights (8,) of a face's corners and of the middles of its edges at its centre.
 FACE_CENTRE = np.array([-0.25] * 4 + [0.5] * 4)
-"""Weights (8,) of a face's corners and of the middles of its edges at its centre."""
 
 
 @dataclass(frozen=True, eq=False)
 class QuadraticSection:
-    """A section with the middles of its edges, on the unit disc.
+    """A section with the middles of its edges, on the unit disc."""
 
-    Attributes
-    ----------
-    section : Section
-        Corners and quads, the ring on the unit circle.
-    edges : ndarray of int (m, 2)
-        Corners of every edge.
-    middles : ndarray (m, 2)
-        Positions of their middles, over the radius of the yarn; those of the ring lie on the circle.
-    quad_edges : ndarray of int (e, 4)
-        Edges of every quad, the first one from its first corner to its second.
-    ring_edges : ndarray of int (a,)
-        Edges from every surface node to the next one.
-    """
-
-    section: Section
-    edges: np.ndarray
-    middles: np.ndarray
-    quad_edges: np.ndarray
-    ring_edges: np.ndarray
+    section: Section  # corners and quads, the ring on the unit circle
+    edges: np.ndarray  # (m, 2) corners of every edge
+    middles: np.ndarray  # (m, 2) places of their middles over the radius; those of the ring on the circle
+    quad_edges: np.ndarray  # (e, 4) edges of every quad, the first one from its first corner to its second
+    ring_edges: np.ndarray  # (a,) edges from every surface node to the next one
 
     @classmethod
     def of(cls, section: Section) -> QuadraticSection:
@@ -77,50 +63,26 @@ class QuadraticSection:
 
 @dataclass(frozen=True, eq=False)
 class QuadraticMesh:
-    """Quadratic hexahedra of all yarns, numbered yarn by yarn, station by station.
+    """Quadratic hexahedra of all yarns, numbered yarn by yarn, station by station."""
 
-    Attributes
-    ----------
-    corners : SweptMesh
-        Of the corners alone, on the true radius.
-    section : QuadraticSection
-    nodes : ndarray (N, 3)
-        Coordinates, m.
-    elements : ndarray (E, 20) of int32
-        In the order of `knitstudy.mechanics.elements.quadratic`.
-    yarn, station : ndarray (N,) of int
-        Of every node; stations are numbered through all yarns.
-    corner_nodes : ndarray (C,) of int
-        Number of every node of ``corners``.
-    face_centres : ndarray (F,) of int
-        Nodes in the middles of surface faces, which belong to no element.
-    faces : ndarray (F, 8) of int
-        Corners of these faces, and the middles of their edges: what `FACE_CENTRE` weighs.
-    grids : tuple of ndarray of int (2 s - 1, 2 a)
-        Surface nodes of every yarn, station by station, by angle.
-    arc_lengths : tuple of ndarray (2 s - 1,)
-        Of the stations of every yarn, m.
-    """
-
-    corners: SweptMesh
+    corners: SweptMesh  # of the corners alone, on the true radius
     section: QuadraticSection
-    nodes: np.ndarray
-    elements: np.ndarray
-    yarn: np.ndarray
-    station: np.ndarray
-    corner_nodes: np.ndarray
-    face_centres: np.ndarray
-    faces: np.ndarray
-    grids: tuple[np.ndarray, ...]
-    arc_lengths: tuple[np.ndarray, ...]
+    nodes: np.ndarray  # (N, 3) coordinates. [m]
+    elements: np.ndarray  # (E, 20) in the order of `knitstudy.mechanics.elements.quadratic`
+    yarn: np.ndarray  # (N,)
+    station: np.ndarray  # (N,) numbered through all yarns
+    corner_nodes: np.ndarray  # number of every node of ``corners``
+    face_centres: np.ndarray  # (F,) nodes in the middles of surface faces, which belong to no element
+    faces: np.ndarray  # (F, 8) corners of these faces, and middles of their edges, by `FACE_CENTRE`
+    grids: tuple[np.ndarray, ...]  # surface nodes (2 s - 1, 2 a) of every yarn, station by station, by angle
+    arc_lengths: tuple[np.ndarray, ...]  # (2 s - 1,) of the stations of every yarn. [m]
 
     @cached_property
     def angles(self) -> tuple[np.ndarray, ...]:
         """Angles (2 s - 1, 2 a) of the nodes of every grid, from d1 towards d2, rad."""
         ring = self.corners.section.angles
         around = np.stack([ring, ring + np.pi / ring.size], axis=-1).ravel()
-        bounds = self.corners.first_slice
-        pulls = (self.corners.pull[slice(*bounds[yarn : yarn + 2])] for yarn in range(self.corners.yarns))
+        pulls = self.corners.by_yarn(self.corners.pull)
         return tuple(drawn_angles(around, _with_middles(pull)) for pull in pulls)
 
     @cached_property
@@ -134,26 +96,23 @@ class QuadraticMesh:
 def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Centreline]) -> QuadraticMesh:
     """Return the mesh of quadratic hexahedra with the elements of a swept mesh, from the curves that were swept.
 
-    Raises
-    ------
-    MeshError
-        If an element is folded at one of its Gauss points.
+    Raises MeshError if an element is folded at one of its Gauss points.
     """
     section = QuadraticSection.of(mesh.section)
     disc = np.vstack([section.section.points, section.middles])
     q, a = section.section.size, section.ring_edges.size
     whole = len(disc)
-    slices, lower = np.arange(mesh.slices), np.setdiff1d(np.arange(mesh.slices), mesh.first_slice[1:] - 1)
+    slices, lower = np.arange(mesh.slices), mesh.lower_slices
     # A slice, the middle slice behind it with its face centres; no middle slice follows the last slice of a yarn.
     start = slices * (whole + q + a) - mesh.yarn_of_slice * (q + a)
     slice_nodes = start[:, None] + section.place  # (S, q + m): corners, middles
     middle_nodes = start[lower, None] + whole + np.arange(q + a)  # (L, q + a): corners, face centres
     nodes = np.empty((start[-1] + whole, 3))
-    nodes[slice_nodes] = _tube(mesh.centres, mesh.frames, mesh.radius * drawn(disc, mesh.pull))
+    nodes[slice_nodes] = tube(mesh.centres, mesh.frames, mesh.radius * drawn(disc, mesh.pull))
     arc_lengths = tuple(_with_middles(s) for s in mesh.stations)
     centres, frames = _middle_slices(mesh, curves, arc_lengths)
     pull = 0.5 * (mesh.pull[lower] + mesh.pull[lower + 1])
-    nodes[middle_nodes[:, :q]] = _tube(centres, frames, mesh.radius * drawn(disc[:q], pull))
+    nodes[middle_nodes[:, :q]] = tube(centres, frames, mesh.radius * drawn(disc[:q], pull))
 
     ring, ring_edges = section.section.ring, q + section.ring_edges
     ahead, below, above = np.roll(ring, -1), slice_nodes[lower], slice_nodes[lower + 1]
@@ -168,10 +127,17 @@ def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Centreline]) -> QuadraticMe
     on_slices = np.stack([slice_nodes[:, ring], slice_nodes[:, ring_edges]], axis=-1).reshape(len(slices), -1)
     between = np.stack([middle_nodes[:, ring], middle_nodes[:, q:]], axis=-1).reshape(len(lower), -1)
 
+    station_of_slice = 2 * slices - mesh.yarn_of_slice
     station = np.empty(len(nodes), dtype=np.int64)
-    station[slice_nodes] = (2 * slices - mesh.yarn_of_slice)[:, None]
-    station[middle_nodes] = station[below[:, :1]] + 1
-    elements = _elements(section, below, middle_nodes, above)
+    grid = np.empty((station_of_slice[-1] + 1, 2 * a), dtype=np.int64)
+    for here, own, on_surface in (
+        (station_of_slice, slice_nodes, on_slices),
+        (station_of_slice[lower] + 1, middle_nodes, between),
+    ):
+        station[own], grid[here] = here[:, None], on_surface
+    quads, edges = section.section.quads, q + section.quad_edges
+    parts = [below[:, quads], above[:, quads], below[:, edges], above[:, edges], middle_nodes[:, quads]]
+    elements = np.concatenate(parts, axis=-1).reshape(-1, 20).astype(np.int32)
     corners = replace(mesh, section=section.section, nodes=nodes[slice_nodes[:, :q]].reshape(-1, 3))
     _refuse_folded(nodes, elements, corners)
     return QuadraticMesh(
@@ -184,14 +150,9 @@ def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Centreline]) -> QuadraticMe
         corner_nodes=slice_nodes[:, :q].ravel(),
         face_centres=middle_nodes[:, q:].ravel(),
         faces=faces.reshape(-1, 8),
-        grids=tuple(_grid(on_slices, between, mesh, yarn) for yarn in range(mesh.yarns)),
+        grids=tuple(np.split(grid, station_of_slice[mesh.first_slice[1:-1]])),
         arc_lengths=arc_lengths,
     )
-
-
-def _tube(centres: np.ndarray, frames: np.ndarray, disc: np.ndarray) -> np.ndarray:
-    """Points (S, k, 3) at places (S, k, 2) [m] of cross-sections."""
-    return centres[:, None] + np.einsum("skd,sdi->ski", disc, frames[:, :2])
 
 
 def _with_middles(s: np.ndarray) -> np.ndarray:
@@ -204,12 +165,10 @@ def _middle_slices(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Centres (L, 3) and frames (L, 3, 3) halfway between all slices of every yarn."""
     centres, frames = [], []
-    for yarn, (curve, s) in enumerate(zip(curves, arc_lengths, strict=True)):
-        here = slice(*mesh.first_slice[yarn : yarn + 2])
+    for curve, s, d1 in zip(curves, arc_lengths, mesh.by_yarn(mesh.frames[:, 0]), strict=True):
         place = curve.position(s)
         free = rotation_minimising(place, curve.tangent(s))
         # The roll of the slices against frames without spin, and its mean between them.
-        d1 = mesh.frames[here, 0]
         x, y = (np.einsum("si,si->s", free[::2, axis], d1) for axis in (0, 1))
         roll = np.unwrap(np.arctan2(y, x))
         centres.append(place[1::2])
@@ -217,32 +176,8 @@ def _middle_slices(
     return np.concatenate(centres), np.concatenate(frames)
 
 
-def _elements(
-    section: QuadraticSection, below: np.ndarray, between: np.ndarray, above: np.ndarray
-) -> np.ndarray:
-    """Nodes (E, 20) of the elements between slices (L, q + m), with the middle slices (L, q + a) in them."""
-    quads, edges = section.section.quads, section.section.size + section.quad_edges
-    parts = [below[:, quads], above[:, quads], below[:, edges], above[:, edges], between[:, quads]]
-    return np.concatenate(parts, axis=-1).reshape(-1, 20).astype(np.int32)
-
-
-def _grid(on_slices: np.ndarray, between: np.ndarray, mesh: SweptMesh, yarn: int) -> np.ndarray:
-    """Surface nodes (2 s - 1, 2 a) of one yarn, from those of all slices and of all middle slices."""
-    first, last = mesh.first_slice[yarn : yarn + 2]
-    grid = np.empty((2 * (last - first) - 1, on_slices.shape[1]), dtype=np.int64)
-    grid[::2] = on_slices[first:last]
-    grid[1::2] = between[first - yarn : last - yarn - 1]
-    return grid
-
-
 def _refuse_folded(nodes: np.ndarray, elements: np.ndarray, corners: SweptMesh) -> None:
-    """Refuse elements whose Jacobian is not positive at one of their Gauss points.
-
-    Raises
-    ------
-    MeshError
-        Naming the worst element.
-    """
+    """Refuse elements whose Jacobian is not positive at one of their Gauss points."""
     places = np.swapaxes(nodes[elements], 1, 2)
     smallest = np.min([determinant(places @ gradient) for gradient in GRADIENTS], axis=0)
     worst = int(np.argmin(smallest))

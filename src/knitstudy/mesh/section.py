@@ -15,11 +15,10 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from knitstudy.errors import MeshError
 
-FEWEST_CORE = 3
-"""Fewest elements along a side of the core. 12 inscribed angles keep 91% of a circle's bending stiffness."""
-
-ROUNDING = 0.28
-"""How far the core's sides bulge: 0 a square, 1/2 the elliptic map of the square onto the disc."""
+FEWEST_CORE = 3  # elements along a side of the core: 12 angles keep 91% of a circle's bending stiffness
+ROUNDING = (
+    0.28  # how far the core's sides bulge: 0 a square, 1/2 the elliptic map of the square onto the disc
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,29 +27,17 @@ class Section:
 
     The polygon of surface nodes has the area of the unit circle, so its nodes lie slightly outside of it: a
     swept yarn keeps its cross-sectional area, and nearly its bending stiffness.
-
-    Attributes
-    ----------
-    points : ndarray (q, 2)
-        Node positions over the radius of the yarn, dimensionless.
-    quads : ndarray (e, 4) of int
-        Corner nodes, counter-clockwise.
-    ring : ndarray (a,) of int
-        Surface nodes, counter-clockwise.
     """
 
-    points: np.ndarray
-    quads: np.ndarray
-    ring: np.ndarray
+    points: np.ndarray  # (q, 2) node positions over the radius of the yarn
+    quads: np.ndarray  # (e, 4) corner nodes, counter-clockwise
+    ring: np.ndarray  # (a,) surface nodes, counter-clockwise
 
     @classmethod
     def butterfly(cls, core: int, rings: int) -> Section:
         """Section with a core of ``core`` by ``core`` elements and ``rings`` rings of ``4 core`` elements.
 
-        Raises
-        ------
-        MeshError
-            If the core has fewer than three elements a side (12 angles), or there is no ring.
+        Raises MeshError if the core has fewer than three elements a side (12 angles), or there is no ring.
         """
         if core < FEWEST_CORE:
             raise MeshError(
@@ -77,11 +64,7 @@ class Section:
 
         ``round(diameter / size)`` elements lie across, a third of them in rings. However coarse the size, the
         section has at least 12 angles, that is, five elements across.
-
-        Raises
-        ------
-        MeshError
-            If the diameter or the size is not positive.
+        Raises MeshError if the diameter or the size is not positive.
         """
         return cls.butterfly(*_divisions(diameter, size))
 
@@ -142,9 +125,8 @@ def _core(core: int, scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def _layers(boundary: np.ndarray, rings: int) -> np.ndarray:
     """Ring nodes (rings, a, 2) on straight lines from the core's boundary (a, 2) to the inflated circle."""
     count = boundary.shape[0]
-    angle = (
-        2 * np.pi * np.arange(count) / count - 0.75 * np.pi
-    )  # the core's first corner lies at -135 degrees
+    # The core's first corner lies at -135 degrees.
+    angle = 2 * np.pi * np.arange(count) / count - 0.75 * np.pi
     # A regular polygon of `count` corners on this radius has the area of the unit circle.
     radius = np.sqrt(2 * np.pi / (count * np.sin(2 * np.pi / count)))
     circle = radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)

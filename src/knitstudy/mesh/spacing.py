@@ -11,7 +11,7 @@ Elements are m times as small at a / |a|, angles and rings alike, and m times as
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,22 +19,19 @@ import numpy as np
 from knitstudy.errors import MeshError
 
 
+def smooth_step(t: np.ndarray) -> np.ndarray:
+    """Return the cubic that grows from 0 at t = 0 to 1 at t = 1 with slopes of 0; constant beyond."""
+    t = np.clip(t, 0.0, 1.0)
+    return t**2 * (3 - 2 * t)
+
+
 @dataclass(frozen=True)
 class Grading:
-    """How much finer a mesh is near crossings.
+    """How much finer a mesh is near crossings."""
 
-    Attributes
-    ----------
-    refinement : float
-        Element size over the size at crossings, at least 1.
-    reach, ramp : float
-        Full refinement lasts up to the distance ``reach`` from a crossing, and is gone beyond ``reach + ramp``, along
-        the yarn, m.
-    """
-
-    refinement: float = 1.0
-    reach: float = 0.0
-    ramp: float = 1.0
+    refinement: float = 1.0  # element size over the size at crossings, at least 1
+    reach: float = 0.0  # distance along the yarn from a crossing up to which refinement is full. [m]
+    ramp: float = 1.0  # distance over which it is then gone. [m]
 
     def __post_init__(self):
         if not self.refinement >= 1:
@@ -42,25 +39,13 @@ class Grading:
 
     def share(self, distance: np.ndarray) -> np.ndarray:
         """Share of the refinement that is left at distances (k,) in m from a crossing: 1 at it, 0 far away."""
-        t = np.clip((distance - self.reach) / self.ramp, 0.0, 1.0)
-        return 1 - t**2 * (3 - 2 * t)
-
-    def finer(self, distance: np.ndarray) -> np.ndarray:
-        """Return the factor (k,) on the spacing along the yarn at distances (k,) in m from the nearest crossing.
-
-        It grows geometrically over the ramp, so that neighbours differ by the same ratio.
-        """
-        return self.refinement ** -self.share(distance)
+        return 1 - smooth_step((distance - self.reach) / self.ramp)
 
     def pull(self, s: np.ndarray, crossings: np.ndarray, bearing: np.ndarray) -> np.ndarray:
         """Return a (k, 2) of sections at arc lengths ``s`` (k,) [m]: how far, and where to, they are drawn.
 
         At crossings (c,), increasing arc lengths, the other yarn lies at a bearing (c,) from d1 towards d2, rad.
-
-        Raises
-        ------
-        MeshError
-            If a section would be drawn to two crossings at once.
+        Raises MeshError if a section would be drawn to two crossings at once.
         """
         if self.refinement == 1 or not crossings.size:
             return np.zeros((s.size, 2))
@@ -77,8 +62,7 @@ class Grading:
         return ((finer - 1) / (finer + 1))[:, None] * np.stack([np.cos(towards), np.sin(towards)], axis=-1)
 
 
-UNIFORM = Grading()
-"""No refinement anywhere."""
+UNIFORM = Grading()  # no refinement anywhere
 
 
 def drawn(points: np.ndarray, pull: np.ndarray) -> np.ndarray:
@@ -105,47 +89,22 @@ def drawn_angles(angles: np.ndarray, pull: np.ndarray) -> np.ndarray:
 
 # ---- Where slices stand
 
-SpacingFunction = Callable[[np.ndarray], np.ndarray]
-"""Wanted distance of slices in m at arc lengths s in m: (k,) -> (k,)."""
-
 SAMPLES_PER_ELEMENT = 32
-
-SAME = 1e-9
-"""Share of a yarn's length within which two arc lengths are one."""
-
-COUNT_DIGITS = 6
-"""Digits behind the point to which numbers of elements are known, rounding errors apart."""
+SAME = 1e-9  # share of a yarn's length within which two arc lengths are one
+COUNT_DIGITS = 6  # digits behind the point to which numbers of elements are known, rounding errors apart
 
 
 @dataclass(frozen=True)
 class Spacing:
-    """Spacing ``size`` near the crossings that grows smoothly to ``growth * size`` between them.
+    """Wanted distance of slices: ``size`` near crossings, growing to ``growth * size``; less where it is refined."""
 
-    Where the mesh is refined it is smaller yet right at them.
-
-    Attributes
-    ----------
-    size : float
-        Spacing within ``reach`` of a crossing, m.
-    growth : float
-        Spacing away from the crossings over ``size``, at least 1.
-    stations : tuple of float
-        Arc lengths of the crossings, m.
-    period : float
-        Arc length after which the stations repeat (one loop), m.
-    reach, ramp : float
-        The spacing is ``size`` up to the distance ``reach`` and ``growth * size`` beyond ``reach + ramp``, m.
-    grading : Grading
-        How much finer it is at the crossings.
-    """
-
-    size: float
-    growth: float = 1.0
-    stations: tuple[float, ...] = ()
-    period: float = np.inf
-    reach: float = 0.0
-    ramp: float = 1.0
-    grading: Grading = UNIFORM
+    size: float  # within ``reach`` of a crossing. [m]
+    growth: float = 1.0  # spacing beyond ``reach + ramp`` over ``size``, at least 1
+    stations: tuple[float, ...] = ()  # arc lengths of the crossings. [m]
+    period: float = np.inf  # arc length after which the stations repeat (one loop). [m]
+    reach: float = 0.0  # [m]
+    ramp: float = 1.0  # [m]
+    grading: Grading = UNIFORM  # how much finer it is at the crossings
 
     def __post_init__(self):
         if not self.size > 0:
@@ -162,13 +121,15 @@ class Spacing:
         if np.isfinite(self.period):
             offset -= self.period * np.round(offset / self.period)
         distance = np.abs(offset).min(axis=1)
-        t = np.clip((distance - self.reach) / self.ramp, 0.0, 1.0)
-        return self.size * (1 + (self.growth - 1) * t**2 * (3 - 2 * t)) * self.grading.finer(distance)
+        far = smooth_step((distance - self.reach) / self.ramp)
+        # Refinement grows geometrically over its ramp, so that neighbours differ by the same ratio.
+        finer = self.grading.refinement ** -self.grading.share(distance)
+        return self.size * (1 + (self.growth - 1) * far) * finer
 
 
 def place_slices(
     length: float,
-    spacing: SpacingFunction,
+    spacing: Spacing,
     periods: int = 1,
     centred: Sequence[float] = (),
     ends: Sequence[float] = (),
@@ -183,8 +144,6 @@ def place_slices(
     ----------
     length : float
         Arc length of the yarn, m.
-    spacing : callable
-        Wanted distance of neighbours in m at arc lengths in m.
     periods : int
         Number of equally long parts of the yarn (its loops) at whose ends slices stand.
     centred : sequence of float
@@ -196,12 +155,14 @@ def place_slices(
     Raises
     ------
     MeshError
-        If the length or a spacing is not positive and finite, or two centred arc lengths, or one and the end
-        of a period or grip, leave less than half an element between their layers.
+        If the length is not positive and finite, or two centred arc lengths, or one and the end of a period or grip,
+        leave less than half an element between their layers.
     """
     if not (np.isfinite(length) and length > 0):
         raise MeshError(f"yarn length: {length} m is not allowed; it must be positive")
-    ends = _distinct(np.concatenate([np.linspace(0.0, length, periods + 1), ends]), length)
+    ends = np.sort(np.concatenate([np.linspace(0.0, length, periods + 1), ends]))
+    ends = ends[np.diff(ends, prepend=-length) > SAME * length]
+    ends[[0, -1]] = 0.0, length
     bounds, is_layer = _parts(length, spacing, ends, np.asarray(centred, dtype=float))
     s, count = _element_count(length, spacing, bounds)
     at_bounds = np.interp(bounds, s, count)
@@ -216,16 +177,8 @@ def place_slices(
     return slices
 
 
-def _distinct(ends: np.ndarray, length: float) -> np.ndarray:
-    """Ascending arc lengths in m from 0 to ``length``, without those that rounding alone sets apart."""
-    ends = np.sort(ends)
-    ends = ends[np.diff(ends, prepend=-length) > SAME * length]
-    ends[[0, -1]] = 0.0, length
-    return ends
-
-
 def _parts(
-    length: float, spacing: SpacingFunction, ends: np.ndarray, centred: np.ndarray
+    length: float, spacing: Spacing, ends: np.ndarray, centred: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Bounds (p + 1,) of the parts of a yarn in m, and which parts (p,) are layers about ``centred``."""
     if centred.size and not (0 < centred[0] and centred[-1] < length and (np.diff(centred) > 0).all()):
@@ -233,21 +186,19 @@ def _parts(
             f"mesh spacing: centred arc lengths {centred.tolist()} m are not allowed; they must increase and "
             f"lie between 0 and {length:.6g} m"
         )
-    half = 0.5 * _checked(spacing, centred)
+    half = 0.5 * spacing(centred)
     layers = np.stack([centred - half, centred + half], axis=-1)  # (c, 2)
     place = 2 * np.searchsorted(centred, ends)
     begins_layer = np.tile([True, False], centred.size)
     return np.insert(layers.ravel(), place, ends), np.insert(begins_layer, place, False)[:-1]
 
 
-def _element_count(
-    length: float, spacing: SpacingFunction, bounds: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def _element_count(length: float, spacing: Spacing, bounds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Arc lengths (k,) in m, bounds among them, and the integral (k,) of ds / spacing from 0 to them."""
-    smallest = _checked(spacing, np.linspace(0.0, length, 4097)).min()
+    smallest = spacing(np.linspace(0.0, length, 4097)).min()
     samples = SAMPLES_PER_ELEMENT * int(np.ceil(round(length / smallest, COUNT_DIGITS)))
     s = np.union1d(np.linspace(0.0, length, 1 + samples), np.clip(bounds, 0.0, length))
-    density = 1.0 / _checked(spacing, s)
+    density = 1.0 / spacing(s)
     return s, np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(s))])
 
 
@@ -262,15 +213,3 @@ def _check_room(bounds: np.ndarray, number: np.ndarray) -> None:
             "beside layers of elements with a crossing in their middle, are not allowed; there must be room for "
             "half an element: use a smaller mesh.size"
         )
-
-
-def _checked(spacing: SpacingFunction, s: np.ndarray) -> np.ndarray:
-    """Values of ``spacing`` at ``s``, refused where they are not positive and finite."""
-    values = np.broadcast_to(np.asarray(spacing(s), dtype=float), s.shape)
-    bad = ~(np.isfinite(values) & (values > 0))
-    if bad.any():
-        first = np.flatnonzero(bad)[0]
-        raise MeshError(
-            f"mesh spacing: {values[first]} m at s = {s[first]:.6g} m is not allowed; it must be positive"
-        )
-    return values

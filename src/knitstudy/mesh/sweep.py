@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
 
@@ -17,11 +17,12 @@ from knitstudy.mesh.spacing import (
     SAME,
     UNIFORM,
     Grading,
-    SpacingFunction,
+    Spacing,
     drawn,
     drawn_angles,
     place_slices,
     shrinkage,
+    smooth_step,
 )
 
 
@@ -52,39 +53,32 @@ def _reflection(normal: np.ndarray) -> np.ndarray:
 
 def _start(tangent: np.ndarray) -> np.ndarray:
     """Unit normal to ``tangent`` nearest to z, or to y where the tangent is almost parallel to that."""
-    axis = np.array([0.0, 0.0, 1.0])
-    if np.linalg.norm(np.cross(tangent, axis)) < 0.1:
-        axis = np.array([0.0, 1.0, 0.0])
+    _, y, z = np.eye(3)
+    axis = y if np.linalg.norm(np.cross(tangent, z)) < 0.1 else z
     normal = axis - (axis @ tangent) * tangent
     return normal / np.linalg.norm(normal)
 
 
 # ---- Roll of frames about the tangent: facets turn towards the contacts at crossings
 
-TIE_DIGITS = 6
-"""Digits of a facet step to which two ways round are equally far, so that rounding does not choose."""
+TIE_DIGITS = 6  # of a facet step, to which two ways round are equally far: rounding does not choose
 
 
 @dataclass(frozen=True, eq=False)
 class Targets:
-    """Points that the middles of facets of one yarn shall face.
+    """Points that the middles of facets of one yarn shall face."""
 
-    Attributes
-    ----------
-    arc_length : ndarray (T,)
-        Increasing; where the yarn is nearest to the points, m.
-    point : ndarray (T, 3)
-        The points, off the centreline, m.
-    """
-
-    arc_length: np.ndarray = field(default_factory=lambda: np.empty(0))
-    point: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
+    arc_length: np.ndarray  # (T,) increasing; where the yarn is nearest to the points. [m]
+    point: np.ndarray  # (T, 3) off the centreline. [m]
 
     def without(self, arc_length: np.ndarray) -> Targets:
         """Return all but those at arc lengths (k,) [m]."""
         near = np.abs(self.arc_length[:, None] - arc_length) <= SAME * self.arc_length.max(initial=0.0)
         others = ~near.any(axis=1)
         return Targets(self.arc_length[others], self.point[others])
+
+
+NO_TARGETS = Targets(np.empty(0), np.empty((0, 3)))
 
 
 def roll_towards(
@@ -107,8 +101,11 @@ def roll_towards(
     excess = (bearing - angles[0]) / step - 0.5  # facet steps beyond the middle of the first facet
     whole = np.round(np.round(np.diff(excess, prepend=0.0), TIE_DIGITS))
     roll = step * (excess - np.cumsum(whole))
-    bounds = np.stack([arc_length[layer], arc_length[layer + 1]], axis=-1).ravel()
-    return _smooth_steps(arc_length, bounds, np.repeat(roll, 2))
+    knots = np.stack([arc_length[layer], arc_length[layer + 1]], axis=-1).ravel()
+    roll = np.repeat(roll, 2)
+    part = np.clip(np.searchsorted(knots, arc_length, side="right") - 1, 0, knots.size - 2)
+    step = smooth_step((arc_length - knots[part]) / (knots[part + 1] - knots[part]))
+    return roll[part] + (roll[part + 1] - roll[part]) * step
 
 
 def rolled(frames: np.ndarray, roll: np.ndarray) -> np.ndarray:
@@ -134,49 +131,21 @@ def bearings(targets: Targets, arc_length: np.ndarray, centres: np.ndarray, fram
     return np.arctan2(y, x)
 
 
-def _smooth_steps(s: np.ndarray, knots: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """C1 interpolation (k,) by cubic smooth steps between knots, constant beyond the outer ones."""
-    part = np.clip(np.searchsorted(knots, s, side="right") - 1, 0, knots.size - 2)
-    t = np.clip((s - knots[part]) / (knots[part + 1] - knots[part]), 0.0, 1.0)
-    return values[part] + (values[part + 1] - values[part]) * t**2 * (3 - 2 * t)
-
-
 # ---- Sections swept along centrelines
 
 
 @dataclass(frozen=True, eq=False)
 class SweptMesh:
-    """Hexahedra of all yarns, numbered yarn by yarn, slice by slice, section node by section node.
+    """Hexahedra of all yarns, numbered yarn by yarn, slice by slice, section node by section node."""
 
-    Attributes
-    ----------
-    nodes : ndarray (N, 3)
-        Coordinates, m.
-    hexahedra : ndarray (E, 8) of int32
-        Corners in VTK order; within a yarn layer by layer, in a layer as ``section.quads``.
-    section : Section
-    radius : float
-        Yarn radius, m.
-    centres : ndarray (S, 3)
-        Centres of the slices, m.
-    frames : ndarray (S, 3, 3)
-        Rows d1, d2 and the tangent of every slice.
-    arc_length : ndarray (S,)
-        Arc length of every slice from the left end of its yarn, m.
-    first_slice : ndarray (Y + 1,) of int
-        First slice of every yarn, then S.
-    pull : ndarray (S, 2), optional
-        How far, and where to in the plane of d1 and d2, every slice is drawn (`knitstudy.mesh.spacing`); 0 if omitted.
-    """
-
-    nodes: np.ndarray
-    hexahedra: np.ndarray
+    nodes: np.ndarray  # (S q, 3) coordinates. [m]
     section: Section
-    radius: float
-    centres: np.ndarray
-    frames: np.ndarray
-    arc_length: np.ndarray
-    first_slice: np.ndarray
+    radius: float  # of the yarns. [m]
+    centres: np.ndarray  # (S, 3) centres of the slices. [m]
+    frames: np.ndarray  # (S, 3, 3) rows d1, d2 and the tangent
+    arc_length: np.ndarray  # (S,) from the left end of a yarn. [m]
+    first_slice: np.ndarray  # (Y + 1,) first slice of every yarn, then S
+    # (S, 2) how far, and where to in the plane of d1 and d2, slices are drawn (`knitstudy.mesh.spacing`); 0 if omitted
     pull: np.ndarray | None = None
 
     def __post_init__(self):
@@ -198,10 +167,34 @@ class SweptMesh:
         """Yarn of every slice (S,)."""
         return np.repeat(np.arange(self.yarns), np.diff(self.first_slice))
 
+    @cached_property
+    def lower_slices(self) -> np.ndarray:
+        """Slices (L,) that a layer of elements begins with: all but the last one of every yarn."""
+        return np.setdiff1d(np.arange(self.slices), self.first_slice[1:] - 1)
+
+    @cached_property
+    def hexahedra(self) -> np.ndarray:
+        """Corner nodes (E, 8) in VTK order; within a yarn layer by layer, in a layer as ``section.quads``."""
+        lower = self.lower_slices[:, None, None] * self.section.size + self.section.quads  # (L, e, 4)
+        return np.concatenate([lower, lower + self.section.size], axis=-1).reshape(-1, 8).astype(np.int32)
+
+    def slice_below(self, yarn: np.ndarray, arc_length: np.ndarray) -> np.ndarray:
+        """Return the slices (...) that layers begin with in which arc lengths (...) [m] on yarns (...) lie."""
+        found = np.empty(yarn.shape, dtype=np.int64)
+        for number, stations in enumerate(self.stations):
+            here = yarn == number
+            layer = np.searchsorted(stations, arc_length[here], side="right") - 1
+            found[here] = self.first_slice[number] + np.clip(layer, 0, len(stations) - 2)
+        return found
+
     @property
     def stations(self) -> tuple[np.ndarray, ...]:
         """Arc lengths of the slices of every yarn, m."""
-        return tuple(np.split(self.arc_length, self.first_slice[1:-1]))
+        return self.by_yarn(self.arc_length)
+
+    def by_yarn(self, values: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Return values of slices (S, ...) for every yarn."""
+        return tuple(np.split(values, self.first_slice[1:-1]))
 
     @cached_property
     def angles(self) -> np.ndarray:
@@ -229,50 +222,43 @@ class SweptMesh:
     @cached_property
     def slice_of_element(self) -> np.ndarray:
         """Lower slice of every hexahedron (E,)."""
-        layers = np.setdiff1d(np.arange(self.slices), self.first_slice[1:] - 1)
-        return np.repeat(layers, self.section.quads.shape[0])
+        return np.repeat(self.lower_slices, self.section.quads.shape[0])
 
     def slice_nodes(self, slices: np.ndarray | int) -> np.ndarray:
         """Node numbers (..., q) of the given slices (...)."""
         return np.asarray(slices)[..., None] * self.section.size + np.arange(self.section.size)
-
-    def end_nodes(self, side: str) -> np.ndarray:
-        """Nodes (Y q,) of the first ("left") or last ("right") slices of all yarns."""
-        ends = {"left": self.first_slice[:-1], "right": self.first_slice[1:] - 1}[side]
-        return self.slice_nodes(ends).ravel()
 
     def surface_nodes(self, yarn: int) -> np.ndarray:
         """Grid (slices, angles) of the surface nodes of one yarn."""
         slices = np.arange(*self.first_slice[yarn : yarn + 2])
         return self.slice_nodes(slices)[:, self.section.ring]
 
+    def facet_nodes(self, slices: np.ndarray, facet: np.ndarray) -> np.ndarray:
+        """Corners (..., 4) of facets (...) between slices (...) and the next ones."""
+        corner = np.stack([facet, facet + 1, facet + 1, facet], axis=-1) % self.section.ring.size
+        return (slices[..., None] + [0, 0, 1, 1]) * self.section.size + self.section.ring[corner]
+
     def surface_quads(self, yarn: int) -> np.ndarray:
         """Facets ((slices - 1) angles, 4) of one yarn's lateral surface, layer by layer, normals outward."""
-        grid = self.surface_nodes(yarn)
-        ahead = np.roll(grid, -1, axis=1)
-        return np.stack([grid[:-1], ahead[:-1], ahead[1:], grid[1:]], axis=-1).reshape(-1, 4)
+        facets = np.indices((int(np.diff(self.first_slice)[yarn]) - 1, self.section.ring.size))
+        return self.facet_nodes(self.first_slice[yarn] + facets[0], facets[1]).reshape(-1, 4)
 
     def to_dataset(self) -> xr.Dataset:
         """Dataset of everything the mesh consists of (SI units)."""
-        metre, one = {"units": "m"}, {"units": "1"}
+        metre, one, section = {"units": "m"}, {"units": "1"}, self.section
+        corners, over_radius = (
+            one | {"long_name": name} for name in ("corner nodes, VTK order", "over the radius")
+        )
         variables = {
             "nodes": (("node", "xyz"), self.nodes, metre),
-            "hexahedra": (
-                ("element", "corner"),
-                self.hexahedra,
-                one | {"long_name": "corner nodes, VTK order"},
-            ),
+            "hexahedra": (("element", "corner"), self.hexahedra, corners),
             "centres": (("slice", "xyz"), self.centres, metre),
             "frames": (("slice", "director", "xyz"), self.frames, one | {"long_name": "d1, d2, tangent"}),
             "arc_length": (("slice",), self.arc_length, metre),
             "first_slice": (("yarn_bound",), self.first_slice, one),
-            "section_points": (
-                ("section_node", "plane"),
-                self.section.points,
-                one | {"long_name": "over the radius"},
-            ),
-            "section_quads": (("section_quad", "quad_corner"), self.section.quads, one),
-            "section_ring": (("angle",), self.section.ring, one),
+            "section_points": (("section_node", "plane"), section.points, over_radius),
+            "section_quads": (("section_quad", "quad_corner"), section.quads, one),
+            "section_ring": (("angle",), section.ring, one),
             "radius": ((), self.radius, metre),
         }
         if self.pull.any():
@@ -281,22 +267,16 @@ class SweptMesh:
 
     @classmethod
     def from_dataset(cls, dataset: xr.Dataset) -> SweptMesh:
-        """Mesh from what ``to_dataset`` wrote.
-
-        Raises
-        ------
-        DataFileError
-            If a variable is missing.
-        """
+        """Mesh from what ``to_dataset`` wrote; DataFileError if a variable is missing."""
         source = dataset.encoding.get("source", "dataset")
-        names = ("nodes", "hexahedra", "centres", "frames", "arc_length", "first_slice", "radius")
+        names = ("nodes", "centres", "frames", "arc_length", "first_slice", "radius")
         names += ("section_points", "section_quads", "section_ring")
         missing = [name for name in names if name not in dataset]
         if missing:
             raise DataFileError(
                 f"{source}: not a mesh; missing {', '.join(missing)}; needed are {', '.join(names)}"
             )
-        data = {name: dataset[name].values for name in names}
+        data = {name: dataset[name].to_numpy() for name in names}
         section = Section(*(data.pop(f"section_{name}") for name in ("points", "quads", "ring")))
         data["radius"] = float(data["radius"])
         return cls(section=section, pull=dataset["pull"].to_numpy() if "pull" in dataset else None, **data)
@@ -306,7 +286,7 @@ def sweep(
     centrelines: Sequence[Centreline],
     section: Section,
     radius: float,
-    spacing: SpacingFunction | Sequence[SpacingFunction],
+    spacing: Spacing | Sequence[Spacing],
     periods: int = 1,
     targets: Sequence[Targets] | None = None,
     ends: Mapping[int, np.ndarray] | None = None,
@@ -318,13 +298,10 @@ def sweep(
 
     Parameters
     ----------
-    centrelines : sequence of Centreline
-        One a yarn.
-    section : Section
     radius : float
         Yarn radius, m.
-    spacing : callable, or a sequence of them
-        Wanted distance of slices in m at arc lengths in m: one a yarn, or one for all.
+    spacing : Spacing, or a sequence of them
+        One a yarn, or one for all.
     periods : int
         Number of equally long parts of a yarn (its loops) at whose ends slices stand.
     targets : sequence of Targets, optional
@@ -344,44 +321,31 @@ def sweep(
         raise MeshError("no centrelines to mesh; at least 1 yarn")
     if not radius > 0:
         raise MeshError(f"yarn radius: {radius} m is not allowed; it must be positive")
-    targets = [Targets()] * len(centrelines) if targets is None else targets
+    targets = [NO_TARGETS] * len(centrelines) if targets is None else targets
     if len(targets) != len(centrelines):
         raise MeshError(f"{len(targets)} targets for {len(centrelines)} centrelines; one a yarn is allowed")
-    standing = [(ends or {}).get(yarn, ()) for yarn in range(len(centrelines))]
-    spacings = [spacing] * len(centrelines) if callable(spacing) else spacing
-    yarns = [
-        _slices(curve, place_slices(curve.length, own, periods, aim.arc_length, at), aim, section, grading)
-        for curve, own, aim, at in zip(centrelines, spacings, targets, standing, strict=True)
-    ]
+    spacings = [spacing] * len(centrelines) if isinstance(spacing, Spacing) else spacing
+    yarns = []
+    for yarn, (curve, own, aim) in enumerate(zip(centrelines, spacings, targets, strict=True)):
+        s = place_slices(curve.length, own, periods, aim.arc_length, (ends or {}).get(yarn, ()))
+        centres = curve.position(s)
+        frames = rotation_minimising(centres, curve.tangent(s))
+        frames = rolled(frames, roll_towards(aim, s, centres, frames, section.angles))
+        pull = grading.pull(s, aim.arc_length, bearings(aim, s, centres, frames))
+        yarns.append((s, centres, frames, pull))
     arc_length, centres, frames, pull = (np.concatenate(parts) for parts in zip(*yarns, strict=True))
-    first_slice = np.concatenate([[0], np.cumsum([s.size for s, *_ in yarns])])
-    offset = radius * np.einsum("skd,sdi->ski", drawn(section.points, pull), frames[:, :2])
     return SweptMesh(
-        nodes=(centres[:, None] + offset).reshape(-1, 3),
-        hexahedra=_hexahedra(section, first_slice),
+        nodes=tube(centres, frames, radius * drawn(section.points, pull)).reshape(-1, 3),
         section=section,
         radius=float(radius),
         centres=centres,
         frames=frames,
         arc_length=arc_length,
-        first_slice=first_slice,
+        first_slice=np.cumsum([0, *(len(s) for s, *_ in yarns)]),
         pull=pull,
     )
 
 
-def _slices(
-    curve: Centreline, s: np.ndarray, targets: Targets, section: Section, grading: Grading
-) -> tuple[np.ndarray, ...]:
-    """Arc lengths (s,), centres (s, 3), frames (s, 3, 3) and pull (s, 2) of the slices of one yarn."""
-    centres = curve.position(s)
-    frames = rotation_minimising(centres, curve.tangent(s))
-    frames = rolled(frames, roll_towards(targets, s, centres, frames, section.angles))
-    pull = grading.pull(s, targets.arc_length, bearings(targets, s, centres, frames))
-    return s, centres, frames, pull
-
-
-def _hexahedra(section: Section, first_slice: np.ndarray) -> np.ndarray:
-    """Corner nodes (E, 8) in VTK order: a section quad, then the same quad one slice further."""
-    layers = np.setdiff1d(np.arange(first_slice[-1]), first_slice[1:] - 1)
-    lower = layers[:, None, None] * section.size + section.quads  # (layers, e, 4)
-    return np.concatenate([lower, lower + section.size], axis=-1).reshape(-1, 8).astype(np.int32)
+def tube(centres: np.ndarray, frames: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Return points (S, k, 3) at places (S, k, 2) [m] of cross-sections."""
+    return centres[:, None] + np.einsum("skd,sdi->ski", places, frames[:, :2])

@@ -7,10 +7,8 @@ solid yarns.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 from itertools import product
-from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -19,24 +17,22 @@ from knitstudy.contacts.facets import tied_crossings
 from knitstudy.errors import ConvergenceError
 from knitstudy.geometry.crossings import Crossings
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.loading.gates import require_sound
-from knitstudy.loading.history import Meter, Recorder, load_path
-from knitstudy.loading.solve import Problem
+from knitstudy.loading.history import Recorder
+from knitstudy.loading.solve import Problem, Reported, settings_of
 from knitstudy.mechanics.beam_approach import A, B, Curves, Pairs, approach
 from knitstudy.mechanics.beam_contact import (
     BeamContact,
     CrossingPairs,
-    Places,
     Power,
     TouchingBeams,
     TouchingState,
     hertz,
 )
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
-from knitstudy.mechanics.increment import Increment, Settings
-from knitstudy.mechanics.linear import LU
+from knitstudy.mechanics.increment import Increment
+from knitstudy.models import network
 from knitstudy.models.joints import JointPoints, Joints, contacts_of_crossings, patch_stiffness
-from knitstudy.models.network import Network, grips, tension
+from knitstudy.models.network import Network
 from knitstudy.models.network_3d import spatial_network
 from knitstudy.study.scene import Scene
 
@@ -60,8 +56,7 @@ def point_pairs(crossings: Crossings, chosen: np.ndarray, length: np.ndarray) ->
     return CrossingPairs(pairs, crossings.arc_length[chosen], chosen)
 
 
-MARGIN = 0.3
-"""Gap up to which pieces count as near, over the radius."""
+MARGIN = 0.3  # gap up to which pieces count as near, over the radius
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,27 +75,21 @@ class Gaps:
 
 
 class Neighbours:
-    """Search for pieces of yarn that are near each other, a yarn with itself included.
+    """Search for pieces of yarn that are near each other, a yarn with itself included."""
 
-    Parameters
-    ----------
-    curves : Curves
-    yarn : ndarray of int, shape (S,)
-        Of the stations.
-    crossings : Crossings
-    radius : float
-        [m]
-    """
-
-    def __init__(self, curves: Curves, yarn: np.ndarray, crossings: Crossings, radius: float) -> None:
+    def __init__(
+        self,
+        curves: Curves,
+        yarn: np.ndarray,  # (S,) of the stations
+        crossings: Crossings,
+        radius: float,  # [m]
+    ) -> None:
         self.curves, self.yarn, self.radius = curves, np.asarray(yarn), radius
         self.count = len(crossings.row)
-        bounds = piece_bounds(crossings, curves.length)
-        self._starts = [
-            _Starts.of(bounds[here, side, 0], here)
-            for number in range(len(curves.length))
-            for here, side in [np.nonzero(crossings.yarn == number)]
-        ]
+        start = piece_bounds(crossings, curves.length)[..., 0]
+        order = np.lexsort((start.ravel(), crossings.yarn.ravel()))
+        self._starts = self._place(crossings.yarn, start).ravel()[order]
+        self._piece_yarn, self._piece_crossing = crossings.yarn.ravel()[order], order // 2
         self._step = float(np.diff(curves.arc_length).max())
 
     def gaps(self, position: np.ndarray) -> Gaps:
@@ -139,48 +128,115 @@ class Neighbours:
         """Return whether points (k, 2) may touch: only a yarn bent to less than its radius could beside itself."""
         return (yarn[:, A] != yarn[:, B]) | (np.abs(s[:, A] - s[:, B]) > np.pi * self.radius)
 
+    def _place(self, yarn: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """Return places on one axis, yarn after yarn."""
+        return 2 * self.curves.length.max() * yarn + s
+
     def _crossing_of(self, yarn: np.ndarray, s: np.ndarray) -> np.ndarray:
         """Return the crossing (k,) that both points belong to, or -1."""
-        crossing = np.full(yarn.shape, -1)
-        for number, starts in enumerate(self._starts):
-            crossing[yarn == number] = starts.crossing_at(s[yarn == number])
+        piece = np.searchsorted(self._starts, self._place(yarn, s), side="right") - 1
+        # A yarn without crossings has no pieces.
+        crossing = np.where(self._piece_yarn[piece] == yarn, self._piece_crossing[piece], -1)
         return np.where(crossing[:, A] == crossing[:, B], crossing[:, A], -1)
 
 
-@dataclass(frozen=True, eq=False)
-class _Starts:
-    """Where the pieces of one yarn begin, ascending, and the crossings that they belong to."""
-
-    arc_length: np.ndarray
-    crossing: np.ndarray
-
-    @classmethod
-    def of(cls, arc_length: np.ndarray, crossing: np.ndarray) -> _Starts:
-        order = np.argsort(arc_length)
-        # A yarn without crossings has no pieces.
-        return cls(np.append(-np.inf, arc_length[order]), np.append(-1, crossing[order]))
-
-    def crossing_at(self, s: np.ndarray) -> np.ndarray:
-        return self.crossing[np.searchsorted(self.arc_length, s, side="right") - 1]
+# Penetration over the radius, of yarns between which no contact acts, beyond which a state is refused. Beside pins in
+# wale tension it reaches 1 %. Solid yarns under the force of such a crossing, 10 to 30 N, approach each other by 5 to
+# 10 % (Hertz): a second contact would carry little.
+UNSEEN = 0.02
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class BeamKnit:
-    """A knit of beams in contact."""
+    """A knit of beams in contact, which reports stations, crossings and the gaps of yarns near each other."""
 
     network: Network
     model: TouchingBeams
     tied: np.ndarray  # (K,) crossings that are joined at their closest points
     neighbours: Neighbours
+    # Yarns without ties: the internal force at a tied station equals the force of the tie
+    apart: BeamModel
+    crossings: Crossings
+    gaps: Gaps | None = None  # of the increment that was recorded last
+
+    def __post_init__(self) -> None:
+        stations, crossings = self.network.stations, self.crossings
+        places = list(zip(crossings.yarn[:, 0], crossings.arc_length[:, 0], strict=True))
+        self._lower = [stations.nearest(*places[k]) for k in np.flatnonzero(self.tied)]
+        stencil = self.model.contact.curves.stencil
+        self._stencil = [stencil(crossings.yarn[:, i], crossings.arc_length[:, i]) for i in (0, 1)]
+        self._rest = crossings.point.mean(axis=1)
+        sides = [each.of(each.value, stations.position) for each in self._stencil]
+        self._arm = self._rest[:, None] - np.stack(sides, axis=1)
+
+    def record(self, increment: Increment) -> Reported:
+        """Return columns of the history."""
+        state = increment.state
+        self.gaps = self.neighbours.gaps(self.model.places(state.beams).position)
+        smallest = self.gaps.smallest
+        columns = {
+            "centreline_displacement": self.network.station_displacement(self.model.beams, state.beams),
+            "smallest_gap": smallest if np.isfinite(smallest) else np.nan,
+            **self.at_crossings(state),
+        }
+        return columns, {}
+
+    def at_crossings(self, state: TouchingState) -> dict[str, np.ndarray]:
+        """Return forces, displacements, gaps and slip at crossings, as columns of the history.
+
+        Slip has been committed with the state; forces and gaps are those of its positions.
+        """
+        contact, places, tied = self.model.contact, self.model.places(state.beams), self.tied
+        points, count = self.model.points(state), len(tied)
+        slip = np.full(count, np.nan)
+        slip[~tied] = state.history.slip
+        force, gap = contact.crossing_force(points, count), contact.crossing_gap(points, count)
+        apart = BeamState(places.position, places.rotation)
+        station_force = self.apart.respond(apart, stiffness=False).force.reshape(-1, 6)[:, :3]
+        force[tied] = station_force[self._lower]
+        # Of tied yarns, the gap at the points of their centrelines that were closest at rest
+        one, other = (each.of(each.value, places.position) for each in self._stencil)
+        gap[tied] = (np.linalg.norm(other - one, axis=1) - 2 * self.neighbours.radius)[tied]
+        # Of the points of both surfaces that faced each other at rest
+        moved = [
+            place + np.einsum("kp,kpij,kj->ki", each.value, places.rotation[each.stations], arm)
+            for place, each, arm in zip((one, other), self._stencil, self._arm.swapaxes(0, 1), strict=True)
+        ]
+        return {
+            "crossing_force": force,
+            "crossing_displacement": np.stack(moved, axis=1) - self._rest[:, None],
+            "crossing_gap": gap,
+            "crossing_slip": slip,
+        }
+
+    def require_seen(self, increment: Increment, recorder: Recorder) -> None:
+        """Refuse an increment, recorded last, in which yarns penetrate each other where no contact acts.
+
+        Raises ConvergenceError if pieces of yarn away from crossings, or deeper than the contact or the tie at a
+        crossing knows, overlap by more than `UNSEEN` radii. A tie that yields lets yarns approach each other as much as
+        their patches are indented.
+        """
+        gaps, allowed = self.gaps, UNSEEN * self.neighbours.radius
+        known = np.fmin(recorder.columns["crossing_gap"][-1], 0.0)  # (K,)
+        unseen = gaps.crossing - known
+        if gaps.elsewhere < -allowed:
+            (one, other), (s, t) = gaps.yarn, gaps.arc_length
+            where = f"yarns {one} and {other} at arc lengths {s:.4g} and {t:.4g} m, which is no crossing,"
+            depth = -gaps.elsewhere
+        elif unseen.min(initial=np.inf) < -allowed:
+            k = int(np.argmin(unseen))
+            kind = "tied" if self.tied[k] else "touching"
+            where, depth = f"the yarns of crossing {k}, beside the {kind} points,", -unseen[k]
+        else:
+            return
+        raise ConvergenceError(
+            f"increment {increment.index}: {where} penetrate each other by {depth:.3g} m, unseen by the beams' "
+            f"contact; allowed is {allowed:.3g} m. Use a smaller load.strain"
+        )
 
 
 def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
-    """Return the beams of a scene.
-
-    Raises ConfigurationError if ``mesh.beam_size`` is not positive; DataFileError if ties are compliant and no
-    compliance is known for their size; GeometryError if two ties of a yarn coincide, or a yarn has too few nodes for a
-    smooth centreline.
-    """
+    """Return the beams of a scene; errors as of `build`."""
     crossings = fabric.crossings
     tied = tied_crossings(scene, crossings)
     points = JointPoints.at_crossings(crossings, tied)
@@ -192,157 +248,57 @@ def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
         discs = contacts_of_crossings(fabric, scene.tie.radius).isel(crossing=tied)
         joints = joints.pinned(patch_stiffness(fabric, points, discs, scene.yarn))
     stops = fabric.grip_ends(scene.load.direction)
-    network = spatial_network(fabric, points, scene.mesh.beam_size, joints=joints, stops=stops)
-    beams = network.model(scene.yarn, scene.mesh.section_law)
-    stations = network.stations
+    beams = spatial_network(fabric, points, scene.mesh.beam_size, joints=joints, stops=stops)
+    stations, law, yarn = beams.stations, scene.mesh.section_law, scene.yarn
     curves = Curves(stations.yarn, stations.arc_length)
-    model = TouchingBeams(
-        beams, network.station_node, network.station_offset, beam_contact(scene, fabric, curves, ~tied)
-    )
-    return BeamKnit(network, model, tied, Neighbours(curves, stations.yarn, crossings, scene.yarn.radius))
+    contact = beam_contact(scene, curves, point_pairs(crossings, np.flatnonzero(~tied), curves.length))
+    model = TouchingBeams(beams.model(yarn, law), beams.station_node, beams.station_offset, contact)
+    neighbours = Neighbours(curves, stations.yarn, crossings, yarn.radius)
+    first = np.flatnonzero(stations.yarn[1:] == stations.yarn[:-1])
+    elements = np.column_stack([first, first + 1])
+    apart = BeamModel(stations.position, elements, beams.section(yarn, law), yarn.radius)
+    return BeamKnit(beams, model, tied, neighbours, apart, crossings)
 
 
-def beam_contact(scene: Scene, fabric: Fabric, curves: Curves, touching: np.ndarray) -> BeamContact:
-    """Return the contact of a scene at the crossings that `touching` (K,) says.
+# Stiffness against elastic slip over E R, where no key of beams says it
+STICK = 10.0
+
+
+def beam_contact(scene: Scene, curves: Curves, pairs: CrossingPairs) -> BeamContact:
+    """Return the contact of pairs of points on beams.
 
     The stiffness against elastic slip is ``beam.stiffness`` for both laws: Hertz's approach is normal.
     """
-    yarn = scene.yarn
-    pairs = point_pairs(fabric.crossings, np.flatnonzero(touching), curves.length)
-    penalty = _penalty(scene)
+    yarn, penalty = scene.yarn, _penalty(scene)
     law = Power(penalty)
-    if scene.beam.section == "hertz":
+    if scene.value("beam.section") in (None, "hertz"):
         law = hertz(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius)
     return BeamContact(curves, pairs, yarn.radius, law, penalty, scene.kind.interaction.friction(scene))
 
 
 def _penalty(scene: Scene) -> float:
     """Return ``beam.stiffness`` in N/m."""
-    return scene.beam.stiffness * scene.yarn.youngs_modulus * scene.yarn.radius
-
-
-class CrossingRecord:
-    """Forces, displacements, gaps and slip at crossings.
-
-    Parameters
-    ----------
-    beams : BeamKnit
-    crossings : Crossings
-    scene : Scene
-    """
-
-    def __init__(self, beams: BeamKnit, crossings: Crossings, scene: Scene) -> None:
-        self._model, self._tied, self._radius = beams.model, beams.tied, scene.yarn.radius
-        self._count = len(crossings.row)
-        network, yarn = beams.network, scene.yarn
-        stations = network.stations
-        first = np.flatnonzero(stations.yarn[1:] == stations.yarn[:-1])
-        # Yarns without ties: the internal force at a tied station equals the force of the tie.
-        self._apart = BeamModel(
-            stations.position,
-            np.column_stack([first, first + 1]),
-            network.section(yarn, scene.mesh.section_law),
-            yarn.radius,
-        )
-        curves = self._model.contact.curves
-        self._lower = self._nearest(stations.yarn, stations.arc_length, crossings)
-        self._stencil = [curves.stencil(crossings.yarn[:, i], crossings.arc_length[:, i]) for i in (0, 1)]
-        middle = crossings.point.mean(axis=1)
-        self._arm = middle[:, None] - np.stack(
-            [each.of(each.value, stations.position) for each in self._stencil], axis=1
-        )
-        self._rest = middle
-
-    def _nearest(self, yarn: np.ndarray, arc_length: np.ndarray, crossings: Crossings) -> np.ndarray:
-        """Stations (K,) of the lower row's yarn at its tied crossings."""
-        station = np.zeros(self._count, dtype=int)
-        for k in np.flatnonzero(self._tied):
-            distance = np.where(
-                yarn == crossings.yarn[k, 0], np.abs(arc_length - crossings.arc_length[k, 0]), np.inf
-            )
-            station[k] = int(np.argmin(distance))
-        return station
-
-    def columns(self, state: TouchingState) -> dict[str, np.ndarray]:
-        """Return the columns of a converged state for the history.
-
-        Slip has been committed with the state; forces and gaps are those of its positions.
-        """
-        contact, places = self._model.contact, self._model.places(state.beams)
-        points = self._model.points(state)
-        slip = np.full(self._count, np.nan)
-        slip[~self._tied] = state.history.slip
-        force = contact.crossing_force(points, self._count)
-        apart = BeamState(places.position, places.rotation)
-        station_force = self._apart.respond(apart, stiffness=False).force.reshape(-1, 6)[:, :3]
-        force[self._tied] = station_force[self._lower[self._tied]]
-        gap = contact.crossing_gap(points, self._count)
-        gap[self._tied] = self._gap_of_points(places)[self._tied]
-        return {
-            "crossing_force": force,
-            "crossing_displacement": self._displacement(places),
-            "crossing_gap": gap,
-            "crossing_slip": slip,
-        }
-
-    def _gap_of_points(self, places: Places) -> np.ndarray:
-        """Gap (K,) of the yarns at the points of their centrelines that were closest at rest [m]."""
-        one, other = (each.of(each.value, places.position) for each in self._stencil)
-        return np.linalg.norm(other - one, axis=1) - 2 * self._radius
-
-    def _displacement(self, places: Places) -> np.ndarray:
-        """Displacement (K, 2, 3) of the points of both surfaces that faced each other at rest [m]."""
-        sides = [
-            each.of(each.value, places.position)
-            + np.einsum("kp,kpij,kj->ki", each.value, places.rotation[each.stations], self._arm[:, side])
-            for side, each in enumerate(self._stencil)
-        ]
-        return np.stack(sides, axis=1) - self._rest[:, None]
-
-
-UNSEEN = 0.02
-"""Penetration over the radius, of yarns between which no contact acts, beyond which a state is refused.
-
-Beside pins in wale tension it reaches 1 %. Solid yarns under the force of such a crossing, 10 to 30 N, approach each
-other by 5 to 10 % (Hertz): a second contact would carry little.
-"""
+    return (scene.value("beam.stiffness") or STICK) * scene.yarn.youngs_modulus * scene.yarn.radius
 
 
 def build(scene: Scene, fabric: Fabric) -> Problem:
     """Return a scene with beams in contact as a problem.
 
-    Raises
-    ------
-    ConfigurationError
-        If ``mesh.beam_size`` is not positive.
-    DataFileError
-        If ties yield and no compliance is known for their size.
-    GeometryError
-        If no beams can be made of the yarns.
+    Raises DataFileError if ties yield and no compliance is known for their size; GeometryError if two ties of a yarn
+    coincide, or a yarn has too few nodes for a smooth centreline.
     """
-    meter = Meter()
     beams = beam_knit(scene, fabric)
-    network, model = beams.network, beams.model
-    motion = load_path(scene, fabric)
-    ends = grips(network, fabric, scene.load.direction)
-    observer = BeamObserver(beams, fabric, scene)
-    law = model.contact
-    return Problem(
-        scene=scene,
-        model=model,
-        prescribed=tension(ends, motion, scene.load.lateral),
-        solver=LU(),
-        # Where contact begins, a parabola through earlier increments overshoots far into the other yarn.
-        settings=replace(Settings.of(scene.solver), predictor=1),
-        motion=motion,
-        driven=6 * ends.driven[:, None] + np.arange(3),
-        stations=network.stations,
-        observers=(observer,),
-        checks=(observer.require_seen, partial(require_sound, scene, None)),
+    law = beams.model.contact
+    return network.loaded(
+        scene,
+        fabric,
+        beams.network,
+        model=beams.model,
+        observer=beams,
+        settings=settings_of(scene, touches=True),
+        checks=(beams.require_seen,),
         constants={"crossing_tied": beams.tied.astype(np.int8)},
         attributes={
-            "dof": model.block * network.beam_nodes,
-            "elements": len(network.ends),
             "beam_section": scene.beam.section,
             "beam_ties": scene.beam.tie,
             "contact_coefficient": law.law.coefficient,
@@ -351,64 +307,4 @@ def build(scene: Scene, fabric: Fabric) -> Problem:
             "friction": law.friction.friction,
             "contact_points": len(law.crossing.start),
         },
-        meter=meter,
-    )
-
-
-class BeamObserver:
-    """Reports the motion of the stations, crossings, and gaps of yarns that are near each other."""
-
-    def __init__(self, beams: BeamKnit, fabric: Fabric, scene: Scene) -> None:
-        self._beams, self._radius = beams, scene.yarn.radius
-        self._crossings = CrossingRecord(beams, fabric.crossings, scene)
-        self._gaps: Gaps | None = None
-
-    def record(self, increment: Increment) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-        """Return columns of the history."""
-        state, model, network = increment.state, self._beams.model, self._beams.network
-        self._gaps = self._beams.neighbours.gaps(model.places(state.beams).position)
-        smallest = self._gaps.smallest
-        columns = {
-            "centreline_displacement": network.station_displacement(model.beams, state.beams),
-            "smallest_gap": smallest if np.isfinite(smallest) else np.nan,
-            **self._crossings.columns(state),
-        }
-        return columns, {}
-
-    def require_seen(self, increment: Increment, recorder: Recorder) -> None:
-        """Refuse the increment that was recorded last if yarns penetrate each other where no contact acts.
-
-        Raises ConvergenceError as the function `require_seen`.
-        """
-        contact_gap = recorder.columns["crossing_gap"][-1]
-        require_seen(self._beams, self._gaps, contact_gap, increment, self._radius)
-
-
-def require_seen(
-    beams: BeamKnit, gaps: Gaps, contact_gap: np.ndarray, increment: Increment, radius: float
-) -> None:
-    """Refuse a state in which yarns penetrate each other where no contact acts.
-
-    Raises
-    ------
-    ConvergenceError
-        If pieces of yarn away from crossings, or deeper than the contact or the tie at a crossing knows, overlap by
-        more than `UNSEEN` radii. A tie that yields lets yarns approach each other as much as their patches are
-        indented.
-    """
-    known = np.minimum(np.where(np.isfinite(contact_gap), contact_gap, 0.0), 0.0)  # (K,)
-    unseen = gaps.crossing - known
-    if gaps.elsewhere < -UNSEEN * radius:
-        (one, other), (s, t) = gaps.yarn, gaps.arc_length
-        where = f"yarns {one} and {other} at arc lengths {s:.4g} and {t:.4g} m, which is no crossing,"
-        depth = -gaps.elsewhere
-    elif unseen.min(initial=np.inf) < -UNSEEN * radius:
-        k = int(np.argmin(unseen))
-        kind = "tied" if beams.tied[k] else "touching"
-        where, depth = f"the yarns of crossing {k}, beside the {kind} points,", -unseen[k]
-    else:
-        return
-    raise ConvergenceError(
-        f"increment {increment.index}: {where} penetrate each other by {depth:.3g} m, unseen by the beams' contact; "
-        f"allowed is {UNSEEN * radius:.3g} m. Use a smaller load.strain"
     )

@@ -16,7 +16,7 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.spline import Centreline
 from knitstudy.mechanics.contact.cylinders import Cylinders
-from knitstudy.mechanics.contact.grids import Grid, circular_chords, circular_stretch
+from knitstudy.mechanics.contact.grids import Grid, circular_chords
 from knitstudy.mechanics.contact.surface import Surfaces
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace
@@ -54,14 +54,15 @@ def project_on_tube(centreline: Centreline, points: np.ndarray, guess: np.ndarra
 def yarn_surfaces(mesh: SweptMesh) -> list[Grid]:
     """Return the surface of every yarn; its polygon is inflated, the contact surface has the true radius."""
     inflated = mesh.radius * float(np.linalg.norm(mesh.section.points[mesh.section.ring], axis=1).mean())
-    stretch = circular_stretch(mesh.section.ring.size)
-    graded = circular_chords(mesh.angles) if mesh.pull.any() else None
-    grids = []
-    for yarn in range(mesh.yarns):
-        chords = None if graded is None else graded[slice(*mesh.first_slice[yarn : yarn + 2])]
-        grid = Grid(mesh.surface_nodes(yarn), offset=inflated - mesh.radius, stretch=stretch, chords=chords)
-        grids.append(grid)
-    return grids
+    chords = circular_chords(mesh.angles)
+    return [
+        Grid(
+            mesh.surface_nodes(yarn),
+            offset=inflated - mesh.radius,
+            chords=chords[slice(*mesh.first_slice[yarn : yarn + 2])],
+        )
+        for yarn in range(mesh.yarns)
+    ]
 
 
 Locate = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]

@@ -19,11 +19,10 @@ from scipy.sparse.linalg import splu
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.spline import Centreline
 from knitstudy.loading.gates import require_sound
-from knitstudy.loading.history import Meter, Motion
-from knitstudy.loading.solve import Problem
+from knitstudy.loading.history import Motion
+from knitstudy.loading.solve import Problem, Reported, settings_of
 from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear import LU
+from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.periodic import Lattice, PeriodicModel, Seam, condensed, seam
 from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace
@@ -47,7 +46,7 @@ PRESCRIBED = {"course": (1, 0, 0), "wale": (0, 1, 0), "biaxial": (1, 1, 0), "she
 DIRECTORS = slice(3, 6), slice(6, 9)
 
 
-def problem(scene: Scene, fabric: Fabric, parts: Discretisation, meter: Meter) -> Problem:
+def problem(scene: Scene, fabric: Fabric, parts: Discretisation) -> Problem:
     """Return a scene whose fabric is endless as a problem, from its discretisation (`spline_yarns`).
 
     The driven side is the lattice: its displacement along x, y and in shear is the strain times the edge of the cell,
@@ -61,7 +60,6 @@ def problem(scene: Scene, fabric: Fabric, parts: Discretisation, meter: Meter) -
     prescribed = chosen | (load.lateral == "fixed")
     axis = int(np.argmax(chosen))
     stops = tuple(stop / load.strain for stop in load.stops)
-    settings = Settings.of(scene.solver)
     return Problem(
         scene=scene,
         model=model,
@@ -70,13 +68,11 @@ def problem(scene: Scene, fabric: Fabric, parts: Discretisation, meter: Meter) -
             np.concatenate([np.zeros(len(FIXED)), end[prescribed]]),
             stops=stops,
         ),
-        solver=LU(),
-        # Where contact begins, a parabola through earlier increments overshoots.
-        settings=replace(settings, predictor=1) if yarns.contact else settings,
+        settings=settings_of(scene, yarns.contact is not None),
         motion=Motion(end[None], (1.0,), stops, axis, float(lattice.lengths[axis])),
         driven=model.lattice[None],
         stations=solids.stations_of(parts.mesh, fabric.arcs),
-        observers=(CellObserver(cell),),
+        observer=cell,
         checks=(partial(require_sound, scene, yarns.model.loaded),),
         constants=yarns.constants() | ({} if yarns.contact else _shell(cell.stiffness())),
         attributes={
@@ -85,7 +81,6 @@ def problem(scene: Scene, fabric: Fabric, parts: Discretisation, meter: Meter) -
             "deformation": load.deformation,
             **yarns.attributes(),
         },
-        meter=meter,
     )
 
 
@@ -107,6 +102,16 @@ class Cell:
     spread: sp.csr_matrix  # (3 N, 3 n) displacements of all nodes from the n nodes that repeat themselves
     jumps: np.ndarray  # (3 N, 6) displacements added for each generalised strain of `mechanics.periodic`
     lattice: Lattice
+
+    def record(self, increment: Increment) -> Reported:
+        """Return strains, forces per width, of a tied cell its tangent, and what solid yarns report."""
+        state = increment.state
+        columns, points = self.yarns.record(state)
+        columns["cell_strain"] = self.strains(state)
+        columns["force_per_width"] = self.resultants(increment.response.force)
+        if self.yarns.contact is None:
+            columns["tangent_per_width"] = self.tangent(state)
+        return columns, points
 
     def resultants(self, force: np.ndarray) -> np.ndarray:
         """Return the forces per width (3,) that forces of the unknowns (size,) stand for [N/m]."""
@@ -144,23 +149,6 @@ def assemble(scene: Scene, fabric: Fabric, parts: Discretisation) -> Cell:
     stretch = sp.csr_matrix(jumps[:, :3] / lattice.lengths)
     model = PeriodicModel(yarns.model, sp.csr_matrix(sp.hstack([spread, stretch])))
     return Cell(yarns, model, spread, jumps, lattice)
-
-
-class CellObserver:
-    """Reports the strains of a cell, its forces per width and, where it is tied, its tangent."""
-
-    def __init__(self, cell: Cell) -> None:
-        self.cell = cell
-
-    def record(self, increment: Increment) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-        """Return columns of the history, and of the points in contact."""
-        cell, state = self.cell, increment.state
-        columns, points = cell.yarns.record(state)
-        columns["cell_strain"] = cell.strains(state)
-        columns["force_per_width"] = cell.resultants(increment.response.force)
-        if cell.yarns.contact is None:
-            columns["tangent_per_width"] = cell.tangent(state)
-        return columns, points
 
 
 def wrapped_nodes(space: Space, fabric: Fabric) -> np.ndarray:

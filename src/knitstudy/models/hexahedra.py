@@ -11,12 +11,11 @@ from knitstudy.contacts.facets import Rings
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.gates import require_elements_across
-from knitstudy.loading.history import Meter
 from knitstudy.loading.solve import Problem
-from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords, circular_stretch
+from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
-from knitstudy.mechanics.elements.hexahedron import InverseMap, shape, shape_gradient
-from knitstudy.mechanics.elements.quadratic import EDGES, NODES, quadratic_shape, quadratic_shape_gradient
+from knitstudy.mechanics.elements.hexahedron import InverseMap, shape
+from knitstudy.mechanics.elements.quadratic import EDGES, NODES, quadratic_shape
 from knitstudy.mechanics.materials import material_of
 from knitstudy.mesh.mesher import Grips, grips
 from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, quadratic_mesh
@@ -60,9 +59,7 @@ def _divide_quadratic(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discreti
         surfaces=Grids(_grids(quadratic)),
         rings=Rings.of_rows(quadratic.arc_lengths),
         ends=_ends(quadratic, grips(quadratic.corners, scene, fabric)),
-        locate=InverseMap(
-            quadratic.nodes, quadratic.elements, quadratic.yarn, quadratic_shape, quadratic_shape_gradient
-        ).locate,
+        locate=InverseMap(quadratic.nodes, quadratic.elements, quadratic.yarn, quadratic_shape).locate,
         size=scene.mesh.smallest,
         sampling=_sampling(quadratic),
         dependence=_dependence(quadratic),
@@ -72,9 +69,6 @@ def _divide_quadratic(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discreti
 
 def _grids(mesh: QuadraticMesh) -> list[Grid]:
     """Return the surface of every yarn, through nodes at half the spacing."""
-    stretch = circular_stretch(2 * mesh.section.ring_edges.size)
-    if not mesh.corners.pull.any():
-        return [Grid(grid, stretch=stretch) for grid in mesh.grids]
     pairs = zip(mesh.grids, mesh.angles, strict=True)
     return [Grid(grid, chords=circular_chords(angles)) for grid, angles in pairs]
 
@@ -134,9 +128,7 @@ def build(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Problem:
         raise ConfigurationError(
             f"scene {scene.name!r}: specimen is {scene.specimen}, which hexahedra cannot model; use spline_yarns"
         )
-    meter = Meter()
-    yarns = solids.assemble(scene, fabric, discretise(scene, fabric, mesh))
-    return solids.problem(scene, fabric, yarns, meter)
+    return solids.problem(scene, fabric, solids.assemble(scene, fabric, discretise(scene, fabric, mesh)))
 
 
 def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Discretisation:
@@ -171,9 +163,7 @@ def divide(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
         surfaces=Grids(yarn_surfaces(mesh)),
         rings=Rings.of_rows(mesh.stations),
         ends=grips(mesh, scene, fabric),
-        locate=InverseMap(
-            mesh.nodes, mesh.hexahedra, mesh.yarn_of_slice[station], shape, shape_gradient
-        ).locate,
+        locate=InverseMap(mesh.nodes, mesh.hexahedra, mesh.yarn_of_slice[station], shape).locate,
         size=scene.mesh.smallest,
         connectivity=mesh.hexahedra,
     )

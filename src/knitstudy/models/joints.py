@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +16,8 @@ from knitstudy.loading.columns import CONTACTS
 from knitstudy.mechanics.patch_compliance import local_compliance
 from knitstudy.study.problem_sections import Yarn
 
-# ---- Springs that stand for contact, from a direct simulation (Table 2 and section 2.6 of the paper)
+# Springs that stand for contact, from a direct simulation (Table 2 and section 2.6 of the paper)
+#
 # At every crossing that is not tied, the net force F on the lower row's yarn over the displacement d of the upper row's
 # side to the lower row's, both at the last increment and d from first contact on. They are set against each other part
 # by part: with the projections P of the axes asked for,
@@ -32,15 +32,14 @@ from knitstudy.study.problem_sections import Yarn
 # The average is the one stiffness that comes nearest to all forces, sum(F . P d) / sum(d . P d): a mean of the ratios
 # has no bound where a crossing hardly moves.
 
-
+# Displacement variables of the contacts: of the facets that face each other, or of the yarns' centrelines
 MEASURES = {
     "interface": "relative_displacement",
     "centreline": "centreline_relative_displacement",
 }
-"""Displacement variables of the contacts: of the facets that face each other, or of the yarns' centrelines."""
 
+# The a parts that force and displacement are divided into
 AXES = {"global": ("x", "y", "z"), "contact": ("normal", "tangential")}
-"""The a parts that force and displacement are divided into."""
 
 
 @dataclass(frozen=True)
@@ -99,25 +98,15 @@ class Springs:
         return np.einsum("ki,kaij,kj->ka", vector, self.projection, self.displacement)
 
 
-def springs(contacts: xr.Dataset, measure: str, axes: str = "global") -> Springs:
+def springs(
+    contacts: xr.Dataset,  # of a simulation with contact
+    measure: str,  # of `MEASURES`: whose displacement is taken
+    axes: str = "global",  # of `AXES`; those of the contact are along the undeformed normal and across it
+) -> Springs:
     """Return the springs of a direct simulation.
 
-    Raises ConfigurationError if the measure or the axes are unknown; DataFileError if the contacts hold no forces or
-    not these displacements.
-
-    Parameters
-    ----------
-    contacts : Dataset
-        Contacts in the format of docs/files.md, of a simulation with contact.
-    measure : {"interface", "centreline"}
-        Whose displacement is taken.
-    axes : {"global", "contact"}
-        Of the springs; those of the contact are along the undeformed normal and across it.
+    Raises DataFileError if the contacts hold no forces or not these displacements.
     """
-    if measure not in MEASURES:
-        raise ConfigurationError(f"rom.displacement is {measure!r}: allowed are {', '.join(MEASURES)}")
-    if axes not in AXES:
-        raise ConfigurationError(f"rom.axes is {axes!r}: allowed are {', '.join(AXES)}")
     needed = ("tied", "zones", "force", MEASURES[measure])
     missing = [name for name in needed if name not in contacts]
     if missing:
@@ -142,7 +131,7 @@ def springs(contacts: xr.Dataset, measure: str, axes: str = "global") -> Springs
 
 
 def _projections(axes: str, normal: np.ndarray) -> np.ndarray:
-    """Projections (K, a, 3, 3) for unit normals (K, 3)."""
+    """Return the projections (K, a, 3, 3) for unit normals (K, 3)."""
     if axes == "global":
         unit = np.eye(3)
         return np.broadcast_to(unit[:, :, None] * unit[:, None, :], (len(normal), 3, 3, 3))
@@ -150,15 +139,14 @@ def _projections(axes: str, normal: np.ndarray) -> np.ndarray:
     return np.stack([along, np.eye(3) - along], axis=1)
 
 
-# ---- Joints of the 3D network: the points C1 to C4 where yarns are joined, and ties and springs (section 2.5, Fig. 5)
+# Joints of the 3D network: the points C1 to C4 where yarns are joined, and ties and springs (section 2.5, Fig. 5)
+#
 # P1 and P2 are the centroids of the lower and the upper contact on one side of an interlock. The line P1 P2 and the
 # contact normal at P1 span the contact normal plane of P1, which cuts the centrelines of the two yarns near P1 in C1
 # and C3; the normal at P2 gives C2 and C4. The paper takes one normal for both points; here each has its own: the two
 # differ by some 90 degrees on a loop with the angles of Table 4.
 
-
-SAMPLES = 40
-"""Intervals of the search for the cut, over a diameter to either side of the crossing."""
+SAMPLES = 40  # intervals of the search for the cut, over a diameter to either side of the crossing
 
 
 @dataclass(frozen=True)
@@ -178,36 +166,33 @@ class JointPoints:
 
 
 def joint_points(fabric: Fabric, contacts: xr.Dataset) -> JointPoints:
-    """Return points P and C of all crossings.
+    """Return points P and C of all crossings of a fabric.
 
     Raises GeometryError if a contact has no partner on its side of the interlock, the normal lies along the line P1 P2,
     or a centreline does not cut the plane within a diameter of its crossing.
-
-    Parameters
-    ----------
-    fabric : Fabric
-        Centrelines and yarn radius.
-    contacts : Dataset
-        Contacts in the format of docs/files.md.
     """
-    yarn = contacts["yarn"].to_numpy().astype(int)
+    yarn, near = contacts["yarn"].to_numpy().astype(int), contacts["arc_length"].to_numpy()
     centroid = contacts["centroid"].to_numpy()
     plane = contact_normal_planes(contacts)
-    arc_length = np.empty(yarn.shape)
-    point = np.empty((*yarn.shape, 3))
-    for number, centreline in enumerate(fabric.centrelines):
+    arc_length, point = np.empty(yarn.shape), np.empty((*yarn.shape, 3))
+    for number, line in enumerate(fabric.centrelines):
         on_yarn = yarn == number
         crossing = np.nonzero(on_yarn)[0]
-        arc_length[on_yarn] = _cut(
-            centreline,
-            contacts["arc_length"].to_numpy()[on_yarn],
-            plane[crossing],
-            centroid[crossing],
-            2 * fabric.radius,
-            lambda k, crossing=crossing, number=number: _name(contacts, crossing[k], number),
-        )
-        point[on_yarn] = centreline.position(arc_length[on_yarn])
+        found = _cut(line, near[on_yarn], plane[crossing], centroid[crossing], 2 * fabric.radius)
+        if np.isnan(found).any():
+            row, column, zone = _labels(contacts, crossing[int(np.argmax(np.isnan(found)))])
+            raise GeometryError(
+                f"contact of row {row}, column {column}, zone {zone} on yarn {number}: the centreline does not cut the "
+                f"contact normal plane within a yarn diameter ({2 * fabric.radius:.3g} m) of the crossing; contact "
+                "and centreline do not belong together"
+            )
+        arc_length[on_yarn], point[on_yarn] = found, line.position(found)
     return JointPoints(yarn, arc_length, point, centroid)
+
+
+def _labels(contacts: xr.Dataset, k: int) -> tuple[int, int, int]:
+    """Return row, column and zone of a contact."""
+    return tuple(int(contacts[name][k]) for name in ("row", "column", "zone"))
 
 
 def contact_normal_planes(contacts: xr.Dataset) -> np.ndarray:
@@ -243,14 +228,12 @@ def contact_normal_planes(contacts: xr.Dataset) -> np.ndarray:
 
 
 def _cut(
-    centreline: Centreline,
-    start: np.ndarray,
-    plane: np.ndarray,
-    centroid: np.ndarray,
-    reach: float,
-    name: Callable[[int], str],
+    centreline: Centreline, start: np.ndarray, plane: np.ndarray, centroid: np.ndarray, reach: float
 ) -> np.ndarray:
-    """Arc lengths (k,) nearest to `start` where a centreline cuts planes (k, 3) through centroids (k, 3)."""
+    """Return the arc lengths (k,) nearest to `start` where a centreline cuts planes (k, 3) through centroids (k, 3).
+
+    They are nan where it does not do so within a `reach` [m].
+    """
     curve = centreline.curve
 
     def height(u, *plane_and_level):
@@ -263,35 +246,21 @@ def _cut(
     u = np.linspace(*centreline.parameter(limits), SAMPLES + 1, axis=1)
     above = np.einsum("kqi,ki->kq", curve.value(u), plane) > level[:, None]
     changes = above[:, 1:] != above[:, :-1]
-    if not changes.any(axis=1).all():
-        k = int(np.argmin(changes.any(axis=1)))
-        raise GeometryError(
-            f"{name(k)}: the centreline does not cut the contact normal plane within a yarn diameter "
-            f"({reach:.3g} m) of the crossing; contact and centreline do not belong together"
-        )
     middle = centreline.arc_length(0.5 * (u[:, 1:] + u[:, :-1]))
     nearest = np.argmin(np.where(changes, np.abs(middle - start[:, None]), np.inf), axis=1)
     each = np.arange(len(u))
     bracket = (u[each, nearest], u[each, nearest + 1])
     cut = elementwise.find_root(height, bracket, args=(*plane.T, level), tolerances={"xatol": 1e-12})
-    return centreline.arc_length(cut.x)
-
-
-def _name(contacts: xr.Dataset, k: int, yarn: int) -> str:
-    row, column, zone = (int(contacts[name][k]) for name in ("row", "column", "zone"))
-    return f"contact of row {row}, column {column}, zone {zone} on yarn {yarn}"
+    hit = changes.any(axis=1)
+    return np.where(hit, centreline.arc_length(np.where(hit, cut.x, 0.0)), np.nan)
 
 
 def contacts_of_crossings(fabric: Fabric, tied: float = 0.0) -> xr.Dataset:
     """Return the contacts that geometry alone predicts: a point or a tied disc midway between closest points.
 
     The normal points from side 0 to side 1. Forces and displacements are left out.
+    Discs have a radius of `tied` yarn radii; points have no area.
     Raises GeometryError if two centrelines meet, so that there is no normal.
-
-    Parameters
-    ----------
-    tied : float
-        Radius of the disc that joins two yarns at a crossing, over that of the yarn; 0 for a point without area.
     """
     crossings = fabric.crossings
     apart = crossings.point[:, 1] - crossings.point[:, 0]
@@ -302,24 +271,17 @@ def contacts_of_crossings(fabric: Fabric, tied: float = 0.0) -> xr.Dataset:
             f"crossing {k} (row {crossings.row[k]}, column {crossings.column[k]}, zone {crossings.zone[k]}): "
             "the centrelines of its two yarns meet, which leaves no contact normal; they must be apart"
         )
-    values = {
-        "row": np.asarray(crossings.row),
-        "column": np.asarray(crossings.column),
-        "zone": np.asarray(crossings.zone),
-        "yarn": np.asarray(crossings.yarn),
-        "arc_length": np.asarray(crossings.arc_length),
+    labels = {name: getattr(crossings, name) for name in ("row", "column", "zone", "yarn", "arc_length")}
+    found = {
         "centroid": crossings.point.mean(axis=1),
         "normal": apart / distance[:, None],
         "area": np.full(len(distance), np.pi * (tied * fabric.radius) ** 2),
     }
-    return xr.Dataset(
-        CONTACTS.variables(values),
-        coords={"xyz": list("xyz")},
-    )
+    return xr.Dataset(CONTACTS.variables(labels | found), coords={"xyz": list("xyz")})
 
 
+# Radius of a patch over that of the yarn: waves to resolve a smaller one are many, a larger one is not local
 SMALLEST, LARGEST = 0.1, 0.6
-"""Radius of a patch over that of the yarn: waves to resolve a smaller one are many, a larger one is not local."""
 
 
 def patch_stiffness(fabric: Fabric, points: JointPoints, contacts: xr.Dataset, yarn: Yarn) -> np.ndarray:
@@ -348,7 +310,7 @@ def patch_stiffness(fabric: Fabric, points: JointPoints, contacts: xr.Dataset, y
 
 
 def _frames(normal: np.ndarray, tangent: np.ndarray) -> np.ndarray:
-    """Rows (k, 3, 3): normal, along the yarn in the tangent plane, across both."""
+    """Return rows (k, 3, 3): normal, along the yarn in the tangent plane, across both."""
     across = np.cross(normal, tangent)
     across /= np.linalg.norm(across, axis=1)[:, None]
     return np.stack([normal, np.cross(across, normal), across], axis=1)
@@ -374,10 +336,7 @@ class Joints:
     def pinned(self, stiffness: float | np.ndarray) -> Joints:
         """Return these joints with pins for ties: they hold the two points together and leave sections free to turn.
 
-        Parameters
-        ----------
-        stiffness : float or ndarray, shape (K, 3, 3)
-            Of the pins: in all directions, or a matrix each [N/m].
+        The stiffness of the pins is the same in all directions, or a matrix (3, 3) each [N/m].
         """
         matrices = stiffness * np.eye(3) if np.ndim(stiffness) == 0 else stiffness
         pins = np.where(self.tied[:, None, None], matrices, self.stiffness)
@@ -390,46 +349,33 @@ class Joints:
 
 
 def spring_joints(
-    contacts: xr.Dataset,
+    contacts: xr.Dataset,  # of a simulation with contact
     measure: str,
     axes: str = "global",
-    each: bool = False,
-    springs_from: xr.Dataset | None = None,
-    given: tuple[float, ...] = (),
+    each: bool = False,  # whether every crossing has its own springs, or all have the average
+    springs_from: xr.Dataset | None = None,  # contacts of another simulation whose averaged springs are taken
+    given: tuple[
+        float, ...
+    ] = (),  # stiffness along every axis that all springs have [N/m]; measured if empty
 ) -> Joints:
     """Return the joints of a knit in contact: ties where it is tied, springs where yarns touch at full load.
 
     Raises ConfigurationError if the average is not positive along all axes, or a crossing has no secant of its own;
     DataFileError if the contacts are not of a simulation with contact.
-
-    Parameters
-    ----------
-    contacts : Dataset
-        Contacts in the format of docs/files.md, of a simulation with contact.
-    measure : {"interface", "centreline"}
-        Which relative displacement the springs are secants of.
-    axes : {"global", "contact"}
-        Axes along which they are measured and act.
-    each : bool
-        Whether every crossing has its own springs, or all have the average.
-    springs_from : Dataset, optional
-        Contacts of another simulation whose averaged springs are taken.
-    given : tuple of float
-        Stiffness along every axis [N/m] that all springs have; empty where they are measured.
     """
     own = springs(contacts, measure, axes)
     if given:
         stiffness = np.array(given)
     elif each:
         stiffness = _of_each(own, contacts)
-    elif springs_from is None:
-        stiffness = _averaged(own, contacts)
     else:
-        stiffness = _averaged(springs(springs_from, measure, axes), springs_from)
+        source = contacts if springs_from is None else springs_from
+        stiffness = _averaged(springs(source, measure, axes), source)
     return Joints(own.open, np.where(own.bridged[:, None, None], own.matrices(stiffness), np.nan))
 
 
 def _averaged(measured: Springs, contacts: xr.Dataset) -> np.ndarray:
+    """Return the averaged stiffness (a,); refuse one that is not positive."""
     averaged = measured.averaged
     if not np.all(averaged > 0):
         axis = int(np.argmin(np.nan_to_num(averaged, nan=-np.inf)))
@@ -443,11 +389,12 @@ def _averaged(measured: Springs, contacts: xr.Dataset) -> np.ndarray:
 
 
 def _of_each(measured: Springs, contacts: xr.Dataset) -> np.ndarray:
+    """Return the stiffness (K, a) of every crossing; refuse contacts without a secant."""
     stiffness = measured.stiffness
     lost = measured.bridged & ~np.isfinite(stiffness).all(axis=1)
     if np.any(lost):
         k = int(np.argmax(lost))
-        row, column, zone = (int(contacts[name][k]) for name in ("row", "column", "zone"))
+        row, column, zone = _labels(contacts, k)
         axis = measured.axes[int(np.argmin(np.isfinite(stiffness[k])))]
         raise ConfigurationError(
             f"rom.springs is 'zones': the crossing of row {row}, column {column}, zone {zone} has not moved along "

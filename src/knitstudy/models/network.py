@@ -7,23 +7,23 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
+from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.gates import require_sound
-from knitstudy.loading.history import Meter, Motion, Stations, load_path
-from knitstudy.loading.solve import Problem
+from knitstudy.loading.history import Motion, Stations, load_path
+from knitstudy.loading.solve import Check, Problem, Reported, settings_of
 from knitstudy.mechanics.beam import LinearSprings, Section, SectionLaw
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.curved_rod import CurvedSection
-from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear import LU
+from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 from knitstudy.mesh.mesher import Grips
 from knitstudy.models.joints import Joints
 from knitstudy.study.problem_sections import Yarn
 from knitstudy.study.scene import Scene
 
-SPINS = range(3, 6)
-"""Components of the rotation among the unknowns of a node."""
+SPINS = range(3, 6)  # components of the rotation among the unknowns of a node
 
 
 @dataclass(frozen=True)
@@ -63,12 +63,6 @@ class Network:
             self.nodes, self.ends, section, yarn.radius, self.offsets, self.arms_turn, self.springs
         )
 
-    def end_nodes(self, side: str) -> np.ndarray:
-        """Return the nodes (Y,) at the "left" or "right" ends of the yarns."""
-        yarn = self.stations.yarn
-        last = np.flatnonzero(np.append(np.diff(yarn) != 0, True))
-        return self.station_node[{"left": np.append(0, last[:-1] + 1), "right": last}[side]]
-
     def station_displacement(self, model: BeamModel, state: BeamState) -> np.ndarray:
         """Return the displacement (S, 3) of the stations [m]."""
         return model.carried(state, self.station_node, self.station_offset) - self.stations.position
@@ -100,30 +94,55 @@ def tension(grips: Grips, motion: Motion, lateral: str) -> PrescribedDisplacemen
     return PrescribedDisplacement(fixed, value, motion.corners, motion.stops)
 
 
-def problem(scene: Scene, fabric: Fabric, network: Network, meter: Meter) -> Problem:
-    """Return a network with the load of a scene, observer and checks."""
+def require_named(scene: Scene, key: str, what: str, given: xr.Dataset | None) -> None:
+    """Refuse results of another simulation unless a key of the scene names it, and the other way round."""
+    wanted = scene.value(key)
+    if (wanted is None) != (given is None):
+        raise ConfigurationError(
+            f"{key} of scene {scene.name} is {wanted or 'empty'}, and {what} are {'not ' if given is None else ''}"
+            "given: they must be given where it names one, and only there"
+        )
+
+
+def problem(scene: Scene, fabric: Fabric, network: Network) -> Problem:
+    """Return joined beams with the load of a scene."""
     model = network.model(scene.yarn, scene.value("mesh.section_law") or "straight")
+    joints = network.joints
+    return loaded(
+        scene,
+        fabric,
+        network,
+        model=model,
+        observer=NetworkObserver(network, model),
+        settings=settings_of(scene, touches=False),
+        constants={"joint_stiffness": joints.stiffness} if joints else {},
+        attributes={"open_crossings": int(joints.open.sum())} if joints else {},
+    )
+
+
+def loaded(
+    scene: Scene,
+    fabric: Fabric,
+    network: Network,
+    attributes: dict[str, Any],
+    checks: tuple[Check, ...] = (),
+    first: int = 0,
+    stations: Stations | None = None,
+    **given: Any,
+) -> Problem:
+    """Return a network with the load of a scene; `first` is the first of its unknowns among those of the model."""
     motion = _motion(network, scene, fabric)
     ends = grips(network, fabric, scene.load.direction)
-    joints = network.joints
+    prescribed = tension(ends, motion, scene.load.lateral)
     return Problem(
         scene=scene,
-        model=model,
-        prescribed=tension(ends, motion, scene.load.lateral),
-        solver=LU(),
-        settings=Settings.of(scene.solver),
+        prescribed=replace(prescribed, fixed=first + prescribed.fixed),
         motion=motion,
-        driven=6 * ends.driven[:, None] + np.arange(3),
-        stations=network.stations,
-        observers=(NetworkObserver(network, model),),
-        checks=(partial(require_sound, scene, None),),
-        constants={} if joints is None else {"joint_stiffness": joints.stiffness},
-        attributes={
-            "dof": model.block * network.beam_nodes,
-            "elements": len(network.ends),
-            **({} if joints is None else {"open_crossings": int(joints.open.sum())}),
-        },
-        meter=meter,
+        driven=first + 6 * ends.driven[:, None] + np.arange(3),
+        stations=stations or network.stations,
+        checks=(*checks, partial(require_sound, scene, None)),
+        attributes={"dof": 6 * network.beam_nodes, "elements": len(network.ends)} | attributes,
+        **given,
     )
 
 
@@ -146,7 +165,7 @@ class NetworkObserver:
     network: Network
     model: BeamModel
 
-    def record(self, increment: Increment) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    def record(self, increment: Increment) -> Reported:
         """Return columns of the history."""
         couples = self.model.couples(increment.state)
         columns = {

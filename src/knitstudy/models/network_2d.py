@@ -23,9 +23,9 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.contacts.segments import KINDS
-from knitstudy.errors import ConfigurationError, GeometryError
+from knitstudy.errors import GeometryError
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.loading.history import Meter, Stations
+from knitstudy.loading.history import Stations
 from knitstudy.loading.solve import Problem
 from knitstudy.models import network
 from knitstudy.models.network import Network
@@ -34,8 +34,8 @@ from knitstudy.study.scene import Scene
 
 INTERLOCKS, LEGS = ("interlock, left", "interlock, right"), ("leg, left", "leg, right")
 
+# Angle to x beyond which a segment is too steep to give a height [deg]: there a tenth of a degree is a fifth of it
 UPRIGHT = 89.5
-"""Angle to x beyond which a segment is too steep to give a height [deg]: there a tenth of a degree is a fifth of it."""
 
 
 @dataclass(frozen=True)
@@ -51,14 +51,11 @@ class Heights:
         return self.interlock + self.leg
 
 
-def _plane_angles(stresses: xr.Dataset, kinds: tuple[str, ...], extent: str = "whole") -> np.ndarray:
-    """Return the angles (k,) to x, from 0 to 90, of the maximum principal stress in the plane [deg].
-
-    Of segments that end in the centre cell, of some of `contacts.segments.KINDS`, averaged over an extent.
-    """
+def _plane_angles(stresses: xr.Dataset, kinds: tuple[str, ...]) -> np.ndarray:
+    """Return the angles (k,) to x of the maximum principal stress, in segments that end in the centre cell [deg]."""
     wanted = [KINDS.index(kind) for kind in kinds]
     here = np.isin(stresses["segment_kind"], wanted) & (stresses["segment_central"].to_numpy() == 1)
-    axis = stresses["segment_axis"].sel(extent=extent).to_numpy()[here, 0]
+    axis = stresses["segment_axis"].sel(extent="whole").to_numpy()[here, 0]
     return np.degrees(np.arctan2(*np.abs(axis[:, [1, 0]]).T))
 
 
@@ -111,70 +108,35 @@ def moved(fabric: Fabric, contacts: xr.Dataset, found: Heights) -> xr.Dataset:
 
 
 def build(
-    scene: Scene, fabric: Fabric, contacts: xr.Dataset | None = None, stresses: xr.Dataset | None = None
+    scene: Scene,
+    fabric: Fabric,
+    contacts: xr.Dataset | None = None,  # as `rom.contacts_from` says; by default predicted by the geometry
+    stresses: xr.Dataset | None = None,  # of the simulation that `rom.stress_from` names
 ) -> Problem:
     """Return a scene with the 2D network as a problem.
 
-    Parameters
-    ----------
-    contacts : Dataset, optional
-        Contacts of the simulation that ``rom.contacts_from`` names; if left out, the geometry predicts them.
-    stresses : Dataset, optional
-        Stresses of the simulation that ``rom.stress_from`` names.
-
-    Raises
-    ------
-    ConfigurationError
-        If the scene names stresses that are not given.
-    DataFileError
-        If the contacts are those of another fabric.
-    GeometryError
-        If the stresses make no honeycomb.
+    Raises ConfigurationError if the scene names stresses that are not given; DataFileError if the contacts are those of
+    another fabric; GeometryError if the stresses make no honeycomb.
     """
-    meter = Meter()
-    return network.problem(scene, fabric, assemble(scene, fabric, contacts, stresses), meter)
-
-
-def assemble(
-    scene: Scene, fabric: Fabric, contacts: xr.Dataset | None = None, stresses: xr.Dataset | None = None
-) -> Network:
-    """Return the network of a scene; arguments and errors as of `build`."""
     contacts = contacts_of(scene, fabric, contacts)
-    if (scene.rom.stress_from is None) != (stresses is None):
-        raise ConfigurationError(
-            f"rom.stress_from of scene {scene.name} is {scene.rom.stress_from or 'empty'}, and stresses are "
-            f"{'not ' if stresses is None else ''}given: they must be where it names a scene, and only there"
-        )
-    return planar_network(fabric, contacts, scene.rom.section == "doubled", stresses)
+    network.require_named(scene, "rom.stress_from", "stresses", stresses)
+    beams = planar_network(fabric, contacts, scene.rom.section == "doubled", stresses)
+    return network.problem(scene, fabric, beams)
 
 
 def planar_network(
     fabric: Fabric,
     contacts: xr.Dataset,
-    doubled: bool = False,
-    stresses: xr.Dataset | None = None,
+    doubled: bool = False,  # whether a segment that two yarns share has the section of both
+    stresses: xr.Dataset | None = None,  # whose directions segments take instead of joining the contacts
 ) -> Network:
-    """Return the network of a knit.
-
-    Raises GeometryError if the stresses make no honeycomb.
-
-    Parameters
-    ----------
-    fabric : Fabric
-        Size of the pattern and lengths of the yarns.
-    contacts : Dataset
-        Contacts in the format of docs/files.md.
-    doubled : bool
-        Whether a segment that two yarns share has the section of both.
-    stresses : Dataset, optional
-        Of the directions that segments take instead of joining the contacts (`principal_honeycomb`).
-    """
+    """Return the network of a knit; raises GeometryError if the stresses make no honeycomb."""
     course = fabric.cell[1]
     if stresses is not None:
         rows = heights_by_stress(fabric, contacts, stresses)
         contacts, course = moved(fabric, contacts, rows), rows.course
     corners = _end_in_cut(fabric, _corners(fabric, contacts, course))
-    first = np.flatnonzero(corners.begins)
+    first = np.flatnonzero(corners.yarn[1:] == corners.yarn[:-1])  # passages from which the yarn goes on
     legs = np.column_stack([corners.number[first], corners.number[first + 1]])
     segments, yarns = np.unique(np.sort(legs, axis=1), axis=0, return_counts=True)
     return Network(
@@ -193,44 +155,38 @@ def planar_network(
 
 @dataclass(frozen=True)
 class _Corners:
-    """The corners that the yarns pass, yarn by yarn and in order of arc length.
+    """The corners that the yarns pass, yarn by yarn and in order of arc length."""
 
-    ``yarn``, ``arc_length`` and ``number`` have one entry a passage; ``point`` (C, 3) one a corner.
-    """
+    yarn: np.ndarray  # of every passage
+    arc_length: np.ndarray  # of every passage [m]
+    number: np.ndarray  # of the corner of every passage
+    point: np.ndarray  # (C, 3) of the corners [m]
 
-    yarn: np.ndarray
-    arc_length: np.ndarray
-    number: np.ndarray
-    point: np.ndarray
-
-    @property
-    def begins(self) -> np.ndarray:
-        """Passages (bool) from which the yarn goes on along a segment; the others are right ends."""
-        return np.append(self.yarn[1:] == self.yarn[:-1], False)
-
-    @classmethod
-    def sorted(
-        cls, yarn: np.ndarray, arc_length: np.ndarray, number: np.ndarray, point: np.ndarray
+    def and_more(
+        self, yarn: np.ndarray, arc_length: np.ndarray, number: np.ndarray, point: np.ndarray
     ) -> _Corners:
+        """Return these and further passages, with further corners, in order."""
+        yarn, arc_length = np.append(self.yarn, yarn), np.append(self.arc_length, arc_length)
         order = np.lexsort((arc_length, yarn))
-        return cls(yarn[order], arc_length[order], number[order], point)
+        number = np.append(self.number, number)[order]
+        return _Corners(yarn[order], arc_length[order], number, np.concatenate([self.point, point]))
 
 
 def _corners(fabric: Fabric, contacts: xr.Dataset, spacing: float) -> _Corners:
-    """Corners in contact zones, and where the zones of the rows beyond the edges would be."""
+    """Return corners in contact zones, and where the zones of the rows beyond the edges would be."""
     zone = contacts["centroid"].to_numpy() * [1.0, 1.0, 0.0]
     row = contacts["row"].to_numpy()
     yarn, arc_length = contacts["yarn"].to_numpy().astype(int), contacts["arc_length"].to_numpy()
     course = np.array([0.0, spacing, 0.0])
     feet, heads = np.flatnonzero(row == 0), np.flatnonzero(row == fabric.cells[1] - 1)
-    number = np.arange(len(zone))
+    passed = _Corners(yarn.T.ravel(), arc_length.T.ravel(), np.tile(np.arange(len(zone)), 2), zone)
     # All yarns have one shape: the bottom yarn's feet are where yarn 1 has them, the top yarn's heads where
     # the yarn below it has them.
-    return _Corners.sorted(
-        np.concatenate([yarn[:, 0], yarn[:, 1], yarn[feet, 0], yarn[heads, 1]]),
-        np.concatenate([arc_length[:, 0], arc_length[:, 1], arc_length[feet, 1], arc_length[heads, 0]]),
-        np.concatenate([number, number, len(zone) + np.arange(len(feet) + len(heads))]),
-        np.concatenate([zone, zone[feet] - course, zone[heads] + course]),
+    return passed.and_more(
+        np.append(yarn[feet, 0], yarn[heads, 1]),
+        np.append(arc_length[feet, 1], arc_length[heads, 0]),
+        len(zone) + np.arange(len(feet) + len(heads)),
+        np.concatenate([zone[feet] - course, zone[heads] + course]),
     )
 
 
@@ -239,13 +195,12 @@ def _end_in_cut(fabric: Fabric, corners: _Corners) -> _Corners:
     start = np.flatnonzero(np.append(True, np.diff(corners.yarn) != 0))
     stop = np.append(start[1:], len(corners.yarn)) - 1
     length = np.array([centreline.length for centreline in fabric.centrelines])
-    arc_length = np.concatenate([np.zeros(len(length)), length])
     tips = np.stack([c.position(np.array([0.0, c.length])) for c in fabric.centrelines], axis=1)  # (2, Y, 3)
     end = corners.point[corners.number[np.append(start, stop)]]
     end[:, 0] = tips[..., 0].ravel()
-    return _Corners.sorted(
-        np.concatenate([corners.yarn, corners.yarn[start], corners.yarn[stop]]),
-        np.concatenate([corners.arc_length, arc_length]),
-        np.concatenate([corners.number, len(corners.point) + np.arange(len(end))]),
-        np.concatenate([corners.point, end]),
+    return corners.and_more(
+        corners.yarn[np.append(start, stop)],
+        np.append(np.zeros(len(length)), length),
+        len(corners.point) + np.arange(len(end)),
+        end,
     )

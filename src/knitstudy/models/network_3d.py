@@ -16,9 +16,9 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from knitstudy.errors import ConfigurationError, DataFileError, GeometryError
+from knitstudy.errors import DataFileError, GeometryError
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.loading.history import Meter, Stations
+from knitstudy.loading.history import Stations
 from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.beam import LinearSprings
 from knitstudy.mesh.quality import require_memory
@@ -34,56 +34,28 @@ from knitstudy.models.joints import (
 from knitstudy.models.network import Network
 from knitstudy.study.scene import Scene
 
-PIN = 10.0
-"""Stiffness of pins over E R: a newton moves the pinned points by a tenth of a micrometre."""
+PIN = 10.0  # stiffness of pins over E R: a newton moves the pinned points by a tenth of a micrometre
 
-JOINTS = ("rigid", "printed")
-
-BYTES_A_NODE = 8_200
-"""Of a simulation of beams; measured were 7.9 to 8.2 kB, from 0.5 to 0.02 mm."""
+BYTES_A_NODE = 8_200  # of a simulation of beams; measured were 7.9 to 8.2 kB, from 0.5 to 0.02 mm
 
 
 def build(
     scene: Scene,
     fabric: Fabric,
-    contacts: xr.Dataset | None = None,
-    springs: xr.Dataset | None = None,
+    contacts: xr.Dataset | None = None,  # as `rom.contacts_from` says; by default predicted by the geometry
+    springs: xr.Dataset | None = None,  # contacts of the simulation that `rom.springs_from` names
 ) -> Problem:
     """Return a scene with the 3D network as a problem.
 
-    Parameters
-    ----------
-    contacts : Dataset, optional
-        Contacts of the simulation that ``rom.contacts_from`` names; if left out, the geometry predicts them.
-    springs : Dataset, optional
-        Contacts of the simulation that ``rom.springs_from`` names.
-
-    Raises
-    ------
-    ConfigurationError
-        If the scene asks for springs that the contacts do not give.
-    DataFileError
-        If the contacts are those of another fabric, or not all crossings have one.
-    GeometryError
-        If no joints can be made of the contacts.
+    Raises ConfigurationError if the scene asks for springs that the contacts do not give; DataFileError if the contacts
+    are those of another fabric, or not all crossings have one; GeometryError if no joints can be made of the contacts.
     """
-    meter = Meter()
-    return network.problem(scene, fabric, assemble(scene, fabric, contacts, springs), meter)
-
-
-def assemble(
-    scene: Scene,
-    fabric: Fabric,
-    contacts: xr.Dataset | None = None,
-    springs: xr.Dataset | None = None,
-) -> Network:
-    """Return the network of a scene; arguments and errors as of `build`."""
     contacts = contacts_of(scene, fabric, contacts)
     points, rom = joint_points(fabric, contacts), scene.rom
     if scene.interaction == "tie":
         joints = Joints.all_tied(len(points.yarn))
     else:
-        _require_springs(scene, springs)
+        network.require_named(scene, "rom.springs_from", "springs", springs)
         each = rom.springs == "zones"
         joints = spring_joints(contacts, rom.displacement, rom.axes, each, springs, rom.stiffness)
     if rom.joint == "pinned":
@@ -92,7 +64,8 @@ def assemble(
         joints = joints.pinned(patch_stiffness(fabric, points, contacts, scene.yarn))
     stops = fabric.grip_ends(scene.load.direction)
     arms = "printed" if rom.joint == "printed" else "rigid"
-    return spatial_network(fabric, points, scene.mesh.beam_size, arms, joints, stops)
+    beams = spatial_network(fabric, points, scene.mesh.beam_size, arms, joints, stops)
+    return network.problem(scene, fabric, beams)
 
 
 def contacts_of(scene: Scene, fabric: Fabric, contacts: xr.Dataset | None) -> xr.Dataset:
@@ -101,19 +74,12 @@ def contacts_of(scene: Scene, fabric: Fabric, contacts: xr.Dataset | None) -> xr
     Raises DataFileError if they do not describe every crossing of the fabric.
     """
     if contacts is None:
-        contacts = contacts_of_crossings(fabric, scene.value("tie.radius") or 0.0)
-    _require_all_crossings(contacts, fabric)
-    return contacts
-
-
-def _require_all_crossings(contacts: xr.Dataset, fabric: Fabric) -> None:
-    """Refuse contacts that do not describe every crossing of this fabric."""
-    crossings = fabric.crossings
-    same = contacts.sizes["crossing"] == len(crossings.row) and all(
+        return contacts_of_crossings(fabric, scene.value("tie.radius") or 0.0)
+    crossings, count = fabric.crossings, contacts.sizes["crossing"]
+    same = count == len(crossings.row) and all(
         np.array_equal(contacts[name], getattr(crossings, name)) for name in ("row", "column", "zone", "yarn")
     )
     if not same:
-        count = contacts.sizes["crossing"]
         raise DataFileError(
             f"the contacts describe {count} crossings that are not the {len(crossings.row)} of a "
             f"{fabric.cells[0]} x {fabric.cells[1]} knit: contacts and knit must be of the same scene"
@@ -125,64 +91,29 @@ def _require_all_crossings(contacts: xr.Dataset, fabric: Fabric) -> None:
             f"the contact at row {crossings.row[k]}, column {crossings.column[k]}, zone {crossings.zone[k]} "
             "has no centroid or no normal: a joint needs both"
         )
-
-
-def _require_springs(scene: Scene, springs_from: xr.Dataset | None) -> None:
-    """Refuse to take springs from elsewhere than the scene says."""
-    wanted = scene.rom.springs_from
-    if (wanted is None) != (springs_from is None):
-        raise ConfigurationError(
-            f"rom.springs_from of scene {scene.name} is {wanted or 'empty'}, and contacts of another scene are "
-            f"{'not ' if springs_from is None else ''}given: they must be given where it names one, and only there"
-        )
+    return contacts
 
 
 def spatial_network(
     fabric: Fabric,
     contacts: JointPoints,
-    size: float,
-    joint: str = "rigid",
-    joints: Joints | None = None,
-    stops: Mapping[int, np.ndarray] | None = None,
+    size: float,  # wanted length of an element [m]; pieces between points C have the nearest whole number of them
+    joint: str = "rigid",  # of ties: "rigid" or "printed", see the module
+    joints: Joints | None = None,  # by default all crossings are tied
+    stops: Mapping[int, np.ndarray] | None = None,  # arc lengths [m] by yarn that have a node as well
 ) -> Network:
     """Return the network of a fabric.
 
-    Raises ConfigurationError if the joint is unknown or the size is not positive; MeshError if the network does not fit
-    into memory; GeometryError if two contacts of a yarn share a point C, or one lies at a stop.
-
-    Parameters
-    ----------
-    fabric : Fabric
-        Centrelines of the yarns.
-    contacts : JointPoints
-        Points C and P.
-    size : float
-        Wanted length of an element [m]; every piece between points C has the whole number of elements that
-        comes nearest to it.
-    joint : {"rigid", "printed"}
-        Of ties, see the module.
-    joints : Joints, optional
-        Of the crossings; all are tied if left out.
-    stops : mapping of int to ndarray, optional
-        Arc lengths [m] by yarn at which there has to be a node as well.
+    Raises MeshError if the network does not fit into memory; GeometryError if two contacts of a yarn share a point C,
+    or one lies at a stop.
     """
-    if joint not in JOINTS:
-        raise ConfigurationError(f"rom.joint is {joint!r}: allowed are {', '.join(JOINTS)}")
-    if not size > 0:
-        raise ConfigurationError(f"mesh.beam_size is {size}: allowed is a positive length in m")
     nodes = sum(centreline.length for centreline in fabric.centrelines) / size
     require_memory(nodes * BYTES_A_NODE, "mesh.beam_size", size, f"a network of {nodes:.2g} nodes", power=1)
-    joints = joints or Joints.all_tied(len(contacts.yarn))
-    stops = stops or {}
-    pieces = [
-        _divide(
-            np.append(contacts.arc_length[contacts.yarn == number], stops.get(number, ())),
-            centreline.length,
-            size,
-            number,
-        )
-        for number, centreline in enumerate(fabric.centrelines)
-    ]
+    joints, stops = joints or Joints.all_tied(len(contacts.yarn)), stops or {}
+    pieces = []
+    for number, line in enumerate(fabric.centrelines):
+        inner = np.append(contacts.arc_length[contacts.yarn == number], stops.get(number, ()))
+        pieces.append(_divide(inner, line.length, size, number))
     count = np.array([len(s) for s in pieces])
     yarn, arc_length = np.repeat(np.arange(len(count)), count), np.concatenate(pieces)
     position = np.concatenate([c.position(s) for c, s in zip(fabric.centrelines, pieces, strict=True)])
@@ -210,7 +141,7 @@ def spatial_network(
 
 
 def _curvature(fabric: Fabric, pieces: list[np.ndarray], first: np.ndarray) -> np.ndarray:
-    """Mean curvature vectors (E, 3) [1/m] of the centrelines from the stations `first` (E,) to the next ones."""
+    """Return mean curvature vectors (E, 3) [1/m] of centrelines from the stations `first` (E,) to the next ones."""
     tangent = np.concatenate([c.tangent(s) for c, s in zip(fabric.centrelines, pieces, strict=True)])
     arc_length = np.concatenate(pieces)
     before, after = tangent[first], tangent[first + 1]

@@ -6,18 +6,21 @@ A plugin adds a model as an entry of `MODELS` and of the fidelities (`knitstudy.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import Fabric, fabric_of
+from knitstudy.loading.history import Meter
 from knitstudy.loading.restart import IN_MEMORY, Run
 from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models import beams_in_contact, hexahedra, network_2d, network_3d, spline_yarns, window
 from knitstudy.study.scene import Scene
 
+# Functions `build(scene, fabric, ...)`, which name the data of other stages that they take
 MODELS: dict[str, Callable[..., Problem]] = {
     "hexahedra": hexahedra.build,
     "spline_yarns": spline_yarns.build,
@@ -26,11 +29,10 @@ MODELS: dict[str, Callable[..., Problem]] = {
     "beam": beams_in_contact.build,
     "window": window.build,
 }
-"""Functions ``build(scene, fabric, ...) -> Problem``, which name the data of other stages that they take."""
 
 
 def build(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None, **data: xr.Dataset | None) -> Problem:
-    """Return a scene as a problem by its model.
+    """Return a scene as a problem by its model; raises the KnitstudyErrors of the model.
 
     Parameters
     ----------
@@ -38,18 +40,14 @@ def build(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None, **data: x
         Of solid yarns.
     **data
         What the model takes of other simulations: contacts, springs or stresses; None counts as left out.
-
-    Raises
-    ------
-    KnitstudyError
-        As the model.
     """
     if scene.fidelity not in MODELS:
         raise ConfigurationError(
             f"scene {scene.name!r}: no model for fidelity {scene.fidelity!r}; known are {', '.join(MODELS)}"
         )
+    meter = Meter()
     given = {name: each for name, each in {"mesh": mesh, **data}.items() if each is not None}
-    return MODELS[scene.fidelity](scene, fabric, **given)
+    return replace(MODELS[scene.fidelity](scene, fabric, **given), meter=meter)
 
 
 def solve(scene: Scene, fabric: Fabric, run: Run = IN_MEMORY, **data: Any) -> xr.Dataset:
@@ -68,21 +66,9 @@ def simulate(
 ) -> xr.Dataset:
     """Return the history of a scene from the results of other stages, in the formats of docs/files.md.
 
-    Parameters
-    ----------
-    mesh : Dataset, optional
-        Of solid yarns.
-    contacts, springs : Dataset, optional
-        Contacts of the simulations that ``rom.contacts_from`` and ``rom.springs_from`` or ``window.springs_from`` name.
-    stresses : Dataset, optional
-        Stresses of the simulation that ``rom.stress_from`` names.
-
-    Raises
-    ------
-    KnitstudyError
-        As the model.
-    ConvergenceError, DataFileError
-        As `solve_load_path`.
+    Solid yarns have a mesh; contacts, springs and stresses are those of the simulations that ``rom.contacts_from``,
+    ``rom.springs_from`` (or ``window.springs_from``) and ``rom.stress_from`` name. Raises as `build` and
+    `solve_load_path`.
     """
     swept = None if mesh is None else SweptMesh.from_dataset(mesh)
     data = {"mesh": swept, "contacts": contacts, "springs": springs, "stresses": stresses}

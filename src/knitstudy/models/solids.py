@@ -6,9 +6,8 @@ crossings, and `problem` adds grips, load, observers and checks.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -17,23 +16,22 @@ from knitstudy.contacts.facets import CrossingFacets, tied_crossings, tied_piece
 from knitstudy.contacts.kinematics import section_motion
 from knitstudy.geometry.fabric import Arcs, Fabric
 from knitstudy.loading.gates import require_sound
-from knitstudy.loading.history import Meter, Motion, Stations, load_path
-from knitstudy.loading.solve import Problem
-from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
+from knitstudy.loading.history import Motion, Stations, load_path
+from knitstudy.loading.solve import Problem, Reported, settings_of
+from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 from knitstudy.mechanics.linear import LU, LinearSolver
 from knitstudy.mechanics.linear.krylov import Krylov
 from knitstudy.mechanics.linear.three_scale import AlgebraicMultigrid, KnitStructure, ThreeScale
 from knitstudy.mechanics.model import Stabilisation, transformation
 from knitstudy.mechanics.solid import SolidModel, SolidState
-from knitstudy.mechanics.solids_in_contact import SolidsInContact
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.discretisation import Discretisation
 from knitstudy.models.ties import Ties, tie_crossings
 from knitstudy.models.yarn_contact import BesideTies, YarnContact, contact_of, free_yarns, penetration_of
 from knitstudy.study.scene import Scene
 
+# Up to here sparse LU replaces iterations that fail; beyond, it takes too much time and memory
 DIRECT_UNKNOWNS = 20_000
-"""Up to here sparse LU replaces iterations that fail; beyond, it takes too much time and memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +69,11 @@ class SolidYarns:
             "tied_centroid": self.ties.centroid,
         }
 
-    def record(self, state: SolidState) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    def fields(self, state: SolidState) -> dict[str, np.ndarray]:
+        """Return the variables of a history that are known at its last increment alone."""
+        return {"node_displacement": self.model.node_displacement(state)}
+
+    def record(self, state: SolidState) -> Reported:
         """Return the motion of stations and crossings and the forces at crossings, and the points in contact."""
         parts, facets = self.parts, self.facets
         moved = self.model.node_displacement(state)
@@ -132,7 +134,7 @@ def assemble(
     if labels is None:
         labels = tied_pieces(parts.rings.arc_length, fabric.crossings, tied)
     contact = contact_of(scene, parts, labels)
-    model = SolidsInContact(
+    model = SolidModel(
         *solids,
         contact=contact,
         penetration=penetration_of(scene, contact.law, parts.size),
@@ -143,34 +145,30 @@ def assemble(
     return SolidYarns(parts, model, ties, facets, retained, touching)
 
 
-def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns, meter: Meter) -> Problem:
+def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns) -> Problem:
     """Return solid yarns with the load of a scene, observers and checks."""
     model, contact = yarns.model, yarns.contact
     motion = load_path(scene, fabric)
     prescribed, driven = _prescribed(yarns, scene, motion)
-    settings = Settings.of(scene.solver)
-    if contact is not None:
-        # Where contact begins, a parabola through earlier increments overshoots far into the other yarn; and no
-        # correction may exceed the distance within which contact is searched.
-        settings = replace(settings, predictor=1, stride=model.contact.margin)
+    # No correction may exceed the distance within which contact is searched.
+    stride = np.inf if contact is None else model.contact.margin
     return Problem(
         scene=scene,
         model=model,
         prescribed=prescribed,
         solver=linear_solver(scene.solver.linear, yarns, prescribed),
-        settings=settings,
+        settings=settings_of(scene, contact is not None, stride),
         motion=motion,
         driven=driven,
         stations=stations_of(yarns.parts.mesh, fabric.arcs),
-        observers=(SolidObserver(yarns),),
+        observer=SolidObserver(yarns),
         checks=(
             partial(require_sound, scene, model.loaded),
             *([contact.require_apart] if contact and contact.beside else []),
         ),
         constants=yarns.constants(),
-        fields=partial(_fields, yarns) if "fields" in scene.outputs else None,
+        fields=yarns.fields if "fields" in scene.outputs else None,
         attributes={"dof": yarns.parts.nodes.size, "elements": yarns.elements, **yarns.attributes()},
-        meter=meter,
     )
 
 
@@ -180,10 +178,6 @@ def stations_of(mesh: SweptMesh, arcs: Arcs | None) -> Stations:
     if arcs is not None:
         yarn, arc_length = arcs.yarn[yarn], arcs.arc[yarn, 0] + arc_length
     return Stations(yarn, arc_length, mesh.centres)
-
-
-def _fields(yarns: SolidYarns, state: SolidState) -> dict[str, np.ndarray]:
-    return {"node_displacement": yarns.model.node_displacement(state)}
 
 
 def _prescribed(yarns: SolidYarns, scene: Scene, motion: Motion) -> tuple[PrescribedDisplacement, np.ndarray]:
@@ -199,13 +193,13 @@ def _prescribed(yarns: SolidYarns, scene: Scene, motion: Motion) -> tuple[Prescr
     return PrescribedDisplacement(fixed, value, motion.corners, motion.stops), driven[unity[ends.driven] == 1]
 
 
+@dataclass(frozen=True, eq=False)
 class SolidObserver:
     """Reports crossings and contact of solid yarns, and the net forces on every yarn."""
 
-    def __init__(self, yarns: SolidYarns) -> None:
-        self.yarns = yarns
+    yarns: SolidYarns
 
-    def record(self, increment: Increment) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    def record(self, increment: Increment) -> Reported:
         """Return columns of the history, and of the points in contact."""
         columns, points = self.yarns.record(increment.state)
         moved = self.yarns.model.node_displacement(increment.state)
@@ -267,4 +261,4 @@ def linear_solver(name: str, yarns: SolidYarns, prescribed: PrescribedDisplaceme
     layout = structure(yarns, prescribed)
     small = name == "auto" and yarns.model.size <= DIRECT_UNKNOWNS
     preconditioner = AlgebraicMultigrid(layout) if name == "amg" else ThreeScale(layout)
-    return Krylov(preconditioner, truncates=not small, direct=LU() if small else None)
+    return Krylov(preconditioner, LU() if small else None)

@@ -13,7 +13,6 @@ import numpy as np
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import Fabric, Grip
 from knitstudy.geometry.spline import Centreline
-from knitstudy.loading.history import Meter
 from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import material_of
@@ -107,11 +106,10 @@ def build(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None) -> Proble
         If a yarn bends tighter than its radius, crossings cannot be tied, yarns overlap, or the simulation does not fit
         into memory.
     """
-    meter = Meter()
     parts = discretise(scene, fabric, mesh)
     if len(fabric.periods):
-        return endless.problem(scene, fabric, parts, meter)
-    return solids.problem(scene, fabric, solids.assemble(scene, fabric, parts), meter)
+        return endless.problem(scene, fabric, parts)
+    return solids.problem(scene, fabric, solids.assemble(scene, fabric, parts))
 
 
 def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None) -> Discretisation:

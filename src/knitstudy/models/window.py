@@ -1,58 +1,261 @@
 """A window: solid yarns (`spline_yarns`) in some cells of a fabric whose other cells are a network of beams.
 
-Solid yarns are arcs of the fabric's yarns; at their ends, the seams, nodes of beams carry whole sections.
+Solid yarns are arcs of the fabric's yarns; at their ends, the seams, nodes of beams carry whole sections. Outside of
+the window crossings are joined, or in contact at the closest points.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from knitstudy.geometry.fabric import Fabric, pieces_of
-from knitstudy.loading.gates import require_no_jump, require_sound
-from knitstudy.loading.history import Meter, Stations, load_path
-from knitstudy.loading.solve import Problem
+from knitstudy.contacts.facets import tied_crossings
+from knitstudy.errors import ConfigurationError
+from knitstudy.geometry.crossings import Crossings
+from knitstudy.geometry.fabric import NO_ARCS, Arcs, Fabric, pieces_of
+from knitstudy.loading.gates import require_no_jump
+from knitstudy.loading.history import Stations
+from knitstudy.loading.solve import Problem, Reported, settings_of
+from knitstudy.mechanics.beam_approach import Curves
+from knitstudy.mechanics.beam_contact import TouchingBeams
 from knitstudy.mechanics.beam_model import BeamModel
-from knitstudy.mechanics.increment import Increment, Settings
-from knitstudy.mechanics.linear import LU
+from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.solids_and_beams import MixedState, Seams, SolidsAndBeams
-from knitstudy.mechanics.spline_yarn.space import Space
 from knitstudy.mesh.mesher import Grips
-from knitstudy.models import solids, spline_yarns
-from knitstudy.models.discretisation import Discretisation
-from knitstudy.models.network import Network, grips, tension
+from knitstudy.models import network, solids, spline_yarns
+from knitstudy.models.beams_in_contact import beam_contact, piece_bounds, point_pairs
+from knitstudy.models.joints import (
+    LARGEST,
+    SMALLEST,
+    JointPoints,
+    Joints,
+    contacts_of_crossings,
+    patch_stiffness,
+    springs,
+)
+from knitstudy.models.network import Network
+from knitstudy.models.network_3d import spatial_network
 from knitstudy.models.solids import SolidYarns
-from knitstudy.models.window_network import Window, cut_nodes, surroundings, touching_beams, window_of
 from knitstudy.study.scene import Scene
 
 
-def _solid_pieces(scene: Scene, pieces: Fabric) -> SolidYarns:
-    """Return the solid yarns of a window: all crossings are tied, or all in contact."""
-    tied = np.full(len(pieces.crossings.row), not scene.kind.interaction.touches)
-    parts = spline_yarns.discretise(scene, pieces)
-    ends = Grips(*(_carried(parts.space, last) for last in (0, -1)))
-    return solids.assemble(scene, pieces, replace(parts, ends=ends), tied)
+@dataclass(frozen=True, eq=False)
+class Window(Arcs):
+    """Crossings of which both yarns are solid, and the arcs that they lie on."""
+
+    shown: np.ndarray  # (W,) crossings of the cells that are asked for; the others are of the margin
 
 
-def end_sections(parts: Discretisation) -> np.ndarray:
-    """Return the nodes (P, 2, 3) that the mean and the linear moments of both end sections of all pieces are."""
-    ends = np.stack([parts.ends.held, parts.ends.driven]).reshape(2, -1, 3)
-    return ends.swapaxes(0, 1)
+def window_of(scene: Scene, fabric: Fabric) -> Window:
+    """Return the window of a scene.
+
+    Raises ConfigurationError if it does not lie within the knit, or reaches a grip or, where yarns touch, tied
+    crossings.
+    """
+    crossings, cells = fabric.crossings, scene.window.cells // 2
+    middle = _middle(scene, fabric)
+    rows, columns = np.abs(crossings.row - middle[0]), np.abs(crossings.column - middle[1])
+    away = np.maximum(rows, columns)  # cells from the middle one
+    crossing = np.flatnonzero(away <= cells + scene.window.margin)
+    if scene.kind.interaction.touches:
+        _require_untied(scene, crossings, crossing)
+    yarn, arc = _arcs(fabric, crossing)
+    _require_ungripped(scene, fabric, yarn, arc)
+    return Window(crossing, yarn, arc, np.flatnonzero(away <= cells))
 
 
-def _carried(space: Space, last: int) -> np.ndarray:
-    """Return the three nodes of the first (0) or last (-1) section of every piece that a beam's node carries."""
-    first = [own.first_node[:-1][last] for own in space.yarns]
-    return ((space.first_node[:-1] + first)[:, None] + np.arange(3)).ravel()
+def _middle(scene: Scene, fabric: Fabric) -> list[int]:
+    """Return row and column of the middle cell; refuse a window that is not wholly in the knit."""
+    keys = scene.window
+    reach, found = keys.cells // 2 + keys.margin, []
+    for name, given, count in (("row", keys.row, fabric.cells[1]), ("column", keys.column, fabric.cells[0])):
+        middle = count // 2 if given is None else given
+        lowest, highest = reach, count - 1 - reach
+        if lowest > highest:
+            raise ConfigurationError(
+                f"scene {scene.name!r}: window.cells is {keys.cells} and window.margin {keys.margin}, but the knit has "
+                f"{count} {name}s: use smaller ones, for together they must be at most that many"
+            )
+        if not lowest <= middle <= highest:
+            why = "does not exist" if middle >= count else "is too near to the edge of the knit"
+            raise ConfigurationError(
+                f"scene {scene.name!r}: window.{name} is {middle}, which {why} for window.cells {keys.cells} and "
+                f"window.margin {keys.margin}: use one from {lowest} to {highest}"
+            )
+        found.append(middle)
+    return found
+
+
+def _require_untied(scene: Scene, crossings: Crossings, chosen: np.ndarray) -> None:
+    """Refuse a window in which some crossings are tied and others are not."""
+    tied = chosen[tied_crossings(scene, crossings)[chosen]]
+    if len(tied):
+        k = tied[0]
+        raise ConfigurationError(
+            f"scene {scene.name!r}: the window takes in row {crossings.row[k]}, column {crossings.column[k]}, which "
+            "contact.tied_edges 'outer' ties: move window.row or window.column inwards, or use a smaller window.cells "
+            "or window.margin"
+        )
+
+
+def _require_ungripped(scene: Scene, fabric: Fabric, yarn: np.ndarray, arc: np.ndarray) -> None:
+    """Refuse a window whose arcs reach into a grip."""
+    gripped = fabric.gripped_arcs(scene.load.direction)
+    for one, (low, high) in zip(yarn.tolist(), arc, strict=True):
+        ends = gripped.get(one, NO_ARCS)
+        if np.any((ends[:, 0] < high) & (ends[:, 1] > low)):
+            raise ConfigurationError(
+                f"scene {scene.name!r}: the window takes in a part of yarn {one} that is gripped in "
+                f"{scene.load.direction} tension: move window.row inwards, or use a smaller window.cells or "
+                "window.margin"
+            )
+
+
+def _arcs(fabric: Fabric, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return arcs of yarns (P,) that hold chosen crossings: (P, 2) [m], half the way to those next to them."""
+    length = np.array([line.length for line in fabric.centrelines])
+    crossings = fabric.crossings.chosen(chosen)
+    yarn, s = crossings.yarn.ravel(), crossings.arc_length.ravel()
+    low, high = piece_bounds(fabric.crossings, length)[chosen].reshape(-1, 2).T
+    low = np.where(low == 0, 0.5 * s, low)
+    high = np.where(high == length[yarn], 0.5 * (s + high), high)
+    order = np.lexsort((s, yarn))
+    yarn, low, high = yarn[order], low[order], high[order]
+    apart = (yarn[1:] != yarn[:-1]) | (low[1:] != high[:-1])
+    begins = np.append(True, apart)
+    return yarn[begins], np.column_stack([low[begins], high[np.append(apart, True)]])
+
+
+def surroundings(scene: Scene, fabric: Fabric, window: Window, contacts: xr.Dataset | None) -> Network:
+    """Return the network around a window; it has a node at every cut, and no elements in the solid arcs.
+
+    Contacts are those of the simulation that ``window.springs_from`` names; without them nothing joins yarns that
+    touch. Raises ConfigurationError if ties have no size that pins are known for, or springs are not positive.
+    """
+    outside = np.setdiff1d(np.arange(len(fabric.crossings.row)), window.crossing)
+    points = JointPoints.at_crossings(fabric.crossings, outside)
+    stops = fabric.grip_ends(scene.load.direction)
+    for yarn in np.unique(window.yarn).tolist():
+        stops[yarn] = np.append(stops.get(yarn, ()), window.arc[window.yarn == yarn])
+    joints = _joints(scene, fabric, points, outside, contacts)
+    whole = spatial_network(fabric, points, scene.mesh.beam_size, joints=joints, stops=stops)
+    return _without_arcs(whole, window)
+
+
+def cut_nodes(around: Network, window: Window) -> np.ndarray:
+    """Return the nodes (P, 2) of the network at both ends of every solid arc."""
+    ends = zip(np.repeat(window.yarn, 2), window.arc.ravel(), strict=True)
+    return around.station_node[[around.stations.nearest(*end) for end in ends]].reshape(-1, 2)
+
+
+def _joints(
+    scene: Scene, fabric: Fabric, points: JointPoints, outside: np.ndarray, contacts: xr.Dataset | None
+) -> Joints:
+    """Return the joints of the beams: pins as compliant as tied patches, and springs or nothing where yarns touch."""
+    joints = Joints.all_tied(len(outside))
+    tied = tied_crossings(scene, fabric.crossings)[outside]
+    every = contacts_of_crossings(fabric, scene.tie.radius).isel(crossing=outside)
+    if contacts is not None:
+        measured = _measured(scene, contacts, every["normal"].to_numpy())
+        joints = replace(joints, stiffness=np.where(tied[:, None, None], joints.stiffness, measured))
+    else:
+        joints = replace(joints, open=~tied)
+    if not tied.any():
+        return joints
+    radius = scene.tie.radius
+    if not SMALLEST <= radius <= LARGEST:
+        raise ConfigurationError(
+            f"scene {scene.name!r}: tie.radius is {radius:g} but must be from {SMALLEST:g} to {LARGEST:g} where "
+            "fidelity is window: beyond, no pins are known that yield as the ties around it do"
+        )
+    return joints.pinned(patch_stiffness(fabric, points, every, scene.yarn))
+
+
+def _measured(scene: Scene, contacts: xr.Dataset, normal: np.ndarray) -> np.ndarray:
+    """Return springs (K, 3, 3) [N/m] along normals (K, 3) and across: those that contacts of a smaller knit measure."""
+    along, across = springs(contacts, "interface", "contact").averaged
+    if not (along > 0 and across > 0):
+        raise ConfigurationError(
+            f"scene {scene.name!r}: window.springs_from is {scene.window.springs_from!r}, whose averaged springs are "
+            f"{along:.4g} and {across:.4g} N/m along and across the contact but must be positive: name another scene"
+        )
+    outer = normal[:, :, None] * normal[:, None, :]
+    return along * outer + across * (np.eye(3) - outer)
+
+
+def _without_arcs(whole: Network, window: Window) -> Network:
+    """Return a network without the elements and nodes inside of the solid arcs."""
+    stations = whole.stations
+    first = np.flatnonzero(stations.yarn[1:] == stations.yarn[:-1])
+    middle = 0.5 * (stations.arc_length[first] + stations.arc_length[first + 1])
+    elements = window.piece(stations.yarn[first], middle) < 0
+    kept = np.zeros(len(stations.yarn), dtype=bool)
+    kept[first[elements]] = kept[first[elements] + 1] = True
+    nodes, place = np.unique(whole.station_node[kept], return_inverse=True)
+    renumbered = np.full(len(whole.nodes), -1)
+    renumbered[nodes] = np.arange(len(nodes))
+    return replace(
+        whole,
+        nodes=whole.nodes[nodes],
+        ends=renumbered[whole.ends[elements]],
+        offsets=whole.offsets[elements],
+        yarns_side_by_side=whole.yarns_side_by_side[elements],
+        stations=stations.at(kept),
+        station_node=place,
+        station_offset=whole.station_offset[kept],
+        beam_nodes=int(kept.sum()),
+        springs=replace(whole.springs, ends=renumbered[whole.springs.ends]),
+        curvature=whole.curvature[elements],
+    )
+
+
+def touching_beams(
+    scene: Scene, fabric: Fabric, window: Window, around: Network, beams: BeamModel
+) -> TouchingBeams | None:
+    """Return beams with contact at all crossings outside of the window that are not tied; None if there are none.
+
+    Raises GeometryError if a piece of yarn has too few nodes for a smooth centreline.
+    """
+    touching = ~tied_crossings(scene, fabric.crossings)
+    outside = np.setdiff1d(np.arange(len(touching)), window.crossing)
+    touching = np.flatnonzero(touching[outside])
+    if not len(touching):
+        return None
+    chain = _chains(around)
+    curves = Curves(chain, around.stations.arc_length)
+    crossings = _on_chains(fabric.crossings.chosen(outside), around.stations, chain)
+    contact = beam_contact(scene, curves, point_pairs(crossings, touching, curves.length))
+    return TouchingBeams(beams, around.station_node, around.station_offset, contact)
+
+
+def _chains(around: Network) -> np.ndarray:
+    """Return the number (S,) of the chain of beams that every station belongs to; a cut yarn is several."""
+    yarn, node, count = around.stations.yarn, around.station_node, len(around.nodes)
+    joined = np.zeros(len(yarn), dtype=bool)
+    elements = around.ends[:, 0] * count + around.ends[:, 1]
+    joined[1:] = (yarn[1:] == yarn[:-1]) & np.isin(node[:-1] * count + node[1:], elements)
+    return np.cumsum(~joined) - 1
+
+
+def _on_chains(crossings: Crossings, stations: Stations, chain: np.ndarray) -> Crossings:
+    """Return crossings with chains instead of yarns; arc lengths stay those of the yarns."""
+    # Places of all stations on one axis, yarn after yarn, as the network has them.
+    longest = 2 * stations.arc_length.max()
+    places = longest * stations.yarn + stations.arc_length
+    nearest = np.searchsorted(places, longest * crossings.yarn + crossings.arc_length)
+    return replace(crossings, yarn=chain[nearest])
+
+
+# Columns of the history with a value for every crossing
+OF_CROSSINGS = ("crossing_force", "crossing_displacement", "section_gradient", "section_displacement")
 
 
 @dataclass(frozen=True, eq=False)
 class MixedKnit:
-    """A knit of beams with solid yarns in a window."""
+    """A knit of beams with solid yarns in a window, which reports crossings by their numbers in the whole fabric."""
 
     window: Window
     yarns: SolidYarns  # of the pieces: each solid arc of the window counts as a yarn
@@ -62,73 +265,25 @@ class MixedKnit:
     # (S,) stations of the network, then sections of the pieces, in the order of yarns and arc lengths
     order: np.ndarray
     stations: Stations  # of all yarns, solid or not, in that order
+    crossings: int  # K, of the whole fabric
 
-    def station_displacement(self, state: MixedState, sections: np.ndarray) -> np.ndarray:
-        """Return the displacement (S, 3) of all stations from that of the pieces' sections (k, 3) [m]."""
-        beams = self.network.station_displacement(self.beams, state.frame)
-        return np.concatenate([beams, sections])[self.order]
+    def record(self, increment: Increment) -> Reported:
+        """Return columns of the history, and of the points in contact; nan at crossings outside of the window."""
+        state = increment.state
+        columns, points = self.yarns.record(state.solids)
+        columns |= {name: self.of_all(columns[name]) for name in OF_CROSSINGS}
+        outer = self.network.station_displacement(self.beams, state.frame)
+        stations = np.concatenate([outer, columns["centreline_displacement"]])[self.order]
+        columns["centreline_displacement"] = stations
+        if points:
+            here = points["crossing"]
+            points["crossing"] = np.where(here < 0, -1, self.window.crossing[here])
+            points |= {name: self.window.yarn[points[name]] for name in ("yarn", "target")}
+        return columns | self._seams(state), points
 
-
-def mixed_knit(scene: Scene, fabric: Fabric, contacts: xr.Dataset | None = None) -> MixedKnit:
-    """Return the knit of a scene with its window.
-
-    Raises ConfigurationError as `window_of` and `surroundings`; MeshError as `_solid_pieces`; GeometryError if two
-    joints of a yarn coincide.
-    """
-    window = window_of(scene, fabric)
-    yarns = _solid_pieces(scene, pieces_of(fabric, window))
-    network = surroundings(scene, fabric, window, contacts)
-    beams = network.model(scene.yarn, scene.mesh.section_law)
-    section = end_sections(yarns.parts).reshape(-1, 3)
-    arms = yarns.parts.nodes[section[:, 1:]]
-    seams = Seams(section, cut_nodes(network, window).ravel(), arms)
-    order, stations = _stations(network, yarns, window)
-    outer = touching_beams(scene, fabric, window, network, beams) if contacts is None else None
-    model = SolidsAndBeams(yarns.model, outer or beams, seams)
-    return MixedKnit(window, yarns, network, beams, model, order, stations)
-
-
-def _stations(network: Network, yarns: SolidYarns, window: Window) -> tuple[np.ndarray, Stations]:
-    """Return the order of all stations along the yarns, and the stations in it; seams are those of the network."""
-    outer, inner = network.stations, solids.stations_of(yarns.parts.mesh, window)
-    yarn, arc_length, position = (
-        np.concatenate([getattr(each, name) for each in (outer, inner)])
-        for name in ("yarn", "arc_length", "position")
-    )
-    order = np.lexsort((arc_length, yarn))
-    return order, Stations(yarn[order], arc_length[order], position[order])
-
-
-OF_CROSSINGS = ("crossing_force", "crossing_displacement", "section_gradient", "section_displacement")
-"""Columns of the history with a value for every crossing."""
-
-
-class WindowObserver:
-    """Reports crossings by their numbers in the whole fabric, with nan for those outside of the window.
-
-    Parameters
-    ----------
-    mixed : MixedKnit
-    crossings : int
-        K, of the whole fabric.
-    """
-
-    def __init__(self, mixed: MixedKnit, crossings: int) -> None:
-        self.mixed, self.crossings = mixed, crossings
-
-    def record(self, increment: Increment) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-        """Return columns of the history, and of the points in contact."""
-        mixed, state = self.mixed, increment.state
-        columns, points = mixed.yarns.record(state.solids)
-        for name in OF_CROSSINGS:
-            columns[name] = self.of_all(columns[name])
-        stations = columns["centreline_displacement"]
-        columns["centreline_displacement"] = mixed.station_displacement(state, stations)
-        return columns | self._seams(state), self._named(points)
-
-    def _seams(self, state: Any) -> dict[str, np.ndarray | float]:
+    def _seams(self, state: MixedState) -> dict[str, np.ndarray | float]:
         """Return forces and moments of the beams on the solids at the seams, and the largest difference at a seam."""
-        force, moment = self.mixed.model.seam_forces(state)
+        force, moment = self.model.seam_forces(state)
         return {
             "seam_force": -force[:, 1],
             "seam_moment": -moment[:, 1],
@@ -138,64 +293,60 @@ class WindowObserver:
     def of_all(self, values: np.ndarray) -> np.ndarray:
         """Return values (K, ...) of all crossings from those of the window (V, ...)."""
         every = np.full((self.crossings, *values.shape[1:]), np.nan)
-        every[self.mixed.window.crossing] = values
+        every[self.window.crossing] = values
         return every
 
-    def _named(self, points: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """Return the points in contact by crossings and yarns of the whole knit."""
-        if not points:
-            return {}
-        window, here = self.mixed.window, points["crossing"]
-        crossing = np.where(here < 0, -1, window.crossing[here])
-        yarns = {name: window.yarn[points[name]] for name in ("yarn", "target")}
-        return points | {"crossing": crossing} | yarns
+
+def mixed_knit(scene: Scene, fabric: Fabric, contacts: xr.Dataset | None = None) -> MixedKnit:
+    """Return the knit of a scene with its window; errors as of `build`."""
+    window, touches = window_of(scene, fabric), scene.kind.interaction.touches
+    pieces = pieces_of(fabric, window)
+    parts = spline_yarns.discretise(scene, pieces)
+    # The first three nodes of both end sections (mean and linear moments) are what a beam's node carries.
+    first = [[own.first_node[0], own.first_node[-2]] for own in parts.space.yarns]
+    section = (parts.space.first_node[:-1, None] + first)[..., None] + np.arange(3)  # (P, 2, 3)
+    parts = replace(parts, ends=Grips(section[:, 0].ravel(), section[:, 1].ravel()))
+    # All crossings of the window are tied, or all in contact.
+    yarns = solids.assemble(scene, pieces, parts, np.full(len(window.crossing), not touches))
+    around = surroundings(scene, fabric, window, contacts)
+    beams = around.model(scene.yarn, scene.mesh.section_law)
+    section = section.reshape(-1, 3)
+    seams = Seams(section, cut_nodes(around, window).ravel(), parts.nodes[section[:, 1:]])
+    outer = touching_beams(scene, fabric, window, around, beams) if touches and contacts is None else None
+    model = SolidsAndBeams(yarns.model, outer or beams, seams)
+    stations = around.stations.and_more(solids.stations_of(parts.mesh, window))
+    order = np.lexsort((stations.arc_length, stations.yarn))
+    count = len(fabric.crossings.row)
+    return MixedKnit(window, yarns, around, beams, model, order, stations.at(order), count)
 
 
 def build(scene: Scene, fabric: Fabric, springs: xr.Dataset | None = None) -> Problem:
-    """Return a scene with a window as a problem.
+    """Return a scene with a window as a problem; `springs` are contacts of the scene in ``window.springs_from``.
 
-    Parameters
-    ----------
-    springs : Dataset, optional
-        Contacts of the simulation that ``window.springs_from`` names.
-
-    Raises
-    ------
-    ConfigurationError, GeometryError, MeshError
-        As `mixed_knit`.
+    Raises ConfigurationError if the window does not lie within the knit, free of grips and, where yarns touch, of ties,
+    or the joints around it are not known; GeometryError if two joints of a yarn coincide; MeshError as `spline_yarns`.
     """
-    meter = Meter()
     mixed = mixed_knit(scene, fabric, springs)
     model, yarns, window = mixed.model, mixed.yarns, mixed.window
-    motion = load_path(scene, fabric)
-    ends = grips(mixed.network, fabric, scene.load.direction)
-    prescribed = tension(ends, motion, scene.load.lateral)
-    settings = Settings.of(scene.solver)
-    if yarns.contact is not None:
-        # Where contact begins, a parabola through earlier increments overshoots far into the other yarn.
-        settings = replace(settings, predictor=1)
-    count = len(fabric.crossings.row)
-    observer = WindowObserver(mixed, count)
-    shown = np.zeros(count, dtype=np.int8)
+    shown = np.zeros(mixed.crossings, dtype=np.int8)
     shown[window.shown] = 1
-    tied = np.zeros(count, dtype=np.int8)
+    tied = np.zeros(mixed.crossings, dtype=np.int8)
     tied[window.crossing] = np.isfinite(yarns.ties.area)
-    return Problem(
-        scene=scene,
+    return network.loaded(
+        scene,
+        fabric,
+        mixed.network,
+        first=model.first_beam,
         model=model,
-        prescribed=replace(prescribed, fixed=model.first_beam + prescribed.fixed),
-        solver=LU(),
-        settings=settings,
-        motion=motion,
-        driven=model.first_beam + 6 * ends.driven[:, None] + np.arange(3),
+        observer=mixed,
+        settings=settings_of(scene, yarns.contact is not None),
         stations=mixed.stations,
-        observers=(observer,),
-        checks=(partial(require_sound, scene, None), partial(require_no_jump, scene)),
+        checks=(partial(require_no_jump, scene),),
         constants={
             "window_crossing": shown,
             "crossing_tied": tied,
-            "tied_area": observer.of_all(yarns.ties.area),
-            "tied_centroid": observer.of_all(yarns.ties.centroid),
+            "tied_area": mixed.of_all(yarns.ties.area),
+            "tied_centroid": mixed.of_all(yarns.ties.centroid),
             "seam_yarn": np.repeat(window.yarn, 2),
             "seam_arc_length": window.arc.ravel(),
         },
@@ -205,5 +356,4 @@ def build(scene: Scene, fabric: Fabric, springs: xr.Dataset | None = None) -> Pr
             "elements": yarns.elements + len(mixed.network.ends),
             **yarns.attributes(),
         },
-        meter=meter,
     )

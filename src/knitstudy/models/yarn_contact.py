@@ -16,7 +16,7 @@ from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.materials import material_of
 from knitstudy.mechanics.model import FreeBodies
-from knitstudy.mechanics.solids_in_contact import ContactState, Penetration, SolidsInContact
+from knitstudy.mechanics.solid import Penetration, SolidModel, SolidState
 from knitstudy.models.discretisation import Discretisation
 from knitstudy.models.ties import Ties
 from knitstudy.study.scene import Scene
@@ -161,7 +161,7 @@ class BesideTies:
 class YarnContact:
     """Contact of solid yarns, as the history reports it."""
 
-    model: SolidsInContact
+    model: SolidModel
     facets: CrossingFacets
     rings: Rings  # of the surfaces
     beside: BesideTies | None  # where some yarns are tied and others in contact
@@ -170,7 +170,7 @@ class YarnContact:
     overlap: float
 
     def record(
-        self, state: ContactState, crossings: int
+        self, state: SolidState, crossings: int
     ) -> tuple[dict[str, Any], dict[str, np.ndarray], np.ndarray]:
         """Return columns of the history, columns of the points in contact, and forces (K, 3) at the crossings [N]."""
         model = self.model

@@ -52,13 +52,7 @@ class ScreenPicture:
 
 
 def for_screen(path: Path) -> ScreenPicture:
-    """Return a picture as a screen shows it.
-
-    Raises
-    ------
-    DataFileError
-        When it cannot be read.
-    """
+    """Return a picture as a screen shows it; DataFileError when it cannot be read."""
     shown, width, height, said = _shown(path)
     stored = BytesIO()
     shown.save(stored, **FORMAT)
@@ -67,13 +61,7 @@ def for_screen(path: Path) -> ScreenPicture:
 
 
 def save_for_screen(path: Path, target: Path) -> None:
-    """Write a picture as a screen shows it.
-
-    Raises
-    ------
-    DataFileError
-        When it cannot be read, or its folder cannot be made.
-    """
+    """Write a picture as a screen shows it; DataFileError when it cannot be read, or its folder cannot be made."""
     shown, *_ = _shown(path)
     with replacing(target) as temporary:
         shown.save(temporary, **FORMAT)

@@ -63,13 +63,7 @@ MIXED = "unseen-mixed-"  # what names of knits with several inputs changed at on
 
 
 def insert_between_marks(page: str, text: str) -> str:
-    """Return a page with a text between its marks.
-
-    Raises
-    ------
-    DataFileError
-        When it has no marks.
-    """
+    """Return a page with a text between its marks; DataFileError when it has no marks."""
     before, begin, rest = page.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not (begin and end):

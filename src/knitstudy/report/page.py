@@ -187,10 +187,7 @@ DIGITS = 4
 def value(results: Mapping[str, pd.DataFrame], table: str, row: str, column: str, form: str = ".3g") -> str:
     """Return one number of a table; the row is named by its cell in the first column.
 
-    Raises
-    ------
-    ConfigurationError
-        When there is no such table, row or column.
+    Raises ConfigurationError when there is no such table, row or column.
     """
     if table not in results:
         raise ConfigurationError(
@@ -248,10 +245,7 @@ ATTRIBUTES = {
 def origins(files: Iterable[Path | str], page: Path | str) -> pd.DataFrame:
     """Return one row for every netCDF file; the first column is its path from the page.
 
-    Raises
-    ------
-    DataFileError
-        When a file is missing or truncated.
+    Raises DataFileError when a file is missing or truncated.
     """
     folder = Path(page).parent
     rows = []

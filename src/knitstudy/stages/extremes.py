@@ -35,9 +35,7 @@ from knitstudy.measures.history_checks import (
     faults,
     hourglass_share_when_loaded,
     is_unloaded,
-    largest_residual,
-    ledger_gap,
-    ledger_gap_at_end,
+    ledger_gaps,
     penetration,
     unbalanced_contact,
 )
@@ -77,7 +75,7 @@ APPLIES = {"across": "mesh.size", "degree": "mesh.degree", "diameter": "yarn", "
 
 
 def _said(allowed: str, **default: Any) -> Any:
-    return output("choice", allowed=allowed, source="what is tried", checked="all", **default)
+    return output("choice", allowed=allowed, **default)
 
 
 class Alone(Section):
@@ -339,10 +337,11 @@ def measured(history: xr.Dataset, scene: Scene) -> dict[str, Any]:
         "unknowns [1]": int(history.attrs["unknowns"]),
         "force [N]": force,
         "force over E R2 [1]": force / (scene.yarn.youngs_modulus * scene.yarn.radius**2),
-        "balance [1]": largest_residual(history),
+        "balance [1]": float(history["residual"].max()),
     }
     if not is_unloaded(history, scene):
-        row["ledger [1]"], row["ledger at full load [1]"] = ledger_gap(history), ledger_gap_at_end(history)
+        gaps = ledger_gaps(history)
+        row["ledger [1]"], row["ledger at full load [1]"] = gaps.max(), gaps[-1]
         if scene.value("gates.hourglass") is not None:
             row["hourglass [1]"] = hourglass_share_when_loaded(history)
     if "smallest_gap" in history:

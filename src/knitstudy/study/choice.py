@@ -320,40 +320,22 @@ class Ask(Section):
     question: Literal["force", "out_of_plane", "contact", "stress"] = output(
         "choice",
         allowed="force, out_of_plane (motion), contact (force and slip) or stress (normal, at a contact)",
-        source="what the model is chosen for; tables/trade.csv has the errors of all models by question",
-        checked="all four",
     )
-    accuracy: float = output(
-        "choice",
-        meaning="the relative error that may be made",
-        source="a model is taken whose error is at most this where it is measured",
-        checked="0.02 to 0.2, on knits with other spacings and diameters (docs/accuracy.md)",
-        gt=0,
-        le=10,
-    )
-    seconds: float | None = output(
-        "choice",
-        unit="s",
-        source="what the simulation may take, with those that it is made from",
-        checked="prices are those of one core of the machine that made resources/trade.csv",
-        default=None,
-        gt=0,
-    )
-    memory: float | None = output(
-        "choice",
-        unit="MB",
-        source="by how much the memory of the process may grow",
-        checked="as ask.seconds",
-        default=None,
-        gt=0,
-    )
+    """What the model is chosen for; tables/trade.csv has the errors of all models by question. Checked: all four."""
+    accuracy: float = output("choice", meaning="the relative error that may be made", gt=0, le=10)
+    """A model is taken whose error is at most this where it is measured. Checked: 0.02 to 0.2, on knits with other
+    spacings and diameters (docs/accuracy.md)."""
+    seconds: float | None = output("choice", unit="s", default=None, gt=0)
+    """What the simulation may take, with those that it is made from. Checked: prices are those of one core of the
+    machine that made resources/trade.csv."""
+    memory: float | None = output("choice", unit="MB", default=None, gt=0)
+    """By how much the memory of the process may grow. Checked: as ask.seconds."""
     among: tuple[Annotated[str, Field(min_length=1)], ...] = output(
         "choice",
         allowed="a list of fidelities to choose from, for example [rom3d, spline_yarns]; [] for all",
-        source="narrows what is taken",
-        checked="single ones",
         default=(),
     )
+    """Narrows what is taken. Checked: single ones."""
 
 
 def asked(values: Any, where: str) -> Ask:

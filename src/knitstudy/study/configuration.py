@@ -6,19 +6,19 @@ A scene is put together in layers, each over the one before: the calibrated loop
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.registry import unknown_choice
+from knitstudy.registry import find, unknown_choice
 from knitstudy.study.choice import AUTO
 from knitstudy.study.documents import read_yaml
 from knitstudy.study.families import STUDIES, Member, read_families
 from knitstudy.study.keys import Section, output, validated
-from knitstudy.study.kinds import Kind, Labels, all_kinds, all_sections, defaults_of_fields
+from knitstudy.study.kinds import Kind, Labels, all_keys, all_kinds, all_sections, defaults_of_fields
 from knitstudy.study.planning import Planned, is_open, of_model, planned, problem_and_ask
 from knitstudy.study.scene import Scene, flat, set_dotted
 
@@ -41,28 +41,21 @@ _RECORD = "achieved"
 """What a calibration says of the loop that it found, for people."""
 
 
-# ---- The workflow: the keys of ``config/config.yaml`` ----
-
-
 class Workflow(Section):
     """The study of scenes that is made, the folder that they stand in, and modules of kinds from outside."""
 
-    study: Literal["ci", "reduced", "full", "reference", "trade"] = output(
-        "choice", source="which scenes are run; no result depends on it", checked="all"
-    )
+    study: Literal["ci", "reduced", "full", "reference", "trade"] = output("choice")
+    """Which scenes are run; no result depends on it. Checked: all."""
     folder: Annotated[str, Field(min_length=1)] = output(
-        "choice",
-        allowed="the path of a folder with defaults.yaml, families of scenes and a calibrated loop",
-        source="where files are",
-        checked="config, and folders of tests",
+        "choice", allowed="the path of a folder with defaults.yaml, families of scenes and a calibrated loop"
     )
+    """Where files are. Checked: config, and folders of tests."""
     plugins: tuple[Annotated[str, Field(pattern=r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)*$")], ...] = output(
         "choice",
         allowed="a list of the dotted names of modules, for example [my_elements], that register kinds of their own",
-        source="what the study is extended by",
-        checked="kinds of the tests",
         default=(),
     )
+    """What the study is extended by. Checked: kinds of the tests."""
 
 
 def workflow_configuration(config: Any) -> Workflow:
@@ -73,15 +66,12 @@ def workflow_configuration(config: Any) -> Workflow:
     return validated(Workflow, config, "the workflow's configuration")
 
 
-# ---- Scenes ----
-
-
 def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
     """Return every scene of a configuration folder by its name, each checked and all checked together.
 
     Parameters
     ----------
-    config
+    config : Path
         Folder with ``defaults.yaml``, the families in ``scenes``, and the loop file that the defaults name.
 
     Raises
@@ -157,11 +147,7 @@ def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Pla
 
 def _named(name: str, scenes: Mapping[str, Scene], config: Path) -> Scene:
     """Return the scene of a name, or say which names are like it."""
-    if name not in scenes:
-        raise ConfigurationError(
-            f"{Path(config) / FAMILIES}: {unknown_choice('unknown scene', name, name, sorted(scenes))}"
-        )
-    return scenes[name]
+    return find("scene", dict(sorted(scenes.items())), name, str(Path(config) / FAMILIES))
 
 
 def _planned(member: Member, scenes: Mapping[str, Scene], defaults: dict) -> Scene:
@@ -175,14 +161,10 @@ def _scene(member: Member, defaults: dict) -> Scene:
     own: dict[str, Any] = {}
     for name, value in member.keys.items():
         if name.startswith("ask."):
-            raise ConfigurationError(
-                f"{member.where}: {name} is {value!r} but must be left out where fidelity is not {AUTO}"
-            )
+            wanted = f"left out where fidelity is not {AUTO}"
+            raise ConfigurationError(f"{member.where}: {name} is {value!r} but must be {wanted}")
         set_dotted(own, name, value, member.where)
     return Scene.from_dict({"name": member.name} | own, member.where, defaults)
-
-
-# ---- Defaults ----
 
 
 def default_keys(config: Path = CONFIG) -> dict[str, Any]:
@@ -191,8 +173,11 @@ def default_keys(config: Path = CONFIG) -> dict[str, Any]:
     Raises ConfigurationError, naming the file and the key whose default is not known or not allowed.
     """
     path, document = Path(config) / "defaults.yaml", _defaults(config)
-    for what in _unknown(document):
-        raise ConfigurationError(f"{path}: {what}")
+    for name, value in flat(document).items():
+        set_dotted({}, name, value, str(path))
+        if name not in all_keys():
+            message = unknown_choice("unknown key", name, name, sorted({*all_sections(), *all_keys()}))
+            raise ConfigurationError(f"{path}: {message}")
     loop = read_yaml(path).get("pattern", {}).get("loop")
     where = f"{path} over {loop}" if loop else str(path)
     sections = {name: value for name, value in document.items() if name not in Labels.model_fields}
@@ -201,21 +186,6 @@ def default_keys(config: Path = CONFIG) -> dict[str, Any]:
     for kind in all_kinds():
         Scene.from_dict(_least(kind), where, sections)
     return defaults_of_fields() | flat(document)
-
-
-def _unknown(document: Mapping) -> Iterator[str]:
-    """Yield what of the defaults is no key of any scene."""
-    known = all_sections()
-    for name, value in document.items():
-        if name in Labels.model_fields:
-            continue
-        if name not in known:
-            yield unknown_choice("unknown key", name, name, sorted({*known, *Labels.model_fields}))
-        elif not isinstance(value, dict):
-            yield f"{name} is {value!r} but must be a group of keys"
-        else:
-            for inner in value.keys() - known[name].keys():
-                yield unknown_choice("unknown key", f"{name}.{inner}", str(inner), sorted(known[name]))
 
 
 def _least(kind: Kind) -> dict:
@@ -249,14 +219,10 @@ def _read_loop(path: Path) -> dict:
         if name not in loop:
             raise ConfigurationError(f"{path}: the key {name!r} of a calibrated loop is missing")
         set_dotted(layer, target, loop[name], str(path))
-    for name in loop.keys() - {*_LOOP_KEYS, _RECORD}:
-        raise ConfigurationError(
-            f"{path}: {unknown_choice('unknown key', name, name, [*_LOOP_KEYS, _RECORD])}"
-        )
+    known = [*_LOOP_KEYS, _RECORD]
+    for name in loop.keys() - set(known):
+        raise ConfigurationError(f"{path}: {unknown_choice('unknown key', name, name, known)}")
     return layer
-
-
-# ---- What scenes say of each other ----
 
 
 def check_scenes_together(scenes: Mapping[str, Scene], where: Mapping[str, str]) -> None:
@@ -272,15 +238,14 @@ def check_scenes_together(scenes: Mapping[str, Scene], where: Mapping[str, str])
     knits = knits_of(scenes)
     for scene in scenes.values():
         first = knits[scene.knit]
-        if scene.geometry_key != first.geometry_key:
-            there = first.geometry_inputs
-            name, value = next(
-                each for each in scene.geometry_inputs.items() if there.get(each[0]) != each[1]
-            )
-            raise ConfigurationError(
-                f"{where[scene.name]}: knit is {scene.knit!r}, as in scene {first.name!r}, but"
-                f" {name} is {value!r}, there {there.get(name)!r}; scenes of one knit share its geometry"
-            )
+        there = first.geometry_inputs
+        for name, value in scene.geometry_inputs.items():
+            if there.get(name) != value:
+                differs = f"{name} is {value!r}, there {there.get(name)!r}"
+                message = f"knit is {scene.knit!r}, as in scene {first.name!r}, but {differs}"
+                raise ConfigurationError(
+                    f"{where[scene.name]}: {message}; scenes of one knit share its geometry"
+                )
         for source in scene.kind.fidelity.sources:
             check_source(scene, source, scenes, where[scene.name])
 
@@ -311,6 +276,5 @@ def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: 
     for shared in ALIKE.get(source, ("knit",)):
         here, there = scene.value(shared), scenes[name].value(shared)
         if here is not None and here != there:
-            raise ConfigurationError(
-                f"{where}: {shared} is {here!r} but must be {there!r} as in {source}, {name!r}"
-            )
+            wanted = f"{there!r} as in {source}, {name!r}"
+            raise ConfigurationError(f"{where}: {shared} is {here!r} but must be {wanted}")

@@ -54,9 +54,8 @@ def _read_text(path: Path) -> str:
     except FileNotFoundError as error:
         raise ConfigurationError(f"{path}: is missing; the configuration folder must have it") from error
     except UnicodeDecodeError as error:
-        raise ConfigurationError(
-            f"{path}: is no text in UTF-8 (byte {error.start + 1}); save it as such"
-        ) from error
+        message = f"is no text in UTF-8 (byte {error.start + 1}); save it as such"
+        raise ConfigurationError(f"{path}: {message}") from error
     except OSError as error:
         raise ConfigurationError(
             f"{path}: cannot be read ({error.strerror}); a file must be there"
@@ -70,10 +69,8 @@ def _reason(error: Exception, text: str) -> str:
         return " ".join(str(error).split())
     said = " ".join(filter(None, (error.context, error.problem)))
     (line,) = text.splitlines()[mark.line : mark.line + 1] or [""]
-    quotes = (
-        "; a text that begins with a brace, or has one within braces, stands in quotes" if "{" in line else ""
-    )
-    return f"line {mark.line + 1}: {said}{quotes}"
+    hint = "; a text that begins with a brace, or has one within braces, stands in quotes"
+    return f"line {mark.line + 1}: {said}{hint if '{' in line else ''}"
 
 
 class _Refused(yaml.MarkedYAMLError):
@@ -108,9 +105,8 @@ class _Loader(yaml.SafeLoader):
     def construct_yaml_int(self, node: yaml.ScalarNode) -> int:
         """Refuse numbers in other than tens: 045 is 37 to YAML, and 1:30 is 90."""
         if not re.fullmatch(r"[-+]?(0|[1-9][0-9_]*)", node.value):
-            raise _Refused(
-                f"{node.value} is no plain number: write it in tens, or in quotes if it is a name", node
-            )
+            message = f"{node.value} is no plain number: write it in tens, or in quotes if it is a name"
+            raise _Refused(message, node)
         return super().construct_yaml_int(node)
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import re
 import reprlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -58,43 +58,42 @@ def read_families(folder: Path) -> dict[str, Member]:
     Raises ConfigurationError, naming the file, and what in it is unknown, doubled or of the wrong type.
     """
     documents = {path: read_yaml(path) for path in _files(Path(folder))}
-    shared: dict[str, Mapping[str, dict]] = {}
+    shared: dict[str, dict] = {}
     for path, document in documents.items():  # those without scenes first: they define for all
         if "scenes" not in document:
             shared |= _blocks(document, shared, path)
+    families = {path: document for path, document in documents.items() if "scenes" in document}
     members: dict[str, Member] = {}
     asked: set[str] = set()
-    for path, document in documents.items():
-        if "scenes" not in document:
-            continue
+    for path, document in families.items():
         blocks = shared | _blocks(document, shared, path)
         for entry in _entries(document, path):
             asked |= entry.keys()
             for member in _members(entry, document, blocks, path):
                 if member.name in members:
-                    first = members[member.name].family
-                    raise ConfigurationError(
-                        f"{member.where}: is there twice, the first in the family {first!r}"
-                    )
+                    first = f"the first in the family {members[member.name].family!r}"
+                    raise ConfigurationError(f"{member.where}: is there twice, {first}")
                 members[member.name] = member
     for path, document in documents.items():
         for name in document.keys() - {*_OF_FAMILY, *asked}:
-            message = unknown_choice("unknown key", name, name, list(_OF_FAMILY))
-            raise ConfigurationError(f"{path}: {message}, or a placeholder that an entry of scenes has")
+            raise ConfigurationError(f"{path}: {_unknown(name)} that an entry of scenes has")
     return members
+
+
+def _unknown(name: str) -> str:
+    return f"{unknown_choice('unknown key', name, name, _OF_FAMILY)}, or a placeholder"
 
 
 def _files(folder: Path) -> list[Path]:
     """Return the files of families in the order of the numbers that they begin with, and of their names."""
     if not folder.is_dir():
         raise ConfigurationError(
-            f"{folder}: is missing; the configuration folder must have it, with a file a family"
+            f"{folder}: is missing; the configuration must have it, with a file a family"
         )
     for path in folder.iterdir():
         if path.suffix != ".yaml" and path.suffix.lower() in (".yaml", ".yml"):
-            raise ConfigurationError(
-                f"{path}: is not read as a family; call it {path.with_suffix('.yaml').name}"
-            )
+            better = path.with_suffix(".yaml").name
+            raise ConfigurationError(f"{path}: is not read as a family; call it {better}")
     paths = sorted(folder.glob("*.yaml"), key=_place)
     if not paths:
         raise ConfigurationError(f"{folder}: must hold a family of scenes or more, each a file *.yaml")
@@ -114,15 +113,11 @@ def _blocks(document: dict, shared: Blocks, path: Path) -> dict[str, dict[str, d
         if name in _OF_ENTRY:
             raise ConfigurationError(f"{path}: {name} is a key of an entry of scenes, and no placeholder")
         if name in shared:
-            raise ConfigurationError(
-                f"{path}: {name} is defined for all families in another file; rename one of the two"
-            )
+            other = "is defined for all families in another file; rename one of the two"
+            raise ConfigurationError(f"{path}: {name} {other}")
         if not isinstance(choices, dict) or not all(isinstance(keys, dict) for keys in choices.values()):
-            message = unknown_choice("unknown key", name, name, list(_OF_FAMILY))
-            raise ConfigurationError(
-                f"{path}: {message}, or a placeholder with a mapping of its choices to the keys that each sets ({{}} is"
-                f" none), which {reprlib.repr(choices)} is not"
-            )
+            form = "with a mapping of its choices to the keys that each sets ({} is none)"
+            raise ConfigurationError(f"{path}: {_unknown(name)} {form}, which {reprlib.repr(choices)} is not")
         if "all" in choices:
             raise ConfigurationError(f"{path}: {name} 'all' stands for all choices; rename this one")
     if "scenes" not in document and len(document) > len(blocks):
@@ -133,9 +128,8 @@ def _blocks(document: dict, shared: Blocks, path: Path) -> dict[str, dict[str, d
 def _entries(document: dict, path: Path) -> list[dict]:
     scenes = document["scenes"]
     if not isinstance(scenes, list) or not scenes or not all(isinstance(each, dict) for each in scenes):
-        raise ConfigurationError(
-            f"{path}: scenes is {reprlib.repr(scenes)} but must be a list whose entries begin with '- name: '"
-        )
+        wanted = "a list whose entries begin with '- name: '"
+        raise ConfigurationError(f"{path}: scenes is {reprlib.repr(scenes)} but must be {wanted}")
     return scenes
 
 
@@ -143,32 +137,23 @@ def _members(entry: dict, document: dict, blocks: Blocks, path: Path) -> Iterato
     """Yield the scenes of an entry; of the placeholders asked for the last one runs fastest."""
     name = entry.get("name")
     if not isinstance(name, str):
-        raise ConfigurationError(
-            f"{path}: the name of an entry of scenes is {name!r} but must be text, in quotes if a brace begins it"
-        )
+        wanted = "text, in quotes if a brace begins it"
+        raise ConfigurationError(f"{path}: the name of an entry of scenes is {name!r} but must be {wanted}")
     where = f"{path}, scenes {name!r}"
     asked = {key: value for key, value in entry.items() if key not in _OF_ENTRY}
-    for key in asked:
-        if key not in blocks:
-            message = unknown_choice("unknown key", key, key, [*_OF_ENTRY, *blocks])
-            raise ConfigurationError(f"{where}: {message}")
-    for placeholder in _PLACEHOLDER.findall(name):
-        if placeholder in blocks and placeholder not in asked:
-            raise ConfigurationError(
-                f"{where}: {{{placeholder}}} is open; add '{placeholder}: all', or a list"
-            )
+    for key in asked.keys() - blocks.keys():
+        raise ConfigurationError(f"{where}: {unknown_choice('unknown key', key, key, [*_OF_ENTRY, *blocks])}")
     studies = _studies(entry.get("studies", document.get("studies")), where)
     choices = [_chosen(placeholder, wanted, blocks, where) for placeholder, wanted in asked.items()]
     count = math.prod(map(len, choices))
     if not 1 <= count <= MOST:
         raise ConfigurationError(f"{where}: stands for {count} scenes but must for 1 to {MOST}")
-    for taken in (dict(zip(asked, each, strict=True)) for each in product(*choices)):
+    for each in product(*choices):
+        taken = dict(zip(asked, each, strict=True))
         own = _filled(name, taken, f"{path}: name")
-        of_scene = f"{path}, scene {own!r}"
         layers = {"the family's keys": document.get("keys", {}), "its keys": entry.get("keys", {})}
-        layers |= {
-            f"{placeholder} {choice!r}": blocks[placeholder][choice] for placeholder, choice in taken.items()
-        }
+        layers |= {f"{group} {choice!r}": blocks[group][choice] for group, choice in taken.items()}
+        of_scene = f"{path}, scene {own!r}"
         yield Member(own, path.stem, studies, _together(layers, taken, of_scene), of_scene)
 
 
@@ -183,28 +168,23 @@ def _chosen(placeholder: str, wanted: Any, blocks: Blocks, where: str) -> list[s
 def _studies(wanted: Any, where: str) -> tuple[str, ...]:
     """Return the studies of an entry in their usual order."""
     if wanted is None:
-        raise ConfigurationError(
-            f"{where}: the key 'studies' is missing, in the family as well; [] is for scenes that run only by name"
-        )
+        missing = "is missing, in the family as well; [] is for scenes that run only by name"
+        raise ConfigurationError(f"{where}: the key 'studies' {missing}")
     found = _texts(wanted, STUDIES, "study", f"{where}: studies", "")
     return tuple(name for name in STUDIES if name in found)
 
 
-def _texts(wanted: Any, allowed: Any, what: str, said: str, also: str) -> list[str]:
+def _texts(wanted: Any, allowed: Sequence[str], what: str, said: str, also: str) -> list[str]:
     """Return a list of distinct allowed texts, or one as a list; a whole number is the text that it is written as."""
-    texts = [
-        str(each) if type(each) is int else each
-        for each in (wanted if isinstance(wanted, list) else [wanted])
-    ]
+    listed = wanted if isinstance(wanted, list) else [wanted]
+    texts = [str(each) if type(each) is int else each for each in listed]
     if not all(isinstance(each, str) for each in texts):
         raise ConfigurationError(f"{said} is {wanted!r} but must be {also}of {', '.join(allowed)}, as texts")
     for each in texts:
         if texts.count(each) > 1:
             raise ConfigurationError(f"{said} is {wanted!r}, with {each!r} twice")
         if each not in allowed:
-            raise ConfigurationError(
-                f"{said}: {unknown_choice(f'unknown {what}', each, each, list(allowed))}"
-            )
+            raise ConfigurationError(f"{said}: {unknown_choice(f'unknown {what}', each, each, allowed)}")
     return texts
 
 
@@ -216,25 +196,15 @@ def _together(layers: Mapping[str, Any], taken: Mapping[str, str], where: str) -
         for key, value in _values(keys, taken, f"{where}: {layer}"):
             if key == "name":
                 raise ConfigurationError(
-                    f"{where}: name is no key that can be set; an entry of scenes has it beside keys"
+                    f"{where}: name cannot be set; an entry of scenes has it beside keys"
                 )
             if isinstance(value, dict):
-                raise ConfigurationError(
-                    f"{where}: {layer}: {key} is {value!r} but must be a value; keys of a group are written"
-                    f" {key}.{next(iter(value), 'key')}"
-                )
+                wanted = f"a value; keys of a group are written {key}.{next(iter(value), 'key')}"
+                raise ConfigurationError(f"{where}: {layer}: {key} is {value!r} but must be {wanted}")
             if key in found and found[key] != value:
-                raise ConfigurationError(
-                    f"{where}: {key} is {found[key]!r} of {said_by[key]} but {value!r} of {layer}; neither overrides"
-                    " the other: set it in one of them"
-                )
+                both = f"{found[key]!r} of {said_by[key]} but {value!r} of {layer}"
+                raise ConfigurationError(f"{where}: {key} is {both}; neither overrides the other")
             found[key], said_by[key] = value, layer
-    for key in found:
-        group = key.partition(".")[0]
-        if group != key and group in found:
-            raise ConfigurationError(
-                f"{where}: {group} is {found[group]!r} but is a group of keys, with {key} in it"
-            )
     return found
 
 
@@ -246,19 +216,19 @@ def _values(keys: Any, taken: Mapping[str, str], said: str) -> Iterator[tuple[st
     if not isinstance(keys, dict):
         raise ConfigurationError(f"{said}: {reprlib.repr(keys)} is no mapping of keys to values")
     for key, value in keys.items():
+        name = key
         if by := _BY.fullmatch(key):
             name, placeholder = by.groups()
             choice = _choice(placeholder, taken, f"{said}: {key}")
             if not isinstance(value, dict):
-                must = f"a mapping that gives every {placeholder} its value"
-                raise ConfigurationError(f"{said}: {key} is {value!r} but must be {must}")
+                wanted = f"a mapping that gives every {placeholder} its value"
+                raise ConfigurationError(f"{said}: {key} is {value!r} but must be {wanted}")
             if choice not in value:
                 raise ConfigurationError(
                     f"{said}: {key} has no value for {choice!r}, only for {', '.join(value)}"
                 )
-            yield name, _filled(value[choice], taken, f"{said}: {name}")
-        else:
-            yield key, _filled(value, taken, f"{said}: {key}")
+            value = value[choice]
+        yield name, _filled(value, taken, f"{said}: {name}")
 
 
 def _filled(value: Any, taken: Mapping[str, str], said: str) -> Any:
@@ -278,5 +248,6 @@ def _filled(value: Any, taken: Mapping[str, str], said: str) -> Any:
 def _choice(placeholder: str, taken: Mapping[str, str], said: str) -> str:
     if placeholder not in taken:
         message = unknown_choice("unknown placeholder", placeholder, placeholder, list(taken))
-        raise ConfigurationError(f"{said}: {message}")
+        hint = f"an entry of scenes names what a placeholder runs through, as in '{placeholder}: all'"
+        raise ConfigurationError(f"{said}: {message}; {hint}")
     return taken[placeholder]

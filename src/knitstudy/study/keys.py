@@ -1,16 +1,16 @@
 """Keys of a scene: type, bounds, unit, role, standing and source of each stand once, in the field of its section.
 
-A section is a frozen pydantic model whose fields are made by `physics`, `resolution`, `numerics` and `output`. Allowed
-values in words, error messages, ``knitstudy check``, ``docs/keys.md`` and the identity of a problem
-follow from there.
+A section is a frozen pydantic model whose fields are made by `physics`, `resolution`, `numerics` and `output`. The
+text under a field is the source of the value and, after "Checked:", the range over which results were checked. Allowed
+values in words, error messages, ``knitstudy check``, ``docs/keys.md`` and the identity of a problem follow from there.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import cache, partial
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, get_args, get_origin
 
@@ -37,6 +37,8 @@ LARGEST = 2**63
 
 LONG = 120
 """Characters of a value beyond which a message does not show all of it."""
+
+SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
 
 SceneName = Annotated[str, Field(pattern="^[a-z][a-z0-9_-]{0,199}$")]
 """At most 200 small letters, digits, - and _: file names begin with it, and these may have 255."""
@@ -68,15 +70,13 @@ def key(
     role: str,
     standing: str,
     *,
-    source: str,
     unit: str = "1",
-    checked: str = "none",
     meaning: str = "",
     allowed: str | Callable[[], str] = "",
     default: Any = ...,
     **bounds: Any,
 ) -> Any:
-    """Return the field of a key.
+    """Return the field of a key; the text under it names its source (see above).
 
     Parameters
     ----------
@@ -84,10 +84,6 @@ def key(
         One of `ROLES`.
     standing : str
         One of `STANDINGS`.
-    source : str
-        Where the value comes from.
-    checked : str
-        The range over which results were checked.
     meaning : str
         Follows type and bounds in messages; by default the unit does.
     allowed : str or callable
@@ -101,7 +97,7 @@ def key(
     """
     if role not in ROLES or standing not in STANDINGS:
         raise ValueError(f"a key of role {role!r} and standing {standing!r}")
-    known = Description(role, standing, source, unit, checked, meaning, allowed)
+    known = Description(role, standing, unit, meaning, allowed)
     return Field(default, json_schema_extra=known, **bounds)
 
 
@@ -115,22 +111,28 @@ class Description:
 
     role: str
     standing: str
-    source: str
     unit: str
-    checked: str
     meaning: str
     allowed: Any
+    source: str = ""  # where the value comes from
+    checked: str = "none"  # the range over which results were checked
 
 
 class Section(BaseModel):
     """A group of keys that belong together."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", strict=True, allow_inf_nan=False, use_attribute_docstrings=True
+    )
 
 
+@cache
 def describe(section: type[Section], name: str) -> Description:
     """Return what is known of the key `name` of a section."""
-    return section.model_fields[name].json_schema_extra
+    field = section.model_fields[name]
+    source, _, checked = " ".join((field.description or "").split()).partition(" Checked: ")
+    about = {"source": source.removesuffix("."), "checked": checked.removesuffix(".") or "none"}
+    return replace(field.json_schema_extra, **about)
 
 
 def allowed_values(section: type[Section], name: str) -> str:
@@ -139,13 +141,11 @@ def allowed_values(section: type[Section], name: str) -> str:
     if known.allowed:
         return known.allowed() if callable(known.allowed) else known.allowed
     kinds = get_args(field.annotation) if isinstance(field.annotation, UnionType) else (field.annotation,)
-    registered = [each for each in field.metadata if isinstance(each, OneOf)]
-    if registered:
-        said = meanings(registered[0].entries())
-    elif get_origin(kinds[0]) is Literal:
+    said = _bounded("a whole number" if kinds[0] is int else "a number", field)
+    if get_origin(kinds[0]) is Literal:
         said = listed(get_args(kinds[0]))
-    else:
-        said = _bounded("a whole number" if kinds[0] is int else "a number", field)
+    for registered in (each for each in field.metadata if isinstance(each, OneOf)):
+        said = meanings(registered.entries())
     meaning = known.meaning or (f"in {known.unit}" if known.unit != "1" else "")
     said += f", {meaning}" if meaning else ""
     return said + (", or null" if NoneType in kinds else "")
@@ -155,7 +155,7 @@ def _bounded(number: str, field: FieldInfo) -> str:
     found = {
         name: f"{getattr(each, name):g}".replace("e+0", "e").replace("e+", "e")
         for each in field.metadata
-        for name in ("gt", "ge", "lt", "le")
+        for name in SIGNS
         if hasattr(each, name)
     }
     match found:
@@ -163,8 +163,7 @@ def _bounded(number: str, field: FieldInfo) -> str:
             return f"{number} from {low} to {high}"
         case {"gt": low, "lt": high}:
             return f"{number} between {low} and {high} (both excluded)"
-    signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
-    return f"{number} " + " and ".join(f"{signs[name]} {limit}" for name, limit in found.items())
+    return f"{number} " + " and ".join(f"{SIGNS[name]} {limit}" for name, limit in found.items())
 
 
 def validated(section: type[Section], values: Any, where: str, prefix: str = "") -> Section:
@@ -185,22 +184,18 @@ def validated(section: type[Section], values: Any, where: str, prefix: str = "")
         For the first key that is unknown, missing or has a value that is not allowed.
     """
     if not isinstance(values, Mapping):
-        message = f"{prefix.rstrip('.')} is {_shown(values)} but must be a group of keys"
+        raise ConfigurationError(f"{where}: {_said(prefix.rstrip('.'), values)} a group of keys")
+    for name in values.keys() - section.model_fields.keys():
+        message = unknown_choice("unknown key", f"{prefix}{name}", str(name), sorted(section.model_fields))
         raise ConfigurationError(f"{where}: {message}")
-    for name in values:
-        if name not in section.model_fields:
-            message = unknown_choice(
-                "unknown key", f"{prefix}{name}", str(name), sorted(section.model_fields)
-            )
-            raise ConfigurationError(f"{where}: {message}")
     for path, value in _leaves(values, ()):
         if isinstance(value, float) and not math.isfinite(value):
-            raise ConfigurationError(f"{where}: {_said(prefix, path, value)} but must be a finite number")
+            raise ConfigurationError(f"{where}: {_said_of(prefix, path, value)} a finite number")
         if isinstance(value, int) and abs(value) > LARGEST:
-            message = f"{_said(prefix, path, value)} but must be {allowed_values(section, path[0])}"
-            raise ConfigurationError(f"{where}: {message}")
+            allowed = allowed_values(section, path[0])
+            raise ConfigurationError(f"{where}: {_said_of(prefix, path, value)} {allowed}")
     try:
-        return section.model_validate({name: _tuples(value) for name, value in values.items()})
+        return section.model_validate({name: tuples(value) for name, value in values.items()})
     except ValidationError as errors:
         # A key that is missing counts last: another that is wrong may be the same one misspelt.
         first = min(errors.errors(), key=_is_missing)
@@ -213,7 +208,7 @@ def _message(section: type[Section], error: Mapping, prefix: str) -> str:
     name = error["loc"][0]
     if _is_missing(error):
         return f"the key {prefix + name!r} is missing; it must be {allowed_values(section, name)}"
-    return f"{_said(prefix, error['loc'], error['input'])} but must be {allowed_values(section, name)}"
+    return f"{_said_of(prefix, error['loc'], error['input'])} {allowed_values(section, name)}"
 
 
 def _is_missing(error: Mapping) -> bool:
@@ -221,34 +216,31 @@ def _is_missing(error: Mapping) -> bool:
     return error["type"] == "missing" and len(error["loc"]) == 1
 
 
-def _said(prefix: str, path: Sequence, value: Any) -> str:
-    """Say what the value of a key is, or of an entry of its list."""
-    return f"{prefix}{path[0]} {'has the entry' if len(path) > 1 else 'is'} {_shown(value)}"
+def _said_of(prefix: str, path: Sequence, value: Any) -> str:
+    return _said(f"{prefix}{path[0]}", value, "has the entry" if len(path) > 1 else "is")
 
 
-def _shown(value: Any) -> str:
-    """Return a value as YAML has it, cut where it is long."""
+def _said(key: str, value: Any, verb: str = "is") -> str:
+    """Say what the value of a key is, or of an entry of its list: as YAML has it, cut where it is long."""
+    text = repr(lists(value))
     if isinstance(value, int) and abs(value) > LARGEST:
-        return f"a whole number of {math.ceil(math.log10(2) * value.bit_length())} digits"
-    text = repr(_lists(value))
-    return text if len(text) <= LONG else f"{text[:LONG]} ..."
+        text = f"a whole number of {math.ceil(math.log10(2) * value.bit_length())} digits"
+    return f"{key} {verb} {text if len(text) <= LONG else f'{text[:LONG]} ...'} but must be"
 
 
 def _leaves(node: Any, path: tuple) -> Iterator[tuple[tuple, Any]]:
-    if isinstance(node, Mapping):
-        children = node.items()
-    elif isinstance(node, list | tuple):
-        children = enumerate(node)
-    else:
+    if not isinstance(node, Mapping | list | tuple):
         yield path, node
         return
-    for name, child in children:
+    for name, child in node.items() if isinstance(node, Mapping) else enumerate(node):
         yield from _leaves(child, (*path, name))
 
 
-def _tuples(value: Any) -> Any:
-    return tuple(map(_tuples, value)) if isinstance(value, list | tuple) else value
+def tuples(value: Any) -> Any:
+    """Return a value with tuples in the place of lists."""
+    return tuple(map(tuples, value)) if isinstance(value, list | tuple) else value
 
 
-def _lists(value: Any) -> Any:
-    return [_lists(each) for each in value] if isinstance(value, list | tuple) else value
+def lists(value: Any) -> Any:
+    """Return a value with lists in the place of tuples."""
+    return list(map(lists, value)) if isinstance(value, list | tuple) else value

@@ -109,127 +109,117 @@ class Fidelity:
         return found
 
 
+def _by_name(*kinds: Any) -> dict[str, Any]:
+    return {kind.name: kind for kind in kinds}
+
+
 _KNIT = {"pattern": Pattern, "geometry": Geometry}
 _KNIT_GEOMETRY = ("pattern", "geometry", "yarn.diameter")
 
-SPECIMENS = {
-    each.name: each
-    for each in (
-        Specimen("knit", "rows of loops", {**_KNIT, "load": KnitTension}, _KNIT_GEOMETRY),
-        Specimen(
-            "cut_knit",
-            "cells cut out of a knit",
-            {**_KNIT, "load": KnitTension},
-            _KNIT_GEOMETRY,
-            whole=False,
-            outputs=(),
-            requires={"solver.stabilisation": 0},
-        ),
-        Specimen(
-            "cell",
-            "a cell of an endless knit",
-            {**_KNIT, "load": CellStrain},
-            _KNIT_GEOMETRY,
-            whole=False,
-            outputs=("deck",),
-            requires={"contact.tied_edges": "none", "solver.stabilisation": 0},
-        ),
-        Specimen(
-            "pair",
-            "two straight yarns that cross",
-            {"pair": Pair, "load": Path},
-            ("pair.angle", "pair.length", "pair.clearance", "yarn.diameter"),
-        ),
-    )
-}
+SPECIMENS = _by_name(
+    Specimen("knit", "rows of loops", {**_KNIT, "load": KnitTension}, _KNIT_GEOMETRY),
+    Specimen(
+        "cut_knit",
+        "cells cut out of a knit",
+        {**_KNIT, "load": KnitTension},
+        _KNIT_GEOMETRY,
+        whole=False,
+        outputs=(),
+        requires={"solver.stabilisation": 0},
+    ),
+    Specimen(
+        "cell",
+        "a cell of an endless knit",
+        {**_KNIT, "load": CellStrain},
+        _KNIT_GEOMETRY,
+        whole=False,
+        outputs=("deck",),
+        requires={"contact.tied_edges": "none", "solver.stabilisation": 0},
+    ),
+    Specimen(
+        "pair",
+        "two straight yarns that cross",
+        {"pair": Pair, "load": Path},
+        ("pair.angle", "pair.length", "pair.clearance", "yarn.diameter"),
+    ),
+)
 
-INTERACTIONS = {
-    each.name: each
-    for each in (
-        Interaction("tie", "no motion where yarns cross", friction=None),
-        Interaction("rough", "contact without slip", friction=lambda scene: math.inf),
-        Interaction(
-            "isotropic",
-            "contact with Coulomb friction",
-            friction=lambda scene: scene.contact.friction,
-            keys=Sliding,
-        ),
-    )
-}
+INTERACTIONS = _by_name(
+    Interaction("tie", "no motion where yarns cross", friction=None),
+    Interaction("rough", "contact without slip", friction=lambda scene: math.inf),
+    Interaction(
+        "isotropic",
+        "contact with Coulomb friction",
+        friction=lambda scene: scene.contact.friction,
+        keys=Sliding,
+    ),
+)
 
-FIDELITIES = {
-    each.name: each
-    for each in (
-        Fidelity(
-            "hexahedra",
-            "solid yarns of hexahedra",
-            specimens=("knit", "pair"),
-            sections={"mesh": SolidMesh, "tie": Tie, "solver": HexahedralNewton, "gates": HexahedralGates},
-            touching={"contact": SolidContact},
-            solid=True,
-            outputs=("fields", "vtu", "deck"),
-        ),
-        Fidelity(
-            "spline_yarns",
-            "solid yarns of polynomials times splines",
-            specimens=("knit", "cut_knit", "pair", "cell"),
-            sections={"mesh": PolynomialMesh, "tie": Tie, "solver": SolidNewton, "gates": SolidGates},
-            touching={"contact": PolynomialContact},
-            solid=True,
-            outputs=("fields", "vtu"),
-        ),
-        Fidelity(
-            "rom3d",
-            "a spatial network of beams",
-            specimens=("knit",),
-            sections={"mesh": BeamMesh, "solver": Newton, "gates": Gates},
-            touching={"rom": Springs},
-            tied={"tie": Tie, "rom": SpatialJoints},
-            sources=("rom.contacts_from", "rom.springs_from"),
-        ),
-        Fidelity(
-            "rom2d",
-            "a planar honeycomb of beams",
-            specimens=("knit",),
-            sections={"solver": Newton, "gates": Gates, "rom": PlanarJoints},
-            sources=("rom.contacts_from", "rom.stress_from"),
-        ),
-        Fidelity(
-            "beam",
-            "beams in contact",
-            specimens=("knit",),
-            sections={"mesh": BeamMesh, "tie": Tie, "solver": Newton, "gates": Gates, "beam": Beam},
-            touching={"contact": TiedEdges},
-            tied=None,
-        ),
-        Fidelity(
-            "window",
-            "solid yarns of polynomials in a few cells of a network of beams",
-            specimens=("knit",),
-            sections={
-                "mesh": WindowMesh,
-                "tie": Tie,
-                "solver": Newton,
-                "gates": WindowGates,
-                "window": Window,
-            },
-            touching={"contact": PolynomialContact},
-            sources=("window.springs_from",),
-        ),
-    )
-}
+FIDELITIES = _by_name(
+    Fidelity(
+        "hexahedra",
+        "solid yarns of hexahedra",
+        specimens=("knit", "pair"),
+        sections={"mesh": SolidMesh, "tie": Tie, "solver": HexahedralNewton, "gates": HexahedralGates},
+        touching={"contact": SolidContact},
+        solid=True,
+        outputs=("fields", "vtu", "deck"),
+    ),
+    Fidelity(
+        "spline_yarns",
+        "solid yarns of polynomials times splines",
+        specimens=("knit", "cut_knit", "pair", "cell"),
+        sections={"mesh": PolynomialMesh, "tie": Tie, "solver": SolidNewton, "gates": SolidGates},
+        touching={"contact": PolynomialContact},
+        solid=True,
+        outputs=("fields", "vtu"),
+    ),
+    Fidelity(
+        "rom3d",
+        "a spatial network of beams",
+        specimens=("knit",),
+        sections={"mesh": BeamMesh, "solver": Newton, "gates": Gates},
+        touching={"rom": Springs},
+        tied={"tie": Tie, "rom": SpatialJoints},
+        sources=("rom.contacts_from", "rom.springs_from"),
+    ),
+    Fidelity(
+        "rom2d",
+        "a planar honeycomb of beams",
+        specimens=("knit",),
+        sections={"solver": Newton, "gates": Gates, "rom": PlanarJoints},
+        sources=("rom.contacts_from", "rom.stress_from"),
+    ),
+    Fidelity(
+        "beam",
+        "beams in contact",
+        specimens=("knit",),
+        sections={"mesh": BeamMesh, "tie": Tie, "solver": Newton, "gates": Gates, "beam": Beam},
+        touching={"contact": TiedEdges},
+        tied=None,
+    ),
+    Fidelity(
+        "window",
+        "solid yarns of polynomials in a few cells of a network of beams",
+        specimens=("knit",),
+        sections={
+            "mesh": WindowMesh,
+            "tie": Tie,
+            "solver": Newton,
+            "gates": WindowGates,
+            "window": Window,
+        },
+        touching={"contact": PolynomialContact},
+        sources=("window.springs_from",),
+    ),
+)
 
 
 def register(kind: Specimen | Interaction | Fidelity) -> None:
     """Add a kind from outside of the package; ConfigurationError if its name is taken."""
-    kinds: dict[str, Any]
-    what, kinds = {
-        Specimen: ("specimen", SPECIMENS),
-        Interaction: ("interaction", INTERACTIONS),
-        Fidelity: ("fidelity", FIDELITIES),
-    }[type(kind)]
+    kinds: dict[str, Any] = {Specimen: SPECIMENS, Interaction: INTERACTIONS, Fidelity: FIDELITIES}[type(kind)]
     if kind.name in kinds:
-        raise ConfigurationError(f"{what} {kind.name!r} is registered twice")
+        raise ConfigurationError(f"{type(kind).__name__.lower()} {kind.name!r} is registered twice")
     kinds[kind.name] = kind
 
 
@@ -237,39 +227,23 @@ class Labels(Section):
     """Name and kind of a scene."""
 
     name: SceneName = output(
-        "choice",
-        allowed="a name of at most 200 small letters, digits, - and _, that starts with a letter",
-        source="names files",
+        "choice", allowed="a name of at most 200 small letters, digits, - and _, that starts with a letter"
     )
+    """Names files."""
     knit: SceneName = output(
-        "choice",
-        allowed="a name like that of a scene; scenes with one label share one geometry",
-        source="names files",
+        "choice", allowed="a name like that of a scene; scenes with one label share one geometry"
     )
-    specimen: str = physics(
-        "choice",
-        allowed=lambda: meanings(SPECIMENS),
-        source="the paper simulates knits; a cut_knit has cut outer yarns, a pair serves verification",
-        checked="all",
-    )
-    fidelity: str = numerics(
-        "choice",
-        allowed=lambda: meanings(FIDELITIES),
-        source="sections 2.3 to 2.6 of the paper: DNS, 3D ROM, 2D ROM; section 3.3: beams in contact",
-        checked="all",
-    )
-    interaction: str = physics(
-        "stated",
-        allowed=lambda: meanings(INTERACTIONS),
-        source="section 2.2, Fig. 2 and Table 1: tie constraint, rough contact, isotropic Coulomb friction",
-        checked="all three",
-    )
+    """Names files."""
+    specimen: str = physics("choice", allowed=lambda: meanings(SPECIMENS))
+    """The paper simulates knits; a cut_knit has cut outer yarns, a pair serves verification. Checked: all."""
+    fidelity: str = numerics("choice", allowed=lambda: meanings(FIDELITIES))
+    """Sections 2.3 to 2.6 of the paper: DNS, 3D ROM, 2D ROM; section 3.3: beams in contact. Checked: all."""
+    interaction: str = physics("stated", allowed=lambda: meanings(INTERACTIONS))
+    """Section 2.2, Fig. 2 and Table 1: tie constraint, rough contact, isotropic Coulomb friction. Checked: all."""
     outputs: tuple[str, ...] = output(
-        "choice",
-        allowed="a list of what is written besides, for example [fields, vtu]",
-        source="what is written; no result depends on it",
-        checked="all",
+        "choice", allowed="a list of what is written besides, for example [fields, vtu]"
     )
+    """What is written; no result depends on it. Checked: all."""
 
 
 @dataclass(frozen=True)
@@ -294,25 +268,21 @@ class Kind:
         fidelity = find("fidelity", FIDELITIES, labels.fidelity, where)
         if specimen.name not in fidelity.specimens:
             others = [each.name for each in FIDELITIES.values() if specimen.name in each.specimens]
-            raise ConfigurationError(
-                f"{where}: fidelity is {fidelity.name!r} but must be {' or '.join(others)} where specimen is"
-                f" {specimen.name}"
-            )
+            wanted = f"{' or '.join(others)} where specimen is {specimen.name}"
+            raise ConfigurationError(f"{where}: fidelity is {fidelity.name!r} but must be {wanted}")
         if not interaction.touches and fidelity.tied is None:
             others = [each.name for each in INTERACTIONS.values() if each.touches]
+            wanted = f"{' or '.join(others)} where fidelity is {fidelity.name}"
+            why = "tied beams are the model of fidelity rom3d"
             raise ConfigurationError(
-                f"{where}: interaction is {interaction.name!r} but must be {' or '.join(others)} where fidelity is"
-                f" {fidelity.name}: tied beams are the model of fidelity rom3d"
+                f"{where}: interaction is {interaction.name!r} but must be {wanted}: {why}"
             )
         kind = cls(specimen, interaction, fidelity)
-        if any(name not in kind.outputs for name in labels.outputs):
+        if not set(labels.outputs) <= set(kind.outputs):
             allowed = f"a list out of [{', '.join(kind.outputs)}]" if kind.outputs else "[]"
-            of = (
-                f"fidelity is {fidelity.name}" if specimen.outputs is None else f"specimen is {specimen.name}"
-            )
-            raise ConfigurationError(
-                f"{where}: outputs is {list(labels.outputs)} but must be {allowed} where {of}"
-            )
+            what = "specimen" if specimen.outputs is not None else "fidelity"
+            wanted = f"{allowed} where {what} is {getattr(labels, what)}"
+            raise ConfigurationError(f"{where}: outputs is {list(labels.outputs)} but must be {wanted}")
         return kind
 
     @property
@@ -368,19 +338,21 @@ def _sections_of(*names: tuple[str, ...]) -> dict[str, dict[str, type[Section]]]
 
 def defaults_of_fields() -> dict[str, Any]:
     """Return the defaults that stand in the fields of keys, by dotted key."""
-    return {
-        f"{name}.{key}": section.model_fields[key].default
-        for name, keys in all_sections().items()
-        for key, section in keys.items()
-        if not section.model_fields[key].is_required()
-    }
+    fields = {key: section.model_fields[key.rpartition(".")[2]] for key, section in all_keys().items()}
+    return {key: field.default for key, field in fields.items() if not field.is_required()}
+
+
+def all_keys() -> dict[str, type[Section]]:
+    """Return the classes that describe the keys of all kinds of scenes, by label and by dotted key."""
+    labels = dict.fromkeys(Labels.model_fields, Labels)
+    sections = all_sections().items()
+    return labels | {f"{name}.{key}": section for name, keys in sections for key, section in keys.items()}
 
 
 def role_of(key: str) -> str | None:
     """Return the role of a dotted key or a label; None if there is no such key."""
-    name, dot, field = key.rpartition(".")
-    section = all_sections().get(name, {}).get(field) if dot else Labels
-    return describe(section, field).role if section and field in section.model_fields else None
+    section = all_keys().get(key)
+    return describe(section, key.rpartition(".")[2]).role if section else None
 
 
 def not_of_kind(kind: Kind, key: str) -> str:
@@ -392,7 +364,5 @@ def not_of_kind(kind: Kind, key: str) -> str:
     if dot and name not in known[section]:
         allowed = kind.sections[section].model_fields if section in kind.sections else known[section]
         return unknown_choice("unknown key", key, name, sorted(allowed))
-    return (
-        f"{key} is no key of a scene whose specimen is {kind.specimen.name}, fidelity {kind.fidelity.name} and"
-        f" interaction {kind.interaction.name}; leave it out"
-    )
+    of = f"specimen is {kind.specimen.name}, fidelity {kind.fidelity.name}"
+    return f"{key} is no key of a scene whose {of} and interaction {kind.interaction.name}; leave it out"

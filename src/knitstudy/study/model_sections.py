@@ -24,40 +24,25 @@ from knitstudy.study.keys import (
     resolution,
 )
 
-# ---- Meshes ----
+# Meshes
 
 
 class SolidMesh(Section):
     """Sizes of solid elements at crossings, their growth on legs, and the element."""
 
-    size: Length = resolution(
-        "stated",
-        unit="m",
-        source="Table 5: 0.3 mm",
-        checked="0.225 to 0.6 mm: force +7 % at 0.6 mm (docs/notes/sensitivity.md)",
-    )
-    growth: float = numerics(
-        "assumed",
-        meaning="spacing on legs over size",
-        source="spacing of slices between crossings; near the count of nodes in Table 5",
-        checked="1 to 1.5: force within 0.1 % (docs/notes/sensitivity.md)",
-        ge=1,
-        le=4,
-    )
+    size: Length = resolution("stated", unit="m")
+    """Table 5: 0.3 mm. Checked: 0.225 to 0.6 mm: force +7 % at 0.6 mm (docs/notes/sensitivity.md)."""
+    growth: float = numerics("assumed", meaning="spacing on legs over size", ge=1, le=4)
+    """Spacing of slices between crossings; near the count of nodes in Table 5. Checked: 1 to 1.5: force within 0.1 %
+    (docs/notes/sensitivity.md)."""
     refinement: float = numerics(
-        "assumed",
-        meaning="size over the size of elements at crossings",
-        source="slices stand nearer, and sections are drawn towards the other yarn (docs/notes/refinement.md)",
-        checked="1 to 3 (docs/notes/refinement.md)",
-        default=1.0,
-        ge=1,
-        le=3,
+        "assumed", meaning="size over the size of elements at crossings", default=1.0, ge=1, le=3
     )
-    element: Annotated[str, OneOf(ELEMENTS.all)] = numerics(
-        "stated",
-        source="section 2.3: linear hexahedra with reduced integration; quadratic ones are the reference",
-        checked="over quadratic, tied cell at 0.3 mm: one_point -3 % in force",
-    )
+    """Slices stand nearer, and sections are drawn towards the other yarn (docs/notes/refinement.md). Checked: 1 to 3
+    (docs/notes/refinement.md)."""
+    element: Annotated[str, OneOf(ELEMENTS.all)] = numerics("stated")
+    """Section 2.3: linear hexahedra with reduced integration; quadratic ones are the reference. Checked: over
+    quadratic, tied cell at 0.3 mm: one_point -3 % in force."""
 
     @property
     def smallest(self) -> float:
@@ -68,13 +53,14 @@ class SolidMesh(Section):
 class BeamMesh(Section):
     """Size of beam elements, and their section."""
 
-    beam_size: Length = resolution("stated", unit="m", source="Table 5: 0.5 mm", checked="0.5 mm")
+    beam_size: Length = resolution("stated", unit="m")
+    """Table 5: 0.5 mm. Checked: 0.5 mm."""
     section_law: Literal["straight", "curved"] = numerics(
         "assumed",
         allowed="straight (of a straight rod) or curved (of a rod as bent as the yarn is): law of the beams' sections",
-        source="section 2.5 prints none; curved: as stiff as a bent yarn of solids (docs/notes/beams.md)",
-        checked="curved and straight: force -4 to -6 % (scenes rom3d-straight-*)",
     )
+    """Section 2.5 prints none; curved: as stiff as a bent yarn of solids (docs/notes/beams.md). Checked: curved and
+    straight: force -4 to -6 % (scenes rom3d-straight-*)."""
 
 
 Degree = Annotated[int, Field(ge=2, le=LARGEST_DEGREE)]
@@ -92,43 +78,22 @@ class PolynomialMesh(Section):
     and grows to `span`.
     """
 
-    degree: Degree = resolution(
-        "choice",
-        meaning=LOCKS,
-        source="numerical; degree of the polynomials over the section, away from crossings",
-        checked="2 to 6: of one loop, force +3.2 % at 2 and within 0.3 % from 3 on (docs/notes/solid_yarns.md)",
-        default=2,
-    )
-    spline_degree: int = numerics(
-        "choice",
-        source="numerical; of the splines along the yarn; quadratic ones need half as many spans more",
-        checked="2 and 3",
-        default=3,
-        ge=2,
-        le=5,
-    )
+    degree: Degree = resolution("choice", meaning=LOCKS, default=2)
+    """Numerical; degree of the polynomials over the section, away from crossings. Checked: 2 to 6: of one loop, force
+    +3.2 % at 2 and within 0.3 % from 3 on (docs/notes/solid_yarns.md)."""
+    spline_degree: int = numerics("choice", default=3, ge=2, le=5)
+    """Numerical; of the splines along the yarn; quadratic ones need half as many spans more. Checked: 2 and 3."""
     span: Span = resolution(
-        "choice",
-        unit="yarn radii",
-        meaning="in yarn radii, and not below mesh.crossing_span",
-        source="numerical; length of a span away from crossings",
-        checked="0.6 to 1.8: of one loop, force +0.8 % at 1.8 (docs/notes/solid_yarns.md)",
-        default=0.9,
+        "choice", unit="yarn radii", meaning="in yarn radii, and not below mesh.crossing_span", default=0.9
     )
-    crossing_degree: Degree = resolution(
-        "choice",
-        meaning="not below mesh.degree",
-        source="numerical; degree of the polynomials near crossings",
-        checked="2 to 6: force +2.5 to +3.6 % with 2 everywhere (docs/notes/solid_yarns.md)",
-        default=2,
-    )
-    crossing_span: Span = resolution(
-        "choice",
-        unit="yarn radii",
-        source="numerical; length of a span near crossings",
-        checked="0.3 to 0.9: of a cell with friction, force +0.7 and u_z -4 % at 0.9 (docs/notes/solid_yarns.md)",
-        default=0.9,
-    )
+    """Numerical; length of a span away from crossings. Checked: 0.6 to 1.8: of one loop, force +0.8 % at 1.8
+    (docs/notes/solid_yarns.md)."""
+    crossing_degree: Degree = resolution("choice", meaning="not below mesh.degree", default=2)
+    """Numerical; degree of the polynomials near crossings. Checked: 2 to 6: force +2.5 to +3.6 % with 2 everywhere
+    (docs/notes/solid_yarns.md)."""
+    crossing_span: Span = resolution("choice", unit="yarn radii", default=0.9)
+    """Numerical; length of a span near crossings. Checked: 0.3 to 0.9: of a cell with friction, force +0.7 and u_z -4 %
+    at 0.9 (docs/notes/solid_yarns.md)."""
 
     @model_validator(mode="after")
     def _is_finer_near_crossings(self) -> PolynomialMesh:
@@ -147,33 +112,23 @@ class WindowMesh(PolynomialMesh, BeamMesh):
     """Of the solid yarns in the window, and of the beams around it."""
 
 
-# ---- Ties and contact (section 2.2, Fig. 2 and Table 1) ----
+# Ties and contact (section 2.2, Fig. 2 and Table 1)
 
 
 class Tie(Section):
     """The mean and the linear moments of two yarns' displacement on a disc are joined where they cross and are tied."""
 
-    radius: float = physics(
-        "inferred",
-        unit="yarn radii",
-        source="sqrt(2 R delta) with delta = 5 % of the stated 0.3 mm, Abaqus's default tolerance",
-        checked="0.1 to 0.5: force of a tied cell of solid yarns -7 to +15 % (docs/notes/ties.md)",
-        default=0.183,
-        ge=0.05,
-        le=0.8,
-    )
+    radius: float = physics("inferred", unit="yarn radii", default=0.183, ge=0.05, le=0.8)
+    """sqrt(2 R delta) with delta = 5 % of the stated 0.3 mm, Abaqus's default tolerance. Checked: 0.1 to 0.5: force of
+    a tied cell of solid yarns -7 to +15 % (docs/notes/ties.md)."""
 
 
 class Sliding(Section):
     """Coulomb friction."""
 
-    friction: float = physics(
-        "stated",
-        source="Table 1: 0.76; static value of the data sheet of the polypropylene, which gives 0.44 for sliding",
-        checked="0 to 1.5 (scenes inputs-friction*)",
-        ge=0,
-        le=1e6,
-    )
+    friction: float = physics("stated", ge=0, le=1e6)
+    """Table 1: 0.76; static value of the data sheet of the polypropylene, which gives 0.44 for sliding. Checked: 0 to
+    1.5 (scenes inputs-friction*)."""
 
 
 class TiedEdges(Section):
@@ -185,9 +140,9 @@ class TiedEdges(Section):
     tied_edges: Literal["outer", "none"] = physics(
         "stated",
         allowed="outer (the first and the last interlock row, in wale tension the outer columns, are tied) or none",
-        source='section 2.3, Fig. 3; wale tension "for the same reason", taken as the outer columns',
-        checked="outer and none (scene inputs-untied-isotropic-course)",
     )
+    """Section 2.3, Fig. 3; wale tension "for the same reason", taken as the outer columns. Checked: outer and none
+    (scene inputs-untied-isotropic-course)."""
 
 
 class SolidContact(TiedEdges):
@@ -197,43 +152,21 @@ class SolidContact(TiedEdges):
     Gauss points along each side of a facet.
     """
 
-    normal_stiffness: Positive = numerics(
-        "stated",
-        unit="E / h",
-        meaning="times E over the mesh size",
-        source="Table 1: contact stiffness over element stiffness is 10; as pressure over gap it is taken as 10 E / h",
-        checked="3 to 30, of a pair pressed by 90 um: force -1.5 to +0.1 %; of knits: scenes *-penalty*",
-    )
-    tangential_stiffness: Positive = numerics(
-        "stated",
-        unit="E / h",
-        meaning="times E over the mesh size",
-        source="Table 1: stick stiffness over element stiffness is 10; as traction over slip it is taken as 10 E / h",
-        checked="3 to 30, of a pair slid by 0.45 mm at 0.3 mm: force within 0.04 %, work -1.8 to +0.7 %",
-    )
-    penetration: float = numerics(
-        "assumed",
-        unit="h",
-        meaning="a share of the mesh size",
-        source="Table 1 says hard contact; how hard is not printed",
-        checked="0.003 and 0.01, of a pair pressed by 90 um and slid at 0.3 mm: force within 1 % at the end of the way",
-        gt=0,
-        le=1,
-    )
-    augmentations: int = numerics(
-        "choice",
-        source="numerical; updates of the multipliers where the penalty alone lets yarns in too deep",
-        checked="10; 3 were needed at most by pairs pressed by 90 um",
-        ge=0,
-        le=100,
-    )
-    points: int = numerics(
-        "choice",
-        source="numerical; even numbers have no point in the middle of a facet and find contact late",
-        checked="1 to 4, of a pair pressed by 36 um: with 2 contact begins 10 um late (force -13 %)",
-        ge=1,
-        le=4,
-    )
+    normal_stiffness: Positive = numerics("stated", unit="E / h", meaning="times E over the mesh size")
+    """Table 1: contact stiffness over element stiffness is 10; as pressure over gap it is taken as 10 E / h. Checked: 3
+    to 30, of a pair pressed by 90 um: force -1.5 to +0.1 %; of knits: scenes *-penalty*."""
+    tangential_stiffness: Positive = numerics("stated", unit="E / h", meaning="times E over the mesh size")
+    """Table 1: stick stiffness over element stiffness is 10; as traction over slip it is taken as 10 E / h. Checked: 3
+    to 30, of a pair slid by 0.45 mm at 0.3 mm: force within 0.04 %, work -1.8 to +0.7 %."""
+    penetration: float = numerics("assumed", unit="h", meaning="a share of the mesh size", gt=0, le=1)
+    """Table 1 says hard contact; how hard is not printed. Checked: 0.003 and 0.01, of a pair pressed by 90 um and slid
+    at 0.3 mm: force within 1 % at the end of the way."""
+    augmentations: int = numerics("choice", ge=0, le=100)
+    """Numerical; updates of the multipliers where the penalty alone lets yarns in too deep. Checked: 10; 3 were needed
+    at most by pairs pressed by 90 um."""
+    points: int = numerics("choice", ge=1, le=4)
+    """Numerical; even numbers have no point in the middle of a facet and find contact late. Checked: 1 to 4, of a pair
+    pressed by 36 um: with 2 contact begins 10 um late (force -13 %)."""
 
 
 class PolynomialContact(SolidContact):
@@ -245,25 +178,19 @@ class PolynomialContact(SolidContact):
     elsewhere; around they are `cell`.
     """
 
-    cell: float = numerics(
-        "choice",
-        unit="yarn radii",
-        source="numerical; length of a cell near crossings, with contact.points x contact.points Gauss points",
-        checked="0.15 to 0.75 of a pair: force +0.3 % at 0.15, -2.5 % at 0.5, -7.6 % at 0.75 (docs/notes/contact.md)",
-        default=0.25,
-        ge=0.05,
-        le=0.5,
-    )
+    cell: float = numerics("choice", unit="yarn radii", default=0.25, ge=0.05, le=0.5)
+    """Numerical; length of a cell near crossings, with contact.points x contact.points Gauss points. Checked: 0.15 to
+    0.75 of a pair: force +0.3 % at 0.15, -2.5 % at 0.5, -7.6 % at 0.75 (docs/notes/contact.md)."""
     window: float = numerics(
         "choice",
         unit="yarn radii",
         meaning="in yarn radii, and not below contact.cell",
-        source="numerical; sqrt(2) times the larger semiaxis of the area of contact and the way that it slides",
-        checked="0.8 to 1.6 of a pair: force within 1.3 % (docs/notes/contact.md)",
         default=1.2,
         ge=0.3,
         le=4,
     )
+    """Numerical; sqrt(2) times the larger semiaxis of the area of contact and the way that it slides. Checked: 0.8 to
+    1.6 of a pair: force within 1.3 % (docs/notes/contact.md)."""
 
     @model_validator(mode="after")
     def _has_a_cell_in_its_window(self) -> PolynomialContact:
@@ -272,138 +199,87 @@ class PolynomialContact(SolidContact):
         return self
 
 
-# ---- Newton's method ----
+# Newton's method
 
 
 class Newton(Section):
     """First number of increments, and tolerances."""
 
-    increments: Count = resolution(
-        "choice",
-        source="numerical; the first increment's share of the load, adapted on the way",
-        checked="5, 12, 20 and 40: the same force to seven digits",
-    )
+    increments: Count = resolution("choice")
+    """Numerical; the first increment's share of the load, adapted on the way. Checked: 5, 12, 20 and 40: the same force
+    to seven digits."""
     residual_tolerance: float = resolution(
-        "choice",
-        meaning="relative to the mean internal force",
-        source="numerical; of the mean internal force",
-        checked="1e-6",
-        gt=0,
-        le=1e-2,
+        "choice", meaning="relative to the mean internal force", gt=0, le=1e-2
     )
-    correction_tolerance: float = resolution(
-        "choice",
-        meaning="relative to the mesh size",
-        source="numerical; of the element size",
-        checked="1e-6",
-        gt=0,
-        le=1e-2,
-    )
+    """Numerical; of the mean internal force. Checked: 1e-6."""
+    correction_tolerance: float = resolution("choice", meaning="relative to the mesh size", gt=0, le=1e-2)
+    """Numerical; of the element size. Checked: 1e-6."""
 
 
 class SolidNewton(Newton):
     """The same of solids, with the linear solver; the viscosity `stabilisation` is relative to Young's modulus."""
 
-    stabilisation: float = numerics(
-        "assumed",
-        unit="E",
-        meaning="times Young's modulus",
-        source="section 2.2: static stabilisation, its size is not printed; none unless a scene asks for it",
-        checked="0 to 1e-6, of one cell at 0.6 mm: force within 0.003 %",
-        ge=0,
-        le=1e6,
-    )
-    linear: Literal["auto", "three_scale", "amg", "lu"] = numerics(
-        "choice", source="numerical; no result depends on it", checked="auto"
-    )
+    stabilisation: float = numerics("assumed", unit="E", meaning="times Young's modulus", ge=0, le=1e6)
+    """Section 2.2: static stabilisation, its size is not printed; none unless a scene asks for it. Checked: 0 to 1e-6,
+    of one cell at 0.6 mm: force within 0.003 %."""
+    linear: Literal["auto", "three_scale", "amg", "lu"] = numerics("choice")
+    """Numerical; no result depends on it. Checked: auto."""
 
 
 class HexahedralNewton(SolidNewton):
     """The same of hexahedra, with their `hourglass` coefficient, relative to the shear modulus."""
 
-    hourglass: float = numerics(
-        "assumed",
-        unit="shear moduli",
-        meaning="times the shear modulus",
-        source="Abaqus's default stiffness of C3D8R, 0.005 G",
-        checked="0.0025 to 0.05: force -1.4 to +3.8 % (docs/notes/sensitivity.md)",
-        gt=0,
-        le=1,
-    )
+    hourglass: float = numerics("assumed", unit="shear moduli", meaning="times the shear modulus", gt=0, le=1)
+    """Abaqus's default stiffness of C3D8R, 0.005 G. Checked: 0.0025 to 0.05: force -1.4 to +3.8 %
+    (docs/notes/sensitivity.md)."""
 
 
-# ---- Gates: limits of what a run may leave wrong; beyond them it ends in one line (docs/gates.md) ----
+# Gates: limits of what a run may leave wrong; beyond them it ends in one line (docs/gates.md)
 
 
 class Gates(Section):
     """Limits of every model."""
 
-    ledger: float = numerics(
-        "choice",
-        meaning="over the external work",
-        source="every scene of the study stays below 0.035; pairs in 8 increments leave 0.14, docs/gates.md",
-        checked="0.05",
-        default=0.05,
-        gt=0,
-    )
+    ledger: float = numerics("choice", meaning="over the external work", default=0.05, gt=0)
+    """Every scene of the study stays below 0.035; pairs in 8 increments leave 0.14, docs/gates.md. Checked: 0.05."""
 
 
 class SolidGates(Gates):
     """Additional limits of solids."""
 
-    stabilisation: float = numerics(
-        "choice",
-        meaning="over the internal energy",
-        source="5 % is the field's rule",
-        checked="0.05",
-        default=0.05,
-        ge=0,
-    )
+    stabilisation: float = numerics("choice", meaning="over the internal energy", default=0.05, ge=0)
+    """5 % is the field's rule. Checked: 0.05."""
     viscous_force: float = numerics(
-        "choice",
-        meaning="over the reaction of the driven side",
-        source="forces are wrong by about as much, docs/gates.md",
-        checked="0.05",
-        default=0.05,
-        ge=0,
+        "choice", meaning="over the reaction of the driven side", default=0.05, ge=0
     )
+    """Forces are wrong by about as much, docs/gates.md. Checked: 0.05."""
 
 
 class HexahedralGates(SolidGates):
     """Additional limits of hexahedra."""
 
-    hourglass: float = numerics(
-        "choice",
-        meaning="over the internal energy",
-        source="5 % is the field's rule; at least the usual stiffness of 0.005 G is counted",
-        checked="0.05: the study's scenes stay below 0.046",
-        default=0.05,
-        gt=0,
-    )
+    hourglass: float = numerics("choice", meaning="over the internal energy", default=0.05, gt=0)
+    """5 % is the field's rule; at least the usual stiffness of 0.005 G is counted. Checked: 0.05: the study's scenes
+    stay below 0.046."""
     elements_across: float | None = numerics(
         "choice",
         allowed="a number > 0 of elements of mesh.size across the yarn, or null for 3 of a knit and 7 of a pair",
-        source="force of a tied knit +5 % at 3.3, of a pressed pair within 8 % from 8 on, docs/gates.md",
-        checked="2 to 12",
         default=None,
         gt=0,
     )
+    """Force of a tied knit +5 % at 3.3, of a pressed pair within 8 % from 8 on, docs/gates.md. Checked: 2 to 12."""
 
 
 class WindowGates(Gates):
     """Additional limits of a window."""
 
     jump: float = numerics(
-        "choice",
-        meaning="over the largest force where solid yarns and beams meet",
-        source="numerical; what Newton's method leaves is a hundredth of it, docs/notes/window.md",
-        checked="1e-4",
-        default=1e-4,
-        gt=0,
+        "choice", meaning="over the largest force where solid yarns and beams meet", default=1e-4, gt=0
     )
+    """Numerical; what Newton's method leaves is a hundredth of it, docs/notes/window.md. Checked: 1e-4."""
 
 
-# ---- Reduced order models: where their joints come from, and of which kind they are (sections 2.4 to 2.6) ----
+# Reduced order models: where their joints come from, and of which kind they are (sections 2.4 to 2.6)
 
 
 class Joints(Section):
@@ -412,10 +288,10 @@ class Joints(Section):
     contacts_from: SceneName | None = numerics(
         "choice",
         allowed="the name of the scene of solid yarns with the contacts (empty: the geometry predicts them)",
-        source="the DNS whose contact zones make the joints (sections 2.4, 2.5)",
-        checked="one DNS a knit, and none (scenes trade-*-rom*): tied knits carry the same within 1e-13",
         default=None,
     )
+    """The DNS whose contact zones make the joints (sections 2.4, 2.5). Checked: one DNS a knit, and none (scenes
+    trade-*-rom*): tied knits carry the same within 1e-13."""
 
 
 class PlanarJoints(Joints):
@@ -425,25 +301,23 @@ class PlanarJoints(Joints):
     """
 
     section: Literal["single", "doubled"] = numerics(
-        "assumed",
-        meaning="a segment of the planar model that two yarns share",
-        source="section 2.4: the same cross section as the yarns; where two yarns share a segment nothing is printed",
-        checked="single and doubled (scenes rom2d-doubled-*)",
+        "assumed", meaning="a segment of the planar model that two yarns share"
     )
+    """Section 2.4: the same cross section as the yarns; where two yarns share a segment nothing is printed. Checked:
+    single and doubled (scenes rom2d-doubled-*)."""
     honeycomb: Literal["geometry", "principal_stress"] = numerics(
         "stated",
         allowed="geometry (segments of the planar model join the contacts) or principal_stress (they lie along it)",
-        source="section 3.4: MPS-based honeycombs beside the one from geometry",
-        checked="both (scenes rom2d-by-*-stress-*)",
         default="geometry",
     )
+    """Section 3.4: MPS-based honeycombs beside the one from geometry. Checked: both (scenes rom2d-by-*-stress-*)."""
     stress_from: SceneName | None = numerics(
         "choice",
         allowed="the name of a scene of solid yarns (empty where rom.honeycomb is geometry)",
-        source="Table 4: directions of course and of wale tension, each pulled in both directions",
-        checked="course and wale tension (scenes rom2d-by-*-stress-*)",
         default=None,
     )
+    """Table 4: directions of course and of wale tension, each pulled in both directions. Checked: course and wale
+    tension (scenes rom2d-by-*-stress-*)."""
 
     @model_validator(mode="after")
     def _stress_where_used(self) -> PlanarJoints:
@@ -461,9 +335,9 @@ class SpatialJoints(Joints):
     joint: Literal["rigid", "pinned", "patch", "printed"] = numerics(
         "assumed",
         allowed="rigid (arms), pinned (arms that turn), patch (pinned, compliant) or printed (no arms)",
-        source="Table 2: u_T = 0, u_R = 0, and springs between the points, which no arms is to the letter",
-        checked="all four (scenes rom3d-pinned-*, rom3d-patch-*, rom3d-printed-*)",
     )
+    """Table 2: u_T = 0, u_R = 0, and springs between the points, which no arms is to the letter. Checked: all four
+    (scenes rom3d-pinned-*, rom3d-patch-*, rom3d-printed-*)."""
 
 
 class Springs(SpatialJoints):
@@ -475,37 +349,33 @@ class Springs(SpatialJoints):
     """
 
     springs_from: SceneName | None = numerics(
-        "choice",
-        allowed="the name of the scene of solid yarns to measure (empty: that of rom.contacts_from)",
-        source="springs of another simulation test what carries over from one load to another",
-        checked="course springs in wale tension and the other way round (scenes rom3d-carried-*)",
+        "choice", allowed="the name of the scene of solid yarns to measure (empty: that of rom.contacts_from)"
     )
+    """Springs of another simulation test what carries over from one load to another. Checked: course springs in wale
+    tension and the other way round (scenes rom3d-carried-*)."""
     springs: Literal["averaged", "zones"] = numerics(
-        "stated",
-        allowed="averaged (one stiffness for all crossings) or zones (each crossing its own)",
-        source="Table 2 prints one stiffness a direction; a variant gives every crossing its own",
-        checked="averaged and zones (scenes rom3d-zones-*)",
+        "stated", allowed="averaged (one stiffness for all crossings) or zones (each crossing its own)"
     )
+    """Table 2 prints one stiffness a direction; a variant gives every crossing its own. Checked: averaged and zones
+    (scenes rom3d-zones-*)."""
     stiffness: tuple[Annotated[float, Field(gt=0)], ...] = numerics(
         "stated",
         unit="N/m",
         allowed="[], or a list of the springs' three stiffnesses along x, y and z in N/m instead of measured ones",
-        source="Table 2; none: the springs are measured",
-        checked="those of Table 2 (scenes rom3d-table2-*)",
         max_length=3,
     )
+    """Table 2; none: the springs are measured. Checked: those of Table 2 (scenes rom3d-table2-*)."""
     axes: Literal["contact", "global"] = numerics(
         "inferred",
         allowed="contact (springs along the normal and in the tangent plane) or global (along x, y and z)",
-        source="Table 2 lists x, y and z, along which many secants are negative (table2_springs)",
-        checked="contact; global with the stiffnesses of Table 2 (scenes rom3d-table2-*)",
     )
+    """Table 2 lists x, y and z, along which many secants are negative (table2_springs). Checked: contact; global with
+    the stiffnesses of Table 2 (scenes rom3d-table2-*)."""
     displacement: Literal["interface", "centreline"] = numerics(
-        "stated",
-        meaning="the relative displacement whose secants the springs are",
-        source="section 2.6: relative displacement between yarn interfaces; that of the centrelines is a variant",
-        checked="interface and centreline (table2_springs, scenes rom3d-centreline-*)",
+        "stated", meaning="the relative displacement whose secants the springs are"
     )
+    """Section 2.6: relative displacement between yarn interfaces; that of the centrelines is a variant. Checked:
+    interface and centreline (table2_springs, scenes rom3d-centreline-*)."""
 
     @model_validator(mode="after")
     def _has_one_source(self) -> Springs:
@@ -531,7 +401,7 @@ class Springs(SpatialJoints):
         return self
 
 
-# ---- Beams in contact (section 3.3, Fig. 12b) ----
+# Beams in contact (section 3.3, Fig. 12b)
 
 
 class Beam(Section):
@@ -542,32 +412,20 @@ class Beam(Section):
     """
 
     section: Literal["rigid", "hertz"] = numerics(
-        "inferred",
-        allowed="rigid (a penalty) or hertz (the approach of two crossed cylinders)",
-        source="section 3.3: the deformation of the cross-section is ignored",
-        checked="rigid and hertz (scenes beam-*)",
+        "inferred", allowed="rigid (a penalty) or hertz (the approach of two crossed cylinders)"
     )
+    """Section 3.3: the deformation of the cross-section is ignored. Checked: rigid and hertz (scenes beam-*)."""
     tie: Literal["rigid", "pinned", "patch"] = numerics(
         "assumed",
         allowed="rigid, pinned (sections may turn) or patch (pins that yield as tied areas do): tied crossings",
-        source="section 2.3 ties the outer rows; tied solids turn nearly freely and yield",
-        checked="all three (scenes beam-pinned-*, beam-patch-*)",
     )
-    stiffness: Positive = numerics(
-        "assumed",
-        unit="E R",
-        meaning="times E R",
-        source="nothing printed; hard contact",
-        checked="10 and 100 (scenes beam-*)",
-    )
+    """Section 2.3 ties the outer rows; tied solids turn nearly freely and yield. Checked: all three (scenes
+    beam-pinned-*, beam-patch-*)."""
+    stiffness: Positive = numerics("assumed", unit="E R", meaning="times E R")
+    """Nothing printed; hard contact. Checked: 10 and 100 (scenes beam-*)."""
 
 
-# ---- Window: which cells of a knit are solid yarns, and what joins the beams around them ----
-
-ASKED = {
-    "source": "what is asked for",
-    "checked": "the centre cell of 3 x 3 and 10 x 10 cells (docs/notes/window.md)",
-}
+# Window: which cells of a knit are solid yarns, and what joins the beams around them
 
 
 class Window(Section):
@@ -582,39 +440,27 @@ class Window(Section):
         allowed="a whole number from 0 to pattern.rows - 1, or null for the middle",
         default=None,
         ge=0,
-        **ASKED,
     )
+    """What is asked for. Checked: the centre cell of 3 x 3 and 10 x 10 cells (docs/notes/window.md)."""
     column: int | None = output(
         "choice",
         allowed="a whole number from 0 to pattern.loops - 1, or null for the middle",
         default=None,
         ge=0,
-        **ASKED,
     )
-    cells: int = output(
-        "choice",
-        allowed="an odd whole number from 1 to 999",
-        source="what is asked for",
-        checked="1, and 3 of 3 x 3 cells (docs/notes/window.md)",
-        default=1,
-        ge=1,
-        le=999,
-    )
-    margin: int = resolution(
-        "choice",
-        source="numerical; how far from what is asked for yarns become beams",
-        checked="0, and 1 of 3 x 3 cells with ties (docs/notes/window.md)",
-        default=0,
-        ge=0,
-        le=999,
-    )
+    """What is asked for. Checked: the centre cell of 3 x 3 and 10 x 10 cells (docs/notes/window.md)."""
+    cells: int = output("choice", allowed="an odd whole number from 1 to 999", default=1, ge=1, le=999)
+    """What is asked for. Checked: 1, and 3 of 3 x 3 cells (docs/notes/window.md)."""
+    margin: int = resolution("choice", default=0, ge=0, le=999)
+    """Numerical; how far from what is asked for yarns become beams. Checked: 0, and 1 of 3 x 3 cells with ties
+    (docs/notes/window.md)."""
     springs_from: SceneName | None = numerics(
         "choice",
         allowed="the name of a scene of solid yarns in contact to measure, or null where beams touch",
-        source="numerical; secants at full load stand for contact at full load alone",
-        checked="both, in 3 x 3 cells (docs/notes/window.md)",
         default=None,
     )
+    """Numerical; secants at full load stand for contact at full load alone. Checked: both, in 3 x 3 cells
+    (docs/notes/window.md)."""
 
     @field_validator("cells")
     @classmethod

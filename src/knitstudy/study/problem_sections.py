@@ -13,7 +13,10 @@ from knitstudy.study.keys import Count, Length, OneOf, Positive, Section, output
 
 Point = tuple[float, float, float]
 
-# ---- Specimen: a knit, or two crossing yarns ----
+Modulus = Annotated[float, Field(gt=0, le=1e20)]
+"""In Pa."""
+
+# Specimen: a knit, or two crossing yarns
 
 
 class Pattern(Section):
@@ -24,56 +27,32 @@ class Pattern(Section):
     drawn for; rows stand `course_ratio` times the course spacing apart, and `keep` says what stays of the drawn loop.
     """
 
-    loops: Count = physics("stated", source="sections 3.1 and 3.5: 3 x 3 unit cells", checked="3")
-    rows: Count = physics(
-        "inferred",
-        source="DOF(n) = n^2 [21057 + 40700 (1 - 2/n)] fits Table 3 within 0.4 %: n rows; whole edge yarns are assumed",
-        checked="3",
-    )
-    course_spacing: Length = physics(
-        "calibrated",
-        unit="m",
-        source="not printed; fitted with the control points",
-        checked="one value",
-    )
-    wale_spacing: Length = physics(
-        "calibrated",
-        unit="m",
-        source="not printed; fitted with the control points",
-        checked="one value",
-    )
+    loops: Count = physics("stated")
+    """Sections 3.1 and 3.5: 3 x 3 unit cells. Checked: 3."""
+    rows: Count = physics("inferred")
+    """DOF(n) = n^2 [21057 + 40700 (1 - 2/n)] fits Table 3 within 0.4 %: n rows; whole edge yarns are assumed. Checked:
+    3."""
+    course_spacing: Length = physics("calibrated", unit="m")
+    """Not printed; fitted with the control points. Checked: one value."""
+    wale_spacing: Length = physics("calibrated", unit="m")
+    """Not printed; fitted with the control points. Checked: one value."""
     control_points: tuple[Point, ...] = physics(
-        "calibrated",
-        unit="m",
-        allowed="a list of at least 4 points x, y, z in m",
-        source="not printed; fitted to the angles of Table 4 and 41.6 mm of yarn a loop (Table 5)",
-        checked="one loop shape",
-        min_length=4,
+        "calibrated", unit="m", allowed="a list of at least 4 points x, y, z in m", min_length=4
     )
-    clearance: float = physics(
-        "assumed",
-        unit="yarn radii",
-        source="not printed; Fig. 7 shows no contact at 0.05 % strain, and symmetric contact by 0.45 %",
-        checked="0.005 to 0.04: force -2.3 % at 0.04 (docs/notes/sensitivity.md)",
-        ge=0,
-        le=1,
-    )
+    """Not printed; fitted to the angles of Table 4 and 41.6 mm of yarn a loop (Table 5). Checked: one loop shape."""
+    clearance: float = physics("assumed", unit="yarn radii", ge=0, le=1)
+    """Not printed; Fig. 7 shows no contact at 0.05 % strain, and symmetric contact by 0.45 %. Checked: 0.005 to 0.04:
+    force -2.3 % at 0.04 (docs/notes/sensitivity.md)."""
     course_ratio: float = physics(
-        "choice",
-        meaning="course spacing over the one that the loop is drawn for",
-        source="Fig. 11a varies the course spacing without saying how far",
-        checked="0.7 to 1.3 (docs/notes/geometry.md)",
-        default=1.0,
-        ge=0.5,
-        le=2,
+        "choice", meaning="course spacing over the one that the loop is drawn for", default=1.0, ge=0.5, le=2
     )
+    """Fig. 11a varies the course spacing without saying how far. Checked: 0.7 to 1.3 (docs/notes/geometry.md)."""
     keep: Literal["shape", "length", "wale_spacing"] = physics(
         "choice",
         meaning="what stays of the drawn loop at another course spacing or diameter",
-        source="not printed: Fig. 11 does not say what is held fixed (docs/notes/geometry.md)",
-        checked="all three",
         default="shape",
     )
+    """Not printed: Fig. 11 does not say what is held fixed (docs/notes/geometry.md). Checked: all three."""
 
 
 class Pair(Section):
@@ -83,37 +62,18 @@ class Pair(Section):
     yarn, the "back".
     """
 
-    angle: float = physics(
-        "choice",
-        unit="degrees",
-        source="of a case of verification",
-        checked="90 and 30",
-        gt=0,
-        le=90,
-    )
-    length: Length = physics(
-        "choice",
-        unit="m",
-        source="of a case of verification: nearly three diameters, beyond what the other yarn covers at 30 degrees",
-        checked="5 mm",
-    )
-    clearance: float = physics(
-        "choice", unit="yarn radii", source="of a case of verification", checked="0.01", ge=0, le=1
-    )
-    support: Literal["ends", "back"] = physics(
-        "choice",
-        meaning="what is held and driven of each yarn",
-        source="of a case of verification: bodies in theories of contact are held at their backs",
-        checked="back",
-    )
+    angle: float = physics("choice", unit="degrees", gt=0, le=90)
+    """Of a case of verification. Checked: 90 and 30."""
+    length: Length = physics("choice", unit="m")
+    """Of a case of verification: nearly three diameters, beyond what the other yarn covers at 30 degrees. Checked: 5
+    mm."""
+    clearance: float = physics("choice", unit="yarn radii", ge=0, le=1)
+    """Of a case of verification. Checked: 0.01."""
+    support: Literal["ends", "back"] = physics("choice", meaning="what is held and driven of each yarn")
+    """Of a case of verification: bodies in theories of contact are held at their backs. Checked: back."""
 
 
-# ---- Optimisation of the loop (section 2.1 of the paper) ----
-
-WEIGHT = {
-    "source": "weight of Eq. (1), not printed",
-    "checked": "times 0.1 and 10: angles within 0.5 degrees (docs/notes/geometry.md)",
-}
+# Optimisation of the loop (section 2.1 of the paper)
 
 
 class Geometry(Section):
@@ -122,33 +82,24 @@ class Geometry(Section):
     `free` lists for every control point the components that may move: "", "z", "yz", "xyz" and so on.
     """
 
-    alpha: Positive = physics("assumed", meaning="the weight of F_distance in Eq. (1)", **WEIGHT)
-    beta: float = physics("assumed", meaning="the weight of F_bending in Eq. (1)", ge=0, le=1e12, **WEIGHT)
-    gamma: float = physics("assumed", meaning="the weight of F_length in Eq. (1)", ge=0, le=1e12, **WEIGHT)
-    beta_0: float = physics(
-        "assumed",
-        meaning="the scalar of Eq. (3)",
-        ge=0,
-        le=1e12,
-        **WEIGHT | {"source": "scalar of Eq. (3), not printed"},
-    )
+    alpha: Positive = physics("assumed", meaning="the weight of F_distance in Eq. (1)")
+    """Weight of Eq. (1), not printed. Checked: times 0.1 and 10: angles within 0.5 degrees (docs/notes/geometry.md)."""
+    beta: float = physics("assumed", meaning="the weight of F_bending in Eq. (1)", ge=0, le=1e12)
+    """Weight of Eq. (1), not printed. Checked: times 0.1 and 10: angles within 0.5 degrees (docs/notes/geometry.md)."""
+    gamma: float = physics("assumed", meaning="the weight of F_length in Eq. (1)", ge=0, le=1e12)
+    """Weight of Eq. (1), not printed. Checked: times 0.1 and 10: angles within 0.5 degrees (docs/notes/geometry.md)."""
+    beta_0: float = physics("assumed", meaning="the scalar of Eq. (3)", ge=0, le=1e12)
+    """Scalar of Eq. (3), not printed. Checked: times 0.1 and 10: angles within 0.5 degrees (docs/notes/geometry.md)."""
     free: tuple[Annotated[str, Field(pattern="^x?y?z?$")], ...] = physics(
         "assumed",
         allowed='a list of the components that may move, one text such as "", z or xyz for every control point',
-        source="the paper says that a subset of points and components moves, not which",
-        checked="one list",
     )
-    samples: int = physics(
-        "stated",
-        meaning="samples a Bezier curve",
-        source="section 2.1: 100 points a Bezier curve; true closest points are refined from them here",
-        checked="100",
-        ge=4,
-        le=10_000,
-    )
+    """The paper says that a subset of points and components moves, not which. Checked: one list."""
+    samples: int = physics("stated", meaning="samples a Bezier curve", ge=4, le=10_000)
+    """Section 2.1: 100 points a Bezier curve; true closest points are refined from them here. Checked: 100."""
 
 
-# ---- Yarn ----
+# Yarn
 
 
 class Yarn(Section):
@@ -158,57 +109,39 @@ class Yarn(Section):
     the other three constants are as of an isotropic one where nothing is said.
     """
 
-    diameter: Length = physics(
-        "inferred",
-        unit="m",
-        source="63,171 nodes at 0.3 mm (Table 5) are 38 a section: 6 elements across",
-        checked="1.8 mm",
-    )
-    youngs_modulus: float = physics(
-        "inferred",
+    diameter: Length = physics("inferred", unit="m")
+    """63,171 nodes at 0.3 mm (Table 5) are 38 a section: 6 elements across. Checked: 1.8 mm."""
+    youngs_modulus: Modulus = physics("inferred", unit="Pa")
+    """Data sheet of the polypropylene that the paper cites: homopolymer 1.30 GPa, copolymer 1.10 GPa. Checked: 1.30
+    GPa; forces are proportional to it, 1.1 to 1.5 GPa need no run of their own."""
+    poisson_ratio: float = physics("inferred", gt=-1, lt=0.5)
+    """The same data sheet. Checked: 0.42."""
+    material: Annotated[str, OneOf(MATERIALS.all)] = physics("assumed")
+    """Isotropic polypropylene (section 2.3) with geometric nonlinearity; Hencky is what Abaqus computes then. Checked:
+    the isotropic laws: force +1.2 % at most (docs/notes/sensitivity.md)."""
+    transverse_modulus: Modulus | None = physics(
+        "assumed",
         unit="Pa",
-        source="data sheet of the polypropylene that the paper cites: homopolymer 1.30 GPa, copolymer 1.10 GPa",
-        checked="1.30 GPa; forces are proportional to it, 1.1 to 1.5 GPa need no run of their own",
-        gt=0,
-        le=1e20,
-    )
-    poisson_ratio: float = physics("inferred", source="the same data sheet", checked="0.42", gt=-1, lt=0.5)
-    material: Annotated[str, OneOf(MATERIALS.all)] = physics(
-        "assumed",
-        source=(
-            "isotropic polypropylene (section 2.3) with geometric nonlinearity; Hencky is what Abaqus computes then"
-        ),
-        checked="the isotropic laws: force +1.2 % at most (docs/notes/sensitivity.md)",
-    )
-    transverse_modulus: float | None = physics(
-        "assumed",
         allowed="a number > 0 and <= 1e20, in Pa: Young's modulus across the yarn; or null for that along it",
-        unit="Pa",
-        source="section 2.3 takes yarns as isotropic; twisted ones are softer across than along",
-        checked="0.3 of that along it, against closed forms",
         default=None,
-        gt=0,
-        le=1e20,
     )
+    """Section 2.3 takes yarns as isotropic; twisted ones are softer across than along. Checked: 0.3 of that along it,
+    against closed forms."""
     transverse_poisson_ratio: float | None = physics(
         "assumed",
         allowed="a number between -1 and 1 (both excluded): Poisson's ratio across the yarn; or null for that along it",
-        source="section 2.3 takes yarns as isotropic",
-        checked="0.25, against closed forms",
         default=None,
         gt=-1,
         lt=1,
     )
-    axial_shear_modulus: float | None = physics(
+    """Section 2.3 takes yarns as isotropic. Checked: 0.25, against closed forms."""
+    axial_shear_modulus: Modulus | None = physics(
         "assumed",
-        allowed="a number > 0 and <= 1e20, in Pa: shear modulus along the yarn; or null for that of an isotropic one",
         unit="Pa",
-        source="section 2.3 takes yarns as isotropic",
-        checked="0.3 of that of an isotropic yarn, against closed forms",
+        allowed="a number > 0 and <= 1e20, in Pa: shear modulus along the yarn; or null for that of an isotropic one",
         default=None,
-        gt=0,
-        le=1e20,
     )
+    """Section 2.3 takes yarns as isotropic. Checked: 0.3 of that of an isotropic yarn, against closed forms."""
 
     @model_validator(mode="after")
     def _stores_energy(self) -> Yarn:
@@ -230,7 +163,7 @@ class Yarn(Section):
         return self.diameter / 2
 
 
-# ---- Load ----
+# Load
 
 
 class Tension(Section):
@@ -239,25 +172,17 @@ class Tension(Section):
     `lateral`: what goes with it held or free; `stops`: strains at which an increment has to end.
     """
 
-    strain: float = physics(
-        "stated",
-        meaning="not 0 (0.05 is 5 %, -0.05 a compression)",
-        source="section 3.1: 5 % course strain",
-        checked="-5 to 5 %",
-        ge=-0.2,
-        le=0.5,
-    )
+    strain: float = physics("stated", meaning="not 0 (0.05 is 5 %, -0.05 a compression)", ge=-0.2, le=0.5)
+    """Section 3.1: 5 % course strain. Checked: -5 to 5 %."""
     lateral: Literal["fixed", "free"] = physics(
-        "assumed",
-        meaning="the other components of the driven ends, of a cell its other strains",
-        source="prescribed displacements on the driven side; lateral components held, a variant leaves them free",
-        checked="fixed; free: force -3.3 % (docs/notes/sensitivity.md)",
+        "assumed", meaning="the other components of the driven ends, of a cell its other strains"
     )
+    """Prescribed displacements on the driven side; lateral components held, a variant leaves them free. Checked: fixed;
+    free: force -3.3 % (docs/notes/sensitivity.md)."""
     stops: tuple[float, ...] = output(
-        "choice",
-        allowed="a list of strains on the way, for example [0.01, 0.02], or []",
-        source="numerical; where increments end, so that figures show the strains of Fig. 7c",
+        "choice", allowed="a list of strains on the way, for example [0.01, 0.02], or []"
     )
+    """Numerical; where increments end, so that figures show the strains of Fig. 7c."""
 
     @field_validator("strain")
     @classmethod
@@ -283,11 +208,8 @@ class KnitTension(Tension):
     `lateral`: driven ends fixed or free in the other components; `stops`: strains at which an increment has to end.
     """
 
-    direction: Literal["course", "wale"] = physics(
-        "stated",
-        source="section 2.3: course and wale tension; wale pulls head arcs of the top yarn",
-        checked="both",
-    )
+    direction: Literal["course", "wale"] = physics("stated")
+    """Section 2.3: course and wale tension; wale pulls head arcs of the top yarn. Checked: both."""
 
 
 class CellStrain(Tension):
@@ -296,12 +218,8 @@ class CellStrain(Tension):
     `lateral`: the other strains in the plane are held at 0, or free, so that no force goes with them.
     """
 
-    deformation: Literal["course", "wale", "biaxial", "shear"] = physics(
-        "choice",
-        source="strains in the plane that define a shell's stiffness",
-        checked="all four",
-        default="course",
-    )
+    deformation: Literal["course", "wale", "biaxial", "shear"] = physics("choice", default="course")
+    """Strains in the plane that define a shell's stiffness. Checked: all four."""
 
 
 class Path(Section):
@@ -313,9 +231,6 @@ class Path(Section):
     lateral: ClassVar = "fixed"
 
     path: tuple[Point, ...] = physics(
-        "choice",
-        unit="m",
-        allowed="a list of one displacement x, y, z in m or more",
-        source="of a case of verification; none for a knit",
-        min_length=1,
+        "choice", unit="m", allowed="a list of one displacement x, y, z in m or more", min_length=1
     )
+    """Of a case of verification; none for a knit."""

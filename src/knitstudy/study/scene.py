@@ -9,14 +9,16 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
+
+import numpy as np
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.registry import unknown_choice
-from knitstudy.study.keys import Section, describe, validated
+from knitstudy.study.keys import Section, describe, lists, tuples, validated
 from knitstudy.study.kinds import Kind, Labels, all_sections, not_of_kind
 
 SOLID = ("hexahedra", "spline_yarns")
@@ -101,7 +103,7 @@ class Scene:
 
     def to_dict(self) -> dict:
         """Return the scene as nested mappings of numbers, text and lists."""
-        labels = {name: _plain(getattr(self, name)) for name in Labels.model_fields}
+        labels = {name: lists(getattr(self, name)) for name in Labels.model_fields}
         return labels | {name: section.model_dump(mode="json") for name, section in self.sections.items()}
 
     def value(self, key: str) -> Any:
@@ -136,7 +138,7 @@ class Scene:
                 fields = type(self.sections[section]).model_fields
                 for key in (inner,) if inner else fields:
                     value = document[section].get(key)
-                    if key in fields and (fields[key].is_required() or value != _plain(fields[key].default)):
+                    if key in fields and (fields[key].is_required() or value != lists(fields[key].default)):
                         found.setdefault(section, {})[key] = value
         return found
 
@@ -160,7 +162,7 @@ class Scene:
         for name, section in kind.sections.items():
             wanted = {field for field in section.model_fields if keys & {name, f"{name}.{field}"}}
             if wanted:
-                values = {key: _tuples(value) for key, value in document.get(name, {}).items()}
+                values = {key: tuples(value) for key, value in document.get(name, {}).items()}
                 sections[name] = section.model_construct(**values)
                 for field in section.model_fields.keys() - wanted:
                     sections[name].__dict__.pop(field, None)  # the default of a key that was not read
@@ -193,11 +195,9 @@ class Scene:
         kind = Kind.of(document | {"outputs": []} | _labels(own), where)
         document["outputs"] = [name for name in self.outputs if name in kind.outputs]
         stays: dict = {}
-        for key, value in flat(document).items():
-            if kind.has(key):
+        for key, value in (flat(document) | dict(changes)).items():
+            if kind.has(key) or key in changes:
                 set_dotted(stays, key, value, where)
-        for name, inside in own.items():
-            stays[name] = stays.get(name, {}) | inside if isinstance(inside, dict) else inside
         return Scene.from_dict(stays, where, self._defaults)
 
     def scaled(self, length: float = 1.0, stiffness: float = 1.0) -> Scene:
@@ -207,8 +207,8 @@ class Scene:
         for name, section in self.sections.items():
             for field in type(section).model_fields:
                 factor = factors.get(describe(type(section), field).unit)
-                if factor is not None:
-                    document[name][field] = _times(document[name][field], factor)
+                if factor is not None and document[name][field] is not None:
+                    document[name][field] = (np.array(document[name][field]) * factor).tolist()
         return Scene.from_dict(document, f"scene {self.name!r}")
 
     @property
@@ -228,33 +228,29 @@ class Scene:
         return digest(self.read([*kinds, *self.sections]))
 
 
-# ---- Keys by their dotted names ----
+# Keys by their dotted names
 
 
 def set_dotted(document: dict, key: str, value: Any, where: str) -> None:
     """Set a nested key by its dotted name, in place; ConfigurationError when there is no such key."""
     section, dot, field = key.partition(".")
-    if (dot and section not in all_sections()) or "." in field:
-        allowed = sorted(all_sections())
-        raise ConfigurationError(f"{where}: {unknown_choice('unknown key', key, section, allowed)}")
-    if not dot:
+    sections = all_sections()
+    if (dot and section not in sections) or "." in field:
+        raise ConfigurationError(f"{where}: {unknown_choice('unknown key', key, section, sorted(sections))}")
+    if dot:
+        document.setdefault(section, {})[field] = value
+    elif key in sections:
+        raise ConfigurationError(f"{where}: {key} is {value!r} but must be a group of keys")
+    else:
         document[key] = value
-        return
-    inside = document.setdefault(section, {})
-    if not isinstance(inside, dict):
-        raise ConfigurationError(f"{where}: {section} is {inside!r} but must be a group of keys")
-    inside[field] = value
 
 
 def flat(document: Mapping[str, Any]) -> dict[str, Any]:
     """Return the values of nested mappings by dotted key."""
     found: dict[str, Any] = {}
     for key, value in document.items():
-        found |= (
-            {f"{key}.{part}": each for part, each in value.items()}
-            if isinstance(value, dict)
-            else {key: value}
-        )
+        parts = {f"{key}.{part}": each for part, each in value.items()} if isinstance(value, dict) else {}
+        found |= parts if isinstance(value, dict) else {key: value}
     return found
 
 
@@ -285,99 +281,68 @@ def _dotted(document: Mapping) -> list[str]:
     """Return the dotted keys of a document, and sections that are empty or no groups by their names."""
     found: list[str] = []
     for name, inside in document.items():
-        found += (
-            [f"{name}.{inner}" for inner in inside] if isinstance(inside, Mapping) and inside else [str(name)]
-        )
+        parts = inside if isinstance(inside, Mapping) else ()
+        found += [f"{name}.{part}" for part in parts] or [str(name)]
     return found
 
 
-def _plain(value: Any) -> Any:
-    return [_plain(each) for each in value] if isinstance(value, tuple) else value
-
-
-def _tuples(value: Any) -> Any:
-    return tuple(map(_tuples, value)) if isinstance(value, list) else value
-
-
-def _times(value: Any, factor: float) -> Any:
-    """Return a number or a nested list of numbers times a factor, or None as it is."""
-    if value is None:
-        return None
-    return [_times(item, factor) for item in value] if isinstance(value, list) else value * factor
-
-
-# ---- What a key of one section allows of another; sections check themselves ----
+# What a key of one section allows of another; sections check themselves
 
 
 def check_keys_together(scene: Scene, where: str) -> None:
     """Check the sections of a scene against each other; a ConfigurationError names both keys."""
-    for name, value in scene.kind.specimen.requires.items():
+    for message in _contradictions(scene):
+        raise ConfigurationError(f"{where}: {message}")
+
+
+def _contradictions(scene: Scene) -> Iterator[str]:
+    """Yield what keys of different sections say against each other."""
+    specimen, fidelity = scene.kind.specimen, scene.fidelity
+    for name, value in specimen.requires.items():
         if scene.value(name) not in (None, value):
-            raise ConfigurationError(
-                f"{where}: {name} is {scene.value(name)!r} but must be {value} where specimen is {scene.specimen},"
-                f" {scene.kind.specimen.meaning}"
-            )
-    if scene.fidelity not in SOLID and MATERIALS.find(scene.yarn.material).directional:
-        raise ConfigurationError(
-            f"{where}: yarn.material is {scene.yarn.material} but must be isotropic where fidelity is"
-            f" {scene.fidelity}; fidelities {' and '.join(SOLID)} know the axis of a yarn"
-        )
+            of = f"where specimen is {specimen.name}, {specimen.meaning}"
+            yield f"{name} is {scene.value(name)!r} but must be {value} {of}"
+    if fidelity not in SOLID and MATERIALS.find(scene.yarn.material).directional:
+        of = f"where fidelity is {fidelity}; fidelities {' and '.join(SOLID)} know the axis of a yarn"
+        yield f"yarn.material is {scene.yarn.material} but must be isotropic {of}"
     if "pattern" in scene.sections:
-        _check_room(scene, where)
+        yield from _of_knit(scene)
     if "pair" in scene.sections and scene.pair.length <= 2 * scene.yarn.diameter:
-        raise ConfigurationError(
-            f"{where}: pair.length is {scene.pair.length:g} m but must exceed twice yarn.diameter,"
-            f" {scene.yarn.diameter:g} m"
-        )
-    if scene.specimen in ("knit", "cut_knit") and scene.value("contact.tied_edges") == "outer":
-        _check_edges(scene, where)
-    if scene.specimen == "cell":
-        _check_cell(scene, where)
+        least = f"twice yarn.diameter, {scene.yarn.diameter:g} m"
+        yield f"pair.length is {scene.pair.length:g} m but must exceed {least}"
+    if specimen.name in ("knit", "cut_knit") and scene.value("contact.tied_edges") == "outer":
+        name = "rows" if scene.load.direction == "course" else "loops"
+        count = getattr(scene.pattern, name)
+        if count < 3:
+            of = f"where pattern.{name} is {count}: nothing is left that is not tied"
+            yield f"contact.tied_edges is 'outer' but must be none {of}"
+    if specimen.name == "cell":
+        yield from _of_cell(scene)
 
 
-def _check_room(scene: Scene, where: str) -> None:
-    """Check that a knit has room for its yarns, and an entry for every control point."""
-    diameter = scene.yarn.diameter
+def _of_knit(scene: Scene) -> Iterator[str]:
+    """Yield why a knit has no room for its yarns, or not an entry for every control point."""
+    pattern, diameter = scene.pattern, scene.yarn.diameter
     for name in ("course_spacing", "wale_spacing"):
-        spacing = getattr(scene.pattern, name)
-        if spacing <= diameter:
-            raise ConfigurationError(
-                f"{where}: pattern.{name} is {spacing:g} m but must exceed yarn.diameter, {diameter:g} m"
-            )
-    ratio, spacing = scene.pattern.course_ratio, scene.pattern.course_spacing
-    if ratio * spacing <= diameter:
-        raise ConfigurationError(
-            f"{where}: pattern.course_ratio is {ratio:g} but must exceed yarn.diameter / pattern.course_spacing,"
-            f" {diameter / spacing:.4g}"
-        )
-    points, entries = len(scene.pattern.control_points), len(scene.geometry.free)
+        if getattr(pattern, name) <= diameter:
+            spacing = f"{getattr(pattern, name):g} m"
+            yield f"pattern.{name} is {spacing} but must exceed yarn.diameter, {diameter:g} m"
+    least = diameter / pattern.course_spacing
+    if pattern.course_ratio <= least:
+        least = f"yarn.diameter / pattern.course_spacing, {least:.4g}"
+        yield f"pattern.course_ratio is {pattern.course_ratio:g} but must exceed {least}"
+    points, entries = len(pattern.control_points), len(scene.geometry.free)
     if entries != points:
-        raise ConfigurationError(
-            f"{where}: geometry.free has {entries} entries but must have {points}, one for each of"
-            " pattern.control_points"
-        )
+        wanted = f"{points}, one for each of pattern.control_points"
+        yield f"geometry.free has {entries} entries but must have {wanted}"
 
 
-def _check_cell(scene: Scene, where: str) -> None:
-    """Check that a cell is solved as cells are, and is written only where it has a stiffness at rest."""
+def _of_cell(scene: Scene) -> Iterator[str]:
+    """Yield why a cell is not solved as cells are, or is written without a stiffness at rest."""
     if scene.solver.linear not in ("auto", "lu"):
-        raise ConfigurationError(
-            f"{where}: solver.linear is {scene.solver.linear!r} but must be auto or lu where specimen is cell, which"
-            " is solved directly"
-        )
+        of = "where specimen is cell, which is solved directly"
+        yield f"solver.linear is {scene.solver.linear!r} but must be auto or lu {of}"
     if "deck" in scene.outputs and scene.kind.interaction.touches:
-        raise ConfigurationError(
-            f"{where}: outputs is {list(scene.outputs)} but must be [] where specimen is cell and interaction"
-            f" {scene.interaction}: before its yarns touch a knit is no shell; use interaction tie"
-        )
-
-
-def _check_edges(scene: Scene, where: str) -> None:
-    """Check that something is left between edges that are tied."""
-    name = "rows" if scene.load.direction == "course" else "loops"
-    count = getattr(scene.pattern, name)
-    if count < 3:
-        raise ConfigurationError(
-            f"{where}: contact.tied_edges is 'outer' but must be none where pattern.{name} is {count}:"
-            " nothing is left that is not tied"
-        )
+        of = f"where specimen is cell and interaction {scene.interaction}"
+        why = "before its yarns touch a knit is no shell; use interaction tie"
+        yield f"outputs is {list(scene.outputs)} but must be [] {of}: {why}"

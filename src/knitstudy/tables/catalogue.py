@@ -15,9 +15,6 @@ TABLES = Catalogue("table", "knitstudy.tables")
 def tabulate(name: str, **sources: Any) -> pd.DataFrame:
     """Build a table from what it takes.
 
-    Raises
-    ------
-    ConfigurationError
-        When there is no such table, or something that it needs is missing.
+    Raises ConfigurationError when there is no such table, or something that it needs is missing.
     """
     return TABLES.make(name, **sources)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
@@ -10,7 +10,7 @@ import xarray as xr
 
 from knitstudy.exchange.inp import SHELL_ENTRIES, section_matrix, shell_entries
 from knitstudy.loading.history import DIRECTIONS
-from knitstudy.measures.catalogue import several
+from knitstudy.measures.catalogue import Datasets, Scenes, several
 from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.domain import SERIES, Series, force_per_width, series_of
 from knitstudy.measures.endless_knit import CELLS, Moduli, between_grips, limit, moduli
@@ -22,23 +22,22 @@ STRAINS = ["course strain [1]", "wale strain [1]", "angle of shear [rad]"]
 
 FORCES = ["course force over width [N/m]", "wale force over width [N/m]", "shear force over width [N/m]"]
 
+# Strain and force of secant and tangent, by ``load.deformation``: of a biaxial stretch those in course
+# direction.
 AXIS = {"course": 0, "wale": 1, "biaxial": 0, "shear": 2}
-"""Strain and force of secant and tangent, by ``load.deformation``: of a biaxial stretch those in course direction."""
 
+# Strain across, and strain along, of a pull that leaves the other free.
 CONTRACTS = {"course": (1, 0), "wale": (0, 1)}
-"""Strain across, and strain along, of a pull that leaves the other free."""
+UNKNOWN = Moduli(*(5 * [np.nan]))  # Moduli at rest of yarns that are not tied and do not touch
 
-UNKNOWN = Moduli(*(5 * [np.nan]))
-"""Moduli at rest of yarns that are not tied and do not touch."""
-
+# What the stiffness at rest depends on: cells that share it have the same.
 AT_REST = ("knit", "pattern", "yarn", "mesh", "tie")
-"""What the stiffness at rest depends on: cells that share it have the same."""
 
+# Unit of an entry of the shell stiffness by how many of its row and column are bending.
 UNITS = {0: "N/m", 1: "N", 2: "N m"}
-"""Unit of an entry of the shell stiffness by how many of its row and column are bending."""
 
+# Names of the square knits that have a cell of the endless knit.
 SQUARES = [f"{stem}-*" for stem in CELLS] + [SERIES[stem] for stem in CELLS if SERIES[stem]]
-"""Names of the square knits that have a cell of the endless knit."""
 
 
 @TABLES.add(
@@ -47,7 +46,7 @@ SQUARES = [f"{stem}-*" for stem in CELLS] + [SERIES[stem] for stem in CELLS if S
     results={"cells": several("simulation", "cell-*")},
     order=5.8,
 )
-def tabulate_cells(cells: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
+def tabulate_cells(cells: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row for every cell: forces per width at full load, and moduli at rest."""
     return pd.DataFrame([_row(scenes[name], history) for name, history in cells.items()])
 
@@ -101,9 +100,7 @@ def _slope(history: xr.Dataset, kind: str, free: bool) -> float:
     },
     order=5.85,
 )
-def tabulate_limits(
-    squares: Mapping[str, xr.Dataset], cells: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
-) -> pd.DataFrame:
+def tabulate_limits(squares: Datasets, cells: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return a row for the first and the last strain that all knits of a tied series and its cell reach."""
     rows = []
     for series in series_of(scenes[name] for name in squares):
@@ -113,9 +110,7 @@ def tabulate_limits(
     return pd.DataFrame(rows)
 
 
-def _limits(
-    series: Series, histories: Mapping[str, xr.Dataset], cell: Scene, history: xr.Dataset
-) -> Iterator[dict]:
+def _limits(series: Series, histories: Datasets, cell: Scene, history: xr.Dataset) -> Iterator[dict]:
     paths = [histories[scene.name] for scene in series.scenes]
     shared = [
         strain
@@ -151,7 +146,7 @@ def _limits(
 @TABLES.add(
     "shell", "An endless knit as a shell", results={"cells": several("simulation", "cell-*")}, order=5.9
 )
-def tabulate_shells(cells: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
+def tabulate_shells(cells: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row for every cell that differs at rest: the symmetric stiffness in the order of Abaqus.
 
     Rows and columns 1 to 3 are the strains in the plane, course, wale and shear, 4 to 6 the curvatures; the plane of

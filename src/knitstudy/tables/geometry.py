@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.measures.catalogue import DRAWN, of_case, several, solid
+from knitstudy.measures.catalogue import DRAWN, Datasets, Scenes, of_case, several, solid
 from knitstudy.measures.centre_cell import crossing_error
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.response import at_strain
 from knitstudy.measures.sweeps import DIAMETER, HELD, SPACING, Point, Sweep, sweeps_of
-from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
+# Variable of the geometry dataset, unit, and key of the target, by name in the table.
 MEASURES = {
     "deepest penetration": ("penetration", "m", None),
     "smallest gap": ("gap", "m", None),
@@ -26,7 +24,6 @@ MEASURES = {
     "angle of interlock segments to x": ("interlock_angle", "deg", "interlock_angle"),
     "angle of legs to x": ("leg_angle", "deg", "leg_angle"),
 }
-"""Variable of the geometry dataset, unit, and key of the target, by name in the table."""
 
 SWEEPS = {SPACING: "course spacing", DIAMETER: "yarn diameter"}
 
@@ -40,10 +37,7 @@ SWEEPS = {SPACING: "course spacing", DIAMETER: "yarn diameter"}
 def tabulate_unit_cell(geometry: xr.Dataset, targets: dict) -> pd.DataFrame:
     """Return measures and terms of F before and after, with targets and residuals where there are any.
 
-    Raises
-    ------
-    ConfigurationError
-        When a target is missing.
+    Raises ConfigurationError when a target is missing.
     """
     rows = [("largest |D - 2R - c0| of a crossing", crossing_error(geometry).to_numpy(), "m", None)]
     rows += [(name, geometry[key].to_numpy(), unit, target) for name, (key, unit, target) in MEASURES.items()]
@@ -90,10 +84,7 @@ def _target(targets: dict, name: str | None) -> float:
     order=13,
 )
 def tabulate_sweeps(
-    drawn: Mapping[str, xr.Dataset],
-    sweeps: Mapping[str, xr.Dataset],
-    scenes: Mapping[str, Scene],
-    reference: pd.DataFrame,
+    drawn: Datasets, sweeps: Datasets, scenes: Scenes, reference: pd.DataFrame
 ) -> pd.DataFrame:
     """Return one row a simulation of each sweep; the uncertainty is empty where no error is known."""
     histories = {**drawn, **sweeps}

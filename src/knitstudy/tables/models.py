@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from math import nan
 
 import numpy as np
@@ -11,7 +11,7 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError
 from knitstudy.measures.cases import COMPARED, MODELS, Case, cases_of, comparison, is_plain
-from knitstudy.measures.catalogue import several, solid
+from knitstudy.measures.catalogue import Datasets, Scenes, several, solid
 from knitstudy.measures.discretisation import INTERACTIONS, is_direct, made_of
 from knitstudy.measures.response import (
     at_strain,
@@ -21,7 +21,6 @@ from knitstudy.measures.response import (
     stiffness_at,
     transverse_contraction,
 )
-from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
 OF_MODELS = ["model", "scene", "discretisation", *COMPARED]
@@ -33,6 +32,7 @@ OF_BEAMS = [
     *("increments [1]", "Newton iterations [1]", "time [s]"),
 ]
 
+# Windows of solid yarns in knits of beams, with the same knit of solid yarns in full.
 WINDOWS = {
     "window-tie-course-3x3": "yarns-tie-course",
     "window-tie-course-6x6": "domain-yarns-tie-course-6x6",
@@ -42,18 +42,14 @@ WINDOWS = {
     "window-springs-isotropic-course-3x3": "yarns-isotropic-course",
     "window-springs-isotropic-course-10x10": "domain-yarns-isotropic-course-10x10",
 }
-"""Windows of solid yarns in knits of beams, with the same knit of solid yarns in full."""
 
-PLACE = ("row", "column", "zone")
-"""Labels of a crossing."""
+PLACE = ("row", "column", "zone")  # Labels of a crossing
 
 
 @TABLES.add(
     "rom_distance", "Models and the reference", results={"models": several("simulation", *MODELS)}, order=1
 )
-def tabulate_models(
-    models: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame
-) -> pd.DataFrame:
+def tabulate_models(models: Datasets, scenes: Scenes, reference: pd.DataFrame) -> pd.DataFrame:
     """Return one row a model of each of the four cases: direct simulations and reduced models."""
     rows = [
         {
@@ -71,9 +67,7 @@ def tabulate_models(
 @TABLES.add(
     "beams", "Beams in contact and solid yarns", results={"models": several("simulation", *MODELS)}, order=8
 )
-def tabulate_beams(
-    models: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame
-) -> pd.DataFrame:
+def tabulate_beams(models: Datasets, scenes: Scenes, reference: pd.DataFrame) -> pd.DataFrame:
     """Return one row a model: direct simulation, main 3D reduced model and beams in contact, by direction (Fig. 12b).
 
     Beams show what each ingredient of their contact changes.
@@ -140,9 +134,6 @@ def tabulate_interactions(
     return pd.DataFrame(rows)
 
 
-# ---- windows ----
-
-
 @TABLES.add(
     "windows",
     "Windows of solid yarns, beside the same knits in full",
@@ -155,11 +146,7 @@ def tabulate_interactions(
     order=5.8,
 )
 def tabulate_windows(
-    windows: Mapping[str, xr.Dataset],
-    windows_contacts: Mapping[str, xr.Dataset],
-    full: Mapping[str, xr.Dataset],
-    full_contacts: Mapping[str, xr.Dataset],
-    scenes: Mapping[str, Scene],
+    windows: Datasets, windows_contacts: Datasets, full: Datasets, full_contacts: Datasets, scenes: Scenes
 ) -> pd.DataFrame:
     """Return one row a window, at full load; pressures are nan where yarns are tied."""
     rows = []
@@ -193,11 +180,7 @@ def contact_errors(window: xr.Dataset, full: xr.Dataset) -> tuple[float, float]:
 
     Both are at the last increment; the error of a force is the length of the difference over the force. That of
     pressures is nan where yarns are tied.
-
-    Raises
-    ------
-    DataFileError
-        If a crossing of the window is not among those of the full simulation.
+    Raises DataFileError if a crossing of the window is not among those of the full simulation.
     """
     wanted, known = (
         pd.MultiIndex.from_arrays([each[name].to_numpy() for name in PLACE]) for each in (window, full)

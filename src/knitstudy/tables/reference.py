@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from math import isfinite, nan
 
 import pandas as pd
-import xarray as xr
 
-from knitstudy.measures.catalogue import several
+from knitstudy.measures.catalogue import Datasets, Scenes, several
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.estimate import common_limit
 from knitstudy.measures.reference import RefinementSeries, refinement_series_of
 from knitstudy.measures.response import QUANTITIES, STRAINS, increment_at
-from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
+# Histories of the direct simulations whose increments end at `STRAINS`.
 REFERENCE_SCENES = several("simulation", "reference-*")
-"""Histories of the direct simulations whose increments end at `STRAINS`."""
 
 RESULTS = {"histories": REFERENCE_SCENES, "contacts": several("contacts", "reference-*")}
 
+# What a row is of; ``problem`` is the digest of the physical problem.
 SAID = ["problem", "knit", "interaction", "direction", "strain [1]", "quantity", "unit"]
-"""What a row is of; ``problem`` is the digest of the physical problem."""
 
 COLUMNS = [
     *SAID,
@@ -30,17 +28,14 @@ COLUMNS = [
     *("uncertainty from disagreement", "mostly from", "ways"),
 ]
 
+# Columns of the values of single simulations, from which the limits follow.
 VALUES = ["scene", "strain [1]", "quantity", "unit", "value"]
-"""Columns of the values of single simulations, from which the limits follow."""
 
-Found = list[tuple[RefinementSeries, dict[str, float]]]
-"""Refinement series with the values of their scenes."""
+Found = list[tuple[RefinementSeries, dict[str, float]]]  # Refinement series with the values of their scenes
 
 
 @TABLES.add("reference", "The reference: limits of independent discretisations", results=RESULTS, order=16)
-def tabulate(
-    histories: Mapping[str, xr.Dataset], contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
-) -> pd.DataFrame:
+def tabulate(histories: Datasets, contacts: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row a problem, strain and quantity; problems with fewer than two discretisations have none.
 
     The unit is that of the value and of its uncertainties.
@@ -49,9 +44,7 @@ def tabulate(
 
 
 @TABLES.add("reference_ways", "How discretisations tend to the reference", results=RESULTS, order=17)
-def tabulate_series(
-    histories: Mapping[str, xr.Dataset], contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
-) -> pd.DataFrame:
+def tabulate_series(histories: Datasets, contacts: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row a problem, strain, quantity and discretisation, from the coarsest to the finest values."""
     rows = []
     for said, found in _found(values_of(histories, contacts), scenes):
@@ -72,7 +65,7 @@ def tabulate_series(
     return pd.DataFrame(rows)
 
 
-def values_of(histories: Mapping[str, xr.Dataset], contacts: Mapping[str, xr.Dataset]) -> pd.DataFrame:
+def values_of(histories: Datasets, contacts: Datasets) -> pd.DataFrame:
     """Return one row a scene, strain at which an increment ends, and quantity that is finite."""
     rows = []
     for name in (name for name in histories if name in contacts):
@@ -87,7 +80,7 @@ def values_of(histories: Mapping[str, xr.Dataset], contacts: Mapping[str, xr.Dat
     return pd.DataFrame(rows, columns=VALUES)
 
 
-def limits(values: pd.DataFrame, scenes: Mapping[str, Scene]) -> pd.DataFrame:
+def limits(values: pd.DataFrame, scenes: Scenes) -> pd.DataFrame:
     """Return the reference, as `tabulate` does, from values of single simulations (`values_of`)."""
     rows = [_row(said, found) for said, found in _found(values, scenes) if len(found) > 1]
     return pd.DataFrame(rows, columns=COLUMNS)
@@ -106,7 +99,7 @@ def _row(said: dict, found: Found) -> dict:
     }
 
 
-def _found(values: pd.DataFrame, scenes: Mapping[str, Scene]) -> Iterator[tuple[dict, Found]]:
+def _found(values: pd.DataFrame, scenes: Scenes) -> Iterator[tuple[dict, Found]]:
     """Yield what each row is of, and its refinement series whose simulations all have a value."""
     simulated = set(values["scene"])
     by_row = {

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.catalogue import is_whole_knit, several, solid
+from knitstudy.measures.catalogue import Datasets, Scenes, is_whole_knit, several, solid
 from knitstudy.measures.cost import MEGABYTE, element_length
 from knitstudy.measures.history_checks import (
     allowed_penetration,
@@ -27,9 +25,9 @@ from knitstudy.measures.response import (
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
-STRAINS = (0.01, 0.03, 0.05)
-"""Strains at which forces are listed."""
+STRAINS = (0.01, 0.03, 0.05)  # Strains at which forces are listed
 
+# Keys of a scene by column; a column without a key is filled by `_keys`.
 KEYS = {
     "fidelity": "fidelity",
     "interaction": "interaction",
@@ -51,19 +49,12 @@ KEYS = {
     "beam section": "beam.section",
     "beam ties": "beam.tie",
 }
-"""Keys of a scene by column; a column without a key is filled by `_keys`."""
 
-LEDGER = 0.01
-"""Largest gap of the ledger over the largest external work."""
+LEDGER = 0.01  # Largest gap of the ledger over the largest external work
+HOURGLASS = 0.05  # Largest share of hourglass energy in the internal energy
 
-HOURGLASS = 0.05
-"""Largest share of hourglass energy in the internal energy."""
-
+# Largest share of the dissipation of stabilisation in internal energy, on the way and at full load.
 STABILISATION, STABILISATION_AT_END = 0.05, 0.01
-"""Largest share of the dissipation of stabilisation in internal energy, on the way and at full load."""
-
-
-# ---- responses and costs ----
 
 
 @TABLES.add(
@@ -72,7 +63,7 @@ STABILISATION, STABILISATION_AT_END = 0.05, 0.01
     results={"every": several("simulation", "*", where=is_whole_knit)},
     order=9,
 )
-def tabulate_responses(every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
+def tabulate_responses(every: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row a simulation; cells are empty where a model has no such key or result.
 
     Stiffnesses are those of a cloth: force per width over strain at the largest strain, secant and tangent. The width
@@ -149,21 +140,18 @@ def _cost(history: xr.Dataset) -> dict:
     }
 
 
-# ---- checks ----
+Row = tuple[str, str, float, float]  # Quantity, unit, value and bar
 
-Row = tuple[str, str, float, float]
-"""Quantity, unit, value and bar."""
-
+# Title and case of the tables of checks by name.
 CHECKED = {
     "simulation": ("What the direct simulations stand on: ties, course tension", "tie-course"),
     "simulation_contact": ("What they stand on: friction, course tension", "isotropic-course"),
     "simulation_wale": ("What they stand on: ties, wale tension", "tie-wale"),
     "simulation_contact_wale": ("What they stand on: friction, wale tension", "isotropic-wale"),
 }
-"""Title and case of the tables of checks by name."""
 
 
-def tabulate_checks(dns: xr.Dataset, scenes: Mapping[str, Scene]) -> pd.DataFrame:
+def tabulate_checks(dns: xr.Dataset, scenes: Scenes) -> pd.DataFrame:
     """Return one quantity of a direct simulation a row, with its unit and its bar where it has one."""
     rows = [*_ties(dns), *_solution(dns, scenes["dns"]), *(_contact(dns) if "smallest_gap" in dns else ())]
     return pd.DataFrame(

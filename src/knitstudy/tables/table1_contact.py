@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.catalogue import solid
+from knitstudy.measures.catalogue import Scenes, solid
 from knitstudy.measures.history_checks import allowed_penetration, penetration
 from knitstudy.measures.paper_values import number
-from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
 NOT_SAID, NONE = "not said", "none"
 
+# Numbers of Table 1.
 STATED = ("stiffness ratio (contact / element)", "stick ratio (stick / element)", "friction coefficient")
-"""Numbers of Table 1."""
 
 HARD = "hard contact, by a penalty method"
 PENALTY = "penalty on smooth surfaces, augmented where penetration is too deep"
@@ -36,7 +33,7 @@ BOTH_WAYS = "Gauss points to smooth surface, finite sliding, both ways with half
     results={"dns": solid("simulation", "isotropic-course")},
     order=3,
 )
-def tabulate(dns: xr.Dataset, paper: pd.DataFrame, scenes: Mapping[str, Scene]) -> pd.DataFrame:
+def tabulate(dns: xr.Dataset, paper: pd.DataFrame, scenes: Scenes) -> pd.DataFrame:
     """Return one property a row."""
     contact, attrs = scenes["dns"].contact, dns.attrs
     ratio, stick, friction = (number(paper, "1", "contact", quantity) for quantity in STATED)

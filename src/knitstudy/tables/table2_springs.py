@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from itertools import product
 
 import numpy as np
@@ -10,18 +10,19 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, of_cases, several
+from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, Datasets, Scenes, of_cases, several
 from knitstudy.measures.paper_values import number
 from knitstudy.models.joints import AXES, MEASURES, Springs, springs
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
+# Names of the direct simulations with rough contact or friction.
 TOUCHING = of_cases(
     ("rough-course", "rough-wale", "isotropic-course", "isotropic-wale"),
     (*SOLIDS, *OTHER_SOLIDS, "dns-{case}-penalty*"),
 )
-"""Names of the direct simulations with rough contact or friction."""
 
+# Statistics of the secants of the crossings; reduced models use the first.
 STATISTICS = {
     "averaged, sum(F d) / sum(d d)": lambda found: found.averaged,
     "averaged, mean of F / d": lambda found: _over_crossings(np.mean, found),
@@ -29,16 +30,14 @@ STATISTICS = {
     "smallest F / d": lambda found: _over_crossings(np.min, found),
     "largest F / d": lambda found: _over_crossings(np.max, found),
 }
-"""Statistics of the secants of the crossings; reduced models use the first."""
 
-AVERAGES = tuple(STATISTICS)[:2]
-"""Statistics that the paper's numbers may be."""
+AVERAGES = tuple(STATISTICS)[:2]  # Statistics that the paper's numbers may be
 
+# Springs of the main reduced models, which the table at a glance shows.
 DISPLACEMENT, STATISTIC = "interface", next(iter(STATISTICS))
-"""Springs of the main reduced models, which the table at a glance shows."""
 
+# Columns of the table at a glance by axis.
 COLUMNS = {"x": "kx", "y": "ky", "z": "kz", "normal": "normal to contact", "tangential": "along contact"}
-"""Columns of the table at a glance by axis."""
 
 
 @TABLES.add(
@@ -47,15 +46,10 @@ COLUMNS = {"x": "kx", "y": "ky", "z": "kz", "normal": "normal to contact", "tang
     results={"contacts": several("contacts", *TOUCHING)},
     order=5,
 )
-def tabulate(
-    contacts: Mapping[str, xr.Dataset], paper: pd.DataFrame, scenes: Mapping[str, Scene]
-) -> pd.DataFrame:
+def tabulate(contacts: Datasets, paper: pd.DataFrame, scenes: Scenes) -> pd.DataFrame:
     """Return one row a scene, displacement measure that it has recorded, statistic and axis.
 
-    Raises
-    ------
-    DataFileError
-        If all crossings of a simulation are tied.
+    Raises DataFileError if all crossings of a simulation are tied.
     """
     return pd.DataFrame(
         [row for name, found in contacts.items() for row in _rows(scenes[name], found, paper)]
@@ -103,9 +97,7 @@ def _over_crossings(statistic: Callable, found: Springs) -> list[float]:
 @TABLES.add(
     "springs", "Table 2 at a glance: springs", results={"contacts": several("contacts", *TOUCHING)}, order=4
 )
-def tabulate_averages(
-    contacts: Mapping[str, xr.Dataset], paper: pd.DataFrame, scenes: Mapping[str, Scene]
-) -> pd.DataFrame:
+def tabulate_averages(contacts: Datasets, paper: pd.DataFrame, scenes: Scenes) -> pd.DataFrame:
     """Return one row a simulation: the averaged springs of interfaces beside the paper's."""
     found = tabulate(contacts, paper, scenes)
     shown = found[(found["displacement"] == DISPLACEMENT) & (found["statistic"] == STATISTIC)]

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import pandas as pd
-import xarray as xr
 
-from knitstudy.measures.catalogue import SQUARES, several
+from knitstudy.measures.catalogue import SQUARES, Datasets, Scenes, several
 from knitstudy.measures.cost import MEGABYTE, memory_growth
 from knitstudy.measures.discretisation import is_direct
 from knitstudy.measures.domain import Series, domain_response, seconds_a_newton_iteration, series_of
@@ -26,19 +23,16 @@ COLUMNS = [
     *("time of a Newton iteration [s]", "time of a path [s]", "Newton iterations [1]", "increments [1]"),
 ]
 
-LARGEST = 30
-"""Cells in a row of the paper's largest knit."""
+LARGEST = 30  # Cells in a row of the paper's largest knit
 
+# Knits in course tension; fewer than 12 scenes are not all series of Table 3.
 KNITS = several("simulation", *SQUARES, fewest=12)
-"""Knits in course tension; fewer than 12 scenes are not all series of Table 3."""
 
 
 @TABLES.add(
     "table3_domain_size", "Table 3: cost of square knits of rising size", results={"domain": KNITS}, order=5
 )
-def tabulate(
-    domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], paper: pd.DataFrame
-) -> pd.DataFrame:
+def tabulate(domain: Datasets, scenes: Scenes, paper: pd.DataFrame) -> pd.DataFrame:
     """Return one row for every size of every series."""
     rows = []
     for series in series_of(scenes[name] for name in domain):
@@ -53,7 +47,7 @@ def tabulate(
                 "scene": scene.name,
                 "degrees of freedom [1]": int(dof[place]),
                 "memory growth [MB]": memory[place],
-                "memory over its law [1]": memory[place] / law.at(dof[place]),
+                "memory over its law [1]": memory[place] / law(dof[place]),
                 "memory of an unknown [kB]": memory[place] * MEGABYTE / KILOBYTE / dof[place],
                 "time of a Newton iteration [s]": seconds[place],
                 "time of a path [s]": history.attrs["wall_seconds"],
@@ -64,7 +58,7 @@ def tabulate(
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def _costs(series: Series, domain: Mapping[str, xr.Dataset]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _costs(series: Series, domain: Datasets) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return degrees of freedom (k,), memory growth (k,) [MB] and seconds (k,) of a Newton iteration."""
     histories = [domain[scene.name] for scene in series.scenes]
     return (
@@ -87,22 +81,22 @@ def _of_paper(scene: Scene, paper: pd.DataFrame) -> dict:
 @TABLES.add(
     "domain_growth", "Growth of cost with the size of the domain", results={"domain": KNITS}, order=5.5
 )
-def tabulate_growth(domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
+def tabulate_growth(domain: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row for every series: how unknowns, memory and time grow."""
     rows = []
     for series in series_of(scenes[name] for name in domain):
         dof, memory, seconds = _costs(series, domain)
         paths = [float(domain[scene.name].attrs["wall_seconds"]) for scene in series.scenes]
-        largest = series.memory(dof, memory).at(series.unknowns(dof).at(LARGEST))
+        largest = series.memory(dof, memory)(series.unknowns(dof)(LARGEST))
         rows.append(
             {
                 "model": series.model,
                 "interaction": series.interaction,
                 "cells in a row [1]": ", ".join(map(str, series.cells)),
-                "exponent of degrees of freedom [1]": series.growth(dof).exponent,
-                "exponent of memory growth [1]": series.growth(memory).exponent,
-                "exponent of the time of a Newton iteration [1]": series.growth(seconds).exponent,
-                "exponent of the time of a path [1]": series.growth(paths).exponent,
+                "exponent of degrees of freedom [1]": series.growth(dof),
+                "exponent of memory growth [1]": series.growth(memory),
+                "exponent of the time of a Newton iteration [1]": series.growth(seconds),
+                "exponent of the time of a path [1]": series.growth(paths),
                 "memory growth of 30 x 30 cells, by its law [MB]": largest,
             }
         )
@@ -115,9 +109,7 @@ def tabulate_growth(domain: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene
     results={"domain": KNITS, "domain_contacts": several("contacts", *SQUARES)},
     order=5.7,
 )
-def tabulate_response(
-    domain: Mapping[str, xr.Dataset], domain_contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
-) -> pd.DataFrame:
+def tabulate_response(domain: Datasets, domain_contacts: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row for every size of every series; contacts are those of the direct simulations."""
     rows = []
     for series in series_of(scenes[name] for name in domain):

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.geometry.fabric import Fabric
-from knitstudy.measures.catalogue import CASES, OTHER_SOLIDS, SOLIDS, of_cases, several, solid
+from knitstudy.measures.catalogue import (
+    CASES,
+    OTHER_SOLIDS,
+    SOLIDS,
+    Datasets,
+    Scenes,
+    of_cases,
+    several,
+    solid,
+)
 from knitstudy.measures.discretisation import INTERACTIONS, made_of
 from knitstudy.measures.paper_values import numbers
 from knitstudy.measures.segments import (
     SEGMENT,
     angles_to_axes,
-    cell_force,
     central,
     cut_force,
     honeycomb_segments,
@@ -28,9 +33,10 @@ AXES = "xyz"
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "xz")
 
+# Decimals of angles in degrees: the paper prints none; closest points are found to about 1e-5 degrees.
 DECIMALS = 3
-"""Decimals of angles in degrees: the paper prints none; closest points are found to about 1e-5 degrees."""
 
+# Names of the angles of the honeycomb by geometry in the paper's numbers.
 REPORTED = {
     "head": "segment 1 angles to x y z",
     "interlock, left": "segment 2 and 3 angles to x y z",
@@ -39,10 +45,9 @@ REPORTED = {
     "leg, right": "segment 4 and 5 angles to x y z",
     "sinker": "segment 6 angles to x y z",
 }
-"""Names of the angles of the honeycomb by geometry in the paper's numbers."""
 
+# Cuts over the length of the knit along the load: slabs around them lie between the grips.
 CUTS = (0.3, 0.4, 0.5, 0.6, 0.7)
-"""Cuts over the length of the knit along the load: slabs around them lie between the grips."""
 
 _SOLIDS = of_cases(CASES, (*SOLIDS, *OTHER_SOLIDS))
 
@@ -57,10 +62,7 @@ _SOLIDS = of_cases(CASES, (*SOLIDS, *OTHER_SOLIDS))
     order=6,
 )
 def tabulate(
-    contacts: xr.Dataset,
-    paper: pd.DataFrame,
-    stresses: Mapping[str, xr.Dataset] | None = None,
-    scenes: Mapping[str, Scene] | None = None,
+    contacts: xr.Dataset, paper: pd.DataFrame, stresses: Datasets | None = None, scenes: Scenes | None = None
 ) -> pd.DataFrame:
     """Return the angles of each kind of segment, and the paper's.
 
@@ -120,7 +122,7 @@ def _row(honeycomb: str, kind: str, angle: np.ndarray, theirs: np.ndarray) -> di
     results={"stresses": several("stress", *_SOLIDS)},
     order=6.5,
 )
-def tabulate_stress(stresses: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) -> pd.DataFrame:
+def tabulate_stress(stresses: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row a segment: principal values and components of the mean Cauchy stress at full load."""
     return pd.DataFrame(
         [
@@ -155,14 +157,11 @@ def _stress(segment: xr.Dataset) -> dict[str, float]:
 @TABLES.add(
     "cut_forces",
     "Forces from averaged stresses and of the grips",
-    results={"geometry": solid("geometry", "tie-course"), "stresses": several("stress", *_SOLIDS)},
+    results={"stresses": several("stress", *_SOLIDS)},
     order=6.6,
 )
-def tabulate_cut_forces(
-    geometry: xr.Dataset, stresses: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
-) -> pd.DataFrame:
+def tabulate_cut_forces(stresses: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row a simulation: the forces through the knit from stresses, beside those of the grips."""
-    knit = Fabric.from_dataset(geometry)
     rows = []
     for name, found in stresses.items():
         grips = found.attrs["force"]
@@ -174,7 +173,6 @@ def tabulate_cut_forces(
                 "force of the grips [N]": grips,
                 "smallest force through a cut, over it [1]": min(through),
                 "largest force through a cut, over it [1]": max(through),
-                "force by the pieces of the centre cells, over it [1]": cell_force(found, knit) / grips,
             }
         )
     return pd.DataFrame(rows)

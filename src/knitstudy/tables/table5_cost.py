@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import pandas as pd
-import xarray as xr
 
 from knitstudy.measures.cases import MODELS, OVER_REFERENCE, UNCERTAIN, Case, Simulation, cases_of, label_of
-from knitstudy.measures.catalogue import several
+from knitstudy.measures.catalogue import Datasets, Scenes, several
 from knitstudy.measures.cost import MEGABYTE, element_length
 from knitstudy.measures.discretisation import discretisation
 from knitstudy.measures.paper_values import REPORTED, number, reported
-from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
 BEAM = "beam, 2 nodes, 1 point"
@@ -29,12 +27,7 @@ COLUMNS = [
 @TABLES.add(
     "table5_cost", "Table 5: cost of the models", results={"models": several("simulation", *MODELS)}, order=7
 )
-def tabulate(
-    models: Mapping[str, xr.Dataset],
-    paper: pd.DataFrame,
-    scenes: Mapping[str, Scene],
-    reference: pd.DataFrame,
-) -> pd.DataFrame:
+def tabulate(models: Datasets, paper: pd.DataFrame, scenes: Scenes, reference: pd.DataFrame) -> pd.DataFrame:
     """Return size, memory and time of the main models of each case, with their distance from the reference.
 
     Memory growth is the largest resident memory above that of the process just before the simulation. Degrees of

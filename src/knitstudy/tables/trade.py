@@ -7,17 +7,15 @@ from collections.abc import Iterable, Mapping
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.catalogue import is_whole_knit, several
+from knitstudy.measures.catalogue import Datasets, Scenes, is_whole_knit, several
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.questions import QUESTIONS, UNITS
 from knitstudy.measures.trade import ACCURACIES, nothing, points_of, rungs, sentence
 from knitstudy.measures.trade_points import TIES, Point, shown, turned
 from knitstudy.study.choice import cheapest, front, nearest
-from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
-CASE = ["question", "interaction", "direction", "cells [1]"]
-"""Columns that the points of one front share."""
+CASE = ["question", "interaction", "direction", "cells [1]"]  # Columns that the points of one front share
 
 ERROR, UNCERTAIN, AT_MOST = "error [1]", "uncertainty of that error [1]", "error at most [1]"
 
@@ -45,34 +43,30 @@ KNOBS = [
     *("seconds over the main model's [1]", "memory over the main model's [1]", "verdict"),
 ]
 
+# Keys that are turned as one knob.
 TOGETHER = (
     "solver.residual_tolerance; solver.correction_tolerance",
     "mesh.span; mesh.crossing_span",
     "contact.normal_stiffness; contact.tangential_stiffness",
 )
-"""Keys that are turned as one knob."""
 
-SAME = 1e-3
-"""Change of an error below which a knob has changed nothing [1]."""
+SAME = 1e-3  # Change of an error below which a knob has changed nothing [1]
 
+# Ratios of seconds from which on a knob is cheaper or dearer: the same run twice differs by a tenth.
 CHEAPER, DEARER = 0.8, 1.25
-"""Ratios of seconds from which on a knob is cheaper or dearer: the same run twice differs by a tenth."""
 
 RESULTS = {
     "every": several("simulation", "*", where=is_whole_knit),
     "every_contacts": several("contacts", "*", where=is_whole_knit),
 }
 
+# What tables are made from that follow from the points.
 OF_POINTS = {"results": RESULTS, "files": ("reference",), "scenes": True}
-"""What tables are made from that follow from the points."""
 
 
 @TABLES.add("trade", "What accuracy costs: all points", results=RESULTS, order=20)
 def tabulate(
-    every: Mapping[str, xr.Dataset],
-    every_contacts: Mapping[str, xr.Dataset],
-    scenes: Mapping[str, Scene],
-    reference: pd.DataFrame,
+    every: Datasets, every_contacts: Datasets, scenes: Scenes, reference: pd.DataFrame
 ) -> pd.DataFrame:
     """Return one row a simulation and question; contacts are those of the direct simulations."""
     points = points_of(every, every_contacts, scenes, reference)

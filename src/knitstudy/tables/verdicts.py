@@ -10,22 +10,16 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.measures.catalogue import SOLIDS, VARIED, of_case, one, several, solid
+from knitstudy.measures.catalogue import SOLIDS, VARIED, Datasets, Scenes, of_case, one, several, solid
 from knitstudy.measures.claims.evidence import CONTACTS, OPEN, SIMULATIONS, STRESSES, Evidence, decide
 from knitstudy.measures.claims.verdicts import CLAIMS, INPUTS, RULES, Finding, findings, hanging
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.reference import TRANSFERRED
 from knitstudy.measures.response import QUANTITIES
-from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
 PERCENT = 100.0
-
-BASE = "none"
-"""Text in place of the key of the base."""
-
-
-# ---- claims ----
+BASE = "none"  # Text in place of the key of the base
 
 
 @TABLES.add(
@@ -41,20 +35,17 @@ BASE = "none"
 )
 def tabulate(
     geometry: xr.Dataset,
-    histories: Mapping[str, xr.Dataset],
+    histories: Datasets,
     paper: pd.DataFrame,
     reference: pd.DataFrame,
     claims: pd.DataFrame,
-    scenes: Mapping[str, Scene],
-    contacts: Mapping[str, xr.Dataset] | None = None,
-    stresses: Mapping[str, xr.Dataset] | None = None,
+    scenes: Scenes,
+    contacts: Datasets | None = None,
+    stresses: Datasets | None = None,
 ) -> pd.DataFrame:
     """Return every claim of the paper with its rule, what was measured, and the verdict, which is computed.
 
-    Raises
-    ------
-    ConfigurationError
-        When a claim has no rule.
+    Raises ConfigurationError when a claim has no rule.
     """
     evidence = Evidence(geometry, paper, reference, scenes, histories, contacts or {}, stresses or {}).named()
     hang = _hanging(evidence)
@@ -85,14 +76,7 @@ def _row_of_claim(claim: Any, evidence: Evidence, hang: Mapping[str, str]) -> di
 
 def _hanging(evidence: Evidence) -> dict[str, str]:
     """Return in words the inputs on which claims hang, by claim, as far as inputs are varied."""
-    results = findings(
-        [evidence.scenes[name] for name in evidence.histories],
-        evidence.histories,
-        evidence.contacts,
-        evidence.geometry,
-        evidence.paper,
-        evidence.reference,
-    )
+    results = findings(evidence)
     inputs = hanging(results)
     said = {}
     for claim in (claim for claim in CLAIMS if any(claim in each.judged for each in results)):
@@ -103,9 +87,6 @@ def _hanging(evidence: Evidence) -> dict[str, str]:
             names = [INPUTS[key] for key, claims in inputs.items() if claim in claims]
             said[claim] = ", ".join(names) or f"none of {len(inputs)}"
     return said
-
-
-# ---- inputs ----
 
 
 @TABLES.add(
@@ -119,10 +100,10 @@ def _hanging(evidence: Evidence) -> dict[str, str]:
     order=16,
 )
 def tabulate_inputs(
-    variations: Mapping[str, xr.Dataset],
-    variations_contacts: Mapping[str, xr.Dataset],
+    variations: Datasets,
+    variations_contacts: Datasets,
     geometry: xr.Dataset,
-    scenes: Mapping[str, Scene],
+    scenes: Scenes,
     paper: pd.DataFrame,
     reference: pd.DataFrame,
 ) -> pd.DataFrame:
@@ -130,8 +111,7 @@ def tabulate_inputs(
 
     Cells are empty where the input has no effect.
     """
-    varied = [scenes[name] for name in variations]
-    found = findings(varied, variations, variations_contacts, geometry, paper, reference)
+    found = findings(Evidence(geometry, paper, reference, scenes, variations, variations_contacts))
     claims = [claim for claim in CLAIMS if any(claim in each.judged for each in found)]
     hang = hanging(found)
     return pd.DataFrame([_row_of_input(each, claims, hang) for each in found])

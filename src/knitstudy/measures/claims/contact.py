@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -15,11 +16,10 @@ from knitstudy.measures.centre_cell import (
     snapshots,
     zones_of_cell,
 )
-from knitstudy.measures.claims.evidence import NO_DIRECT, Evidence, Judgement, NotRun, at_full_strain, verdict
+from knitstudy.measures.claims.evidence import NO_DIRECT, Evidence, Judgement, NotRun, verdict
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.estimate import Estimate, all_hold
 from knitstudy.measures.history_checks import stabilisation_share
-from knitstudy.measures.paper_values import number
 from knitstudy.measures.reference import reference_of, transferred_uncertainty
 from knitstudy.measures.response import (
     FORCE,
@@ -27,64 +27,56 @@ from knitstudy.measures.response import (
     Z,
     at_strain,
     common_strain,
+    largest_out_of_plane,
     out_of_plane,
     stiffness_at,
     transverse_contraction,
 )
 from knitstudy.measures.sweeps import FRICTION
 
-FIRST, LAST = 1, 4
-"""Points of Fig. 7 that claims K1 and K2 are about."""
+FIRST, LAST = 1, 4  # Points of Fig. 7 that claims K1 and K2 are about
 
+# Claim K3: strain before and after a point over which slopes are compared; strain that counts as just after.
 SPAN, JUST_AFTER = 1e-3, 5e-3
-"""Claim K3: strain before and after a point over which slopes are compared; strain that counts as just after."""
 
+# Claim K4: least largest |u_z| over the yarn diameter, and largest difference of mirrored envelopes over it.
 PRONOUNCED, SYMMETRIC = 0.1, 0.2
-"""Claim K4: least largest |u_z| over the yarn diameter, and largest difference of mirrored envelopes over it."""
 
-TURNS, SLIDES, SPINS = np.radians(1.0), 0.02, np.radians(3.0)
-"""Claim K8: least rotation of a section [rad]; least sliding over the yarn diameter, more than the elastic slip of
-surfaces that stick; least angle of a contact area about the yarn [rad]: facets are 15 degrees wide, and the centroid of
-few points moves by a degree or two where these come into contact or open."""
+# Claim K8: least rotation of a section [degrees]; least sliding over the yarn diameter, more than the elastic
+# slip of surfaces that stick; least angle of a contact area about the yarn [degrees]: facets are 15 degrees wide,
+# and the centroid of few points moves by a degree or two where these come into contact or open.
+TURNS, SLIDES, SPINS = 1.0, 0.02, 3.0
 
+# Claim K11: slip of the outer rows over that of the others; share of the force below which load is not
+# transferred; factor of iterations that counts as worse convergence.
 SLIDE, TRANSFERRED, HARDER = 1.5, 0.9, 1.2
-"""Claim K11: slip of the outer rows over that of the others; share of the force below which load is not transferred;
-factor of iterations that counts as worse convergence."""
 
+# Claim K7: beginning of the names of scenes with other coefficients of friction.
 FRICTION_SWEEP = "inputs-friction"
-"""Claim K7: beginning of the names of scenes with other coefficients of friction."""
-
-
-# ---- contact zones and force (Fig. 7) ----
 
 
 def judge_no_contact(evidence: Evidence) -> Judgement:
     """K1: no zone in the centre cell at point 1."""
-    contacts = evidence.contact("isotropic")
-    wanted = number(
-        evidence.paper, "fig7", "course isotropic", "contact zones in the centre cell at 0.05% strain"
-    )
-    return _at_snapshot(contacts, FIRST, lambda zones, at: zones[at] == wanted)
+    wanted = evidence.printed("fig7", "course isotropic", "contact zones in the centre cell at 0.05% strain")
+    return _at_snapshot(evidence, FIRST, lambda zones, at: zones[at] == wanted)
 
 
 def judge_zones(evidence: Evidence) -> Judgement:
     """K2: four zones in the centre cell from point 4 to the end, never more."""
-    contacts = evidence.contact("isotropic")
-    wanted = number(
-        evidence.paper, "fig7", "course isotropic", "contact zones in the centre cell at 1.95% strain"
-    )
+    wanted = evidence.printed("fig7", "course isotropic", "contact zones in the centre cell at 1.95% strain")
     judged = _at_snapshot(
-        contacts, LAST, lambda zones, at: (zones[at:] == wanted).all() and zones.max() == wanted
+        evidence, LAST, lambda zones, at: (zones[at:] == wanted).all() and zones.max() == wanted
     )
-    return at_full_strain(evidence, judged, [evidence.direct["isotropic"]])
+    return replace(judged, scenes=(evidence.direct["isotropic"],))
 
 
-def _at_snapshot(contacts: xr.Dataset, number: int, holds: Callable[[np.ndarray, int], bool]) -> Judgement:
+def _at_snapshot(evidence: Evidence, number: int, holds: Callable[[np.ndarray, int], bool]) -> Judgement:
     """Judge the zones of the centre cell at a point of Fig. 7; withhold the verdict where no increment is there."""
-    zones, strain = zones_of_cell(contacts), contacts["strain"].to_numpy()
-    points = snapshots(contacts)
+    contacts = evidence.contact("isotropic")
+    zones, points = zones_of_cell(contacts), snapshots(contacts)
     counts = ", ".join(f"{zones[each.increment]} at {each.strain:.2%}" for each in points)
-    measured = f"zones in the centre cell: {counts}; {zones[-1]} at the end, {strain[-1]:.2%}"
+    end = f"{zones[-1]} at the end, {float(contacts['strain'][-1]):.2%}"
+    measured = f"zones in the centre cell: {counts}; {end}"
     point = next((each for each in points if each.number == number), None)
     if point is None or not point.exact:
         raise NotRun(f"no increment ends at the strain of point {number} of Fig. 7", measured)
@@ -95,23 +87,20 @@ def judge_slope(evidence: Evidence) -> Judgement:
     """K3: the force bends most just after zones come into symmetric contact."""
     history, contacts = evidence.history("isotropic"), evidence.contact("isotropic")
     strain, bends = history["strain"].to_numpy(), largest_bend(history)
-    first = first_symmetric_contact(contacts)
-    bend = (
-        "the force is not followed far enough to bend"
-        if np.isnan(bends)
-        else f"the force bends most at {bends:.2%}"
-    )
+    first, scenes = first_symmetric_contact(contacts), (evidence.direct["isotropic"],)
+    bend = f"force bends most at {bends:.2%}" if bends > 0 else "force is not followed far enough to bend"
     if first is None:
-        judged = Judgement(f"no symmetric contact in the centre cell; {bend}", verdict(False))
-    else:
-        # Contact began after the increment before.
-        after = strain[max(first - 1, 0)] <= bends <= strain[first] + JUST_AFTER
-        judged = Judgement(
-            f"first symmetric contact in the centre cell at {strain[first]:.2%} strain; {bend}",
-            verdict(bool(after)),
-            f"slopes over {SPAN:.1%} before and after; {JUST_AFTER:.1%} counts as just after",
+        return Judgement(
+            f"no symmetric contact in the centre cell; the {bend}", verdict(False), scenes=scenes
         )
-    return at_full_strain(evidence, judged, [evidence.direct["isotropic"]])
+    # Contact began after the increment before.
+    after = strain[max(first - 1, 0)] <= bends <= strain[first] + JUST_AFTER
+    return Judgement(
+        f"first symmetric contact in the centre cell at {strain[first]:.2%} strain; the {bend}",
+        verdict(bool(after)),
+        f"slopes over {SPAN:.1%} before and after; {JUST_AFTER:.1%} counts as just after",
+        scenes,
+    )
 
 
 def largest_bend(history: xr.Dataset) -> float:
@@ -127,22 +116,18 @@ def largest_bend(history: xr.Dataset) -> float:
     return float(at[np.argmax(np.abs(after - 2 * here + before))])
 
 
-# ---- motion (Figs. 8 and 10) ----
-
-
 def judge_motion(evidence: Evidence) -> Judgement:
     """K4: the knit contracts and moves out of its plane, symmetrically about its mid line."""
     history = evidence.history("isotropic")
-    contraction, largest = transverse_contraction(history), float(out_of_plane(history)[-1])
-    diameter = 2 * float(evidence.geometry["radius"])
-    skew = asymmetry(history)
-    judged = Judgement(
-        f"transverse contraction {contraction:.2%}; largest |u_z| {largest / diameter:.2f} d; mirrored envelopes of "
+    contraction, skew = transverse_contraction(history), asymmetry(history)
+    largest = largest_out_of_plane(history) / evidence.diameter
+    return Judgement(
+        f"transverse contraction {contraction:.2%}; largest |u_z| {largest:.2f} d; mirrored envelopes of "
         f"u_z differ by {skew:.0%} of it",
-        verdict(contraction > 0 and largest >= PRONOUNCED * diameter and skew <= SYMMETRIC),
+        verdict(contraction > 0 and largest >= PRONOUNCED and skew <= SYMMETRIC),
         f"pronounced from {PRONOUNCED:g} d on, symmetric up to {SYMMETRIC:.0%}",
+        (evidence.direct["isotropic"],),
     )
-    return at_full_strain(evidence, judged, [evidence.direct["isotropic"]])
 
 
 def asymmetry(history: xr.Dataset) -> float:
@@ -158,42 +143,31 @@ def judge_kinematics(evidence: Evidence) -> Judgement:
     contacts = evidence.contact("isotropic")
     if "section_rotation" not in contacts:
         raise NotRun("the history holds no motion of the sections")
-    crossings = centre_cell(contacts)
-    turned, closer, slid, spun = (
-        values[:, crossings]
-        for values in (
-            rotation_angle(contacts),
-            closest_neighbour(contacts),
-            np.abs(contacts["sliding"].to_numpy()).max(axis=-1),  # along the yarn along which it is larger
-            np.abs(contacts["contact_spin"].to_numpy()),
-        )
+    motions = (
+        np.degrees(rotation_angle(contacts)),
+        100 * closest_neighbour(contacts),
+        1e3 * np.abs(contacts["sliding"].to_numpy()).max(axis=-1),  # along the yarn along which it is larger
+        np.degrees(np.abs(contacts["contact_spin"].to_numpy())),
     )
-    diameter = 2 * float(evidence.geometry["radius"])
-    measured = (
-        f"centre cell: sections turn by {_range(np.degrees(turned[-1]), '.2g')} degrees, crossings come "
-        f"{_range(100 * closer[-1], '.2g')} % of the chord closer to a neighbour on the yarn, surfaces slide "
-        f"{_range(1e3 * slid[-1], '.2g')} mm, contact areas spin by {_range(np.degrees(spun[-1]), '.2g')} degrees "
-        f"about the yarns; half of the rotation at {_half(contacts, turned):.2%} strain, half of the sliding at "
-        f"{_half(contacts, slid):.2%}"
-    )
+    turned, closer, slid, spun = (each[:, centre_cell(contacts)] for each in motions)
+    said = [f"{each[-1].min():.2g} to {each[-1].max():.2g}" for each in (turned, closer, slid, spun)]
     # An open crossing has no sliding: comparisons with nan do not hold.
-    holds = (
-        (turned[-1] >= TURNS).all()
-        and (closer[-1] > 0).all()
-        and (slid[-1] >= SLIDES * diameter).all()
-        and (spun[-1] >= SPINS).all()
+    holds = [
+        turned[-1] >= TURNS,
+        closer[-1] > 0,
+        slid[-1] >= 1e3 * SLIDES * evidence.diameter,
+        spun[-1] >= SPINS,
+    ]
+    return Judgement(
+        f"centre cell: sections turn by {said[0]} degrees, crossings come {said[1]} % of the chord closer to a "
+        f"neighbour on the yarn, surfaces slide {said[2]} mm, contact areas spin by {said[3]} degrees about the yarns; "
+        f"half of the rotation at {_half(contacts, turned):.2%} strain, half of the sliding at "
+        f"{_half(contacts, slid):.2%}",
+        verdict(all(each.all() for each in holds)),
+        f"rotation from {TURNS:g} degree on, sliding from {SLIDES:g} d, spin from {SPINS:g} degrees; contraction by "
+        "its sign; the order of the states does not judge",
+        (evidence.direct["isotropic"],),
     )
-    judged = Judgement(
-        measured,
-        verdict(bool(holds)),
-        f"rotation from {np.degrees(TURNS):g} degree on, sliding from {SLIDES:g} d, spin from {np.degrees(SPINS):g} "
-        "degrees; contraction by its sign; the order of the states does not judge",
-    )
-    return at_full_strain(evidence, judged, [evidence.direct["isotropic"]])
-
-
-def _range(values: np.ndarray, form: str) -> str:
-    return f"{values.min():{form}} to {values.max():{form}}"
 
 
 def _half(contacts: xr.Dataset, values: np.ndarray) -> float:
@@ -202,37 +176,27 @@ def _half(contacts: xr.Dataset, values: np.ndarray) -> float:
     return float(contacts["strain"][int(np.argmax(mean >= 0.5 * mean[-1]))])
 
 
-# ---- ties, rough contact and friction (Fig. 9) ----
-
-
 def judge_stiffness_order(evidence: Evidence) -> Judgement:
     """K5: ties are stiffer than rough contact, and that is stiffer than isotropic friction."""
     stiffness = _compared(evidence, lambda history, strain: 1e-3 * stiffness_at(history, strain))
-    measured = "secant stiffness of DNS: " + _listed(stiffness, "{:.4g} kN/m")
+    measured = f"secant stiffness of DNS: {_listed(stiffness, '{:.4g} kN/m')}"
     forces = _references(evidence, FORCE, measured)
     said = ", ".join(f"{INTERACTIONS[kind]} {force} N" for kind, force in forces.items())
-    ordered = all_hold(
-        (forces["tie"].larger_than(forces["rough"]), forces["rough"].larger_than(forces["isotropic"]))
-    )
-    judged = Judgement(f"{measured}; force of the reference: {said}", verdict(ordered))
-    return at_full_strain(evidence, judged, _three(evidence), evidence.direct["isotropic"])
+    pairs = (("tie", "rough"), ("rough", "isotropic"))
+    ordered = all_hold(forces[one].larger_than(forces[other]) for one, other in pairs)
+    return Judgement(f"{measured}; force of the reference: {said}", verdict(ordered), "", _three(evidence))
 
 
 def judge_motion_order(evidence: Evidence) -> Judgement:
     """K6: isotropic friction lets yarns move further out of the plane than ties."""
-    motion = _compared(
-        evidence, lambda history, strain: 1e3 * at_strain(history, strain, out_of_plane(history))
-    )
-    measured = "largest |u_z| of DNS: " + _listed(motion, "{:.3g} mm")
+    motion = _compared(evidence, lambda each, strain: 1e3 * at_strain(each, strain, out_of_plane(each)))
+    measured = f"largest |u_z| of DNS: {_listed(motion, '{:.3g} mm')}"
     true = _references(evidence, LARGEST_U_Z, measured)
     in_mm = {kind: each.of(lambda value: 1e3 * value) for kind, each in true.items()}
     said = ", ".join(f"{INTERACTIONS[kind]} {each} mm" for kind, each in in_mm.items())
-    judged = Judgement(
-        f"{measured}; of the reference: {said}",
-        verdict(true["isotropic"].larger_than(true["tie"])),
-        "the place of rough contact is not stated",
-    )
-    return at_full_strain(evidence, judged, _three(evidence), evidence.direct["isotropic"])
+    holds = true["isotropic"].larger_than(true["tie"])
+    note = "the place of rough contact is not stated"
+    return Judgement(f"{measured}; of the reference: {said}", verdict(holds), note, _three(evidence))
 
 
 def judge_smaller_friction(evidence: Evidence) -> Judgement:
@@ -248,51 +212,48 @@ def judge_smaller_friction(evidence: Evidence) -> Judgement:
         )
     forces: dict[str, Estimate] = {}
     for kind in INTERACTIONS:
-        base = evidence.direct[kind]
-        known = evidence.reference_of(kind)
+        base, known = evidence.direct[kind], evidence.reference_of(kind)
         if not known.known:
             raise NotRun("there is no reference of all three interactions")
         for name in (base, *(smaller if kind == "isotropic" else ())):
-            of = reference_of(evidence.reference, evidence.scenes[name]) if name != base else known
+            of = known if name == base else reference_of(evidence.reference, evidence.scenes[name])
             if not of.known:
                 of = transferred_uncertainty(known, evidence.histories[base], evidence.histories[name])
             forces[name] = of.at(FORCE, max(of.strains(FORCE), default=0.0))
-    tie, rough, isotropic = _three(evidence)
-    slides = sorted(
-        (isotropic, *smaller), key=lambda name: evidence.scenes[name].contact.friction, reverse=True
-    )
-    measured = f"force: tie {forces[tie]} N, rough {forces[rough]} N" + "".join(
-        f", mu = {evidence.scenes[name].contact.friction:g} {forces[name]} N" for name in slides
-    )
-    pairs = [(tie, rough), *((rough, name) for name in slides)]
-    judged = Judgement(
-        measured,
-        verdict(all_hold(forces[one].larger_than(forces[other]) for one, other in pairs)),
+    isotropic, tie, rough = _three(evidence)
+    friction = {name: evidence.scenes[name].contact.friction for name in (isotropic, *smaller)}
+    slides = sorted(friction, key=friction.__getitem__, reverse=True)
+    said = [f"tie {forces[tie]} N", f"rough {forces[rough]} N"]
+    said += [f"mu = {friction[name]:g} {forces[name]} N" for name in slides]
+    holds = [forces[tie].larger_than(forces[rough])]
+    holds += [forces[rough].larger_than(forces[name]) for name in slides]
+    return Judgement(
+        f"force: {', '.join(said)}",
+        verdict(all_hold(holds)),
         "the reference where it knows the problem; else uncertain by how much this discretisation is off where it does",
+        (tie, rough, *slides),
     )
-    return at_full_strain(evidence, judged, (tie, rough, *slides))
 
 
 def judge_untied_rows(evidence: Evidence) -> Judgement:
     """K11: without ties the outer rows slide, load is not transferred, and convergence suffers."""
-    untied, contacts = evidence.history("untied"), evidence.contact("untied")
-    tied = evidence.history("isotropic")
-    row = contacts["row"].to_numpy()
+    untied, tied = evidence.history("untied"), evidence.history("isotropic")
+    contacts = evidence.contact("untied").isel(increment=-1)
+    row, slip = contacts["row"].to_numpy(), 1e3 * np.nan_to_num(contacts["slip"].to_numpy())
     outer = (row == 0) | (row == row.max())
-    slip = np.nan_to_num(contacts["slip"].to_numpy()[-1])
-    slips, rest = 1e3 * slip[outer].mean(), 1e3 * slip[~outer].mean()
+    slips, rest = slip[outer].mean(), slip[~outer].mean()
     strain = common_strain([untied, tied])
     ratio = stiffness_at(untied, strain) / stiffness_at(tied, strain)
     iterations, usual = (int(history["newton_iterations"].sum()) for history in (untied, tied))
-    judged = Judgement(
+    return Judgement(
         f"force {ratio:.2f} times that with tied outer rows; mean slip {slips:.3g} mm in the outer rows and {rest:.3g} "
         f"mm in the others; {untied.sizes['increment'] - 1} increments with {iterations} Newton iterations against "
         f"{tied.sizes['increment'] - 1} with {usual}",
         verdict(slips >= SLIDE * rest > 0 and ratio <= TRANSFERRED and iterations >= HARDER * usual),
         f"sliding: {SLIDE:g} times the others' slip; not transferred: {TRANSFERRED:.0%} of the force; suffering: "
         f"{HARDER:g} times the iterations",
+        (evidence.direct["untied"], evidence.direct["isotropic"]),
     )
-    return at_full_strain(evidence, judged, [evidence.direct["untied"], evidence.direct["isotropic"]])
 
 
 def judge_stabilisation(evidence: Evidence) -> Judgement:
@@ -301,15 +262,14 @@ def judge_stabilisation(evidence: Evidence) -> Judgement:
     if not names:
         raise NotRun(f"{NO_DIRECT} contact")
     shares = {kind: stabilisation_share(evidence.histories[name]) for kind, name in names.items()}
-    allowed = number(evidence.paper, "sec2.2", "stabilisation", "largest share of strain energy") / 100
+    allowed = evidence.printed("sec2.2", "stabilisation", "largest share of strain energy") / 100
     used = any(evidence.scenes[name].solver.stabilisation > 0 for name in names.values())
-    judged = Judgement(
-        "largest share of the internal energy: "
-        + ", ".join(f"{kind} {share:.2%}" for kind, share in shares.items()),
+    return Judgement(
+        f"largest share of the internal energy: {', '.join(f'{kind} {share:.2%}' for kind, share in shares.items())}",
         verdict(max(shares.values()) <= allowed),
         "" if used else "no stabilisation was used, so that there is nothing to dissipate",
+        tuple(names.values()),
     )
-    return at_full_strain(evidence, judged, names.values())
 
 
 def _compared(evidence: Evidence, measure: Callable[[xr.Dataset, float], float]) -> dict[str, float]:
@@ -331,9 +291,9 @@ def _references(evidence: Evidence, quantity: str, measured: str) -> dict[str, E
     return {kind: each.at(quantity, max(common)) for kind, each in found.items()}
 
 
-def _three(evidence: Evidence) -> list[str]:
-    """Return the scenes of ties, rough contact and isotropic friction."""
-    return [evidence.direct[kind] for kind in INTERACTIONS]
+def _three(evidence: Evidence) -> tuple[str, ...]:
+    """Return the scenes of isotropic friction, ties and rough contact."""
+    return tuple(evidence.direct[kind] for kind in ("isotropic", "tie", "rough"))
 
 
 def _listed(values: Mapping[str, float], form: str) -> str:

@@ -7,7 +7,7 @@ paper's strain, decides nothing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -15,27 +15,23 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.cases import MODELS, Case, cases_of
-from knitstudy.measures.catalogue import CASES, OTHER_SOLIDS, SOLIDS, of_cases
+from knitstudy.measures.catalogue import CASES, OTHER_SOLIDS, SOLIDS, Datasets, Scenes, of_cases
 from knitstudy.measures.discretisation import INTERACTIONS, made_of
 from knitstudy.measures.paper_values import number
 from knitstudy.measures.reference import Reference, reference_of
-from knitstudy.study.scene import Scene
 
-# ---- scenes ----
-
+# Scenes of isotropic friction in all rows, by the names of the scenes with tied outer rows.
 UNTIED = {"yarns-{case}": "inputs-untied-isotropic-course", "yarns-{case}-p3": "yarns-untied-course-p3"}
-"""Scenes of isotropic friction in all rows, by the names of the scenes with tied outer rows."""
 
+# Other discretisations by which claims are judged again.
 AGAIN = ("yarns-{case}-p3", "dns-{case}", "yarns-{case}-coarse")
-"""Other discretisations by which claims are judged again."""
 
 _SOLIDS = of_cases((*CASES, "rough-course"), (*SOLIDS, *OTHER_SOLIDS))
 
+# Names of the scenes whose histories, contacts and stresses claims are judged by.
 SIMULATIONS = (*MODELS, *_SOLIDS, "yarns-untied-course-p3", "inputs-*", "sweep-*", "domain-hexahedra-*")
 CONTACTS = (*_SOLIDS, "yarns-untied-course-p3", "inputs-*", "dns-isotropic-*-penalty*")
 STRESSES = tuple(name for name in _SOLIDS if name.startswith(("yarns-isotropic", "dns-isotropic")))
-"""Names of the scenes whose histories, contacts and stresses claims are judged by."""
-
 
 NO_DIRECT = "the study has no direct simulation with"
 
@@ -50,32 +46,21 @@ class NotRun(Exception):
 
 @dataclass(frozen=True)
 class Evidence:
-    """Results that claims are judged by, by the names of scenes.
+    """Results that claims are judged by, by the names of scenes."""
 
-    Attributes
-    ----------
-    geometry : Dataset
-        Result of the geometry stage.
-    paper, reference : DataFrame
-        ``resources/reference/paper_tables.csv`` and ``reference.csv``.
-    direct : mapping of str to str
-        Scenes in course tension that are compared: "tie", "rough", "isotropic", and "untied" for isotropic friction
-        in all rows.
-    again : mapping of str to Evidence
-        The same with `direct` of another discretisation, by the discretisation in words.
-    estimates : mapping of str to Reference
-        Values that stand for the reference, by the keys of `direct`.
-    """
-
-    geometry: xr.Dataset
-    paper: pd.DataFrame
-    reference: pd.DataFrame
-    scenes: Mapping[str, Scene]
-    histories: Mapping[str, xr.Dataset] = field(default_factory=dict)
-    contacts: Mapping[str, xr.Dataset] = field(default_factory=dict)
-    stresses: Mapping[str, xr.Dataset] = field(default_factory=dict)
+    geometry: xr.Dataset  # result of the geometry stage
+    paper: pd.DataFrame  # ``resources/reference/paper_tables.csv``
+    reference: pd.DataFrame  # ``resources/reference/reference.csv``
+    scenes: Scenes
+    histories: Datasets = field(default_factory=dict)
+    contacts: Datasets = field(default_factory=dict)
+    stresses: Datasets = field(default_factory=dict)
+    # Scenes in course tension that are compared: "tie", "rough", "isotropic", and "untied" for isotropic
+    # friction in all rows
     direct: Mapping[str, str] = field(default_factory=dict)
+    # The same with `direct` of another discretisation, by the discretisation in words
     again: Mapping[str, Evidence] = field(default_factory=dict)
+    # Values that stand for the reference, by the keys of `direct`
     estimates: Mapping[str, Reference] = field(default_factory=dict)
 
     def named(self) -> Evidence:
@@ -93,6 +78,15 @@ class Evidence:
         names |= {"untied": UNTIED[name]} if name in UNTIED else {}
         return {kind: scene for kind, scene in names.items() if scene in self.histories}
 
+    @property
+    def diameter(self) -> float:
+        """Diameter of the yarn [m]."""
+        return 2 * float(self.geometry["radius"])
+
+    def printed(self, table: str, case: str, quantity: str) -> float:
+        """Return a number that the paper prints."""
+        return number(self.paper, table, case, quantity)
+
     def history(self, kind: str) -> xr.Dataset:
         """Return the history of one of `direct`; raise `NotRun` without it."""
         return self._result(self.histories, kind)
@@ -101,7 +95,7 @@ class Evidence:
         """Return the contacts of one of `direct`; raise `NotRun` without them."""
         return self._result(self.contacts, kind)
 
-    def _result(self, results: Mapping[str, xr.Dataset], kind: str) -> xr.Dataset:
+    def _result(self, results: Datasets, kind: str) -> xr.Dataset:
         if self.direct.get(kind) not in results:
             said = INTERACTIONS.get(kind, "isotropic friction in all rows, and with ties in the outer ones")
             raise NotRun(f"{NO_DIRECT} {said}")
@@ -117,19 +111,18 @@ class Evidence:
         return tuple(cases_of(self.histories, self.scenes, self.reference))
 
 
-# ---- judgements ----
-
 REPRODUCED, NOT_REPRODUCED, OPEN = "reproduced", "not reproduced", "not decidable"
-CALIBRATED, NOT_RUN = "used in calibration", "not yet run"
+NOT_RUN = "not yet run"
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """What was measured, the verdict, its limits, and its uncertainty in words."""
+    """What was measured, the verdict, its limits, the scenes that decided, and the uncertainty in words."""
 
     measured: str
     verdict: str
     note: str = ""
+    scenes: tuple[str, ...] = ()  # direct simulations, the main one first, that must reach the paper's strain
     uncertainty: str = ""
 
 
@@ -140,39 +133,33 @@ def verdict(holds: bool | None) -> str:
     return REPRODUCED if holds else NOT_REPRODUCED
 
 
-def at_full_strain(
-    evidence: Evidence, judgement: Judgement, names: Iterable[str], of: str | None = None
-) -> Judgement:
-    """Withhold the verdict where scenes do not reach the paper's strain; note how `of`, or the first scene, is made."""
-    names = list(names)
-    wanted = number(evidence.paper, "fig7", "course isotropic", "strain at the end") / 100
-    reached = min(float(evidence.histories[name]["strain"][-1]) for name in names)
-    notes = [judgement.note, f"DNS of {made_of(evidence.scenes[of or names[0]])}"]
-    if reached < 0.999 * wanted:
-        judgement = replace(judgement, verdict=NOT_RUN)
-        notes.insert(0, f"pulled to {reached:.2%}, the paper to {wanted:.0%}")
-    return replace(judgement, note="; ".join(filter(None, notes)))
-
-
-# ---- rules ----
-
+# Uncertainty of a claim without reference values: whether other discretisations decide it likewise.
 BY_OTHERS = "by other discretisations"
-"""Uncertainty of a claim without reference values: whether other discretisations decide it likewise."""
 
-Judge = Callable[[Evidence], Judgement]
-"""Compares the evidence with the bar of a claim."""
+Judge = Callable[[Evidence], Judgement]  # Compares the evidence with the bar of a claim
 
 
 def withholding(judge: Judge) -> Judge:
-    """Return a function that judges, or withholds the verdict where `NotRun` is raised."""
+    """Return a function that judges, or withholds the verdict without results or at less than the paper's strain."""
 
     def judged(evidence: Evidence) -> Judgement:
         try:
-            return judge(evidence)
+            found = judge(evidence)
         except NotRun as error:
             return error.judgement
+        return _at_full_strain(evidence, found) if found.scenes else found
 
     return judged
+
+
+def _at_full_strain(evidence: Evidence, judged: Judgement) -> Judgement:
+    wanted = evidence.printed("fig7", "course isotropic", "strain at the end") / 100
+    reached = min(float(evidence.histories[name]["strain"][-1]) for name in judged.scenes)
+    notes = [judged.note, f"DNS of {made_of(evidence.scenes[judged.scenes[0]])}"]
+    if reached < 0.999 * wanted:
+        judged = replace(judged, verdict=NOT_RUN)
+        notes.insert(0, f"pulled to {reached:.2%}, the paper to {wanted:.0%}")
+    return replace(judged, note="; ".join(filter(None, notes)))
 
 
 def decide(judge: Judge, evidence: Evidence, uncertainty: str) -> Judgement:

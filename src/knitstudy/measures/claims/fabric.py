@@ -9,48 +9,25 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, of_case
+from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, Datasets, of_case
 from knitstudy.measures.centre_cell import crossing_error, loop_of
-from knitstudy.measures.claims.evidence import (
-    NOT_REPRODUCED,
-    NOT_RUN,
-    OPEN,
-    REPRODUCED,
-    Evidence,
-    Judgement,
-    NotRun,
-    at_full_strain,
-    verdict,
-)
+from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement, NotRun, verdict
 from knitstudy.measures.cost import memory_growth
 from knitstudy.measures.discretisation import HEXAHEDRA, INTERACTIONS, made_of
 from knitstudy.measures.domain import SMALLEST, contact_over_ties, series_of
 from knitstudy.measures.estimate import Estimate, all_hold
-from knitstudy.measures.paper_values import number, numbers
+from knitstudy.measures.paper_values import numbers
 from knitstudy.measures.segments import LEGS, SEGMENT, angle_to_x, angles_to_axes, honeycomb_segments
 from knitstudy.measures.sweeps import HELD, SPACING, Point, Sweep, sweeps_of
 from knitstudy.models.joints import contacts_of_crossings
 from knitstudy.models.network_2d import heights
 
-CONTACT_BAR = 1e-3
-"""Claim G1: largest |D - 2R - c0| over R at which yarns count as touching at points."""
-
-LENGTH_BAR = 0.02
-"""Claim G2: relative change of length that counts as hardly any."""
-
-AS_AN_AREA = 0.1
-"""Claim S1: largest distance of the exponents of degrees of freedom from 2."""
-
-SHARE = 0.9
-"""Claim S1: share of the paper's ratio of degrees of freedom of contact to ties."""
-
-FEWEST = 5
-"""Claims K9 and K10: least number of values of a sweep, in the reading that has most."""
-
-NEAR = 10.0
-"""Claim M1: angle up to which a leg counts as being about where the paper has it [deg]."""
-
-# ---- loop (Fig. 1) ----
+CONTACT_BAR = 1e-3  # Claim G1: largest |D - 2R - c0| over R at which yarns count as touching at points
+LENGTH_BAR = 0.02  # Claim G2: relative change of length that counts as hardly any
+AS_AN_AREA = 0.1  # Claim S1: largest distance of the exponents of degrees of freedom from 2
+SHARE = 0.9  # Claim S1: share of the paper's ratio of degrees of freedom of contact to ties
+FEWEST = 5  # Claims K9 and K10: least number of values of a sweep, in the reading that has most
+NEAR = 10.0  # Claim M1: angle up to which a leg counts as being about where the paper has it [deg]
 
 
 def judge_penetration(evidence: Evidence) -> Judgement:
@@ -83,9 +60,6 @@ def judge_length(evidence: Evidence) -> Judgement:
     )
 
 
-# ---- size of the knit (Table 3) ----
-
-
 def judge_size(evidence: Evidence) -> Judgement:
     """S1: degrees of freedom grow with the area of the knit, and contact costs more of them than ties do."""
     series = series_of(evidence.scenes[name] for name in evidence.histories)
@@ -97,28 +71,27 @@ def judge_size(evidence: Evidence) -> Judgement:
         histories = [evidence.histories[scene.name] for scene in each.scenes]
         dof = each.growth([history.attrs["dof"] for history in histories])
         memory = each.growth([memory_growth(history) for history in histories])
-        grows.append(abs(dof.exponent - 2) <= AS_AN_AREA)
+        grows.append(abs(dof - 2) <= AS_AN_AREA)
         said.append(
-            f"{each.interaction} of {', '.join(map(str, each.cells))} cells in a row: exponent {dof.exponent:.2f} of "
-            f"degrees of freedom, {memory.exponent:.2f} of memory"
+            f"{each.interaction} of {', '.join(map(str, each.cells))} cells in a row: exponent {dof:.2f} of "
+            f"degrees of freedom, {memory:.2f} of memory"
         )
     dof, memory = (
         next(iter(contact_over_ties(series, evidence.histories, quantity).values()))
         for quantity in ("dof", "memory_growth")
     )
     smallest = min(cells for cells in dof if cells >= SMALLEST)
-    paper = number(evidence.paper, "3", "c3w3", "degrees of freedom") / number(
-        evidence.paper, "5", "dns-tie 3x3", "degrees of freedom"
+    contact, ties = (
+        evidence.printed(*place, "degrees of freedom") for place in (("3", "c3w3"), ("5", "dns-tie 3x3"))
     )
     said.append(
         f"contact over ties at {smallest} x {smallest}: {dof[smallest]:.2f} in degrees of freedom (paper "
-        f"{paper:.2f}), {memory[smallest]:.2f} in memory"
+        f"{contact / ties:.2f}), {memory[smallest]:.2f} in memory"
     )
-    holds = all(grows) and dof[smallest] >= SHARE * paper
+    holds = all(grows) and dof[smallest] >= SHARE * contact / ties
     return Judgement("; ".join(said), verdict(holds), "contact by penalties adds no degrees of freedom")
 
 
-# ---- course spacing and yarn diameter (Fig. 11) ----
 # What is held fixed is not printed: readings of it that differ leave the claims open.
 
 HANGS = "hangs on what is held fixed"
@@ -132,20 +105,22 @@ def judge_sweep(key: str, sign: int, evidence: Evidence) -> Judgement:
     main = [each for each in found if each.main and each.interaction == "isotropic"]
     if max((len(each.points) for each in main), default=0) < FEWEST:
         raise NotRun(f"the study has no sweep of {key} with {FEWEST} values and isotropic friction")
+    ties = [each for each in found if each.main and each.interaction == "tie"]
+    said, beside = (
+        "; ".join(f"{HELD[each.keep]} {_said(key, each)}, {SAID[goes(each, sign)]}" for each in sweeps)
+        for sweeps in (main, ties)
+    )
     held = {each.keep: goes(each, sign) for each in main}
     lacks = [HELD[keep] for keep in HELD if keep not in held]
-    said = [f"{HELD[each.keep]} {_said(key, each)}, {SAID[held[each.keep]]}" for each in main]
-    ties = [each for each in found if each.main and each.interaction == "tie"]
-    beside = [f"{HELD[each.keep]} {_said(key, each)}, {SAID[goes(each, sign)]}" for each in ties]
-    differ = len(set(held.values())) > 1
-    result = None if differ else next(iter(held.values()))
-    note = f"{INTERACTIONS['tie']}: {'; '.join(beside)}"
-    judged = Judgement(
-        f"largest |u_z|: {'; '.join(said)}", verdict(result), f"{HANGS}; {note}" if differ else note
+    results = set(held.values())
+    notes = [f"without {', '.join(lacks)}"] if lacks else []
+    notes += [HANGS] if len(results) > 1 else []
+    return Judgement(
+        f"largest |u_z|: {said}",
+        NOT_RUN if lacks else verdict(results.pop() if len(results) == 1 else None),
+        "; ".join([*notes, f"{INTERACTIONS['tie']}: {beside}"]),
+        tuple(point.scene.name for each in main for point in each.points),
     )
-    if lacks:
-        judged = Judgement(judged.measured, NOT_RUN, f"without {', '.join(lacks)}; {judged.note}")
-    return at_full_strain(evidence, judged, [point.scene.name for each in main for point in each.points])
 
 
 def goes(sweep: Sweep, sign: int) -> bool | None:
@@ -172,7 +147,6 @@ def _said(key: str, sweep: Sweep) -> str:
     return f"{ends} ({len(sweep.points)} values)"
 
 
-# ---- principal stress (Table 4, Figs. 13 and 14) ----
 # The bars were fixed before any number was known.
 
 DIRECTIONS = ("course", "wale")
@@ -199,19 +173,18 @@ def judge_directions(evidence: Evidence) -> Judgement:
             words.append(f"{SEGMENT[kind]} {angle} ({line:.0f} by geometry)")
         span = " to ".join(f"{each:g}" for each in sorted({legs.min(), legs.max()}))
         said.append(f"{direction} tension {', '.join(words)}, paper {span}")
-    strong, weak = all(near), all(each is True for each in turned)
-    kinds = {(True, True): REPRODUCED, (False, False): NOT_REPRODUCED}
     notes = {
         (False, True): "in tendency only",
         (True, False): "near the printed angles, but not surely turned",
     }
-    note = [notes.get((strong, weak)), f"near: {NEAR:g} degrees", _compared(evidence, found)]
-    judged = Judgement(
+    both = (all(near), all(each is True for each in turned))
+    note = [notes.get(both), f"near: {NEAR:g} degrees", _compared(evidence, found)]
+    return Judgement(
         f"angle to x of the maximum principal stress in segments 2 to 5 [deg]: {'; '.join(said)}",
-        kinds.get((strong, weak), OPEN),
+        verdict(both[0] if both[0] == both[1] else None),
         "; ".join(filter(None, note)),
+        tuple(name for each in found.values() for name in each),
     )
-    return at_full_strain(evidence, judged, [name for each in found.values() for name in each])
 
 
 def judge_heights(evidence: Evidence) -> Judgement:
@@ -219,13 +192,13 @@ def judge_heights(evidence: Evidence) -> Judgement:
     found = _isotropic(evidence)
     knit = Fabric.from_dataset(evidence.geometry)
     ratio = {direction: height_ratio(knit, list(each.values())) for direction, each in found.items()}
-    judged = Judgement(
-        "height of a row over that of the honeycomb by geometry: "
-        + ", ".join(f"{direction} {each}" for direction, each in ratio.items()),
+    said = ", ".join(f"{direction} {each}" for direction, each in ratio.items())
+    return Judgement(
+        f"height of a row over that of the honeycomb by geometry: {said}",
         verdict(all_hold((ratio["course"].below(1.0), ratio["wale"].above(1.0)))),
         f"distances along x are kept; {_compared(evidence, found)}",
+        tuple(name for each in found.values() for name in each),
     )
-    return at_full_strain(evidence, judged, [name for each in found.values() for name in each])
 
 
 def height_ratio(knit: Fabric, stresses: list[xr.Dataset]) -> Estimate:
@@ -258,7 +231,7 @@ def _isotropic(evidence: Evidence) -> dict[str, dict[str, xr.Dataset]]:
     return found
 
 
-def _compared(evidence: Evidence, found: Mapping[str, Mapping[str, xr.Dataset]]) -> str:
+def _compared(evidence: Evidence, found: Mapping[str, Datasets]) -> str:
     """Return the origins of the uncertainty in words."""
     others = {made_of(evidence.scenes[name]) for stresses in found.values() for name in list(stresses)[1:]}
     beside = f", {', '.join(sorted(others))} beside it" if others else ""

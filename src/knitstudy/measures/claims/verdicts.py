@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
-import numpy as np
-import pandas as pd
-import xarray as xr
-
 from knitstudy.errors import ConfigurationError
+from knitstudy.measures.catalogue import Scenes
 from knitstudy.measures.claims import contact, fabric, models
 from knitstudy.measures.claims.evidence import NOT_RUN, OPEN, Evidence, Judge, Judgement, withholding
 from knitstudy.measures.discretisation import INTERACTIONS
@@ -23,9 +20,9 @@ from knitstudy.study.keys import Description, describe
 from knitstudy.study.kinds import Labels, all_sections
 from knitstudy.study.scene import Scene
 
-# ---- variations ----
 # Knits in which one input is changed at a time: "inputs-{what}-{interaction}-course".
 
+# Inputs that are changed one at a time, by key, in words.
 INPUTS = {
     "contact.friction": "coefficient of friction",
     "contact.tied_edges": "rows that stay tied",
@@ -37,13 +34,12 @@ INPUTS = {
     "yarn.material": "material law",
     "load.lateral": "driven ends sideways",
 }
-"""Inputs that are changed one at a time, by key, in words."""
 
+# Names of the scenes with all inputs as usual, by interaction, and of those with one input changed.
 BASE, CHANGED = "yarns-{}-course", re.compile(r"inputs-(.+)-(tie|rough|isotropic)-course")
-"""Names of the scenes with all inputs as usual, by interaction, and of those with one input changed."""
 
+# Rough contact is friction without a limit: one more value of the coefficient.
 COEFFICIENT, WITHOUT_LIMIT = "contact.friction", "rough"
-"""Rough contact is friction without a limit: one more value of the coefficient."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +52,7 @@ class Variation:
 
     key: str
     value: Any
-    scenes: Mapping[str, Scene]
+    scenes: Scenes
     varied: tuple[str, ...] = ()
 
     @property
@@ -69,10 +65,7 @@ class Variation:
 def variations(scenes: Iterable[Scene]) -> list[Variation]:
     """Return the base and every other value of every input, in the order of `INPUTS` and of the values.
 
-    Raises
-    ------
-    ConfigurationError
-        If a scene of a varied input changes none of them.
+    Raises ConfigurationError if a scene of a varied input changes none of them.
     """
     scenes = {scene.name: scene for scene in scenes}
     base = {kind: scenes[BASE.format(kind)] for kind in INTERACTIONS if BASE.format(kind) in scenes}
@@ -88,7 +81,7 @@ def variations(scenes: Iterable[Scene]) -> list[Variation]:
     return [Variation("", None, base), *found] if found else []
 
 
-def _variation(base: Mapping[str, Scene], changed: Mapping[str, Scene]) -> Variation:
+def _variation(base: Scenes, changed: Scenes) -> Variation:
     kind, scene = next(iter(changed.items()))
     key = next((key for key in INPUTS if scene.value(key) != base[kind].value(key)), None)
     if key is None:
@@ -97,8 +90,6 @@ def _variation(base: Mapping[str, Scene], changed: Mapping[str, Scene]) -> Varia
         )
     return Variation(key, scene.value(key), {**base, **changed}, tuple(k for k in base if k in changed))
 
-
-# ---- rules and findings ----
 
 _JUDGES: dict[str, Judge] = {
     "G1": fabric.judge_penetration,
@@ -127,11 +118,11 @@ _JUDGES: dict[str, Judge] = {
     "B1": models.judge_beams,
 }
 
-RULES = {claim: withholding(judge) for claim, judge in _JUDGES.items()}
-"""The function that judges, by claim."""
+RULES = {claim: withholding(judge) for claim, judge in _JUDGES.items()}  # The function that judges, by claim
 
+# Claims that histories and contacts of a knit in course tension decide. K7 is K5 at all coefficients of
+# friction.
 CLAIMS = ("K1", "K2", "K3", "K4", "K5", "K6", "K8", "K11", "E1")
-"""Claims that histories and contacts of a knit in course tension decide. K7 is K5 at all coefficients of friction."""
 
 
 @dataclass(frozen=True)
@@ -149,65 +140,43 @@ class Finding:
     turned: tuple[str, ...]
 
 
-def findings(
-    scenes: Iterable[Scene],
-    histories: Mapping[str, xr.Dataset],
-    contacts: Mapping[str, xr.Dataset],
-    geometry: xr.Dataset,
-    paper: pd.DataFrame,
-    reference: pd.DataFrame,
-) -> list[Finding]:
-    """Return the findings at every value of every input (`variations`), the base first.
+def findings(evidence: Evidence) -> list[Finding]:
+    """Return the findings at every value of every input (`variations`) among the histories, the base first.
 
     The reference knows the base alone. All are therefore judged by their own histories, with the uncertainty of their
-    discretisation at the base (`transferred_uncertainty`), so that verdicts differ by the input only. `geometry` gives
-    the diameter of the yarn, which is the same in all.
+    discretisation at the base (`transferred_uncertainty`), so that verdicts differ by the input only. The geometry
+    gives the diameter of the yarn, which is the same in all.
     """
-    found = variations(scenes)
-    if not found:
-        return []
-    base = found[0]
-    known = {kind: reference_of(reference, scene) for kind, scene in base.scenes.items()}
+    histories, result = evidence.histories, []
+    found = variations(evidence.scenes[name] for name in histories)
     untied = next((each for each in found if (each.key, each.value) == ("contact.tied_edges", "none")), None)
-    result: list[Finding] = []
     for each in found:
-        compared = dict(each.scenes)
-        if each is base and untied and "isotropic" in untied.scenes:
-            compared["untied"] = untied.scenes["isotropic"]
-        evidence = Evidence(
-            geometry,
-            paper,
-            reference,
-            {scene.name: scene for scene in compared.values()},
-            histories,
-            contacts,
-            direct={kind: scene.name for kind, scene in compared.items()},
-            estimates={
-                kind: transferred_uncertainty(
-                    known[kind], histories[base.scenes[kind].name], histories[scene.name]
-                )
-                for kind, scene in each.scenes.items()
-            },
-        )
-        judged = {claim: RULES[claim](evidence) for claim in CLAIMS}
-        judged = {claim: of for claim, of in judged.items() if of.verdict != NOT_RUN}
-        first = result[0] if result else None
-        values = {
-            (quantity, kind): _at_end(histories[each.scenes[kind].name], quantity)
-            for quantity in TRANSFERRED
-            for kind in each.varied or base.scenes
-        }
-        result.append(
-            Finding(
-                each,
-                values,
-                {place: value / first.values[place] - 1 for place, value in values.items()} if first else {},
-                judged,
-                tuple(
-                    claim for claim in judged if first and _differs(judged[claim], first.judged.get(claim))
-                ),
+        base = found[0].scenes
+        direct = {kind: scene.name for kind, scene in each.scenes.items()}
+        estimates = {
+            kind: transferred_uncertainty(
+                reference_of(evidence.reference, base[kind]), histories[base[kind].name], histories[name]
             )
+            for kind, name in direct.items()
+        }
+        if each is found[0] and untied and "isotropic" in untied.scenes:
+            direct["untied"] = untied.scenes["isotropic"].name
+        here = replace(evidence, direct=direct, estimates=estimates)
+        judged = {claim: RULES[claim](here) for claim in CLAIMS}
+        judged = {claim: of for claim, of in judged.items() if of.verdict != NOT_RUN}
+        values = {
+            (quantity, kind): float(QUANTITIES[quantity][1](history, history)[-1])
+            for quantity in TRANSFERRED
+            for kind in each.varied or base
+            for history in [histories[direct[kind]]]
+        }
+        first = result[0] if result else Finding(each, {}, {}, {}, ())
+        changes = {place: value / first.values[place] - 1 for place, value in values.items() if first.values}
+        decided = {claim: of.verdict for claim, of in first.judged.items() if of.verdict != OPEN}
+        turned = tuple(
+            claim for claim in judged if judged[claim].verdict != decided.get(claim, judged[claim].verdict)
         )
+        result.append(Finding(each, values, changes, judged, turned))
     return result
 
 
@@ -218,13 +187,3 @@ def hanging(found: Iterable[Finding]) -> dict[str, tuple[str, ...]]:
         if each.variation.key:
             hang.setdefault(each.variation.key, {}).update(dict.fromkeys(each.turned))
     return {key: tuple(claim for claim in CLAIMS if claim in claims) for key, claims in hang.items()}
-
-
-def _differs(one: Judgement, other: Judgement | None) -> bool:
-    return other is not None and other.verdict != OPEN and one.verdict != other.verdict
-
-
-def _at_end(history: xr.Dataset, quantity: str) -> float:
-    """Return a quantity of a history at its largest strain."""
-    _, values = QUANTITIES[quantity]
-    return float(np.asarray(values(history, history))[-1])

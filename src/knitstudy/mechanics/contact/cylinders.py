@@ -8,8 +8,6 @@ The surface is as smooth as the splines are, and round where the yarn is undefor
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import scipy.sparse as sp
 
@@ -51,7 +49,14 @@ class Cylinders:
         start = np.concatenate([[0.0], np.cumsum(self._last)[:-1]]) * self.unit
         self._start = start
         self._starts = self._spline.spans[:, 0] + np.repeat(start, np.diff(self._first_span))
-        self._coefficients = _Coefficients.of(space, degree)
+        # Every coefficient goes to one carrier of its station, a spline of a yarn: that of its wave, times a factor.
+        kind = disc.modes(degree)
+        self._factor, self._wave = kind.factor, np.where(kind.wave > 0, 2 * kind.wave - 1 + kind.sine, 0)
+        many = np.concatenate([disc.size(yarn.degrees) for yarn in space.yarns])
+        self._first = np.concatenate([[0], np.cumsum(many)])  # coefficient of every station
+        carrier = self.block * np.repeat(np.arange(len(many)), many) + self._wave[space.order]
+        entries = self._factor[space.order], (carrier, np.arange(space.size))
+        self._total = sp.csr_matrix(entries, shape=(self.block * len(many), space.size))
         self._rings = self._values_at(along)
         self._first_ring = np.concatenate([[0], np.cumsum(self.cells[:, 0] + 1)])
         # Waves of degree p are at most 1 / cos(pi p / n) times what they are at n > 2 p equal angles (Ehlich and Zeller
@@ -99,15 +104,35 @@ class Cylinders:
 
     def carry(self, nodes: np.ndarray) -> np.ndarray:
         """Return the carriers (M, 3) of coefficients (N, 3)."""
-        return self._coefficients.total @ nodes
+        return self._total @ nodes
 
     def collect(self, force: np.ndarray) -> np.ndarray:
         """Return forces (N, 3) on the coefficients from those on carriers (M, 3)."""
-        return self._coefficients.total.T @ force
+        return self._total.T @ force
 
     def matrix(self, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray) -> sp.bsr_matrix:
         """Return the matrix over the coefficients of one over carriers; see `surface.Surfaces.matrix`."""
-        return self._coefficients.expanded(indptr, indices, data)
+        many, stations = np.diff(self._first), len(self._first) - 1
+        row = np.repeat(np.arange(stations), np.diff(indptr))
+        before = np.concatenate([[0], np.cumsum(many[indices])])  # columns of the pairs of stations before
+        wide = before[indptr[1:]] - before[indptr[:-1]]  # columns of a row of blocks
+        size = 3 * self._total.shape[1]
+        lines = np.concatenate([[0], np.cumsum(np.repeat(wide, many))])
+        found = np.empty((lines[-1], 3, 3))
+        columns = np.empty(lines[-1], dtype=np.int32)
+        start = lines[self._first[row]] + before[:-1] - before[indptr[row]]  # of a pair's first line
+        for n, m in np.unique(np.stack([many[row], many[indices]], axis=1), axis=0):
+            pairs = np.flatnonzero((many[row] == n) & (many[indices] == m))
+            line, column = np.arange(n)[:, None], np.arange(m)
+            place = start[pairs, None, None] + wide[row[pairs], None, None] * line + column
+            entry = self.block * self._wave[:n, None] + self._wave[:m]
+            scale = self._factor[:n, None] * self._factor[:m]
+            for low in range(0, len(pairs), CHUNK):
+                part = slice(low, low + CHUNK)
+                blocks = data[pairs[part]][:, entry] * scale[..., None]
+                found[place[part]] = blocks.reshape(*blocks.shape[:-1], 3, 3)
+                columns[place[part]] = self._first[indices[pairs[part]], None, None] + column + 0 * line
+        return sp.bsr_matrix((found, columns, lines), shape=(size, size))
 
     def centres(self, carriers: np.ndarray) -> np.ndarray:
         """Return the middles (R, 3) of all rings, yarn by yarn."""
@@ -162,7 +187,7 @@ class Cylinders:
         first, values = self._spline.basis(s, 0, self._span(surface, s))
         wide = self._spline.degree + 1
         station = (first - wide * surface)[:, None] + np.arange(wide)
-        shape = len(s), self._coefficients.stations
+        shape = len(s), len(self._first) - 1
         return sp.csr_matrix((values[0].ravel(), station.ravel(), wide * np.arange(len(s) + 1)), shape=shape)
 
 
@@ -186,61 +211,3 @@ def _waves(block: int, angle: np.ndarray, orders: int = 2) -> np.ndarray:
     if orders > 1:
         np.multiply(found[0], -(wave**2), out=found[2])
     return found
-
-
-@dataclass(frozen=True, eq=False)
-class _Coefficients:
-    """What the carriers are of the coefficients of yarns.
-
-    ``first`` (S + 1,) is the first coefficient of every station, a spline of a yarn; ``wave`` and ``factor`` (n_p,) say
-    which carrier of its station the function k is on the rim, and how large. ``total`` (M, N) sums coefficients.
-    """
-
-    first: np.ndarray
-    wave: np.ndarray
-    factor: np.ndarray
-    block: int
-    total: sp.csr_matrix
-
-    @classmethod
-    def of(cls, space: Space, degree: int) -> _Coefficients:
-        kind = disc.modes(degree)
-        wave = np.where(kind.wave > 0, 2 * kind.wave - 1 + kind.sine, 0)
-        first = np.concatenate([[0], np.cumsum(np.concatenate([disc.size(y.degrees) for y in space.yarns]))])
-        block = 2 * degree + 1
-        station = np.repeat(np.arange(len(first) - 1), np.diff(first))
-        k = space.order
-        total = sp.csr_matrix(
-            (kind.factor[k], (block * station + wave[k], np.arange(space.size))),
-            shape=(block * (len(first) - 1), space.size),
-        )
-        return cls(first, wave, kind.factor, block, total)
-
-    @property
-    def stations(self) -> int:
-        """Number of stations of all yarns."""
-        return len(self.first) - 1
-
-    def expanded(self, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray) -> sp.bsr_matrix:
-        """Return the matrix over coefficients of blocks (nnz, block block, 9) over pairs of stations."""
-        many = np.diff(self.first)
-        row = np.repeat(np.arange(self.stations), np.diff(indptr))
-        before = np.concatenate([[0], np.cumsum(many[indices])])  # columns of the pairs before
-        wide = before[indptr[1:]] - before[indptr[:-1]]  # columns of a row of blocks
-        size = 3 * self.total.shape[1]
-        lines = np.concatenate([[0], np.cumsum(np.repeat(wide, many))])
-        found = np.empty((lines[-1], 3, 3))
-        columns = np.empty(lines[-1], dtype=np.int32)
-        start = lines[self.first[row]] + before[:-1] - before[indptr[row]]  # of a pair's first line
-        for n, m in np.unique(np.stack([many[row], many[indices]], axis=1), axis=0):
-            pairs = np.flatnonzero((many[row] == n) & (many[indices] == m))
-            line, column = np.arange(n)[:, None], np.arange(m)
-            place = start[pairs, None, None] + wide[row[pairs], None, None] * line + column
-            entry = self.block * self.wave[:n, None] + self.wave[:m]
-            scale = self.factor[:n, None] * self.factor[:m]
-            for low in range(0, len(pairs), CHUNK):
-                part = slice(low, low + CHUNK)
-                blocks = data[pairs[part]][:, entry] * scale[..., None]
-                found[place[part]] = blocks.reshape(*blocks.shape[:-1], 3, 3)
-                columns[place[part]] = self.first[indices[pairs[part]], None, None] + column + 0 * line
-        return sp.bsr_matrix((found, columns, lines), shape=(size, size))

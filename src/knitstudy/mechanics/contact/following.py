@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
+from knitstudy.mechanics.batches import by_parts
 from knitstudy.mechanics.contact.friction import OPEN, ContactHistory, joined, same_pair, taken
 from knitstudy.mechanics.contact.search import Candidates, Search
 from knitstudy.mechanics.contact.surface import Surfaces
@@ -259,9 +260,8 @@ class Following:
     def _angles(self, history: ContactHistory, before: np.ndarray) -> np.ndarray:
         """Return the angles (c,) between the first parameters' lines at pairs."""
         surfaces, quadrature = self._search.surfaces, self._search.quadrature
-        cosine = np.empty(len(history.point))
-        for low in range(0, len(cosine), CHUNK):
-            part = slice(low, low + CHUNK)
+
+        def cosine(part: slice) -> np.ndarray:
             point = history.point[part]
             both = (
                 (quadrature.surface[point], quadrature.xi[point]),
@@ -269,8 +269,9 @@ class Following:
             )
             lines = [surfaces.places(*place, before)[1][:, 0] for place in both]
             sizes = np.prod([np.linalg.norm(line, axis=1) for line in lines], axis=0)
-            cosine[part] = np.abs(np.einsum("ki,ki->k", *lines)) / sizes
-        return np.arccos(np.minimum(cosine, 1.0))
+            return np.abs(np.einsum("ki,ki->k", *lines)) / sizes
+
+        return np.arccos(np.minimum(by_parts(cosine, len(history.point), CHUNK), 1.0))
 
 
 def _open(found: Candidates, number: np.ndarray, dissipated: np.ndarray) -> ContactHistory:

@@ -128,24 +128,12 @@ OPEN, STICK, SLIP = 0, 1, 2  # status of a contact point
 
 @dataclass(frozen=True)
 class Coulomb:
-    """Stiffnesses of contact and friction coefficient.
+    """Stiffnesses of contact and friction coefficient."""
 
-    Attributes
-    ----------
-    normal : float or ndarray, shape (k,)
-        eps, pressure over gap [Pa/m].
-    tangential : float or ndarray, shape (k,)
-        epsT, tangential traction over elastic slip [Pa/m].
-    friction : float
-        mu; inf for rough contact, 0 for none.
-    slope : float or ndarray, shape (k,)
-        Derivative of epsT by the gap [Pa/m2].
-    """
-
-    normal: float | np.ndarray
-    tangential: float | np.ndarray
-    friction: float
-    slope: float | np.ndarray = 0.0
+    normal: float | np.ndarray  # (k,) eps, pressure over gap [Pa/m]
+    tangential: float | np.ndarray  # (k,) epsT, tangential traction over elastic slip [Pa/m]
+    friction: float  # mu; inf for rough contact, 0 for none
+    slope: float | np.ndarray = 0.0  # (k,) derivative of epsT by the gap [Pa/m2]
 
     directional = False
 

@@ -27,16 +27,20 @@ class Grid:
     # how far inside of the interpolated surface the contact surface lies [m]: a polygon inflated to the area of
     # its circle has its nodes outside of the circle
     offset: float = 0.0
-    stretch: float = 1.0  # length of the tangents around, over Catmull and Rom's; see `circular_stretch`
-    # (m, a, 2), where angles are not equal: what the chords before and behind a node contribute to its tangent
-    # around, in place of half the stretch each; see `circular_chords`
+    # (m, a, 2), what the chords before and behind a node contribute to its tangent around: half of each, as Catmull
+    # and Rom have it, if left out; see `circular_chords`
     chords: np.ndarray | None = None
 
+    def __post_init__(self) -> None:
+        if self.chords is None:
+            chords = np.full((*np.shape(self.nodes), 2), 0.5)
+            if not self.closed:
+                chords[:, [0, -1]] = ENDS
+            object.__setattr__(self, "chords", chords)
 
-def circular_stretch(angles: int) -> float:
-    """Return the stretch at which the curve through equal angles of a circle has its middles on the circle, too."""
-    step = 2 * np.pi / angles
-    return float(4 * (1 - np.cos(step / 2)) / (np.sin(step) * np.sin(step / 2)))
+
+# Shares of the chords before and behind the first node of an open row, and the last: on goes the only one there is.
+ENDS = np.array([[0.0, 1.0], [1.0, 0.0]])
 
 
 def circular_chords(
@@ -70,51 +74,43 @@ class Grids:
         self.shape = np.array([grid.nodes.shape for grid in self.grids])  # (G, 2)
         self.closed = np.array([grid.closed for grid in self.grids])
         self.offset = np.array([grid.offset for grid in self.grids])
-        self._stretch = np.array([grid.stretch for grid in self.grids])
         self.cells = self.shape - np.stack([np.ones(len(self.grids), int), ~self.closed], axis=1)
         self._first = np.concatenate([[0], np.cumsum(self.shape.prod(axis=1))])
         self._nodes = np.concatenate([np.asarray(grid.nodes).ravel() for grid in self.grids])
         self._skin = np.unique(self._nodes)
-        self._chords = None
-        if any(grid.chords is not None for grid in self.grids):
-            self._chords = np.concatenate([_chords(grid).reshape(-1, 2) for grid in self.grids])
+        self._chords = np.concatenate([grid.chords.reshape(-1, 2) for grid in self.grids])
+        graded = any(np.any(grid.chords != grid.chords[:1]) for grid in self.grids)
+        self._rows = (
+            slice(None) if graded else slice(1)
+        )  # of four, those whose chords are weighed: one if all are alike
         # Between nodes that move by w at most, a place moves by at most 1/4 of what a tangent changes by farther: that
         # is w along, and twice the larger share of a chord times w around.
-        largest_chord = max(float(_chords(grid).max()) for grid in self.grids)
-        self.overshoot = 1.25 * (1 + 0.5 * largest_chord)
+        self.overshoot = 1.25 * (1 + 0.5 * float(self._chords.max()))
 
     def edges(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the parameters of the edges of cells along (m + 1,) and around (n + 1,): slices and angles."""
         along, around = self.cells[number] + 1
         return np.arange(along), np.arange(around)
 
-    def cell(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
-        """Return the cells (k, 2) that places xi (k, 2) of surfaces (k,) lie in; around is counted on one turn."""
-        cells = self.cells[surface]
-        cell = np.floor(xi).astype(np.int64)
-        cell[:, 0] = np.clip(cell[:, 0], 0, cells[:, 0] - 1)
-        turned = np.where(self.closed[surface], cell[:, 1] % cells[:, 1], cell[:, 1])
-        cell[:, 1] = np.clip(turned, 0, cells[:, 1] - 1)
-        return cell
-
     def stencil(self, surface: np.ndarray, xi: np.ndarray) -> Stencil:
         """Return the stencils of places xi (k, 2) on surfaces (k,)."""
-        cell = self.cell(surface, xi)
         shape, closed = self.shape[surface], self.closed[surface]
-        straight, open_ended = np.ones(len(xi)), np.zeros(len(xi), dtype=bool)
-        along = _curve(cell[:, 0], xi[:, 0] - cell[:, 0], shape[:, 0], open_ended, straight)
-        share = xi[:, 1] - np.floor(xi[:, 1])
-        share = np.where(closed, share, xi[:, 1] - cell[:, 1])
-        around = _curve(cell[:, 1], share, shape[:, 1], closed, self._stretch[surface])
-        index = along.index[:, :, None] * shape[:, 1][:, None, None] + around.index[:, None, :]
-        index += self._first[surface][:, None, None]
+        cell = np.floor(xi).astype(np.int64)
+        inside = np.clip(cell, 0, self.cells[surface] - 1)
+        cell[:, 0] = inside[:, 0]
+        cell[:, 1] = np.where(closed, cell[:, 1], inside[:, 1])
+        share = xi - cell
+        row, column = np.moveaxis(cell[..., None] + np.arange(-1, 3), 1, 0)  # (k, 4) each
+        row = np.clip(row, 0, shape[:, :1] - 1)
+        column = np.where(closed[:, None], column % shape[:, 1:], np.clip(column, 0, shape[:, 1:] - 1))
+        index = (self._first[surface][:, None] + row * shape[:, 1:])[:, :, None] + column[:, None]
+        chords = np.full((len(xi), 1, 2, 2), 0.5)
+        chords[cell[:, 0] == 0, 0, 0], chords[cell[:, 0] == shape[:, 0] - 2, 0, 1] = ENDS
+        along = _weights(share[:, 0], chords)[:, ALONG, 0, :, None]
+        around = _weights(share[:, 1], self._chords[index[:, self._rows, 1:3]])[:, AROUND]
         nodes = self._nodes[index.reshape(-1, 16)]
-        if self._chords is None:
-            across = around.weight[:, AROUND, None, :]
-        else:
-            across = _weights(share, self._chords[index[:, :, 1:3]])[:, AROUND]
-        weights = along.weight[:, ALONG, :, None] * across
-        return Stencil(nodes, weights.reshape(-1, 6, 16), key=nodes[:, 5])  # the cell's first corner
+        # The key is the cell's first corner.
+        return Stencil(nodes, (along * around).reshape(-1, 6, 16), key=nodes[:, 5])
 
     def places(
         self, surface: np.ndarray, xi: np.ndarray, carriers: np.ndarray
@@ -172,54 +168,20 @@ class Grids:
         return farthest
 
 
-@dataclass(frozen=True)
-class _Curve:
-    index: np.ndarray  # (k, 4) positions in the row of nodes
-    weight: np.ndarray  # (k, 3, 4): value, first and second derivative
+def _weights(t: np.ndarray, chords: np.ndarray) -> np.ndarray:
+    """Return weights (k, 3, r, 4) of r rows of four nodes, of places at t (k,) between the middle two and derivatives.
 
-
-def _curve(
-    cell: np.ndarray, t: np.ndarray, count: np.ndarray, closed: np.ndarray, stretch: np.ndarray
-) -> _Curve:
-    """Weights of a curve at local parameters t (k,) of cells (k,) in rows of `count` nodes.
-
-    Tangents are `stretch` (k,) times those of Catmull and Rom. At open ends the missing neighbour is the linear
-    continuation of the last two nodes.
+    The tangents at these two are sums of chords beside them, with shares (k, r, 2 nodes, 2 chords).
     """
     powers = np.stack([np.ones_like(t), t, t * t, t**3], axis=1)
-    weight = powers @ _POINTS + stretch[:, None] * (powers @ _TANGENTS)
-    weight = weight.reshape(-1, 3, 4)
-    index = cell[:, None] + np.arange(-1, 3)
-    low, high = ~closed & (cell == 0), ~closed & (cell == count - 2)
-    weight[low, :, 1] += 2 * weight[low, :, 0]
-    weight[low, :, 2] -= weight[low, :, 0]
-    weight[low, :, 0] = 0
-    weight[high, :, 2] += 2 * weight[high, :, 3]
-    weight[high, :, 1] -= weight[high, :, 3]
-    weight[high, :, 3] = 0
-    index = np.where(closed[:, None], index % count[:, None], np.clip(index, 0, count[:, None] - 1))
-    return _Curve(index, weight)
-
-
-def _chords(grid: Grid) -> np.ndarray:
-    """Return what the chords beside every node of a grid (m, a, 2) contribute to its tangent around."""
-    if grid.chords is None:
-        return np.full((*grid.nodes.shape, 2), 0.5 * grid.stretch)
-    return grid.chords
-
-
-def _weights(t: np.ndarray, chords: np.ndarray) -> np.ndarray:
-    """Return weights (k, 3, r, 4) at local parameters t (k,) of r rows, with tangents of chords (k, r, 2 nodes, 2)."""
-    powers = np.stack([np.ones_like(t), t, t * t, t**3], axis=1)
-    before, behind = np.moveaxis(chords, -1, 0)
-    tangents = np.zeros((*before.shape, 4))  # (k, r, 2 nodes, 4)
-    for node in range(2):
-        tangents[:, :, node, node] = -before[..., node]
-        tangents[:, :, node, node + 1] = before[..., node] - behind[..., node]
-        tangents[:, :, node, node + 2] = behind[..., node]
-    points = (powers @ _POINTS).reshape(-1, 3, 1, 4)
-    at_tangents = (powers @ _HERMITE).reshape(-1, 1, 3, 2)
-    return points + (at_tangents @ tangents).swapaxes(1, 2)
+    first, second, *tangents = np.moveaxis((powers @ _HERMITE).reshape(-1, 3, 1, 4), -1, 0)  # (k, 3, 1) each
+    (before, behind), (nearer, farther) = (
+        [tangent * share for share in np.moveaxis(chords[:, None, :, node], -1, 0)]
+        for node, tangent in enumerate(tangents)
+    )
+    return np.stack(
+        [-before, first + before - behind - nearer, second + behind + nearer - farther, farther], axis=-1
+    )
 
 
 def _with_derivatives(coefficients: np.ndarray) -> np.ndarray:
@@ -229,14 +191,7 @@ def _with_derivatives(coefficients: np.ndarray) -> np.ndarray:
     return np.concatenate([coefficients, slope @ coefficients, slope @ slope @ coefficients], axis=1)
 
 
-_POINTS = _with_derivatives(
-    np.array([[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0], [0.0, -3.0, 3.0, 0.0], [0.0, 2.0, -2.0, 0.0]])
+# Rows: powers of t. Columns: the two nodes of a piece, and the tangents there.
+_HERMITE = _with_derivatives(
+    np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [-3.0, 3.0, -2.0, -1.0], [2.0, -2.0, 1.0, 1.0]])
 )
-_TANGENTS = _with_derivatives(
-    0.5
-    * np.array([[0.0, 0.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0], [2.0, 1.0, -2.0, -1.0], [-1.0, -1.0, 1.0, 1.0]])
-)
-"""What the nodes themselves and the tangents at them contribute. Rows: powers of t; columns: the four nodes."""
-
-# What the tangents at the two nodes of a piece contribute, of any length. Columns: the two nodes.
-_HERMITE = _with_derivatives(np.array([[0.0, 0.0], [1.0, 0.0], [-2.0, -1.0], [1.0, 1.0]]))

@@ -6,12 +6,12 @@ distance changes by no more than the way between two points, and where their clo
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from knitstudy.mechanics.batches import by_parts
 from knitstudy.mechanics.contact.friction import ContactHistory
 from knitstudy.mechanics.contact.surface import Projection, Stencil, Surfaces, follows, project
 from knitstudy.mechanics.contact.tangent import CHUNK, Quadrature
@@ -58,6 +58,10 @@ class Search:
         self._surface = np.repeat(np.arange(len(rows)), rows)
         self._row = np.concatenate([np.arange(count) for count in rows])
         self._first = np.concatenate([[0], np.cumsum(rows)])
+        edges = [surfaces.edges(number)[0] for number in range(len(rows))]
+        # Rings of all surfaces on one line: those of a surface follow those of the one before.
+        self._shift = np.cumsum([0, *(edge[-1] + 1 for edge in edges[:-1])])
+        self._along = np.concatenate(edges) + np.repeat(self._shift, rows)
         self._arc = np.concatenate([[0], np.cumsum(self._steps(surfaces.centres(carriers)))])
         sizes = np.array([self._ring_sizes(number, carriers) for number in range(len(rows))])
         self._reach, self._chord = sizes.T
@@ -77,16 +81,21 @@ class Search:
         closest = project(self.surfaces, carriers, surface, middle, guess)
         gap = self.gap(self._cell_surface[cell], surface, closest)
         # Beyond an edge of the surface nothing is known of the points beside the middle.
-        near = (gap - size < margin) | ~closest.found
-        near &= self._may_meet(self.ring(cell), self._ring_at(surface, closest.xi[:, 0]))
-        near = np.flatnonzero(near)
-        found = [
-            self._points_of(cell[part], surface[part], middle[part], closest[part], gap[part], carriers)
-            for part in ([near[part] for part in _parts(len(near))] or [near])
-        ]
-        point, surface, guess, least = (np.concatenate(values) for values in zip(*found, strict=True))
+        may_meet = self._may_meet(self.ring(cell), self._ring_at(surface, closest.xi[:, 0]))
+        near = np.flatnonzero(((gap - size < margin) | ~closest.found) & may_meet)
+
+        def points(part: slice) -> tuple[np.ndarray, ...]:
+            these = near[part]
+            return self._points_of(
+                cell[these], surface[these], middle[these], closest[these], gap[these], carriers
+            )
+
+        point, surface, guess, least = by_parts(points, len(near), AT_ONCE)
         arc = self.arc(surface, guess[:, 0])
-        once = _one_a_piece(np.flatnonzero(least < margin), point, surface, arc)
+        once = np.flatnonzero(least < margin)
+        once = once[np.lexsort((arc[once], surface[once], point[once]))]
+        # Two pieces of a surface that meet have one closest place.
+        once = once[_changes(point[once]) | _changes(surface[once]) | _changes(arc[once], least=1)]
         return Candidates(point[once], surface[once], guess[once], arc[once], least[once])
 
     def closest(
@@ -106,21 +115,14 @@ class Search:
 
         Of two pieces of a surface that a point is near, places are farther apart than that.
         """
-        found = np.empty(len(along))
-        for number in np.unique(surface):
-            here = np.flatnonzero(surface == number)
-            rings = slice(self._first[number], self._first[number + 1])
-            found[here] = np.interp(along[here], self.surfaces.edges(number)[0], self._arc[rings])
-        return found / self.reach
+        return np.interp(along + self._shift[surface], self._along, self._arc) / self.reach
 
     def positions(self, point: np.ndarray, carriers: np.ndarray) -> np.ndarray:
         """Return where points (k,) are [m], for current carriers (M, 3)."""
-        position = np.empty((len(point), 3))
-        surface, xi = self.quadrature.surface, self.quadrature.xi
-        for low in range(0, len(point), CHUNK):
-            part = slice(low, low + CHUNK)
-            position[part] = self.surfaces.positions(surface[point[part]], xi[point[part]], carriers)
-        return position
+        surface, xi = self.quadrature.surface[point], self.quadrature.xi[point]
+        return by_parts(
+            lambda part: self.surfaces.positions(surface[part], xi[part], carriers), len(point), CHUNK
+        )
 
     def ring(self, cell: np.ndarray) -> np.ndarray:
         """Return the first of the two rings (k,) that cells (k,) lie between."""
@@ -171,20 +173,20 @@ class Search:
         # Outside of a bend a yarn is at most twice as long as in its middle: none is bent to less than its radius.
         size = step[self.ring(cell)] + 0.5 * self._chord[self._cell_surface[cell]]
         reach = self._reach[self._surface] + margin + 0.5 * np.maximum(np.append(step, 0), np.append(0, step))
-        parts = _parts(len(cell))
-        near = [self._nearest(cell[part], size[part], tree, reach, carriers) for part in parts]
-        which = _joined(part.start + i for part, (i, _) in zip(parts, near, strict=True))
-        return cell[which], size[which], _joined(j for _, j in near)
+        return by_parts(
+            lambda part: self._nearest(cell[part], size[part], tree, reach, carriers), len(cell), AT_ONCE
+        )
 
     def _near_rows(self, tree: cKDTree, margin: float, step: float) -> np.ndarray:
         """Return the rings with another one that may touch them; none are farther apart than `step` [m]."""
         reach = 2 * self.reach + margin + 2 * step
-        near = np.zeros(tree.n, dtype=bool)
-        for rows in _parts(tree.n):
+
+        def near(rows: slice) -> np.ndarray:
             pairs = cKDTree(tree.data[rows]).sparse_distance_matrix(tree, reach, output_type="ndarray")
             one = pairs["i"] + rows.start
-            near[one[self._may_meet(one, pairs["j"])]] = True
-        return np.flatnonzero(near)
+            return np.unique(one[self._may_meet(one, pairs["j"])])
+
+        return by_parts(near, tree.n, AT_ONCE)
 
     def _cells_of(self, rows: np.ndarray) -> np.ndarray:
         """Return the cells (k,) beside rings."""
@@ -200,35 +202,28 @@ class Search:
 
     def _nearest(
         self, cell: np.ndarray, size: np.ndarray, tree: cKDTree, reach: np.ndarray, carriers: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the numbers (k,) of cells and rings whose middles are nearer than reach (R,) and size (c,) [m]."""
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return cells (k,), their sizes, and rings (k,): their middles are nearer than reach (R,) and size (c,) [m].
+
+        Of every connected piece of a surface, the nearest ring.
+        """
         middle = cKDTree(self._middles(cell, carriers))
-        pairs = middle.sparse_distance_matrix(tree, reach.max() + size.max(), output_type="ndarray")
+        pairs = middle.sparse_distance_matrix(tree, reach.max() + size.max(initial=0), output_type="ndarray")
         i, row = pairs["i"], pairs["j"]
         near = pairs["v"] <= reach[row] + size[i]
         near[near] = self._may_meet(self.ring(cell[i[near]]), row[near])
         pairs = pairs[near]
-        if not len(pairs):
-            return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
         pairs = pairs[np.lexsort((pairs["j"], pairs["i"]))]
         i, j = pairs["i"], pairs["j"]
-        new = np.ones(len(pairs), dtype=bool)
-        new[1:] = (np.diff(i) != 0) | (np.diff(self._surface[j]) != 0) | (np.diff(j) > 1)
-        start = np.flatnonzero(new)
-        closest = np.minimum.reduceat(pairs["v"], start)
-        at_closest = np.flatnonzero(pairs["v"] == np.repeat(closest, np.diff(np.append(start, len(pairs)))))
-        piece = np.cumsum(new)[at_closest]
-        best = at_closest[np.unique(piece, return_index=True)[1]]
-        return i[best], j[best]
+        piece = np.cumsum(_changes(i) | _changes(self._surface[j]) | _changes(j, least=2))
+        nearest = np.lexsort((pairs["v"], piece))
+        best = nearest[np.unique(piece[nearest], return_index=True)[1]]
+        return cell[i[best]], size[i[best]], j[best]
 
     def _ring_at(self, surface: np.ndarray, along: np.ndarray) -> np.ndarray:
         """Return the last rings (k,) before parameters along (k,) of surfaces (k,)."""
-        ring = np.empty(len(along), dtype=np.int64)
-        for number in np.unique(surface):
-            here = surface == number
-            row = np.searchsorted(self.surfaces.edges(number)[0], along[here], side="right") - 1
-            ring[here] = self._first[number] + np.clip(row, 0, None)
-        return ring
+        ring = np.searchsorted(self._along, along + self._shift[surface], side="right") - 1
+        return np.clip(ring, self._first[surface], self._first[surface + 1] - 1)
 
     def _points_of(
         self,
@@ -256,26 +251,17 @@ class Search:
     def _place(self, number: int, row: np.ndarray, position: np.ndarray, carriers: np.ndarray) -> np.ndarray:
         """Return the place (k, 2) on rings of a surface that is nearest to positions (k, 3)."""
         along, around = self.surfaces.edges(number)
-        nearest = np.empty(len(row), dtype=np.int64)
-        chunk = max(1, 400_000 // len(around))
-        for low in range(0, len(row), chunk):
-            part = slice(low, low + chunk)
+
+        def nearest(part: slice) -> np.ndarray:
             apart = self.surfaces.ring(number, row[part], carriers) - position[part, None]
-            nearest[part] = np.argmin(np.einsum("kai,kai->ka", apart, apart), axis=1)
-        return np.stack([along[row], around[nearest]], axis=1)
+            return np.argmin(np.einsum("kai,kai->ka", apart, apart), axis=1)
+
+        return np.stack(
+            [along[row], around[by_parts(nearest, len(row), max(1, 400_000 // len(around)))]], axis=1
+        )
 
 
-def _one_a_piece(pairs: np.ndarray, point: np.ndarray, surface: np.ndarray, arc: np.ndarray) -> np.ndarray:
-    """Return which of some pairs (k,) to keep, in order: two pieces that meet have one closest place."""
-    pairs = pairs[np.lexsort((arc[pairs], surface[pairs], point[pairs]))]
-    new = np.ones(len(pairs), dtype=bool)
-    new[1:] = (np.diff(point[pairs]) != 0) | (np.diff(surface[pairs]) != 0) | (np.diff(arc[pairs]) >= 1)
-    return pairs[new]
-
-
-def _parts(count: int) -> list[slice]:
-    return [slice(low, min(low + AT_ONCE, count)) for low in range(0, count, AT_ONCE)]
-
-
-def _joined(numbers: Iterable[np.ndarray]) -> np.ndarray:
-    return np.concatenate([np.empty(0, dtype=np.int64), *numbers])
+def _changes(values: np.ndarray, least: float = 0) -> np.ndarray:
+    """Return where values (k,) differ from those before them, or are larger by that least; the first one does."""
+    step = np.diff(values)
+    return np.concatenate([[True], step >= least if least else step != 0])[: len(values)]

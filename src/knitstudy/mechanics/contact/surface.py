@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -205,18 +205,13 @@ def project(
     Newton's method on the squared distance, with steps of at most one unit; where that is not convex, curvature is
     left out.
     """
-    starts = range(0, max(len(points), 1), CHUNK)
-    parts: list[Projection | None] = [None] * len(starts)
 
-    def find(number: int) -> None:
-        part = slice(starts[number], starts[number] + CHUNK)
-        parts[number] = _project(surfaces, carriers, surface[part], points[part], guess[part])
+    def find(number: int) -> Projection:
+        part = slice(number * CHUNK, (number + 1) * CHUNK)
+        return _project(surfaces, carriers, surface[part], points[part], guess[part])
 
-    share(find, len(starts))
-    if len(parts) == 1:
-        return parts[0]
-    columns = [[getattr(part, field.name) for part in parts] for field in fields(Projection)]
-    return Projection(*map(np.concatenate, columns))
+    parts = share(find, max(1, -(-len(points) // CHUNK)))
+    return Projection(*map(np.concatenate, zip(*(vars(part).values() for part in parts), strict=True)))
 
 
 def _project(

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
+from knitstudy.mechanics.batches import by_parts
 from knitstudy.mechanics.contact.friction import ContactPoints
 from knitstudy.mechanics.contact.surface import Kinematics, Stencil, Surfaces
 
@@ -30,9 +31,7 @@ class Quadrature:
     @cached_property
     def cell_area(self) -> np.ndarray:
         """Undeformed area (P,) of the cell of every point [m2]."""
-        place = np.column_stack([self.surface, self.cell])
-        cell = np.cumsum(np.any(np.diff(place, axis=0, prepend=place[:1]), axis=1))
-        return np.bincount(cell, self.area)[cell]
+        return np.repeat(self.area.reshape(-1, self.per_cell).sum(axis=1), self.per_cell)
 
     @classmethod
     def on(cls, surfaces: Surfaces, carriers: np.ndarray, points: int) -> Quadrature:
@@ -43,28 +42,22 @@ class Quadrature:
         share = np.outer(weight, weight).ravel()
         parts = []
         for number, (rows, columns) in enumerate(surfaces.cells):
-            cell = np.stack(np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij"), axis=-1)
-            cell = np.repeat(cell.reshape(-1, 2), points**2, axis=0)
+            cell = np.repeat(np.argwhere(np.ones((rows, columns))), points**2, axis=0)
             edges = surfaces.edges(number)
-            corner, size = (
-                np.stack([values[cell[:, a]] for a, values in enumerate(both)], axis=1)
-                for both in ([edge[:-1] for edge in edges], [np.diff(edge) for edge in edges])
-            )
-            xi = corner + size * np.tile(local, (rows * columns, 1))
-            surface = np.full(len(xi), number)
-            area = np.tile(share, rows * columns) * size.prod(axis=1)
-            for low in range(0, len(xi), CHUNK):
-                part = slice(low, low + CHUNK)
-                area[part] *= _stretch(surfaces, surface[part], xi[part], carriers)
-            parts.append((surface, xi, cell, area))
-        surface, xi, cell, area = (np.concatenate(values) for values in zip(*parts, strict=True))
+            corner = np.stack([edge[place] for edge, place in zip(edges, cell.T, strict=True)], axis=1)
+            size = np.stack([np.diff(edge)[place] for edge, place in zip(edges, cell.T, strict=True)], axis=1)
+            parts.append((np.full(len(cell), number), corner, size, cell))
+        surface, corner, size, cell = (np.concatenate(values) for values in zip(*parts, strict=True))
+        cells = surfaces.cells.prod(axis=1)
+        xi = corner + size * np.tile(local, (cells.sum(), 1))
+        stretch = by_parts(lambda part: _stretch(surfaces, surface[part], xi[part], carriers), len(xi), CHUNK)
         return cls(
             surface=surface,
             xi=xi,
             cell=cell,
-            area=area,
+            area=np.tile(share, cells.sum()) * size.prod(axis=1) * stretch,
             per_cell=points**2,
-            first_cell=np.concatenate([[0], np.cumsum(surfaces.cells.prod(axis=1))]),
+            first_cell=np.concatenate([[0], np.cumsum(cells)]),
         )
 
 
@@ -108,7 +101,13 @@ class CellPairs:
         self.indptr = np.searchsorted(pattern, total * np.arange(total + 1, dtype=np.int64)).astype(np.int32)
         self.indices = (pattern % max(total, 1)).astype(np.int32)
         most = max(1, TANGENT_CHUNK // (BLOCKS * nodes.shape[1] ** 2))
-        self._chunks = [_Chunk.of(low, place[low : low + most]) for low in range(0, len(key), most)]
+        # Pairs of cells whose products are formed at once, and the sum of their blocks to some rows of the matrix.
+        self._chunks: list[tuple[slice, np.ndarray, sp.csr_matrix]] = []
+        for low in range(0, len(key), most):
+            targets, row = np.unique(place[low : low + most], return_inverse=True)
+            ones = np.ones(row.size), (row.ravel(), np.arange(row.size))
+            total = sp.csr_matrix(ones, shape=(len(targets), row.size))
+            self._chunks.append((slice(low, low + most), targets, total))
 
     def sum(
         self,
@@ -122,8 +121,7 @@ class CellPairs:
         many = np.bincount(pair, minlength=len(self.key))
         start = np.cumsum(many) - many
         data = np.zeros((len(self.indices), b * b * BLOCKS))
-        for chunk in self._chunks:
-            here = slice(chunk.low, chunk.high)
+        for here, targets, total in self._chunks:
             within = np.arange(many[here].max())
             filled = within < many[here, None]  # (g, most): beside each other for every pair of cells
             point = order[np.where(filled, start[here, None] + within, 0)]
@@ -132,25 +130,8 @@ class CellPairs:
             right = right.reshape(len(point), -1, BLOCKS * c)
             product = left.reshape(len(point), -1, c).swapaxes(1, 2) @ right  # (g, c, ((i, j), c))
             blocks = product.reshape(-1, r, b, BLOCKS, r, b).transpose(0, 1, 4, 2, 5, 3)
-            data[chunk.rows] += chunk.total @ blocks.reshape(-1, b * b * BLOCKS)
+            data[targets] += total @ blocks.reshape(-1, b * b * BLOCKS)
         return data.reshape(-1, b * b, BLOCKS)
-
-
-@dataclass(frozen=True, eq=False)
-class _Chunk:
-    """Pairs of cells whose products are formed at once, and the sum of their blocks to some rows of the matrix."""
-
-    low: int
-    high: int
-    rows: np.ndarray
-    total: sp.csr_matrix
-
-    @classmethod
-    def of(cls, low: int, place: np.ndarray) -> _Chunk:
-        rows, row = np.unique(place, return_inverse=True)
-        every = np.arange(row.size)
-        total = sp.csr_matrix((np.ones(row.size), (row.ravel(), every)), shape=(len(rows), row.size))
-        return cls(low, low + len(place), rows, total)
 
 
 def stiffness(

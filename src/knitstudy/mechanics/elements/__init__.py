@@ -41,6 +41,33 @@ class Elements(Protocol):
         """
 
 
+def in_parts(
+    respond: Callable[..., tuple[np.ndarray, np.ndarray]],
+    few: int,
+    batch: slice,
+    displacement: np.ndarray,
+    stiffness: bool,
+    out: np.ndarray | None = None,
+    step: np.ndarray | None = None,
+) -> ElementResponse:
+    """Return the response of a batch, `few` elements at a time: what they need fits into a processor's cache.
+
+    `respond` takes their slice, displacements, memory for the stiffness or None and, if there is one, the step. It
+    returns forces and energies.
+    """
+    count, nodes = displacement.shape[:2]
+    force, energy = np.empty((count, nodes, 3)), np.empty(count)
+    if stiffness and out is None:
+        out = np.empty((count, nodes**2, 9))
+    start = batch.start or 0
+    for first in range(0, count, few):
+        part = slice(first, min(first + few, count))
+        here = slice(start + part.start, start + part.stop)
+        way = () if step is None else (step[part],)
+        force[part], energy[part] = respond(here, displacement[part], out[part] if stiffness else None, *way)
+    return ElementResponse(force, energy, np.zeros(count), out if stiffness else None)
+
+
 @dataclass(frozen=True, eq=False)
 class ElementGroup:
     """Elements of one kind, with their nodes."""

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from knitstudy.errors import MeshError
 from knitstudy.mechanics.batches import SCRATCH, determinant, inverse
-from knitstudy.mechanics.elements import ElementResponse, element
+from knitstudy.mechanics.elements import ElementResponse, element, in_parts
 from knitstudy.mechanics.materials import FULL, Material, axes_along
 
 CORNERS = np.array(
@@ -20,6 +20,8 @@ CORNERS = np.array(
 """Natural coordinates (8, 3) of the nodes."""
 
 GAUSS = CORNERS / np.sqrt(3)  # the eight Gauss points (8, 3); all weights are 1
+STEP = 1e-30  # along the imaginary axis: nothing is subtracted
+Functions = Callable[[np.ndarray], np.ndarray]  # shape functions (k, a) at natural coordinates (k, 3)
 
 
 def shape(natural: np.ndarray) -> np.ndarray:
@@ -27,10 +29,9 @@ def shape(natural: np.ndarray) -> np.ndarray:
     return 0.125 * (1 + CORNERS * natural[:, None]).prod(axis=2)
 
 
-def shape_gradient(natural: np.ndarray) -> np.ndarray:
-    """Return their gradients (k, 8, 3) at natural coordinates (k, 3)."""
-    factor = 1 + CORNERS * natural[:, None]  # (k, 8, 3)
-    return 0.125 * CORNERS * factor[:, :, [1, 0, 0]] * factor[:, :, [2, 2, 1]]
+def shape_gradient(natural: np.ndarray, functions: Functions = shape) -> np.ndarray:
+    """Return the gradients (k, a, 3) of shape functions: exact, by a complex step (Squire and Trapp 1998)."""
+    return np.stack([functions(natural + STEP * d).imag for d in 1j * np.eye(3)], axis=2) / STEP
 
 
 GRADIENTS = shape_gradient(GAUSS)  # natural gradients (8 points, 8 nodes, 3) at the Gauss points
@@ -59,13 +60,6 @@ def natural_axes(corners: np.ndarray, natural: np.ndarray) -> np.ndarray:
     """
     along = np.swapaxes(corners[:, :8], 1, 2) @ shape_gradient(natural)[:, None, :, 2:]  # (q, e, 3, 1)
     return axes_along(along.reshape(-1, 3)).reshape(len(natural), len(corners), 3, 3)
-
-
-def deformation_gradient(displacement: np.ndarray, gradient: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return H = du/dX and Green's strain E (e, 3, 3); E keeps the digits of small strains."""
-    h = np.swapaxes(displacement, 1, 2) @ gradient
-    transposed = np.swapaxes(h, 1, 2)
-    return h, 0.5 * (h + transposed + transposed @ h)
 
 
 def tangent_moduli(deformation: np.ndarray, stress: np.ndarray, moduli: np.ndarray, out: np.ndarray) -> None:
@@ -98,6 +92,59 @@ def gradient_stiffness(
     np.matmul(gradient, half.reshape(e, 3 * q, 9 * b), out=out.reshape(e, gradient.shape[1], 9 * b))
 
 
+class Hexahedra:
+    """Elements of n nodes and q points each, in total Lagrangian form."""
+
+    few: int  # elements whose points fit into a processor's cache together
+
+    def __init__(
+        self,
+        corners: np.ndarray,  # (E, n, 3), undeformed nodes [m]; yarns lie along the third natural coordinate
+        material: Material,
+        points: np.ndarray,  # (q, 3), natural coordinates
+        weight: np.ndarray,  # (E, q), volumes of the points [m3]
+        gradient: np.ndarray,  # (E, n, q, 3), spatial gradients of the shape functions there [1/m]
+    ) -> None:
+        self.material, self.weight, self.gradient = material, weight, gradient
+        self.volume = weight.sum(axis=1)
+        self.axes = np.swapaxes(natural_axes(corners, points), 0, 1) if material.directional else None
+
+    def respond(
+        self, batch: slice, displacement: np.ndarray, stiffness: bool, out: np.ndarray | None = None
+    ) -> ElementResponse:
+        """Return the response of the elements `batch` to their displacements (e, n, 3) [m].
+
+        Forces are not numbers where an element is folded at one of its points.
+        """
+        return in_parts(self._respond, self.few, batch, displacement, stiffness, out)
+
+    def _respond(
+        self, here: slice, displacement: np.ndarray, out: np.ndarray | None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return force (e, n, 3) and energy (e,); put the stiffness into `out`."""
+        gradient, weight = self.gradient[here], self.weight[here]
+        e, n, q, _ = gradient.shape
+        flat = gradient.reshape(e, n, 3 * q)
+        rows = (np.swapaxes(flat, 1, 2) @ displacement).reshape(-1, 3, 3)  # H transposed, of all points
+        columns = np.swapaxes(rows, 1, 2)
+        strain = 0.5 * (rows + columns + rows @ columns)  # keeps the digits of small strains
+        axes = None if self.axes is None else self.axes[here].reshape(-1, 3, 3)
+        answer = self.material.respond(strain, out is not None, axes)
+        deformation = columns + np.eye(3)
+        share = weight.reshape(-1, 1, 1)
+        stress = share * answer.stress
+        first = stress @ np.swapaxes(deformation, 1, 2)  # P transposed, times the volume of the point
+        force = flat @ first.reshape(e, 3 * q, 3)
+        energy = np.einsum("eq,eq->e", weight, answer.energy.reshape(e, q))
+        # An element turned inside out has no energy in terms of E: let the load path see it.
+        force[(determinant(deformation) <= 0).reshape(e, q).any(axis=1)] = np.nan
+        if out is not None:
+            moduli = SCRATCH.array("tangent moduli", e * q, 9, 9)
+            tangent_moduli(deformation, stress, share * answer.tangent, moduli)
+            gradient_stiffness(flat, np.swapaxes(gradient, 1, 2), moduli.reshape(e, q, 9, 9), out)
+        return force, energy
+
+
 # Hexahedron with one integration point and hourglass control
 
 HOURGLASS = np.stack(
@@ -112,7 +159,7 @@ HOURGLASS = np.stack(
 
 
 @element("one_point", "with hourglass control", hourglass=True)
-class OnePointHexahedron:
+class OnePointHexahedron(Hexahedra):
     """Mean-gradient hexahedron with stiffness hourglass control (Flanagan and Belytschko 1981).
 
     The mean gradient passes the patch test on any mesh. The hourglass force is a constant matrix times the
@@ -120,62 +167,45 @@ class OnePointHexahedron:
     objective and cannot do work on a linear field.
     """
 
+    few = 512
+
     def __init__(
         self,
         corners: np.ndarray,  # (E, 8, 3), undeformed nodes [m]; yarns lie along the third natural coordinate
         material: Material,
         coefficient: float = 0.005,  # hourglass stiffness over shear stiffness; 0.005 as in C3D8R
     ) -> None:
-        self.material = material
-        self.volume = np.zeros(len(corners))
-        self.gradient = np.zeros(corners.shape)
+        volume, mean = np.zeros(len(corners)), np.zeros(corners.shape)
         for gradient in GRADIENTS:
-            determinant, spatial = jacobians(corners, gradient)
-            self.volume += determinant
-            self.gradient += determinant[:, None, None] * spatial
-        self.gradient /= self.volume[:, None, None]
-        self.axes = natural_axes(corners, np.zeros((1, 3)))[0] if material.directional else None
+            size, spatial = jacobians(corners, gradient)
+            volume += size
+            mean += size[:, None, None] * spatial
+        mean /= volume[:, None, None]
+        super().__init__(corners, material, np.zeros((1, 3)), volume[:, None], mean[:, :, None])
+        # Shares (E, 4, 3) of linear fields in the hourglass patterns [m]: the vectors take 2.7 times as much memory,
+        # and next to no time to be formed.
         self.tilt = HOURGLASS @ corners
-        """Shares (E, 4, 3) of linear fields in the hourglass patterns [m]: the vectors take 2.7 times as much memory,
-        and next to no time to be formed."""
-        size = np.einsum("eai,eai->e", self.gradient, self.gradient)
-        self.hourglass_stiffness = coefficient * material.shear_modulus * self.volume * size
+        size = np.einsum("eai,eai->e", mean, mean)
+        self.hourglass_stiffness = coefficient * material.shear_modulus * volume * size
 
     def respond(
         self, batch: slice, displacement: np.ndarray, stiffness: bool, out: np.ndarray | None = None
     ) -> ElementResponse:
         """Return the response of the elements `batch` to their displacements (e, 8, 3) [m]."""
-        gradient, volume = self.gradient[batch], self.volume[batch]
+        answer = super().respond(batch, displacement, stiffness, out)
         gamma, hourglass = self._hourglass_vectors(batch), self.hourglass_stiffness[batch]
-        h, strain = deformation_gradient(displacement, gradient)
-        axes = None if self.axes is None else self.axes[batch]
-        answer = self.material.respond(strain, stiffness, axes)
-        deformation = h + np.eye(3)
-        first = volume[:, None, None] * (deformation @ answer.stress)  # V P
         mode = gamma @ displacement  # (e, 4, 3)
-        force = gradient @ np.swapaxes(first, 1, 2)
-        force += np.swapaxes(hourglass[:, None, None] * gamma, 1, 2) @ mode
-        # An element turned inside out has no energy in terms of E: let the load path see it.
-        force[determinant(deformation) <= 0] = np.nan
-        blocks = None
+        control = np.swapaxes(hourglass[:, None, None] * gamma, 1, 2)
+        answer.force[:] += control @ mode
+        answer.hourglass[:] = 0.5 * hourglass * np.einsum("emi,emi->e", mode, mode)
         if stiffness:
-            blocks = np.empty((len(volume), 64, 9)) if out is None else out
-            moduli = SCRATCH.array("tangent moduli", len(volume), 9, 9)
-            tangent_moduli(deformation, answer.stress, answer.tangent, moduli)
-            gradient_stiffness(gradient, (volume[:, None, None] * gradient)[:, None], moduli[:, None], blocks)
-            control = np.swapaxes(hourglass[:, None, None] * gamma, 1, 2) @ gamma
             for diagonal in (0, 4, 8):
-                blocks[:, :, diagonal] += control.reshape(-1, 64)
-        return ElementResponse(
-            force=force,
-            internal=volume * answer.energy,
-            hourglass=0.5 * hourglass * np.einsum("emi,emi->e", mode, mode),
-            stiffness=blocks,
-        )
+                answer.stiffness[:, :, diagonal] += (control @ gamma).reshape(-1, 64)
+        return answer
 
     def _hourglass_vectors(self, batch: slice) -> np.ndarray:
         """Return gamma_m = (Gamma_m - (Gamma_m . X_i) dN_i) / sqrt(8), shape (e, 4, 8): orthogonal to linear fields."""
-        linear = self.tilt[batch] @ np.swapaxes(self.gradient[batch], 1, 2)
+        linear = self.tilt[batch] @ np.swapaxes(self.gradient[batch, :, 0], 1, 2)
         return (HOURGLASS - linear) / np.sqrt(8)
 
 
@@ -185,8 +215,6 @@ CANDIDATES = 8  # elements that are tried for a point, nearest centres first
 MAP_STEPS = 25
 CLOSE = 1e-12  # distance from the point, over the size of the element, at which the iteration ends
 FARTHEST = 2.0  # largest natural coordinate at which an element still answers for a point outside of it
-# Shape functions (k, a), or their gradients (k, a, 3), at natural coordinates (k, 3).
-Functions = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,7 +225,6 @@ class InverseMap:
     elements: np.ndarray  # int (E, a)
     yarn: np.ndarray  # int (N,), of every node
     shape: Functions  # of the elements
-    gradient: Functions  # of these
 
     def locate(
         self,
@@ -233,7 +260,7 @@ class InverseMap:
         for candidate in near.T:
             asked = np.flatnonzero(outside > 1)
             corners = self.nodes[elements[candidate[asked]]]
-            natural = natural_coordinates(corners, points[asked], self.shape, self.gradient)
+            natural = natural_coordinates(corners, points[asked], self.shape)
             reach = np.abs(natural).max(axis=1)
             better = reach < outside[asked]  # not where it is nan
             these = asked[better]
@@ -245,7 +272,6 @@ def natural_coordinates(
     corners: np.ndarray,  # (k, a, 3), nodes of one element for every point [m]
     points: np.ndarray,  # (k, 3), [m]
     shape: Functions,  # of the element
-    gradient: Functions,  # of the element
 ) -> np.ndarray:
     """Return the natural coordinates (k, 3) of points in elements; nan where the iteration does not get there."""
     natural = np.zeros_like(points)
@@ -258,7 +284,7 @@ def natural_coordinates(
         moving = moving[far]
         if not len(moving):
             return natural
-        jacobian = np.swapaxes(own[far], 1, 2) @ gradient(here[far])  # dX_i / dxi_j
+        jacobian = np.swapaxes(own[far], 1, 2) @ shape_gradient(here[far], shape)  # dX_i / dxi_j
         with np.errstate(divide="ignore", invalid="ignore"):
             step = np.einsum("kij,kj->ki", inverse(jacobian)[0], apart[far])
         # Far outside of an element its map can fold; steps of bounded length come back from there.

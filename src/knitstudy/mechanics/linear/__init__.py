@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -17,8 +16,18 @@ from knitstudy.errors import ConvergenceError
 
 NOWHERE = np.empty(0, dtype=np.int64)
 
-# A preconditioner: approximate solution (size,) for a residual (size,).
-Apply = Callable[[np.ndarray], np.ndarray]
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """A matrix, and what preconditioners want to know of it."""
+
+    matrix: sp.bsr_matrix | sp.csr_matrix  # (size, size)
+    # (size, size), part of it without which it is symmetric and positive definite
+    unsymmetric: sp.bsr_matrix | None = None
+    touching: np.ndarray = field(default_factory=lambda: NOWHERE)  # nodes that contact acts on
+    moved: np.ndarray | None = (
+        None  # (n, 3), displacement of the nodes [m]: rigid motions are about where they are
+    )
 
 
 @dataclass(frozen=True)
@@ -29,16 +38,6 @@ class Solution:
     iterations: int
 
 
-@dataclass
-class Iterate:
-    """Approximate solution, its residual, the norm of the right-hand side, and iterations so far."""
-
-    x: np.ndarray
-    residual: np.ndarray
-    level: float
-    iterations: int = 0
-
-
 class LinearSolver(Protocol):
     """Solves systems whose matrix changes slowly."""
 
@@ -47,16 +46,7 @@ class LinearSolver(Protocol):
     def begin(self) -> None:
         """Begin an increment: a run that goes on from a file knows nothing of the matrices of those before."""
 
-    def use(
-        self,
-        matrix: sp.bsr_matrix | sp.csr_matrix,  # (size, size)
-        # (size, size), part of it without which it is symmetric and positive definite
-        unsymmetric: sp.bsr_matrix | None = None,
-        touching: np.ndarray = NOWHERE,  # nodes that contact acts on
-        # (n, 3), how far the nodes are from where they were undeformed [m]: rigid motions are those of where
-        # they are
-        moved: np.ndarray | None = None,
-    ) -> None:
+    def use(self, system: System) -> None:
         """Take over a new matrix; factors are made when they are needed."""
 
     def release(self) -> None:
@@ -69,8 +59,6 @@ class LinearSolver(Protocol):
 # Banded Cholesky factors by LAPACK, outside of the interpreter's lock
 # SciPy's own wrappers of these routines keep the lock, so that threads wait for each other; the addresses that SciPy
 # gives to Cython, called through `ctypes`, do not.
-
-LETTER = {np.dtype(np.float32): "s", np.dtype(np.float64): "d"}  # LAPACK's letter of a precision
 
 
 def factorise_band(
@@ -87,17 +75,8 @@ def solve_band(factor: np.ndarray, rhs: np.ndarray) -> None:
     """Replace a right-hand side (n,) by the solution for a factor that `factorise` has left, in its precision."""
     rows, n = factor.shape
     info = ctypes.c_int()
-    _PBTRS[factor.dtype](
-        b"L",
-        _int(n),
-        _int(rows - 1),
-        _int(1),
-        factor.ctypes.data,
-        _int(rows),
-        rhs.ctypes.data,
-        _int(n),
-        ctypes.byref(info),
-    )
+    band, right = (factor.ctypes.data, _int(rows)), (rhs.ctypes.data, _int(n))
+    _PBTRS[factor.dtype](b"L", _int(n), _int(rows - 1), _int(1), *band, *right, ctypes.byref(info))
 
 
 def _int(value: int) -> ctypes._SimpleCData:
@@ -105,7 +84,6 @@ def _int(value: int) -> ctypes._SimpleCData:
 
 
 def _routine(name: str, arguments: int) -> ctypes._CFuncPtr:
-    """Return a routine of LAPACK that takes pointers."""
     capsule = cython_lapack.__pyx_capi__[name]
     name_of = ctypes.pythonapi.PyCapsule_GetName
     name_of.restype, name_of.argtypes = ctypes.c_char_p, [ctypes.py_object]
@@ -115,8 +93,9 @@ def _routine(name: str, arguments: int) -> ctypes._CFuncPtr:
     return kind(address_of(capsule, name_of(capsule)))
 
 
-_PBTRF = {dtype: _routine(f"{letter}pbtrf", 6) for dtype, letter in LETTER.items()}
-_PBTRS = {dtype: _routine(f"{letter}pbtrs", 9) for dtype, letter in LETTER.items()}
+_LETTERS = {np.dtype(np.float32): "s", np.dtype(np.float64): "d"}  # LAPACK's letter of a precision
+_PBTRF = {dtype: _routine(f"{letter}pbtrf", 6) for dtype, letter in _LETTERS.items()}
+_PBTRS = {dtype: _routine(f"{letter}pbtrs", 9) for dtype, letter in _LETTERS.items()}
 
 
 # Sparse LU for matrices of symmetric structure
@@ -135,15 +114,9 @@ class LU:
     def begin(self) -> None:
         """Begin an increment: nothing is kept anyway."""
 
-    def use(
-        self,
-        matrix: sp.bsr_matrix | sp.csr_matrix,
-        unsymmetric: sp.bsr_matrix | None = None,
-        touching: np.ndarray = NOWHERE,
-        moved: np.ndarray | None = None,
-    ) -> None:
+    def use(self, system: System) -> None:
         """Take over a new matrix."""
-        self._matrix, self._factors = matrix, None
+        self._matrix, self._factors = system.matrix, None
 
     def release(self) -> None:
         """Forget the matrix and its factors."""

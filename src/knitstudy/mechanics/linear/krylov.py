@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import logging
+import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.linalg import LinearOperator, gcrotmk
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.batches import SCRATCH, share
-from knitstudy.mechanics.linear import LU, NOWHERE, Apply, Iterate, Solution
+from knitstudy.mechanics.batches import share
+from knitstudy.mechanics.linear import LU, NOWHERE, Solution, System
 from knitstudy.mechanics.sparse_sums import lacking
 
 log = logging.getLogger(__name__)
@@ -29,9 +32,7 @@ class Rows:
 
     def __init__(self, parts: Sequence[sp.bsr_matrix]) -> None:
         self._parts = parts
-        ends = np.cumsum([0, *(part.shape[0] for part in parts)]).tolist()
-        self._ranges = [slice(low, high) for low, high in pairwise(ends)]
-        self.shape, self.dtype = (ends[-1], parts[0].shape[1]), parts[0].dtype
+        self.shape = sum(part.shape[0] for part in parts), parts[0].shape[1]
 
     @classmethod
     def of(cls, matrix: sp.bsr_matrix) -> Rows:
@@ -43,13 +44,7 @@ class Rows:
 
     def __matmul__(self, vector: np.ndarray) -> np.ndarray:
         """Return the product (rows,) with a vector (columns,)."""
-        product = np.empty(self.shape[0], dtype=np.result_type(self.dtype, vector.dtype))
-
-        def multiply(number: int) -> None:
-            product[self._ranges[number]] = self._parts[number] @ vector
-
-        share(multiply, len(self._parts))
-        return product
+        return np.concatenate(share(lambda number: self._parts[number] @ vector, len(self._parts)))
 
     def galerkin(
         self,
@@ -57,18 +52,14 @@ class Rows:
         dtype: type,  # of K P, no more than a range of which is ever held in the matrix's own, as P^T K P is
     ) -> tuple[Rows, sp.csr_matrix]:
         """Return K P, of a square matrix K and a basis P (columns, m), and P^T K P (m, m)."""
-        images: list[sp.bsr_matrix | None] = [None] * len(self._parts)
-        coarse: list[sp.coo_matrix | None] = [None] * len(self._parts)
-        height = basis.blocksize[0]
+        ends = np.cumsum([0, *(len(part.indptr) - 1 for part in self._parts)])
 
-        def multiply(number: int) -> None:
+        def multiply(number: int) -> tuple[sp.bsr_matrix, sp.coo_matrix]:
             image = self._parts[number] @ basis
-            rows = self._ranges[number]
-            own = _part(basis, rows.start // height, rows.stop // height)
-            coarse[number] = (own.T @ image).tocoo()
-            images[number] = image.astype(dtype)
+            own = _part(basis, *ends[number : number + 2])
+            return image.astype(dtype), (own.T @ image).tocoo()
 
-        share(multiply, len(images))
+        images, coarse = zip(*share(multiply, len(self._parts)), strict=True)
         row, column, data = (
             np.concatenate([getattr(piece, name) for piece in coarse]) for name in ("row", "col", "data")
         )
@@ -82,6 +73,20 @@ def _part(matrix: sp.bsr_matrix, low: int, high: int) -> sp.bsr_matrix:
         (matrix.data[entries], matrix.indices[entries], matrix.indptr[low : high + 1] - matrix.indptr[low]),
         shape=(matrix.blocksize[0] * (high - low), matrix.shape[1]),
     )
+
+
+# A preconditioner: approximate solution (size,) for a residual (size,).
+Apply = Callable[[np.ndarray], np.ndarray]
+
+
+@dataclass
+class Iterate:
+    """Approximate solution, its residual, the norm of the right-hand side, and iterations so far."""
+
+    x: np.ndarray
+    residual: np.ndarray
+    level: float
+    iterations: int = 0
 
 
 # Flexible conjugate gradients, for symmetric positive definite matrices
@@ -125,53 +130,34 @@ def conjugate_gradients(
 
 # Generalised minimal residuals, for matrices that friction has made unsymmetric
 
-RESTART = 30  # iterations after which the search directions are dropped; bounds the memory
+RESTART = 30  # iterations after which all search directions but one are dropped; bounds the memory
+CYCLES = 4  # restarts after which a solve counts as failed
 
 
 def minimal_residuals(matrix: Rows, apply: Apply, state: Iterate, goal: float, most: int) -> str | None:
-    """Improve an iterate in place by flexible GMRES (Saad 1993); parameters as of `conjugate_gradients`."""
-    start = np.linalg.norm(state.residual)
-    left = most
-    while left > 0 and start > goal:
-        step, used = _cycle(matrix, apply, state.residual, goal, min(RESTART, left, len(state.x)))
-        state.iterations += used
-        left -= used
-        state.x += step
-        state.residual -= matrix @ step
-        reached = np.linalg.norm(state.residual)
-        if not reached < 0.999 * start:
-            return f"minimal residuals stagnate at {reached / state.level:.1e}"
-        start = reached
+    """Improve an iterate in place by flexible GMRES; parameters as of `conjugate_gradients`.
+
+    One direction survives every restart (Hicken and Zingg 2010).
+    """
+
+    def counted(residual: np.ndarray) -> np.ndarray:
+        state.iterations += 1
+        return apply(residual)
+
+    cycles = min(math.ceil(most / RESTART), CYCLES)
+    step, _ = gcrotmk(
+        LinearOperator(matrix.shape, matrix.__matmul__, dtype=float),
+        state.residual,
+        rtol=0.0,
+        atol=goal,
+        maxiter=cycles,
+        M=LinearOperator(matrix.shape, counted, dtype=float),
+        m=min(RESTART, math.ceil(most / cycles)),
+        k=0,
+    )
+    state.x += step
+    state.residual -= matrix @ step
     return None
-
-
-def _cycle(
-    matrix: Rows, apply: Apply, residual: np.ndarray, goal: float, most: int
-) -> tuple[np.ndarray, int]:
-    """Return the step (size,) of one cycle of at most so many iterations, and how many it took."""
-    level = np.linalg.norm(residual)
-    basis = SCRATCH.array("directions", most + 1, len(residual))
-    corrections = SCRATCH.array("corrections", most, len(residual))
-    hessenberg, target = np.zeros((most + 1, most)), np.zeros(most + 1)
-    basis[0], target[0] = residual / level, level
-    used, weights = 0, np.empty(0)
-    while used < most:
-        corrections[used] = apply(basis[used])
-        image = matrix @ corrections[used]
-        before = basis[: used + 1]
-        for _ in range(2):  # Gram-Schmidt twice is enough (Giraud et al. 2005)
-            shares = before @ image
-            image -= shares @ before
-            hessenberg[: used + 1, used] += shares
-        rest = np.linalg.norm(image)
-        used += 1
-        hessenberg[used, used - 1] = rest
-        small = hessenberg[: used + 1, :used]
-        weights = np.linalg.lstsq(small, target[: used + 1], rcond=None)[0]
-        if np.linalg.norm(target[: used + 1] - small @ weights) <= goal or not rest > 0:
-            break
-        basis[used] = image / rest
-    return weights @ corrections[:used], used
 
 
 # Krylov methods that keep a preconditioner over many matrices, as long as it pays
@@ -186,20 +172,14 @@ WASTE = 15
 class Preconditioner(Protocol):
     """An approximate inverse that can be older than the matrix it is applied for."""
 
-    def update(
-        self,
-        matrix: sp.bsr_matrix,
-        unsymmetric: sp.bsr_matrix | None,
-        touching: np.ndarray,
-        moved: np.ndarray | None,
-    ) -> None:
-        """Make it anew for the sum of a symmetric positive matrix and of what makes it unsymmetric, if anything.
+    def update(self, system: System) -> None:
+        """Make it anew; here `system.matrix` is without the part that makes it unsymmetric.
 
         The matrix changes afterwards: what is to be kept of it has to be copied.
         """
 
-    def apply(self, matrix: Rows, residual: np.ndarray) -> np.ndarray:
-        """Return an approximate solution (size,) for a right-hand side (size,); `matrix` is that of the system."""
+    def apply(self, residual: np.ndarray) -> np.ndarray:
+        """Return an approximate solution (size,) for a right-hand side (size,)."""
 
 
 class Krylov:
@@ -213,22 +193,17 @@ class Krylov:
     def __init__(
         self,
         preconditioner: Preconditioner,
-        # whether an indefinite matrix ends conjugate gradients with the step found so far, which lowers the energy:
-        # where a predicted state presses yarns that will be pulled, as in large knits that turn, that is enough
-        truncates: bool = False,
-        # solves what iterations do not: beyond a limit point a tangent is indefinite
+        # solves what iterations do not: beyond a limit point a tangent is indefinite. Without it, as in large knits,
+        # an indefinite matrix ends conjugate gradients with the step found so far, which lowers the energy: where a
+        # predicted state presses yarns that will be pulled, that is enough
         direct: LU | None = None,
     ) -> None:
-        self.preconditioner = preconditioner
-        self._truncates, self._direct = truncates, direct
-        self.failures = 0  # systems that iterations did not solve
+        self.preconditioner, self._direct = preconditioner, direct
         self.setup_seconds = 0.0
         self.setups = 0  # how often the preconditioner was made
-        self._matrix: sp.bsr_matrix | None = None
-        self._unsymmetric: sp.bsr_matrix | None = None
+        self._system: System | None = None
         self._rows: Rows | None = None
-        self._touching = self._known = NOWHERE
-        self._moved: np.ndarray | None = None
+        self._known = NOWHERE
         self._fresh = False
         self._rate = 0.0  # decades an iteration of the fresh preconditioner
         self._waste = np.inf
@@ -237,23 +212,15 @@ class Krylov:
         """Begin an increment: the next solve makes the preconditioner anew."""
         self._waste = np.inf
 
-    def use(
-        self,
-        matrix: sp.bsr_matrix,
-        unsymmetric: sp.bsr_matrix | None = None,
-        touching: np.ndarray = NOWHERE,
-        moved: np.ndarray | None = None,
-    ) -> None:
+    def use(self, system: System) -> None:
         """Take over a new matrix; the preconditioner stays."""
-        self._matrix, self._unsymmetric, self._fresh = matrix, unsymmetric, False
-        self._touching, self._moved = touching, moved
-        self._rows = Rows.of(matrix)
+        self._system, self._rows, self._fresh = system, Rows.of(system.matrix), False
         if self._direct is not None:
-            self._direct.use(matrix)
+            self._direct.use(system)
 
     def release(self) -> None:
         """Forget the matrix; the preconditioner stays."""
-        self._matrix = self._unsymmetric = self._rows = None
+        self._system = self._rows = None
         if self._direct is not None:
             self._direct.release()
 
@@ -266,7 +233,6 @@ class Krylov:
         try:
             return self._solve(rhs, tolerance)
         except ConvergenceError as error:
-            self.failures += 1
             if self._direct is None:
                 raise
             log.debug("LU solves what iterations do not: %s", error)
@@ -277,10 +243,10 @@ class Krylov:
     def _solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
         self.setup_seconds = 0.0
         state = Iterate(np.zeros_like(rhs), rhs.copy(), float(np.linalg.norm(rhs)))
-        if self._waste > WASTE or not np.isin(self._touching, self._known).all():
+        if self._waste > WASTE or not np.isin(self._system.touching, self._known).all():
             self._renew()
         problem = self._iterate(state, tolerance)
-        if problem is INDEFINITE and self._truncates and state.x.any():
+        if problem is INDEFINITE and self._direct is None and state.x.any():
             return Solution(state.x, state.iterations)
         if problem and not self._fresh:
             self._renew()
@@ -292,20 +258,13 @@ class Krylov:
     def _renew(self) -> None:
         started = time.perf_counter()
         self._waste = np.inf  # one that fails here leaves none that could stay
-        unsymmetric = self._unsymmetric
-        some = unsymmetric is not None and unsymmetric.nnz
-        with lacking(self._matrix, unsymmetric) if some else nullcontext():
-            self.preconditioner.update(self._matrix, unsymmetric, self._touching, self._moved)
-        self._known = self._touching
+        matrix, part = self._system.matrix, self._system.unsymmetric
+        with lacking(matrix, part) if part is not None and part.nnz else nullcontext():
+            self.preconditioner.update(self._system)
+        self._known = self._system.touching
         self.setups += 1
         self._fresh, self._waste, self._rate = True, 0.0, 0.0
         self.setup_seconds += time.perf_counter() - started
-
-    def _book(self, iterations: int, decades: float) -> None:
-        rate = decades / max(iterations, 1)
-        self._rate = max(self._rate, rate)
-        if self._rate > 0:
-            self._waste += iterations - decades / self._rate
 
     def _patience(self, tolerance: float) -> int:
         """Return the iterations that one solve may take with a preconditioner made for an earlier matrix."""
@@ -314,15 +273,11 @@ class Krylov:
 
     def _iterate(self, state: Iterate, tolerance: float) -> str | None:
         """Improve an iterate in place; return what went wrong, if anything."""
-        matrix, goal = self._rows, tolerance * state.level
+        goal = tolerance * state.level
         most = MOST_ITERATIONS if self._fresh else self._patience(tolerance)
         start, before = np.linalg.norm(state.residual), state.iterations
-        method = conjugate_gradients if self._unsymmetric is None else minimal_residuals
-
-        def apply(residual: np.ndarray) -> np.ndarray:
-            return self.preconditioner.apply(matrix, residual)
-
-        problem = method(matrix, apply, state, goal, most)
+        method = conjugate_gradients if self._system.unsymmetric is None else minimal_residuals
+        problem = method(self._rows, self.preconditioner.apply, state, goal, most)
         reached = np.linalg.norm(state.residual)
         if problem:
             return problem
@@ -332,5 +287,8 @@ class Krylov:
                 f"wanted {tolerance:.1e}"
             )
         decades = np.log10(max(start, 1e-300) / max(reached, 1e-16 * start, 1e-300))
-        self._book(state.iterations - before, decades)
+        used = state.iterations - before
+        self._rate = max(self._rate, decades / max(used, 1))
+        if self._rate > 0:
+            self._waste += used - decades / self._rate
         return None

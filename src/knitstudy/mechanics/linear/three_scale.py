@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pyamg
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import SuperLU
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics import linear as banded
 from knitstudy.mechanics.batches import share
-from knitstudy.mechanics.linear import NOWHERE, factorise
+from knitstudy.mechanics.linear import System, factorise, factorise_band, solve_band
 from knitstudy.mechanics.linear.krylov import Rows
+from knitstudy.mechanics.model import rigid_motions
 from knitstudy.mechanics.sparse_sums import block_entries
 
 # Where the unknowns of a solid knit lie, and how it moves as a rigid body
@@ -39,48 +40,12 @@ class KnitStructure:
     patch: np.ndarray | None
     fixed: np.ndarray  # int (k,), prescribed unknowns
 
-    def moved(self, displacement: np.ndarray | None) -> KnitStructure:
-        """Return where the unknowns lie after a displacement (n, 3) of the nodes [m]."""
-        return self if displacement is None else replace(self, position=self.position + displacement)
-
-
-def rigid_modes(structure: KnitStructure) -> np.ndarray:
-    """Return the six rigid motions (size, 6) of the whole knit, zero at prescribed unknowns."""
-    everything = np.zeros(len(structure.position), dtype=np.int64)
-    return rigid_motions(structure, everything)[0].reshape(-1, 6)
-
-
-def rigid_motions(
-    structure: KnitStructure,
-    group: np.ndarray,  # int (n,), group of every node, 0 to g - 1
-) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return the rigid motions of groups of nodes.
-
-    Three translations and three rotations about the group's centre, these over the groups' radius of gyration.
-    A node that is a coefficient of anything but the constant stays where it is in translations.
-
-    Returns the motions (n, 3, 6), zero at prescribed unknowns, centres (g, 3) and the mean radius of gyration [m].
-    """
-    unity = structure.unity
-    count = np.bincount(group, unity**2)
-    weighted = unity[:, None] * structure.position
-    centre = np.stack([np.bincount(group, weighted[:, i]) / count for i in range(3)], axis=1)
-    arm = structure.position - unity[:, None] * centre[group]
-    radius = float(np.sqrt(np.sum(arm**2) / count.sum()))
-    blocks = np.zeros((len(group), 3, 6))
-    blocks[:, [0, 1, 2], [0, 1, 2]] = unity[:, None]
-    blocks[:, :, 3:] = spins(arm / radius)
-    blocks.reshape(-1, 6)[structure.fixed] = 0
-    return blocks, centre, radius
-
-
-def spins(arm: np.ndarray) -> np.ndarray:
-    """Return the matrices (n, 3, 3) whose columns are e_k x arm."""
-    x, y, z = arm.T
-    zero = np.zeros_like(x)
-    return np.stack(
-        [np.stack([zero, z, -y], -1), np.stack([-z, zero, x], -1), np.stack([y, -x, zero], -1)], axis=1
-    )
+    def rigid_motions(self, group: np.ndarray, moved: np.ndarray | None) -> np.ndarray:
+        """Return the rigid motions (n, 3, 6) of groups (n,) of nodes that have moved (n, 3) [m]; none where fixed."""
+        position = self.position if moved is None else self.position + moved
+        motions = rigid_motions(position, self.unity, group)
+        motions.reshape(-1, 6)[self.fixed] = 0
+        return motions
 
 
 # The scale of a yarn: numbered along itself it is a narrow band, whose Cholesky factor costs next to nothing
@@ -99,33 +64,27 @@ class YarnScale:
     stays positive definite (Ajiz and Jennings 1984).
     """
 
-    def __init__(self, structure: KnitStructure, dtype: type = np.float32) -> None:
-        counts = np.bincount(structure.yarn)
-        self._bounds = 3 * np.concatenate([[0], np.cumsum(counts)])
-        self._nodes = self._bounds // 3
+    def __init__(self, structure: KnitStructure) -> None:
+        self._nodes = np.concatenate([[0], np.cumsum(np.bincount(structure.yarn))])
         self._bandwidth = structure.bandwidth
-        self._dtype = dtype
-        self._factors: list[np.ndarray | None] = []
-        self._lumps: list[np.ndarray | None] = []
+        self._factors: list[np.ndarray | None] = [None] * (len(self._nodes) - 1)
 
     def update(self, matrix: sp.bsr_matrix) -> None:
         """Factorise the yarns of a matrix; raises ConvergenceError if one is not positive definite."""
-        count = len(self._nodes) - 1
-        self._factors = self._factors or [None] * count
-        self._lumps = [None] * count
-        share(lambda yarn: self._factorise(matrix, yarn), count)
-        bandwidths = np.array([len(factor) // 3 - 1 for factor in self._factors])
-        self._outside = _outside(matrix, self._nodes, bandwidths, np.concatenate(self._lumps))
 
-    def _factorise(self, matrix: sp.bsr_matrix, yarn: int) -> None:
-        for dtype in (self._dtype, np.float64):
-            # In single precision a yarn that hardly anything holds cannot be told from one that nothing holds.
-            band, self._lumps[yarn] = self._band(matrix, yarn, dtype)
-            minor = banded.factorise_band(band)
-            if minor == 0:
-                self._factors[yarn] = band
-                return
-        raise ConvergenceError(f"the stiffness of yarn {yarn} is not positive definite (minor {minor})")
+        def make(yarn: int) -> tuple[np.ndarray, np.ndarray]:
+            for dtype in (np.float32, np.float64):
+                # In single precision a yarn that hardly anything holds cannot be told from one that nothing holds.
+                self._factors[yarn] = None  # room for the next one
+                band, lumps = self._band(matrix, yarn, dtype)
+                minor = factorise_band(band)
+                if minor == 0:
+                    return band, lumps
+            raise ConvergenceError(f"the stiffness of yarn {yarn} is not positive definite (minor {minor})")
+
+        self._factors, lumps = map(list, zip(*share(make, len(self._factors)), strict=True))
+        bandwidths = [len(factor) // 3 - 1 for factor in self._factors]
+        self._outside = _outside(matrix, self._nodes, bandwidths, np.concatenate(lumps))
 
     def _band(self, matrix: sp.bsr_matrix, yarn: int, dtype: type) -> tuple[np.ndarray, np.ndarray]:
         """Return the lower band (bandwidth + 1, unknowns) of a yarn in LAPACK's order.
@@ -135,7 +94,7 @@ class YarnScale:
         first, last = self._nodes[yarn : yarn + 2]
         bandwidth = self._reach(matrix, first, last)
         width = 3 * (bandwidth + 1)
-        band = self._empty(yarn, (last - first) * 3 * width, dtype)
+        band = np.zeros((last - first) * 3 * width, dtype=dtype)
         lumps = np.zeros((last - first, 3))
         for low, high, row, column, data in _chunks(matrix, first, last):
             apart = row - column
@@ -156,16 +115,6 @@ class YarnScale:
                     band[(3 * node + k) * width + i - k] = diagonal[:, i, k]
         return band.reshape((width, (last - first) * 3), order="F"), lumps
 
-    def _empty(self, yarn: int, size: int, dtype: type) -> np.ndarray:
-        """Return zeros (size,), in the place of the yarn's last factor if they fit."""
-        last = self._factors[yarn]
-        if last is None or last.size != size or last.dtype != dtype:
-            self._factors[yarn] = None
-            return np.zeros(size, dtype=dtype)
-        flat = last.reshape(-1, order="F")
-        flat[:] = 0
-        return flat
-
     def _reach(self, matrix: sp.bsr_matrix, first: int, last: int) -> int:
         """Return the bandwidth of nodes first .. last: what they need of each other, or the elements' own."""
         reach = self._bandwidth
@@ -185,15 +134,14 @@ class YarnScale:
 
         What remains of the residual is the effect of what the factors leave out: no product with the whole matrix.
         """
-        along = np.empty_like(residual)
 
-        def solve(yarn: int) -> None:
-            part = slice(*self._bounds[yarn : yarn + 2])
-            local = residual[part].astype(self._factors[yarn].dtype)
-            banded.solve_band(self._factors[yarn], local)
-            along[part] = local
+        def solve(yarn: int) -> np.ndarray:
+            factor = self._factors[yarn]
+            local = residual[slice(*3 * self._nodes[yarn : yarn + 2])].astype(factor.dtype)
+            solve_band(factor, local)
+            return local
 
-        share(solve, len(self._factors))
+        along = np.concatenate(share(solve, len(self._factors)), dtype=float)
         correction += along
         np.negative(self._outside @ along, out=residual)
 
@@ -208,7 +156,7 @@ def _chunks(matrix: sp.bsr_matrix, first: int, last: int) -> Iterator[tuple]:
 
 
 def _outside(
-    matrix: sp.bsr_matrix, nodes: np.ndarray, bandwidth: np.ndarray, lumps: np.ndarray
+    matrix: sp.bsr_matrix, nodes: np.ndarray, bandwidth: list[int], lumps: np.ndarray
 ) -> sp.csr_matrix:
     """Return a matrix without the bands of its yarns, and without what was added to them."""
     parts = []
@@ -236,21 +184,20 @@ class CrossingScale:
         self._tied = structure.patch
         self.unknowns = np.empty(0, dtype=np.int64)
 
-    def update(
-        self, matrix: sp.bsr_matrix, unsymmetric: sp.bsr_matrix | None = None, touching: np.ndarray = NOWHERE
-    ) -> None:
+    def update(self, system: System) -> None:
         """Factorise the patches of a matrix: around ties, and around the nodes where contact acts.
 
         What friction adds lies within the patches, whose factors need no symmetry.
         """
+        matrix, unsymmetric = system.matrix, system.unsymmetric
         self.release()
-        patch = np.union1d(self._tied, neighbours(matrix, touching))
+        patch = np.union1d(self._tied, _neighbours(matrix, system.touching))
         self.unknowns = (3 * patch[:, None] + np.arange(3)).ravel()
         if not len(self.unknowns):
             return
         columns = _block_rows(matrix, patch).T.tobsr(blocksize=(3, 3))  # (size, patch): by symmetry the rows
         if unsymmetric is not None and unsymmetric.nnz:
-            columns = columns + _block_columns(unsymmetric, patch)
+            columns = columns + unsymmetric.tocsr()[:, self.unknowns].tobsr(blocksize=(3, 3))
         own = _block_rows(columns, patch).tocsr()
         reached = np.flatnonzero(np.diff(columns.indptr))  # nodes
         self._reached = (3 * reached[:, None] + np.arange(3)).ravel()
@@ -259,13 +206,12 @@ class CrossingScale:
             sp.bsr_matrix((columns.data, columns.indices, ends), shape=(3 * len(reached), own.shape[1]))
         )
         self._groups = _groups(own)
-        self._factors = [None] * len(self._groups)
 
-        def make(number: int) -> None:
+        def make(number: int) -> SuperLU:
             group = self._groups[number]
-            self._factors[number] = factorise(own[group][:, group])
+            return factorise(own[group][:, group])
 
-        share(make, len(self._groups))
+        self._factors = share(make, len(self._groups))
 
     def release(self) -> None:
         """Forget the factors, so that their memory can serve for new ones."""
@@ -295,7 +241,7 @@ def _groups(matrix: sp.csr_matrix) -> list[np.ndarray]:
     return [np.flatnonzero(group[patch] == number) for number in np.unique(group)]
 
 
-def neighbours(matrix: sp.bsr_matrix, nodes: np.ndarray) -> np.ndarray:
+def _neighbours(matrix: sp.bsr_matrix, nodes: np.ndarray) -> np.ndarray:
     """Return nodes and those that share an element or a contact with them."""
     return np.union1d(nodes, matrix.indices[block_entries(matrix, nodes)])
 
@@ -309,19 +255,10 @@ def _block_rows(matrix: sp.bsr_matrix, nodes: np.ndarray) -> sp.bsr_matrix:
     )
 
 
-def _block_columns(matrix: sp.bsr_matrix, nodes: np.ndarray) -> sp.bsr_matrix:
-    """Return the columns of all unknowns of some nodes, ascending."""
-    place = np.full(matrix.shape[1] // 3, -1)
-    place[nodes] = np.arange(len(nodes))
-    column = place[matrix.indices]
-    chosen = column >= 0
-    indptr = np.concatenate([[0], np.cumsum(chosen)])[matrix.indptr]
-    return sp.bsr_matrix(
-        (matrix.data[chosen], column[chosen], indptr), shape=(matrix.shape[0], 3 * len(nodes))
-    )
-
-
 # The scale of the fabric: rigid motions of every few stations, a beam network as coarse grid
+
+
+STATIONS = 2  # neighbouring stations of a yarn that make a group
 
 
 class FabricScale:
@@ -332,9 +269,12 @@ class FabricScale:
     single precision, as the yarns' factors are; the grid's operator is not.
     """
 
-    def __init__(self, structure: KnitStructure, stations: int = 2) -> None:
+    def __init__(self, structure: KnitStructure) -> None:
         self._structure = structure
-        self._group = _groups_fabric(structure, stations)
+        first = np.searchsorted(structure.yarn, structure.yarn)
+        within = (structure.station - structure.station[first]) // STATIONS
+        label = structure.yarn * (within.max() + 1) + within
+        self._group = np.unique(label, return_inverse=True)[1]
 
     def update(self, matrix: sp.bsr_matrix, moved: np.ndarray | None = None) -> None:
         """Form the grid's operator and its factors, for nodes that have moved (n, 3) [m].
@@ -355,8 +295,8 @@ class FabricScale:
     def prolongation(self, moved: np.ndarray | None = None) -> sp.bsr_matrix:
         """Return the motions of all nodes by those of their groups."""
         group = self._group
-        blocks, centre, _ = rigid_motions(self._structure.moved(moved), group)
-        shape = (3 * len(group), 6 * len(centre))
+        blocks = self._structure.rigid_motions(group, moved)
+        shape = (3 * len(group), 6 * (int(group.max()) + 1))
         return sp.bsr_matrix((blocks, group, np.arange(len(group) + 1)), shape=shape)
 
     def correct(self, residual: np.ndarray, correction: np.ndarray) -> None:
@@ -365,14 +305,6 @@ class FabricScale:
         coarse = self._factors.solve(given.astype(float)).astype(np.float32)
         correction += self._spread @ coarse
         residual -= self._effect @ coarse
-
-
-def _groups_fabric(structure: KnitStructure, stations: int) -> np.ndarray:
-    """Return the group (n,) of every node: `stations` neighbouring stations of one yarn."""
-    first = np.searchsorted(structure.yarn, structure.yarn)
-    within = (structure.station - structure.station[first]) // stations
-    label = structure.yarn * (within.max() + 1) + within
-    return np.unique(label, return_inverse=True)[1]
 
 
 def _anchor(coarse: sp.csr_matrix) -> sp.csr_matrix:
@@ -392,45 +324,31 @@ def _anchor(coarse: sp.csr_matrix) -> sp.csr_matrix:
 # and once each (crossing, yarn, fabric) where friction has made the matrix unsymmetric. Minimal residuals need no
 # symmetry; on a knit in contact the shorter way takes 7 iterations for 12.
 
-Scale = FabricScale | CrossingScale | YarnScale
-
 
 class ThreeScale:
     """The combined preconditioner: of a symmetric matrix symmetric, and positive definite where that is."""
 
-    def __init__(self, structure: KnitStructure, stations: int = 2, dtype: type = np.float32) -> None:
-        self.fabric = FabricScale(structure, stations)
+    def __init__(self, structure: KnitStructure) -> None:
+        self.fabric, self.yarn = FabricScale(structure), YarnScale(structure)
         self.crossing = CrossingScale(structure) if structure.patch is not None else None
-        self.yarn = YarnScale(structure, dtype)
-        self._order = self._present(self.fabric, self.crossing, self.yarn, self.crossing, self.fabric)
 
-    def update(
-        self,
-        matrix: sp.bsr_matrix,
-        unsymmetric: sp.bsr_matrix | None = None,
-        touching: np.ndarray = NOWHERE,
-        moved: np.ndarray | None = None,
-    ) -> None:
+    def update(self, system: System) -> None:
         """Make all factors anew; only those of the crossings know what friction adds."""
-        if unsymmetric is not None:
-            self._order = self._present(self.crossing, self.yarn, self.fabric)
         self.fabric.release()  # room for what the others need on the way
-        self.yarn.update(matrix)
+        self.yarn.update(system.matrix)
         if self.crossing is not None:
-            self.crossing.update(matrix, unsymmetric, touching)
-        self.fabric.update(matrix, moved)
+            self.crossing.update(system)
+        self.fabric.update(system.matrix, system.moved)
+        once = [self.yarn, self.fabric] if self.crossing is None else [self.crossing, self.yarn, self.fabric]
+        self._order = once if system.unsymmetric is not None else [*once[:0:-1], *once]
 
-    def apply(self, matrix: Rows, residual: np.ndarray) -> np.ndarray:
-        """Return the correction (size,) for a residual; `matrix` is the one of the system being solved."""
+    def apply(self, residual: np.ndarray) -> np.ndarray:
+        """Return the correction (size,) for a residual."""
         residual = residual.copy()
         correction = np.zeros_like(residual)
         for scale in self._order:
             scale.correct(residual, correction)
         return correction
-
-    @staticmethod
-    def _present(*scales: Scale | None) -> tuple[Scale, ...]:
-        return tuple(scale for scale in scales if scale is not None)
 
 
 # Plain algebraic multigrid as a preconditioner
@@ -442,24 +360,19 @@ class AlgebraicMultigrid:
     def __init__(self, structure: KnitStructure) -> None:
         self._structure = structure
 
-    def update(
-        self,
-        matrix: sp.bsr_matrix,
-        unsymmetric: sp.bsr_matrix | None = None,
-        touching: np.ndarray = NOWHERE,
-        moved: np.ndarray | None = None,
-    ) -> None:
+    def update(self, system: System) -> None:
         """Build the hierarchy of the symmetric part, wherever contact acts."""
+        whole = np.zeros(len(self._structure.yarn), dtype=np.int64)
         smoother = ("block_gauss_seidel", {"sweep": "symmetric", "blocksize": 3})
         self._cycle = pyamg.smoothed_aggregation_solver(
-            matrix if unsymmetric is None else matrix.copy(),
-            B=rigid_modes(self._structure.moved(moved)),
+            system.matrix if system.unsymmetric is None else system.matrix.copy(),
+            B=self._structure.rigid_motions(whole, system.moved).reshape(-1, 6),
             presmoother=smoother,
             postsmoother=smoother,
             max_coarse=2000,
             coarse_solver="splu",
         ).aspreconditioner(cycle="V")
 
-    def apply(self, matrix: Rows, residual: np.ndarray) -> np.ndarray:
+    def apply(self, residual: np.ndarray) -> np.ndarray:
         """Return one V-cycle's correction (size,)."""
         return self._cycle @ residual

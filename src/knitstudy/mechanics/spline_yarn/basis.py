@@ -10,6 +10,7 @@ from math import factorial
 import numpy as np
 import scipy
 import scipy.sparse as sp
+from scipy.interpolate import BSpline
 from scipy.sparse.linalg import splu
 
 from knitstudy.errors import MeshError
@@ -51,25 +52,23 @@ def modes(degree: int) -> Modes:
 
 def values(degree: int, x: np.ndarray) -> np.ndarray:
     """Return phi (k, n_p) at points x (k, 2), also outside of the disc."""
-    kind = modes(degree)
-    power, radial = _power(degree, x), _radial(kind, x)
-    return kind.factor * _part(power[:, kind.wave], kind) * radial
+    return gradients(degree, x)[0]
 
 
 def gradients(degree: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return phi (k, n_p) and its derivatives (k, n_p, 2) at points x (k, 2)."""
     kind = modes(degree)
-    power, radial = _power(degree, x), _radial(kind, x)
-    j, m = (kind.degree - kind.wave) // 2, kind.wave
-    squared = np.einsum("kc,kc->k", x, x)[:, None]
+    m, j = kind.wave, (kind.degree - kind.wave) // 2
+    place = 2 * np.einsum("kc,kc->k", x, x)[:, None] - 1
+    radial = scipy.special.eval_jacobi(j, 0, m, place)
     slope = np.where(
-        j > 0, (j + m + 1) * scipy.special.eval_jacobi(np.maximum(j - 1, 0), 1, m + 1, 2 * squared - 1), 0.0
+        j > 0, (j + m + 1) * scipy.special.eval_jacobi(np.maximum(j - 1, 0), 1, m + 1, place), 0.0
     )
-    wave = _part(power[:, m], kind)
+    power = np.vander(x[:, 0] + 1j * x[:, 1], degree + 1, increasing=True)  # z^m
     turned = m * power[:, np.maximum(m - 1, 0)]  # d z^m / d x1; times i: d / d x2
-    first = _part(turned, kind) * radial + wave * slope * 2 * x[:, :1]
-    second = _part(1j * turned, kind) * radial + wave * slope * 2 * x[:, 1:]
-    return kind.factor * wave * radial, kind.factor[:, None] * np.stack([first, second], axis=-1)
+    wave, *change = (np.where(kind.sine, z.imag, z.real) for z in (power[:, m], turned, 1j * turned))
+    parts = [change[c] * radial + wave * slope * 2 * x[:, c : c + 1] for c in range(2)]
+    return kind.factor * wave * radial, kind.factor[:, None] * np.stack(parts, axis=-1)
 
 
 @cache
@@ -86,20 +85,6 @@ def quadrature(degree: int) -> tuple[np.ndarray, np.ndarray]:
     ring = np.stack([np.cos(theta), np.sin(theta)], axis=-1)
     points = (r[:, None, None] * ring).reshape(-1, 2)
     return points, np.repeat(0.5 * np.pi * weight / angles, angles)
-
-
-def _power(degree: int, x: np.ndarray) -> np.ndarray:
-    """Return z^m (k, degree + 1)."""
-    return np.vander(x[:, 0] + 1j * x[:, 1], degree + 1, increasing=True)
-
-
-def _part(power: np.ndarray, kind: Modes) -> np.ndarray:
-    return np.where(kind.sine, power.imag, power.real)
-
-
-def _radial(kind: Modes, x: np.ndarray) -> np.ndarray:
-    squared = np.einsum("kc,kc->k", x, x)[:, None]
-    return scipy.special.eval_jacobi((kind.degree - kind.wave) // 2, 0, kind.wave, 2 * squared - 1)
 
 
 # B-splines of one variable on an open knot vector: values and derivatives at many places at once
@@ -184,37 +169,9 @@ class Spline:
     @cached_property
     def _pieces(self) -> np.ndarray:
         """Coefficients (E, d + 1, d + 1) of the powers of the way into every span, for all functions there."""
-        derivatives = self._recursion(self.spans[:, 0], self._interval)
-        return np.stack([values / factorial(order) for order, values in enumerate(derivatives)], axis=1)
-
-    def _recursion(self, s: np.ndarray, interval: np.ndarray) -> list[np.ndarray]:
-        """Return all functions (k, d + 1) at places (k,) of spans, and each of their d derivatives.
-
-        De Boor's recursion (Piegl and Tiller 1997, The NURBS Book, sections 2.2 and 2.3).
-        """
-        found = []
-        for order in range(self.degree + 1):
-            values = np.ones((len(s), 1))
-            for q in range(1, self.degree + 1):
-                values = self._raise(values, q, s, interval, derive=q > self.degree - order)
-            found.append(values)
-        return found
-
-    def _raise(
-        self, lower: np.ndarray, q: int, s: np.ndarray, interval: np.ndarray, derive: bool
-    ) -> np.ndarray:
-        """Return functions of degree q (k, q + 1), or their derivatives, from what those of degree q - 1 are."""
-        around = self.knots[interval[:, None] + np.arange(1 - q, q + 1)]  # (k, 2 q)
-        low, high = around[:, :q], around[:, q:]
-        share = lower / (high - low)
-        values = np.zeros((len(s), q + 1))
-        if derive:
-            values[:, 1:] += q * share
-            values[:, :-1] -= q * share
-        else:
-            values[:, 1:] += (s[:, None] - low) * share
-            values[:, :-1] += (high - s[:, None]) * share
-        return values
+        # Where knots fall, those of another yarn begin.
+        yarns = np.split(self.knots, np.flatnonzero(np.diff(self.knots) < 0) + 1)
+        return np.concatenate([_powers(knots, self.degree) for knots in yarns])
 
     def matrix(self, s: np.ndarray) -> sp.csr_matrix:
         """Return the values (k, J) at places (k,)."""
@@ -239,3 +196,14 @@ class Spline:
             raise MeshError(f"{len(s)} places of a yarn are too few to fit {self.size} splines")
         found = splu(normal).solve(np.ascontiguousarray(rest)) if inner.shape[1] else rest
         return np.concatenate([ends[:1], found, ends[1:]])
+
+
+def _powers(knots: np.ndarray, degree: int) -> np.ndarray:
+    """Return Taylor's coefficients (E, d + 1, d + 1) of the functions of every span at its beginning."""
+    count = degree + 1
+    begin = np.flatnonzero(np.diff(knots) > 0)
+    # Of every d + 1 functions in a row one alone does not vanish in a span: their sums are enough.
+    sums = BSpline(knots, np.eye(count)[np.arange(len(knots) - count) % count], degree)
+    powers = [sums(knots[begin], order) / factorial(order) for order in range(count)]
+    own = (begin[:, None] - degree + np.arange(count)) % count
+    return np.take_along_axis(np.stack(powers, axis=1), own[:, None], axis=2)

@@ -226,6 +226,16 @@ def yarn_space(
 # Places and their derivatives at the same points of many sections of one yarn: sums along it first, then across
 
 
+def along(yarn: YarnSpace, nodes: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Return coefficients over the section and their derivatives (2, k, n_p, m) of nodes (n, m) at arc lengths (k,)."""
+    k = np.arange(yarn.stride)
+    there = k < np.diff(yarn.first_node)[:, None]
+    coefficients = np.where(there[..., None], nodes[np.where(there, yarn.first_node[:-1, None] + k, 0)], 0.0)
+    first, splines = yarn.spline.basis(s, orders=1)
+    here = coefficients[first[:, None] + np.arange(splines.shape[2])]  # (k, d + 1, n_p, m)
+    return np.einsum("okj,kjni->okni", splines, here, optimize=True)
+
+
 def sections(
     yarn: YarnSpace,
     nodes: np.ndarray,  # (n, 3), of this yarn: places or displacements [m]
@@ -233,12 +243,7 @@ def sections(
     x: np.ndarray,  # (q, 2), points in a section, over the radius
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return values (k, q, 3) and derivatives (k, q, 3, 3), the last axis by x1, x2 [m] and s, of nodes of a yarn."""
-    k = np.arange(yarn.stride)
-    there = k < np.diff(yarn.first_node)[:, None]
-    coefficients = np.where(there[..., None], nodes[np.where(there, yarn.first_node[:-1, None] + k, 0)], 0.0)
-    first, along = yarn.spline.basis(s, orders=1)
-    here = coefficients[first[:, None] + np.arange(along.shape[2])]  # (k, d + 1, n_p, 3)
-    value, slope = np.einsum("okj,kjni->okni", along, here, optimize=True)
+    value, slope = along(yarn, nodes, s)
     phi, gradient = disc.gradients(yarn.degree, x)
     across = np.moveaxis(gradient, -1, 0)[:, None] @ value  # (2, k, q, 3)
     return phi @ value, np.stack([*across, phi @ slope], axis=-1)
@@ -317,42 +322,21 @@ def _start(yarn: YarnSpace, nodes: np.ndarray, points: np.ndarray) -> tuple[np.n
     return np.stack(x, axis=-1), s[nearest]
 
 
-# What solid yarns are at many sections, all sampled at the same points: sums along the yarn first, then across
-
-
+@dataclass(frozen=True, eq=False)
 class Sampling:
-    """A linear map from nodes (N, ...) to the points (S q, ...) of sections, as a product: ``sampling @ nodes``.
+    """The map from nodes (N, ...) to the same points of many sections (S q, ...): ``sampling @ nodes``."""
 
-    As one sparse matrix it would have (d + 1) n_p entries a point.
-    """
-
-    def __init__(
-        self,
-        space: Space,
-        yarn: np.ndarray,  # int (S,), of every section
-        s: np.ndarray,  # (S,), its arc length [m]
-        points: np.ndarray,  # (q, 2), in a section, over the radius
-    ) -> None:
-        degree = max(each.degree for each in space.yarns)
-        self._across = disc.values(degree, points)
-        functions = disc.size(degree)
-        rows, columns, values = [], [], []
-        for number, own in enumerate(space.yarns):
-            here = np.flatnonzero(yarn == number)
-            first, along = own.spline.basis(s[here])
-            spline = first[:, None] + np.arange(along.shape[2])
-            count = disc.size(own.degrees)[spline]
-            k = np.arange(functions)
-            there = k < count[..., None]
-            rows.append(np.broadcast_to((here[:, None, None] * functions + k), there.shape)[there])
-            columns.append((space.first_node[number] + own.first_node[spline][..., None] + k)[there])
-            values.append(np.broadcast_to(along[0][..., None], there.shape)[there])
-        rows, columns, values = (np.concatenate(parts) for parts in (rows, columns, values))
-        self._along = sp.csr_matrix((values, (rows, columns)), shape=(len(s) * functions, space.size))
-        self.shape = (len(s) * len(points), space.size)
+    space: Space
+    yarn: np.ndarray  # int (S,), of every section
+    s: np.ndarray  # (S,), its arc length [m]
+    points: np.ndarray  # (q, 2), in a section, over the radius
 
     def __matmul__(self, nodes: np.ndarray) -> np.ndarray:
         """Return the values (S q, ...) of nodes (N, ...)."""
-        functions = self._across.shape[1]
-        sums = (self._along @ nodes.reshape(len(nodes), -1)).reshape(-1, functions, nodes[0].size)
-        return (self._across @ sums).reshape(-1, *nodes.shape[1:])
+        flat = nodes.reshape(len(nodes), -1)
+        found = np.empty((len(self.s), len(self.points), flat.shape[1]))
+        for number, own in enumerate(self.space.yarns):
+            here = self.yarn == number
+            value, _ = along(own, flat[self.space.first_node[number] :][: own.size], self.s[here])
+            found[here] = disc.values(own.degree, self.points) @ value
+        return found.reshape(-1, *nodes.shape[1:])

@@ -17,7 +17,7 @@ import numpy as np
 
 from knitstudy.errors import MeshError
 from knitstudy.mechanics.batches import SCRATCH, determinant, inverse
-from knitstudy.mechanics.elements import ElementGroup, ElementResponse
+from knitstudy.mechanics.elements import ElementGroup, ElementResponse, in_parts
 from knitstudy.mechanics.elements.hexahedron import tangent_moduli
 from knitstudy.mechanics.materials import FULL, VOIGT, Material, axes_along, rotate_strain
 from knitstudy.mechanics.spline_yarn import basis as disc
@@ -95,22 +95,11 @@ class Spans:
         of their own (Magisano et al. 2017). A straight step stretches what turns, by half the square of the angle. In
         slender yarns that would be most of the stress, in the very step that takes it away.
         """
-        count, nodes = displacement.shape[:2]
-        force, energy = np.empty((count, nodes, 3)), np.empty(count)
-        if stiffness and out is None:
-            out = np.empty((count, nodes**2, 9))
-        start = batch.indices(len(self.volume))[0]
         few = max(1, CACHE // self.points)
-        for first in range(0, count, few):
-            part = slice(first, min(first + few, count))
-            spans = slice(start + part.start, start + part.stop)
-            blocks = out[part] if stiffness else None
-            way = None if step is None else step[part]
-            force[part], energy[part] = self._respond(spans, displacement[part], blocks, way)
-        return ElementResponse(force, energy, np.zeros(count), out if stiffness else None)
+        return in_parts(self._respond, few, batch, displacement, stiffness, out, step)
 
     def _respond(
-        self, spans: slice, displacement: np.ndarray, out: np.ndarray | None, step: np.ndarray | None
+        self, spans: slice, displacement: np.ndarray, out: np.ndarray | None, step: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return force (e, a, 3) and energy (e,) of a few spans; put their stiffness into `out`."""
         at = slice(spans.start * self.points, spans.stop * self.points)
