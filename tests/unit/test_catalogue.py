@@ -2,7 +2,6 @@
 
 import sys
 
-import pandas as pd
 import pytest
 import study
 import synthetic
@@ -16,7 +15,7 @@ from knitstudy.study.configuration import load_scenes
 from knitstudy.study.documentation import keys_page
 from knitstudy.study.kinds import FIDELITIES, INTERACTIONS, SPECIMENS
 from knitstudy.study.scene import Scene
-from knitstudy.tables.catalogue import TABLES, tabulate
+from knitstudy.tables.catalogue import TABLES
 
 TOY = """
 import pandas as pd
@@ -74,12 +73,6 @@ def test_figure_from_outside_is_drawn_and_named_with_its_code(toy, plain_scene):
     assert FIGURES.module("toy_curve") == TABLES.module("toy_stiffness") == toy
     assert FIGURES.names()[0] == "fig15_force_strain"
     assert FIGURES.names()[-1] == "toy_curve"  # those without a place in the report come last
-
-
-def test_table_from_outside_is_built(toy):
-    table = tabulate("toy_stiffness", rom3d=synthetic.history(), contacts=None)
-    pd.testing.assert_frame_equal(table, pd.DataFrame({"k": table["k"]}))
-    assert table["k"].item() > 0
 
 
 def displays(catalogue, scenes, reference=None):

@@ -10,8 +10,6 @@ from knitstudy.cli.main import main
 from knitstudy.files import write_dataset
 from knitstudy.stages.simulate import Results
 
-COMMANDS = ("check", "export", "list", "plan", "run", "show")
-
 
 @pytest.fixture
 def knitstudy(monkeypatch, tmp_path):
@@ -31,13 +29,6 @@ def message(result):
     assert result.stdout == ""
     (line,) = result.stderr.splitlines()
     return line
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_help_has_examples(knitstudy, command):
-    result = knitstudy(command, "--help")
-    assert result.exit_code == 0
-    assert len(re.findall(rf"^  knitstudy {command}", result.stdout, flags=re.MULTILINE)) >= 2
 
 
 @pytest.mark.parametrize(
@@ -179,23 +170,6 @@ def test_run(knitstudy, config, simulated, monkeypatch):
     assert "mine/simulation/a.nc:" in result.stderr
     assert simulated["scene"].load.strain == 0.01
     assert (str(simulated["folder"]), simulated["config"], simulated["anew"]) == ("mine", config, False)
-
-
-@pytest.mark.parametrize(
-    ("error", "said"),
-    [
-        (
-            PermissionError(13, "Permission denied", "mine/dns"),
-            "error: [Errno 13] Permission denied: 'mine/dns'",
-        ),
-    ],
-)
-def test_failed_run(knitstudy, config, monkeypatch, error, said):
-    def fail(*arguments, **options):
-        raise error
-
-    monkeypatch.setattr("knitstudy.stages.simulate.simulate", fail)
-    assert message(knitstudy("run", "dns-a", "--config", config)) == said
 
 
 def test_ended_run_says_how_to_go_on(knitstudy, config, monkeypatch):

@@ -10,10 +10,7 @@ from knitstudy.study.configuration import (
     CONFIG,
     STUDIES,
     Workflow,
-    knits_of,
-    load_scene,
     load_scenes,
-    load_study,
     workflow_configuration,
 )
 from knitstudy.study.documents import read_yaml
@@ -45,11 +42,6 @@ def test_family_over_defaults_over_loop(config):
     assert load_scenes(config)["dns-a"].pattern.course_spacing == 11e-3
 
 
-def test_number_without_point_or_sign_is_a_number(config):
-    rewrite(config / FAMILY, "2e-2", "2e-1")
-    assert load_scene("rom3d-a", config).load.strain == 0.2
-
-
 def test_scenes_of_one_knit_share_its_geometry(config):
     rewrite(config / FAMILY, "load.strain: 2e-2", "yarn.diameter: 1.7e-3")
     message = r"scene 'rom3d-a': knit is 'plain', as in .*'dns-a', but yarn\.diameter is 0\.0017"
@@ -72,19 +64,6 @@ def test_file_that_is_missing_or_broken(config, file, content, message):
         (config / file).write_text(content)
     with pytest.raises(ConfigurationError, match=message):
         load_scenes(config)
-
-
-def test_studies_are_lists_of_scenes(config):
-    assert load_study("reduced", config) == ("dns-a", "rom3d-a")
-    assert load_study("ci", config) == ("dns-a",)
-
-
-def test_geometry_does_not_see_other_changes_of_a_scene(config):
-    before = knits_of(load_scenes(config))["plain"]
-    rewrite(config / FAMILY, "load.strain: 2e-2", "mesh.beam_size: 2e-4")
-    assert knits_of(load_scenes(config))["plain"].geometry_key == before.geometry_key
-    set_default(config, "pattern.clearance", 0.02)
-    assert knits_of(load_scenes(config))["plain"].geometry_key != before.geometry_key
 
 
 def test_configuration_of_the_workflow():

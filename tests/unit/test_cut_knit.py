@@ -18,14 +18,6 @@ def pieces(knit):
     return cut_cells(knit.loop, *knit.cells)
 
 
-def test_cells_have_the_yarn_of_an_endless_knit(knit, pieces):
-    """Arches of the first yarn and sinkers of the last one make up one whole yarn: there are m in m rows."""
-    arcs = pieces.arcs
-    assert arcs.yarn.tolist() == [0, 0, 0, 1, 2, 3, 3, 3, 3]
-    length = np.diff(arcs.arc, axis=1).sum()
-    assert length == pytest.approx(knit.cells[1] * knit.centrelines[0].length, rel=1e-12)
-
-
 def test_cuts_are_half_way_up_the_legs(knit):
     """Cuts of the first and of the last yarn lie as many rows apart as there are cells: strain is of the cells."""
     legs = middles_of_legs(knit).ravel()

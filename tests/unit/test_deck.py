@@ -9,7 +9,7 @@ import meshio
 import numpy as np
 import pytest
 
-from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
+from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.exchange.deck import Interaction, facet_faces, specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.fabric import Fabric, plain_knit
@@ -306,15 +306,6 @@ def test_iterations_count_failed_attempts(tmp_path):
     assert iterations.tolist() == [3, 13, 5]
 
 
-@pytest.mark.parametrize("reader", [calculix.read_totals, calculix.read_iterations])
-def test_missing_and_empty_results_are_named(tmp_path, reader):
-    with pytest.raises(DataFileError, match=r"deck\.out"):
-        reader(tmp_path / "deck.out")
-    (tmp_path / "deck.out").write_text("nothing\n")
-    with pytest.raises(DataFileError, match=r"deck\.out"):
-        reader(tmp_path / "deck.out")
-
-
 @pytest.fixture
 def failing(monkeypatch, tmp_path):
     """A program of CalculiX's name that prints an error and ends with status 201."""
@@ -327,11 +318,4 @@ def failing(monkeypatch, tmp_path):
 def test_an_error_of_calculix_is_passed_on(failing, tmp_path):
     (tmp_path / "deck.inp").write_text("*NODE\n")
     with pytest.raises(ConvergenceError, match=r"status 201: \*ERROR reading \*NODE: no such card"):
-        calculix.run(tmp_path / "deck.inp")
-
-
-def test_without_calculix_the_message_says_so(monkeypatch, tmp_path):
-    monkeypatch.setenv("PATH", str(tmp_path))
-    assert not calculix.available()
-    with pytest.raises(DataFileError, match="ccx is not on the PATH"):
         calculix.run(tmp_path / "deck.inp")

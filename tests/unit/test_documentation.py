@@ -3,16 +3,12 @@
 import importlib.util
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from knitstudy.errors import DataFileError
-from knitstudy.loading.columns import CONTACTS, HISTORY, STRESSES
 from knitstudy.measures.discretisation import HOW_FAR, physics_of
 from knitstudy.study.configuration import CONFIG, default_keys, load_scenes
 from knitstudy.study.documentation import COMMAND, KEYS, keys_page
 from knitstudy.study.documents import read_yaml
-from knitstudy.study.keys import ROLES, allowed_values, describe
 from knitstudy.study.kinds import Labels, all_sections, defaults_of_fields, role_of
 from knitstudy.study.scene import flat
 
@@ -25,14 +21,6 @@ DESCRIBED = {name: (Labels, name) for name in Labels.model_fields} | {
 
 def test_page_is_up_to_date():
     assert KEYS.read_text(encoding="utf-8") == keys_page(), f"{KEYS.name} is not up to date: run {COMMAND}"
-
-
-@pytest.mark.parametrize("key", DESCRIBED)
-def test_every_key_is_described(key):
-    said = describe(*DESCRIBED[key])
-    assert all((said.unit, said.standing, said.source, said.checked, allowed_values(*DESCRIBED[key])))
-    assert role_of(key) == said.role in ROLES
-    assert f"| `{key}` |" in keys_page()
 
 
 def test_every_physical_key_enters_the_problem_and_no_other():
@@ -54,12 +42,6 @@ def test_a_default_stands_in_one_place():
 
 
 SCRIPT = Path(__file__).parents[2] / "docs" / "columns.py"
-
-
-@pytest.mark.parametrize("columns", [HISTORY, CONTACTS, STRESSES])
-def test_an_unknown_name_is_refused(columns):
-    with pytest.raises(DataFileError, match=r"has no variable 'forse'.*knitstudy/loading/columns\.tsv"):
-        columns.variables({"forse": np.zeros(1)})
 
 
 def test_documentation_is_up_to_date():

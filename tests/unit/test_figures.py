@@ -9,24 +9,23 @@ import pytest
 import study
 import sweeping
 import synthetic
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import PolyCollection
 from matplotlib.image import imread
 from PIL import Image
 
 from knitstudy.contacts.contacts import extract
-from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.errors import DataFileError
 from knitstudy.figures import catalogue, renderer, shapes, style
 from knitstudy.figures.fig10_kinematics import QUANTITIES, SIDES, ZONES
 from knitstudy.figures.fig_pair_slip import Slide
 from knitstudy.figures.renderer import FRONT, Picture, RenderingError, Surface, View
 from knitstudy.figures.shapes import arrow, sphere, tube
-from knitstudy.figures.style import describe, resolution, save
+from knitstudy.figures.style import describe, save
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.measures.centre_cell import closest_neighbour
 from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models import network_2d
 from knitstudy.models.joints import contacts_of_crossings
 
 PAPER = Path(__file__).resolve().parents[2] / "resources" / "reference" / "paper_tables.csv"
@@ -188,13 +187,6 @@ def test_every_figure_is_written_with_units_and_its_origin(drawn, results, name,
     assert all("(" in label for label in labels if label), "units"
 
 
-def test_unknown_figure_names_the_known_ones():
-    with pytest.raises(
-        ConfigurationError, match=r"unknown figure 'fig15'; allowed are fig15_force_strain.*fig01_unit_cell"
-    ):
-        catalogue.draw("fig15")
-
-
 def test_figure_that_cannot_be_rendered_is_left_out_with_a_note(results, monkeypatch, caplog):
     def fail(picture):
         raise RenderingError("VTK cannot render here")
@@ -243,16 +235,6 @@ def test_the_band_is_the_uncertainty_of_the_reference(drawn):
     assert sorted(set(np.round(y[np.isclose(x, 5)], 9))) == [0.98 * 12, 1.02 * 12]
 
 
-def test_honeycomb_shows_every_beam_and_zone(drawn, knit, results):
-    (axes,) = drawn("fig04_honeycomb").axes
-    beams = next(each for each in axes.collections if isinstance(each, LineCollection))
-    network = network_2d.planar_network(knit, results("")["contacts"])
-    assert len(beams.get_segments()) == len(network.ends)
-    np.testing.assert_allclose(beams.get_segments()[0], 1e3 * network.nodes[network.ends[0], :2])
-    sizes = [len(each.get_offsets()) for each in axes.collections if not isinstance(each, LineCollection)]
-    assert 16 in sizes  # 4 zones of 2 x 2 interlocks
-
-
 # ---- contact ----
 
 
@@ -292,12 +274,6 @@ def test_slide_of_a_pair_by_hand(pairs, drawn):
 # ---- files ----
 
 
-def test_unknown_format_is_refused(drawn, tmp_path):
-    with pytest.raises(ConfigurationError, match=r"a\.bmp: figures are written as \.png and \.pdf"):
-        save(drawn("fig02_interfaces"), [tmp_path / "a.bmp"], {}, "")
-    assert list(tmp_path.iterdir()) == []
-
-
 @pytest.fixture
 def ball():
     return sphere(np.zeros(3), 1e-3, "red")
@@ -323,15 +299,6 @@ def test_surfaces_are_closed_and_look_outward():
     }
     for name, (surface, exact) in bodies.items():
         assert 0.985 * exact < volume(surface) < exact, name
-
-
-@pytest.mark.parametrize("said", ["30", "fine", "99999"])
-def test_resolution_out_of_bounds_is_refused(said, monkeypatch):
-    monkeypatch.setenv("KNITSTUDY_DPI", said)
-    with pytest.raises(
-        ConfigurationError, match=rf"KNITSTUDY_DPI is '{said}': allowed are whole numbers from 50"
-    ):
-        resolution()
 
 
 # ---- the process that renders ----

@@ -5,10 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
-from synthetic import contact_history, history
+from synthetic import history
 
-from knitstudy.contacts import contacts
-from knitstudy.errors import DataFileError
 from knitstudy.loading.history import FORMS
 from knitstudy.measures.history_checks import (
     DEEPEST,
@@ -158,34 +156,6 @@ def test_history():
     assert found["largest out-of-plane displacement of centrelines"] == (pytest.approx(2e-4), "m")
     assert found["internal energy at the end"] == (pytest.approx(0.1), "J")
     assert found["wall seconds"] == (1.5, "s")
-
-
-def test_contacts(knit):
-    dataset = contacts.extract(knit, contact_history(knit))
-    found = said(dataset)
-    assert found["kind"] == ("contacts", "")
-    assert found["crossings"] == (36, "1")
-    assert found["crossings that are tied"] == (24, "1")
-    largest = np.linalg.norm(dataset["force"].isel(increment=-1), axis=-1).max()
-    assert found["largest force of a crossing at the end"] == (pytest.approx(largest), "N")
-
-
-WRONG = {
-    "no increments": (lambda d: d.isel(increment=slice(0, 0)), "history: there is no increment in it"),
-    "no iterations": (lambda d: d.drop_vars("newton_iterations"), "there is no variable 'newton_iterations'"),
-    "other dimensions": (
-        lambda d: d.rename(increment="step"),
-        r"variable 'force' has the dimensions \(step\) but must have \(increment\)",
-    ),
-    "no stations": (lambda d: d.isel(station=slice(0, 0)), "there is no station in it"),
-}
-
-
-@pytest.mark.parametrize("case", WRONG)
-def test_histories_that_are_laid_out_otherwise_are_refused(case):
-    change, said = WRONG[case]
-    with pytest.raises(DataFileError, match=said):
-        summarise(change(loaded_history()))
 
 
 def test_a_word_where_nothing_touched():

@@ -2,14 +2,11 @@
 
 from types import SimpleNamespace
 
-import pandas as pd
 import pytest
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.files import read_table, write_dataset, write_table
-from knitstudy.measures.claims.verdicts import RULES
-from knitstudy.stages.kept_tables import VERDICTS
+from knitstudy.files import write_dataset
 from knitstudy.stages.memory import expected_memory, unknowns
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.simulate import simulate
@@ -165,25 +162,3 @@ def test_scene_that_exceeds_the_machine_is_refused_before_it_begins(monkeypatch)
         match=r"coarse': pattern.loops is 3, .*mesh.size is .*'simulation' would take some 0\.\d+ GB.*has 0.3",
     ):
         simulate(load_scene("dns-tie-course-coarse"))
-
-
-@pytest.fixture
-def kept(tmp_path):
-    path = tmp_path / "verdicts.csv"
-    write_table(pd.DataFrame({"id": ["G1", "K1"], "digest": "beef", "made": "2026-11-20"}), path)
-    return path
-
-
-def test_verdicts_of_other_code_are_said(kept):
-    said = VERDICTS.warning(kept, "cafe")
-    assert "kept on 2026-11-20" in said
-    assert "`make verdicts`" in said
-
-
-def test_configuration_without_a_full_study_has_other_verdicts(config, kept):
-    assert "`make verdicts`" in VERDICTS.warning(kept, VERDICTS.digest_wanted(Plan.of(config), config))
-
-
-def test_every_claim_has_a_kept_verdict():
-    table = read_table(VERDICTS.path, needs=("verdict", "uncertainty", "rule", "see", "digest"))
-    assert set(table["id"]) == set(RULES)

@@ -9,10 +9,8 @@ from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.promises import Comparison, Promise, compare, corrected, error_made
 from knitstudy.measures.reference import Reference
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
-from knitstudy.report.kept_pages import BEGIN, END, insert_between_marks, trade_summary
 from knitstudy.stages.simulate import Results
 from knitstudy.study.choice import AGAIN, Ask, Choice, Rung, second
-from knitstudy.tables import catalogue as tables
 
 
 def of(force):
@@ -60,25 +58,6 @@ def test_the_largest_error_of_a_question_counts(reference, plain_scene):
 def test_a_promise_is_held_by_its_value_and_surely_by_its_uncertainty(error, held, surely):
     promise = Promise("s", "force", "m", 0.05, Estimate(*error), FORCE, 1.0, 1.0)
     assert (promise.held, promise.surely) == (held, surely)
-
-
-@pytest.fixture(scope="module")
-def table(plain_scene):
-    scenes = study.scenes(plain_scene)
-    every = {name: each for name, each in study.histories(scenes).items() if scenes[name].fidelity != "beam"}
-    sources = {"every": every, "every_contacts": {}, "scenes": scenes, "reference": study.reference(scenes)}
-    return tables.tabulate("trade", **sources).assign(simulations="36 of 40", made="2026-11-21")
-
-
-def test_the_page_is_written_from_the_table(table):
-    page = insert_between_marks(f"before\n{BEGIN}\nold\n{END}\nafter\n", trade_summary(table))
-    assert page.startswith(f"before\n{BEGIN}\n")
-    assert page.endswith(f"{END}\nafter\n")
-    assert "old" not in page
-    assert "36 of 40 of the study" in page
-    assert "**3 x 3 cells, tie constraint, course tension.** For 5 % in force take" in page
-    assert page.count("| force | 3 x 3,") == 4
-    assert "### On other knits" not in page
 
 
 ASKS = ("--set", "fidelity=auto", "--set", "ask.question=force", "--set", "ask.accuracy=0.05")

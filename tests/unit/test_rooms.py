@@ -78,12 +78,6 @@ def test_imports_run_downwards():
     assert upward == []
 
 
-def test_upward_imports_are_seen():
-    assert not is_downward("knitstudy.mechanics.newton", "knitstudy.study.scene")
-    assert not is_downward("knitstudy.figures.style", "knitstudy.tables.table2_springs")
-    assert is_downward("knitstudy.study.scene", "knitstudy.mechanics.newton")
-
-
 def circle(imports):
     """Return modules that import each other one after the other, or nothing."""
     done = set()
@@ -102,26 +96,6 @@ def circle(imports):
 
 def test_no_module_imports_itself_by_way_of_others():
     assert circle(IMPORTS) == []
-
-
-def test_circles_are_seen():
-    assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}}) == ["b", "c", "b"]
-
-
-def test_imports_in_functions_count_and_those_of_types_do_not(tmp_path):
-    path = tmp_path / "module.py"
-    path.write_text(
-        "if TYPE_CHECKING:\n    from knitstudy.study.scene import Scene\n"
-        "def f():\n    from knitstudy.mechanics import newton\n    import knitstudy.errors\n"
-    )
-    assert imported(path) == {"knitstudy.mechanics.newton", "knitstudy.errors"}
-
-
-PACKAGES = [module for module, path in MODULES.items() if path.name == "__init__.py"]
-
-
-def test_every_folder_is_a_package():
-    assert {path.parent for path in MODULES.values()} == {MODULES[package].parent for package in PACKAGES}
 
 
 def test_only_what_a_newcomer_needs_lies_at_the_top():

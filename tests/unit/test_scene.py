@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.configuration import load_scene, load_scenes
+from knitstudy.study.configuration import load_scenes
 from knitstudy.study.keys import Section, key
 from knitstudy.study.scene import Scene, flattened
 
@@ -227,19 +227,6 @@ def test_geometry_key_knows_what_determines_the_geometry(scene, pair):
 
 
 # ---- Scenes of other kinds, and what differs from the defaults ----
-
-
-def test_a_scene_of_another_kind_takes_its_sections_from_the_defaults(config):
-    scene = load_scene("dns-a", config)
-    with pytest.raises(ConfigurationError, match=r"the key 'load\.path' is missing"):
-        scene.replace("specimen", "pair")
-    pair = scene.vary({"specimen": "pair", "load.path": [[0.0, 0.0, -1e-5]]})
-    assert (pair.specimen, pair.load.path, pair.pair.angle) == ("pair", ((0.0, 0.0, -1e-5),), 90.0)
-    assert pair.yarn == scene.yarn
-    assert "pattern" not in pair.sections
-    touching = scene.replace("interaction", "isotropic")
-    assert touching.contact.friction == 0.76
-    assert touching.replace("interaction", "tie") == scene
 
 
 # ---- What a stage sees ----

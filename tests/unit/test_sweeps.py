@@ -6,7 +6,6 @@ import study
 import sweeping
 from sweeping import LIFT, SURE, histories
 
-from knitstudy.errors import DataFileError
 from knitstudy.files import read_table
 from knitstudy.geometry.lay_out import FOUND
 from knitstudy.measures.claims.evidence import Evidence
@@ -98,10 +97,3 @@ def test_refused_loops_are_those_of_one_sweep():
     found = refused(LOOPS, "course ratio [1]", 10.0)
     assert found.to_dict("list") == {"held fixed": ["shape"], "at": [7.0]}
     assert refused(LOOPS, "yarn diameter [m]", 1e3)["at"].tolist() == [2.1]
-
-
-def test_table_of_loops_without_a_column_is_refused():
-    with pytest.raises(
-        DataFileError, match=r"'outcome'; make it again with `python -m knitstudy\.geometry\.lay_out`"
-    ):
-        refused(LOOPS.drop(columns="outcome"), "course ratio [1]", 1.0)

@@ -7,7 +7,6 @@ import pytest
 import study
 import synthetic
 
-from knitstudy.errors import DataFileError
 from knitstudy.files import read_table
 from knitstudy.tables.table2_springs import AVERAGES, STATISTICS, tabulate
 
@@ -76,9 +75,3 @@ def test_spread_and_counts(touching, scenes, paper):
     assert value["averaged, mean of F / d", "x"] == pytest.approx(14 / 12 * STIFFNESS[0])
     counts = table.loc["smallest F / d", ["crossings [1]", "negative [1]", "undefined [1]", "open [1]"]]
     np.testing.assert_array_equal(counts.loc[["x", "y", "z"]], [[12, 0, 0, 0], [12, 1, 0, 0], [11, 0, 1, 0]])
-
-
-def test_ties_are_refused(touching, scenes, paper):
-    tied = touching.assign(tied=("crossing", np.ones(touching.sizes["crossing"], dtype=np.int8)))
-    with pytest.raises(DataFileError, match="'course' are all tied"):
-        tabulate({"course": tied}, paper, scenes)

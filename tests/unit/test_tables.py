@@ -18,9 +18,7 @@ from knitstudy.measures.domain import SERIES
 from knitstudy.measures.paper_values import number, numbers
 from knitstudy.measures.response import (
     distance_of_curves,
-    largest_out_of_plane,
     out_of_plane_correlation,
-    secant_stiffness,
     transverse_contraction,
 )
 from knitstudy.measures.segments import cut_force
@@ -195,15 +193,6 @@ def test_table_of_forces(knit, plain_scene):
     assert row["force of the grips [N]"] == STRESS * AREA
     assert row["smallest force through a cut, over it [1]"] == pytest.approx(1, abs=0.03)
     assert row["largest force through a cut, over it [1]"] == pytest.approx(1, abs=0.03)
-
-
-def test_secant_stiffness_is_force_over_displacement():
-    """10 N at 5 % of 10 mm."""
-    assert secant_stiffness(synthetic.history()) == pytest.approx(10 / 0.5e-3)
-
-
-def test_largest_out_of_plane_is_that_of_full_load():
-    assert largest_out_of_plane(synthetic.history(lift=1e-4, yarns=3)) == pytest.approx(3e-4)
 
 
 def test_distance_of_a_hat_by_hand():

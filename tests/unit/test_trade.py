@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import study
 
-from knitstudy.figures import catalogue as figures
 from knitstudy.measures.cost import PROCESSOR, WALL, Expense, expense_of
 from knitstudy.measures.discretisation import problem_of, sticks, tied_problem_of
 from knitstudy.measures.estimate import Estimate
@@ -149,18 +148,6 @@ def test_a_reduced_model_costs_what_its_contacts_cost(scenes, sources):
     expense = expense_of(scenes["rom3d-tie-course"], timed)
     assert (expense.seconds, expense.clock) == (4.0, PROCESSOR)
     assert expense_of(scenes["rom3d-tie-course"], {"rom3d-tie-course": timed["rom3d-tie-course"]}) is None
-
-
-@pytest.mark.parametrize("name", list(QUESTIONS))
-def test_every_question_is_drawn(sources, name):
-    drawing = figures.draw(f"fig_trade_{name}", **sources)
-    assert len(drawing.axes) == 4
-    texts = [text.get_text() for axes in drawing.axes for text in axes.texts]
-    if name == "force":
-        assert any(text.startswith("1 ") for text in texts)
-        assert all(axes.get_xscale() == axes.get_yscale() == "log" for axes in drawing.axes)
-    if name == "stress":
-        assert texts == ["nothing measured"] * 4
 
 
 def test_beams_answer_by_the_whole_force_of_the_crossings_of_the_centre_cell(scenes):
