@@ -92,9 +92,7 @@ def test_ties_stand_in_for_contact_as_far_as_that_was_measured(choice, templates
 
 def test_a_budget_of_memory_takes_what_is_dearer_in_time_or_ends(choice):
     assert choice(question="force", accuracy=0.05, memory=20.0).rung.model == "network"
-    with pytest.raises(
-        ConfigurationError, match=r"ask\.memory is 20, but within ask\.accuracy 0\.01 the least is"
-    ):
+    with pytest.raises(ConfigurationError, match=r"ask\.memory is 20, but within ask\.accuracy 0\.01 the"):
         choice(question="force", accuracy=0.01, memory=20.0)
 
 
@@ -119,9 +117,7 @@ def test_a_model_that_cannot_answer_is_refused_with_the_reason(choice):
 def test_what_was_not_measured_is_said(choice):
     with pytest.raises(ConfigurationError, match="nothing was measured of tie constraint in wale tension"):
         choice({"load.direction": "wale"}, question="force", accuracy=0.5)
-    with pytest.raises(
-        ConfigurationError, match=r"must be named where load\.strain is -0\.01: .* in tension"
-    ):
+    with pytest.raises(ConfigurationError, match=r"must be named where load\.strain is -0\.01: .* in"):
         choice({"load.strain": -0.01}, question="force", accuracy=0.5)
 
 

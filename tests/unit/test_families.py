@@ -112,18 +112,9 @@ def test_family_that_is_not_allowed(folder, old, new, message):
 @pytest.mark.parametrize(
     ("files", "message"),
     [
-        (
-            {"other": FAMILY},
-            "other.yaml, scene 'dns-tie-fine': is there twice, the first in the family 'family'",
-        ),
-        (
-            {"other": "way: {left: {}}"},
-            "other.yaml: unknown key 'way'; allowed are studies, keys, scenes, or a pl",
-        ),
-        (
-            {"cases": "keys: {knit: a}\n" + CASES},
-            "cases.yaml: has studies or keys of scenes, but the key 'scenes'",
-        ),
+        ({"other": FAMILY}, "other.yaml, scene 'dns-tie-fine': is there twice, the first in the family"),
+        ({"other": "way: {left: {}}"}, "other.yaml: unknown key 'way'; allowed are studies, keys, scenes"),
+        ({"cases": "keys: {knit: a}\n" + CASES}, "cases.yaml: has studies or keys of scenes, but the key"),
     ],
 )
 def test_families_that_do_not_go_together(folder, files, message):

