@@ -77,9 +77,10 @@ DEFAULTS = {
 @pytest.fixture(scope="session")
 def defaults_with():
     """Function that returns the defaults of small configurations with other keys in some sections."""
-    return lambda **sections: DEFAULTS | {
-        name: DEFAULTS[name] | keys if isinstance(keys, dict) else keys for name, keys in sections.items()
-    }
+    return lambda **sections: (
+        DEFAULTS
+        | {name: DEFAULTS[name] | keys if isinstance(keys, dict) else keys for name, keys in sections.items()}
+    )
 
 
 @pytest.fixture(scope="session")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.errors import ConfigurationError, GeometryError
+from knitstudy.errors import GeometryError
 from knitstudy.mechanics import beam
 from knitstudy.mechanics.beam import Elements, Section
 from knitstudy.mechanics.curved_rod import CurvedSection
@@ -16,14 +16,6 @@ def test_circular_section():
     assert section.EI == pytest.approx(100 * np.pi / 4)
     assert section.GJ == pytest.approx(40 * np.pi / 2)
     assert section.kGA == pytest.approx(0.89 * 40 * np.pi)
-
-
-@pytest.mark.parametrize(
-    ("diameter", "modulus"), [(0.0, 1e9), (-1e-3, 1e9), (1e-3, 0.0), (float("nan"), 1e9)]
-)
-def test_section_without_size_or_stiffness_is_refused(diameter, modulus):
-    with pytest.raises(ConfigurationError, match=r"yarn\.diameter"):
-        Section.circular(diameter, modulus, 0.4)
 
 
 def test_full_slenderness_compensation_gives_one_element_the_exact_s_bending_stiffness():

@@ -331,9 +331,6 @@ def test_honeycomb_that_course_tension_stretches_is_not_reproduced(evidence, kni
     assert RULES["M2"](swapped).verdict == "not reproduced"
 
 
-# ---- local kinematics ----
-
-
 @pytest.mark.parametrize("name", ["section_rotation", "segment_contraction", "sliding", "contact_spin"])
 def test_one_crossing_that_stays_is_not_reproduced(evidence, name):
     contacts = evidence.contacts["isotropic"]
@@ -341,6 +338,3 @@ def test_one_crossing_that_stays_is_not_reproduced(evidence, name):
     still[:, centre_cell(contacts)[2]] = 0.0
     judged = RULES["K8"](with_contacts(evidence, contacts.assign({name: still})))
     assert judged.verdict == "not reproduced"
-
-
-# ---- names ----

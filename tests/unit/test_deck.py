@@ -9,7 +9,7 @@ import meshio
 import numpy as np
 import pytest
 
-from knitstudy.errors import ConfigurationError, ConvergenceError
+from knitstudy.errors import ConfigurationError
 from knitstudy.exchange.deck import Interaction, facet_faces, specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.fabric import Fabric, plain_knit
@@ -183,15 +183,6 @@ def test_law_of_contact(made, written, dialect, friction, expected):
     assert row == ["YARNS0_1_SLAVE, YARNS0_1_MASTER"]
 
 
-def test_stick_stiffness_of_abaqus_is_that_of_the_law_at_the_largest_penetration(made, written):
-    interaction = made("pair").deck.interaction
-    law = interaction.law
-    pressure = law.normal * interaction.penetration
-    assert law.friction * pressure / interaction.elastic_slip == pytest.approx(law.tangential)
-    (card,) = [card for card, _ in cards(written("abaqus", "pair")) if card.startswith("*FRICTION")]
-    assert float(card.split("=")[1]) == pytest.approx(interaction.elastic_slip)
-
-
 @DIALECTS
 def test_a_path_is_one_step_a_leg(written, dialect):
     """CalculiX rests for a step before yarns that touch are moved."""
@@ -279,39 +270,9 @@ TOTALS = """
        2.500000E+00 -4.000000E-03  0.000000E+00
 """
 
-STATUS = """SUMMARY OF JOB INFORMATION
-  STEP      INC     ATT  ITRS     TOT TIME     STEP TIME      INC TIME
-     1          1     1     3  0.100000E+01  0.100000E+01  0.100000E+01
-     1          2     1U    9  0.200000E+01  0.200000E+01  0.100000E+01
-     1          2     2     4  0.150000E+01  0.150000E+01  0.500000E+00
-     2          1     1     5  0.250000E+01  0.100000E+01  0.100000E+01
-"""
-
 
 def test_totals_are_read(tmp_path):
     (tmp_path / "deck.dat").write_text(TOTALS)
     time, force = calculix.read_totals(tmp_path / "deck.dat")
     assert time.tolist() == [1.0, 2.0]
     np.testing.assert_array_equal(force, [[1.234567, -0.002, 3.5e-12], [2.5, -0.004, 0.0]])
-
-
-def test_iterations_count_failed_attempts(tmp_path):
-    (tmp_path / "deck.sta").write_text(STATUS)
-    step, iterations = calculix.read_iterations(tmp_path / "deck.sta")
-    assert step.tolist() == [1, 1, 2]
-    assert iterations.tolist() == [3, 13, 5]
-
-
-@pytest.fixture
-def failing(monkeypatch, tmp_path):
-    """A program of CalculiX's name that prints an error and ends with status 201."""
-    program = tmp_path / "ccx"
-    program.write_text("#!/bin/sh\necho ' *ERROR reading *NODE:'\necho '        no such card'\nexit 201\n")
-    program.chmod(0o755)
-    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
-
-
-def test_an_error_of_calculix_is_passed_on(failing, tmp_path):
-    (tmp_path / "deck.inp").write_text("*NODE\n")
-    with pytest.raises(ConvergenceError, match=r"status 201: \*ERROR reading \*NODE: no such card"):
-        calculix.run(tmp_path / "deck.inp")

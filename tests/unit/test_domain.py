@@ -8,11 +8,8 @@ import synthetic
 import xarray as xr
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.figures.fig12_size_and_beams import series_line
 from knitstudy.measures.domain import contact_over_ties, fitted, series_of
 from knitstudy.measures.endless_knit import between_grips, held_over_free, limit, stretches
-from knitstudy.study.configuration import load_scenes, load_study
-from knitstudy.study.scene import LABELS
 from knitstudy.tables import catalogue as tables
 
 
@@ -26,33 +23,6 @@ def test_laws_are_found_again():
     law = fitted(cells, 5.0 * cells**2 + 2.0 * cells, (2, 1))
     np.testing.assert_allclose(law.coef, [0.0, 2.0, 5.0])
     assert law(10.0) == pytest.approx(520.0)
-
-
-def test_growth_is_the_exponent_of_the_knits_from_three_cells_on(grown):
-    (series, *_) = series_of(grown[0].values())
-    assert series.growth(5.0 * series.cells**2.1) == pytest.approx(2.1)
-
-
-def all_but_size(scene):
-    document = {name: keys for name, keys in scene.to_dict().items() if name not in LABELS}
-    of_size = {"pattern": ("loops", "rows"), "rom": ("contacts_from",)}
-    for section, keys in of_size.items():
-        document[section] = {
-            key: value for key, value in document.get(section, {}).items() if key not in keys
-        }
-    return document
-
-
-def test_series_of_the_study_differ_in_nothing_but_size_and_look_different():
-    scenes = load_scenes()
-    series = series_of(scenes[name] for name in load_study("full"))
-    assert len(series) == 10
-    for each in series:
-        first, *others = map(all_but_size, each.scenes)
-        assert all(other == first for other in others), each.stem
-    lines = [series_line(each) for each in series if each.scenes[0].load.direction == "course"]
-    for what in (["label"], ["color", "linestyle", "marker"]):
-        assert len({tuple(line[key] for key in what) for line in lines}) == len(lines), what
 
 
 def test_contact_over_ties_is_of_equal_sizes(grown):

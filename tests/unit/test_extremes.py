@@ -3,13 +3,12 @@
 import os
 
 import numpy as np
-import pandas as pd
 import pytest
 import yaml
 from synthetic import history
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, GeometryError
-from knitstudy.figures.extremes_map import CAUSES, draw
+from knitstudy.figures.extremes_map import CAUSES
 from knitstudy.stages import extremes
 from knitstudy.stages.extremes import QUANTITIES, Trial, cause, judged, load_campaign, run
 from knitstudy.stages.simulate import Results
@@ -76,21 +75,6 @@ def test_a_process_that_dies_is_a_silent_failure(trial, simulated):
     row = run(trial, 5.0, 0.0, None, None)
     assert (row["outcome"], row["reason"]) == ("silent", "the process ended with status 7")
     assert (row["trial"], row["changed"]) == ("strain a 1", "load.strain = 0.1")
-
-
-def test_the_map_has_a_square_for_every_trial():
-    rows = [
-        {"group": group, "model": model, "number": number, "cause": why}
-        for group in ("strain", "gap")
-        for model in ("a", "b")
-        for number, why in enumerate(CAUSES, 1)
-    ]
-    page = draw(pd.DataFrame(rows))
-    (axes,) = page.axes
-    assert len(axes.collections[0].get_offsets()) == len(rows)
-    assert [text.get_text() for text in axes.get_yticklabels()] == ["strain", "gap"]
-    labels = [text.get_text() for text in page.legends[0].get_texts()]
-    assert labels == [f"{label} (4)" for label, _ in CAUSES.values()]
 
 
 BASES = {

@@ -235,9 +235,6 @@ def test_the_band_is_the_uncertainty_of_the_reference(drawn):
     assert sorted(set(np.round(y[np.isclose(x, 5)], 9))) == [0.98 * 12, 1.02 * 12]
 
 
-# ---- contact ----
-
-
 def test_every_crossing_of_the_centre_cell_has_its_kinematics(drawn, touching):
     panels = drawn("fig10_kinematics").axes
     assert len(panels) == len(QUANTITIES) * len(SIDES)
@@ -271,9 +268,6 @@ def test_slide_of_a_pair_by_hand(pairs, drawn):
     assert labels == ["slid", "slid and reversed", "± friction coefficient times normal force"]
 
 
-# ---- files ----
-
-
 @pytest.fixture
 def ball():
     return sphere(np.zeros(3), 1e-3, "red")
@@ -299,9 +293,6 @@ def test_surfaces_are_closed_and_look_outward():
     }
     for name, (surface, exact) in bodies.items():
         assert 0.985 * exact < volume(surface) < exact, name
-
-
-# ---- the process that renders ----
 
 
 @pytest.fixture

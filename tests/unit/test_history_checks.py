@@ -20,8 +20,7 @@ from knitstudy.measures.history_checks import (
 from knitstudy.measures.summary import summarise
 from knitstudy.tables import catalogue
 
-WORK = 1e-3
-"""External work at full load [J]."""
+WORK = 1e-3  # external work at full load [J]
 
 
 def energies(**shares):
@@ -95,8 +94,6 @@ def test_forces_of_contact_are_in_balance(whole):
     assert unbalanced_contact(whole().assign(yarn_force=(dims, force))) == pytest.approx(0.2 / 2.2)
     assert unbalanced_contact(whole().assign(yarn_force=(dims, 0 * force))) == 0.0
 
-
-# ---- tables ----
 
 SCENES = {"dns": SimpleNamespace(solver=SimpleNamespace(residual_tolerance=1e-6, correction_tolerance=1e-6))}
 

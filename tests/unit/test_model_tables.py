@@ -9,9 +9,7 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError
 from knitstudy.files import read_table
-from knitstudy.measures.cases import label_of
 from knitstudy.measures.response import poisson_ratio, tangent_stiffness
-from knitstudy.study.configuration import load_scenes, load_study
 from knitstudy.tables import catalogue
 from knitstudy.tables.models import WINDOWS, contact_errors
 
@@ -31,22 +29,6 @@ def every(scenes):
 @pytest.fixture(scope="module")
 def reference(scenes):
     return study.reference(scenes)
-
-
-def test_models_of_the_study_can_be_told_apart():
-    scenes = load_scenes()
-    named = [
-        (
-            scene.value("rom.contacts_from") or scene.interaction,
-            scene.knit,
-            scene.load.direction,
-            scene.load.strain,
-            label_of(scene),
-        )
-        for scene in map(scenes.get, load_study("full") + load_study("ci"))
-        if scene.fidelity in ("rom2d", "rom3d", "beam")
-    ]
-    assert len(set(named)) == len(named)
 
 
 def test_distances_of_all_models_from_the_reference(every, scenes, reference):
@@ -144,8 +126,6 @@ def test_poisson_ratio_in_wale_tension_is_that_of_yarns_between_the_grips():
     assert poisson_ratio(moved(history, field), "wale", 3) == pytest.approx(0.4)
     assert np.isnan(poisson_ratio(study.history(yarns=2), "wale", 3))
 
-
-# ---- windows ----
 
 NAME, IN_FULL = "window-tie-course-3x3", WINDOWS["window-tie-course-3x3"]
 

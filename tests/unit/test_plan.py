@@ -93,9 +93,6 @@ def test_a_key_concerns_the_stages_that_read_it_and_what_is_made_from_them(confi
     assert {name for name in after if after[name] != before[name]} == expected
 
 
-# ---- What is up to date, and how Snakemake learns it ----
-
-
 @pytest.fixture
 def history(plan, tmp_path):
     """Function that writes the history of a scene with a digest; it returns the file and its mark."""

@@ -51,9 +51,6 @@ def test_plain_mapping_of_every_kind_and_back(scenes):
         assert hash(Scene.from_dict(scene.to_dict())) == hash(scene)
 
 
-# ---- Values that are not allowed ----
-
-
 @pytest.mark.parametrize(
     ("key", "value", "allowed"),
     [
@@ -95,26 +92,6 @@ def test_change_that_is_not_allowed(scene, key, value, message):
         scene.replace(key, value)
 
 
-@pytest.mark.parametrize(
-    ("kind", "key", "value"),
-    [
-        ({}, "rom.contacts_from", "x"),
-        ({}, "contact.friction", 0.5),
-        ({"fidelity": "rom3d", "rom.contacts_from": "dns-a"}, "rom.springs_from", "dns-b"),
-        ({"specimen": "pair", "load.path": [[0.0, 0.0, -1e-5]]}, "load.direction", "course"),
-    ],
-)
-def test_key_of_another_kind_of_scene(scene, kind, key, value):
-    of = scene.vary(kind)
-    with pytest.raises(ConfigurationError) as caught:
-        of.replace(key, value)
-    said = (
-        f"is no key of a scene whose specimen is {of.specimen}, fidelity {of.fidelity} and"
-        f" interaction {of.interaction}; leave it out"
-    )
-    assert str(caught.value) == f"scene 'dns-a': {key} {said}"
-
-
 def test_something_is_left_between_tied_edges(scene):
     two = scene.replace("pattern.rows", 2)
     with pytest.raises(ConfigurationError, match=r"contact\.tied_edges is 'outer' but must be none"):
@@ -140,28 +117,6 @@ def test_springs_are_measured_or_given(scene, sprung):
             given.replace(name, value)
     with pytest.raises(ConfigurationError, match=r"rom\.springs_from is 'dns-b' but must be empty where"):
         sprung.vary({"rom.springs": "zones", "rom.springs_from": "dns-b"})
-
-
-@pytest.mark.parametrize(
-    ("keys", "message"),
-    [
-        ({"yarn.transverse_modulus": 1e9}, r"yarn\.transverse_modulus is 1e\+09 but must be null where"),
-        (
-            {"yarn.material": "transversely_isotropic", "yarn.transverse_modulus": 1e12},
-            r"yarn\.axial_poisson_ratio is 0\.42 and stores no positive energy",
-        ),
-        (
-            {"yarn.material": "transversely_isotropic", "fidelity": "rom3d"},
-            r"yarn\.material is transversely_isotropic but must be isotropic where fidelity is rom3d",
-        ),
-    ],
-)
-def test_materials_with_an_axis(plain_scene, keys, message):
-    with pytest.raises(ConfigurationError, match=message):
-        plain_scene.vary(keys)
-
-
-# ---- Units and hashes ----
 
 
 LENGTHS = (
@@ -207,9 +162,6 @@ def test_geometry_key_knows_what_determines_the_geometry(scene, pair):
         assert of.replace(name, value).geometry_key != of.geometry_key
     for of, name, value in unseen:
         assert of.replace(name, value).geometry_key == of.geometry_key
-
-
-# ---- Scenes of other kinds, and what differs from the defaults ----
 
 
 # ---- What a stage sees ----

@@ -13,7 +13,7 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.measures.centre_cell import centre_cell, first_symmetric_contact
+from knitstudy.measures.centre_cell import first_symmetric_contact
 from knitstudy.measures.domain import SERIES
 from knitstudy.measures.paper_values import number, numbers
 from knitstudy.measures.response import (
@@ -117,12 +117,6 @@ def test_transverse_contraction_by_hand():
     middle = np.abs(x - 5e-3) <= 10e-3 / 6
     motion[-1, :, 1] = np.where(middle, -1e-3, -4e-3) * (history["yarn"] == 1)
     assert transverse_contraction(history.assign(centreline_displacement=motion)) == pytest.approx(0.2)
-
-
-def test_centre_cell_is_in_the_middle():
-    found = contacts(3, 3).isel(crossing=centre_cell(contacts(3, 3)))
-    assert found["row"].values.tolist() == found["column"].values.tolist() == [1] * 4
-    assert found["zone"].values.tolist() == [0, 1, 2, 3]
 
 
 def test_first_symmetric_contact():

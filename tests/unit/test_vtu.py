@@ -11,7 +11,6 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.mechanics.materials import material_of
 from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.mesh.quadratic import quadratic_mesh
 from knitstudy.models.spline_yarns import space_on, undeformed, yarn_spans
 
 STRETCH = np.array([[1.02, 0.05, 0.0], [0.0, 0.97, 0.01], [-0.03, 0.0, 1.01]])
@@ -51,16 +50,6 @@ def test_hexahedra_with_a_field(swept, tmp_path):
     np.testing.assert_array_equal(read.point_data["displacement [m]"], displacement)
     assert set(read.cell_data) == {"yarn", "scaled_jacobian"}
     assert [path.name for path in tmp_path.iterdir()] == ["mesh.vtu"]
-
-
-def test_quadratic_hexahedra_without_nodes_of_no_element(swept, pair, tmp_path):
-    mesh = quadratic_mesh(swept, pair[1].centrelines)
-    write_vtu(mesh, tmp_path / "mesh.vtu", {"displacement [m]": 2 * mesh.nodes})
-    read = meshio.read(tmp_path / "mesh.vtu")
-    np.testing.assert_allclose(read.points[read.cells_dict["hexahedron20"]], mesh.nodes[mesh.elements])
-    np.testing.assert_allclose(read.point_data["displacement [m]"], 2 * read.points)
-    assert len(read.points) == len(mesh.nodes) - len(mesh.face_centres)
-    assert set(read.point_data) == {"displacement [m]", "yarn", "arc_length [m]"}
 
 
 def history(space, specimen, points=()):

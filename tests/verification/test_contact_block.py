@@ -16,8 +16,7 @@ from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import Penetration
 
-SIZE = 0.25
-"""Element size that stiffnesses refer to."""
+SIZE = 0.25  # element size that stiffnesses refer to
 
 PRESS = 0.01
 FRICTION = 0.3

@@ -8,8 +8,7 @@ from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.contact.interaction import PASS_SHARE, Contact
 from knitstudy.mechanics.rotation import exp
 
-SIZE = 0.4
-"""Element size of the yarns, whose radius is 1."""
+SIZE = 0.4  # element size of the yarns, whose radius is 1
 
 
 def sliding(rotation=None):

@@ -28,8 +28,7 @@ Extrapolated with the square of the element size from 12, 16 and 24 elements acr
 the first and the last, 9.55 from the last two.
 """
 
-REACH = 0.42
-"""Distance from the crossing up to which surface nodes can move; the contact's radius is 0.16."""
+REACH = 0.42  # distance from the crossing up to which surface nodes can move; the contact's radius is 0.16.
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-DOTS_PER_INCH = "75"
-"""Of figures: what is drawn and from what is tested here, not how fine."""
+DOTS_PER_INCH = "75"  # of figures: what is drawn and from what is tested here, not how fine
 
 PARTS = ("Snakefile", "config", "profiles", "resources", "src", "workflow", "pyproject.toml")
 FAMILIES = re.compile(r"[0-7]-|13-")

@@ -10,10 +10,8 @@ from knitstudy.files import read_dataset
 
 LOG = "logs/simulation/pair-slid-coarse.log"
 HISTORY = "results/simulation/pair-slid-coarse.nc"
-SLIDING = 8
-"""An increment in which the upper yarn slides on the lower one."""
-PATIENCE = 120
-"""Seconds until a simulation that reports no increment counts as failed."""
+SLIDING = 8  # an increment in which the upper yarn slides on the lower one
+PATIENCE = 120  # seconds until a simulation that reports no increment counts as failed
 
 
 def wait_until(holds, what):
