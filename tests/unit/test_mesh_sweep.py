@@ -152,20 +152,6 @@ def test_polygon_has_the_area_of_the_disc(core, rings):
     assert 1 < radii[0] < 1.025
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: Section.butterfly(2, 1), "8 angles"),
-        (lambda: Section.butterfly(4, 0), "rings: 0"),
-        (lambda: Section.for_size(0.0, 0.3), "diameter: 0.0 m"),
-        (lambda: Section.for_size(1.8, -0.3), "size: -0.3 m"),
-    ],
-)
-def test_bad_sections_are_refused(call, message):
-    with pytest.raises(MeshError, match=message):
-        call()
-
-
 ANGLES = Section.butterfly(4, 1).angles
 STEP = 2 * np.pi / ANGLES.size
 

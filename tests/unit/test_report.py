@@ -84,12 +84,6 @@ def page(pictures, results):
     TABLES.forget("t")
 
 
-def render_tables(tables, pictures=(), captions=CAPTIONS):
-    """Return a page of some tables and pictures."""
-    provenance = pd.DataFrame({"file": ["a.nc"]})
-    return render(REPORT / "template.html", captions, pictures, tables, provenance, "ci")
-
-
 def test_page_holds_every_figure_and_table_in_order_and_nothing_from_elsewhere(page):
     pictures = re.findall(r'<img src="data:image/webp;base64,[\w+/=]+" [^>]*alt="sight of (\w+)"', page)
     assert pictures == list(FIGURES.names()) == re.findall(r'<a href="figures/(\w+)\.png"><img ', page)
