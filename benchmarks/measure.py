@@ -59,9 +59,9 @@ def main(function: str, options: str) -> None:
     result = call(**json.loads(options))
     cost = _meter.read()
     result |= {
-        "wall_s": cost.seconds,
-        "memory_growth_MB": cost.memory_growth / 1e6,
-        "memory_peak_MB": cost.memory_peak / 1e6,
+        "wall_s": cost["wall_seconds"],
+        "memory_growth_MB": cost["memory_growth"] / 1e6,
+        "memory_peak_MB": cost["memory_peak"] / 1e6,
     }
     print(json.dumps(result))
 

@@ -16,8 +16,8 @@ TABLES = {"history": HISTORY, "contacts": CONTACTS, "stresses": STRESSES}
 def markdown(columns: Columns) -> str:
     """Return the variables of a kind of file as a table; those of points in contact come last."""
     rows = [
-        f"| {name} | {', '.join(column.dims)} | {column.unit} | {column.meaning} | {column.where} |"
-        for name, column in columns.table.items()
+        f"| {row.Index} | {', '.join(row.dims.split())} | {row.unit} | {row.meaning} | {row.where} |"
+        for row in columns.table.itertuples()
     ]
     return "\n".join(["| variable | dims | unit | meaning | where |", "|---|---|---|---|---|", *rows])
 

@@ -63,11 +63,7 @@ def replacing(path: Path | str) -> Iterator[Path]:
     """Write a file whole or not at all: yield a temporary name, with the same suffix, that takes its place on success.
 
     On an exception the temporary file is deleted, and the file stays as it was.
-
-    Raises
-    ------
-    DataFileError
-        When the folder cannot be made, the disk takes nothing more, or the block wrote nothing.
+    Raises DataFileError when the folder cannot be made, the disk takes nothing more, or the block wrote nothing.
     """
     path = Path(path)
     temporary = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
@@ -147,13 +143,16 @@ def write_table(table: pd.DataFrame, path: Path | str) -> None:
         table.to_csv(temporary, index=False)
 
 
+def write_text(text: str, path: Path | str) -> None:
+    """Write a text whole or not at all."""
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
 def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
     """Read a CSV table that must have the columns ``needs``.
 
-    Raises
-    ------
-    DataFileError
-        When the file is missing, is not CSV, or lacks a column.
+    Raises DataFileError when the file is missing, is not CSV, or lacks a column.
     """
     path = Path(path)
     try:
@@ -188,7 +187,6 @@ def write_dataset(
     ----------
     dataset : Dataset
         SI units, each variable with an attribute ``units``.
-    path : Path or str
     scene : Scene, optional
         Its name is recorded.
     digest : str, optional
@@ -239,10 +237,7 @@ def checksum(dataset: xr.Dataset) -> str:
 def read_dataset(path: Path | str) -> xr.Dataset:
     """Read a netCDF file into memory and close it.
 
-    Raises
-    ------
-    DataFileError
-        When the file is missing, truncated or no netCDF, or was changed after it was written.
+    Raises DataFileError when the file is missing, truncated or no netCDF, or was changed after it was written.
     """
     path = Path(path)
     if path.is_dir():
@@ -289,10 +284,7 @@ def fault_of(dataset: xr.Dataset) -> str:
 def recorded_digest(path: Path | str) -> str:
     """Return the digest that a file was written with; nothing where it has none or is marked incomplete.
 
-    Raises
-    ------
-    DataFileError
-        When the file is truncated or no netCDF.
+    Raises DataFileError when the file is truncated or no netCDF.
     """
     try:
         with netCDF4.Dataset(path) as file:

@@ -16,12 +16,10 @@ from typing import Generic, TypeVar
 
 from knitstudy.errors import ConfigurationError
 
-MANY = 20
-"""Names beyond which a message does not list them all once it has a near one."""
+MANY = 20  # Names beyond which a message does not list them all once it has a near one
 
 
-Entry = TypeVar("Entry")
-"""What a registry holds: an object or a class with a `name`."""
+Entry = TypeVar("Entry")  # What a registry holds: an object or a class with a `name`
 
 
 class Registry(Generic[Entry]):

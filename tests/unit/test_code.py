@@ -62,7 +62,7 @@ def plugin(tmp_path, monkeypatch):
     def write(name, text):
         (tmp_path / f"{name}.py").write_text(text)
         sys.modules.pop(name, None)
-        for cached in (code_digest, code._read, code._path_of, code._counts, code._place):
+        for cached in (code_digest, code._read, code._path_of, code._counts):
             cached.cache_clear()
 
     return write

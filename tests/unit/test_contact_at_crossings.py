@@ -14,7 +14,7 @@ from knitstudy.contacts.facets import (
 from knitstudy.contacts.segments import KINDS, NO_SEGMENT, segments
 from knitstudy.geometry.fabric import plain_knit, yarn_pair
 from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.measures.segments import angles_to_axes
+from knitstudy.measures.centre_cell import angles_to_axes
 from knitstudy.mechanics.contact.friction import ContactHistory, Coulomb
 from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.contact.interaction import Contact

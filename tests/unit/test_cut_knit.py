@@ -88,14 +88,14 @@ def test_yarns_are_watched_beside_every_tie(scene, knit, pieces):
     touching = scene.vary({"interaction": "isotropic", "contact.tied_edges": "outer", "contact.points": 2})
     yarns = build(touching, pieces).observer.yarns
     nodes = yarns.parts.nodes
-    apart = yarns.contact.beside.smallest_gap(nodes)
+    apart = yarns.beside.smallest_gap(nodes)
     assert 0 < apart < knit.radius
     last_arch = yarns.parts.nodes_of(2)
     towards = np.outer(yarns.parts.unity[last_arch], [0.0, 0.0, 0.2 * knit.radius])
     for sign in (1, -1):
         there = nodes.copy()
         there[last_arch] += sign * towards
-        if yarns.contact.beside.smallest_gap(there) < apart - 0.05 * knit.radius:
+        if yarns.beside.smallest_gap(there) < apart - 0.05 * knit.radius:
             break
     else:
         pytest.fail("an arch that is moved into its neighbour is not seen")

@@ -8,7 +8,7 @@ import synthetic
 import xarray as xr
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.measures.domain import contact_over_ties, fitted, series_of
+from knitstudy.measures.cost import contact_over_ties, fitted, series_of
 from knitstudy.measures.endless_knit import between_grips, held_over_free, limit, stretches
 from knitstudy.tables import catalogue as tables
 

@@ -10,13 +10,13 @@ from synthetic import history
 from knitstudy.errors import ConfigurationError, ConvergenceError, GeometryError
 from knitstudy.figures.extremes_map import CAUSES
 from knitstudy.stages import extremes
-from knitstudy.stages.extremes import QUANTITIES, Trial, cause, judged, load_campaign, run
+from knitstudy.stages.extremes import QUANTITIES, Trial, cause, judged, load_trials, run
 from knitstudy.stages.simulate import Results
 
 
 @pytest.fixture
 def trial(plain_scene):
-    return Trial("strain a 1", "strain", plain_scene, {"load.strain": 0.1})
+    return Trial("strain a 1", "strain", plain_scene, {"load.strain": 0.1}, 5.0, 0.0)
 
 
 @pytest.fixture
@@ -52,7 +52,7 @@ def fails(error):
 )
 def test_every_end_has_a_row(trial, simulated, error, outcome, why):
     simulated(fails(error))
-    row = judged(trial, 0.0, None, None)
+    row = judged(trial, None, None)
     assert (row["outcome"], row["error"], cause(row)) == (outcome, type(error).__name__, why)
     assert str(error) in row["reason"]
     assert cause(row) in CAUSES
@@ -66,13 +66,13 @@ def test_a_history_that_is_not_sound_is_a_silent_failure(trial, simulated):
     broken["energy"] = (("increment", "form"), np.ones((3, 1)))
     broken = broken.assign_coords(form=["external"])
     simulated(lambda scene: Results(scene, None, broken))
-    row = judged(trial, 0.0, None, None)
+    row = judged(trial, None, None)
     assert (row["outcome"], row["reason"]) == ("silent", "force holds what is no number")
 
 
 def test_a_process_that_dies_is_a_silent_failure(trial, simulated):
     simulated(lambda scene: os._exit(7))
-    row = run(trial, 5.0, 0.0, None, None)
+    row = run(trial, None, None)
     assert (row["outcome"], row["reason"]) == ("silent", "the process ended with status 7")
     assert (row["trial"], row["changed"]) == ("strain a 1", "load.strain = 0.1")
 
@@ -118,13 +118,13 @@ def campaign(config):
     def declared(**together):
         document = DECLARED | {"together": DECLARED["together"] | together}
         (config / "extremes.yaml").write_text(yaml.safe_dump(document))
-        return load_campaign(config)
+        return load_trials(config)
 
     return declared
 
 
 def changes(campaign, group):
-    return [(trial.model, dict(trial.changes)) for trial in campaign.trials if trial.group == group]
+    return [(trial.model, dict(trial.changes)) for trial in campaign if trial.group == group]
 
 
 def test_one_thing_at_a_time(campaign):
@@ -138,9 +138,7 @@ def test_one_thing_at_a_time(campaign):
 
 
 def test_quantities_change_what_they_stand_for(campaign):
-    scenes = {
-        trial.group: trial.scene() for trial in campaign().trials if trial.group in ("size", *QUANTITIES)
-    }
+    scenes = {trial.group: trial.scene() for trial in campaign() if trial.group in ("size", *QUANTITIES)}
     large, soft, fine = (scenes[name] for name in ("size", "stiffness", "across"))
     assert large.yarn.diameter == pytest.approx(1.0)
     assert large.mesh.size / large.yarn.diameter == pytest.approx(0.3 / 1.8)

@@ -7,15 +7,7 @@ import pytest
 
 from knitstudy.errors import DataFileError, GeometryError
 from knitstudy.geometry.crossings import closest_points, windows_of_loop
-from knitstudy.geometry.fabric import (
-    Fabric,
-    Grip,
-    cut_cells,
-    endless_cell,
-    of_curves,
-    plain_knit,
-    yarn_pair,
-)
+from knitstudy.geometry.fabric import Fabric, Grip, cut_cells, endless_cell, of_curves, plain_knit, yarn_pair
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.spline import CatmullRom, Centreline
 from knitstudy.loading.solve import solve_load_path

@@ -15,11 +15,11 @@ from PIL import Image
 
 from knitstudy.contacts.contacts import extract
 from knitstudy.errors import DataFileError
-from knitstudy.figures import catalogue, renderer, shapes, style
+from knitstudy.figures import catalogue, picture, renderer, style
 from knitstudy.figures.fig10_kinematics import QUANTITIES, SIDES, ZONES
 from knitstudy.figures.fig_pair_slip import Slide
+from knitstudy.figures.picture import arrow, sphere, tube
 from knitstudy.figures.renderer import FRONT, Picture, RenderingError, Surface, View
-from knitstudy.figures.shapes import arrow, sphere, tube
 from knitstudy.figures.style import describe, save
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
@@ -159,7 +159,7 @@ def pictures(monkeypatch):
 @pytest.fixture
 def drawn(results, pictures, monkeypatch):
     """Function that draws a figure, coarsely."""
-    monkeypatch.setattr(shapes, "AROUND", 12)
+    monkeypatch.setattr(picture, "AROUND", 12)
     monkeypatch.setenv(style.RESOLUTION, "50")
     return lambda name, **others: catalogue.draw(name, **results(name) | others)
 

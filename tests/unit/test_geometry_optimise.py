@@ -35,7 +35,7 @@ def test_join_curvature_is_that_of_a_circle_through_a_regular_polygon():
 def test_loops_that_do_not_interlock_are_refused(scene, height):
     loop = initial_loop(scene)
     with pytest.raises(GeometryError, match="interlock"):
-        optimise(loop.with_points(loop.control_points * [1, 1, height]), scene.geometry)
+        optimise(replace(loop, control_points=loop.control_points * [1, 1, height]), scene.geometry)
 
 
 def test_weight_too_small_to_part_the_yarns_is_refused(scene):

@@ -63,7 +63,7 @@ def test_a_singular_matrix_is_an_error():
     lost[-1], lost[:, -1] = 0, 0
     away = sp.bsr_matrix(lost - positive.toarray(), blocksize=(3, 3))
     solver.use(System(sp.bsr_matrix(lost, blocksize=(3, 3)), away))
-    with pytest.raises(ConvergenceError, match="the linear solver failed: 400 iterations reached"):
+    with pytest.raises(ConvergenceError, match=r"the linear solver failed: .* iterations reached"):
         solver.solve(np.ones(COUNT), 1e-8)
 
 

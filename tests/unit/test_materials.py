@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.mechanics.elements import ELEMENTS, element
+from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mechanics.materials.isotropic import Hencky, StVenantKirchhoff
@@ -15,8 +15,10 @@ from knitstudy.models.simulate import solve
 def toys():
     """An element that carries nothing but forces of its neighbour's doubled, and a law twice as stiff as its like."""
 
-    @element("toy_element", "one point, twice as stiff", hourglass=True)
+    @ELEMENTS.register
     class ToyElement(OnePointHexahedron):
+        name, meaning = "toy_element", "one point, twice as stiff"
+
         def respond(self, batch, displacement, stiffness, out=None):
             answer = super().respond(batch, displacement, stiffness)
             return type(answer)(

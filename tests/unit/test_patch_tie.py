@@ -11,7 +11,7 @@ from knitstudy.mechanics.patch_compliance import moments, polar_rule
 from knitstudy.mechanics.rotation import exp
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models import hexahedra
-from knitstudy.models.ties import STIFFNESS, Discs, tie_crossings
+from knitstudy.models.interactions import STIFFNESS, Discs, tie_crossings
 from knitstudy.study.configuration import load_scene
 
 MODULUS = 1.3e9

@@ -7,7 +7,7 @@ import synthetic
 from knitstudy.errors import ConfigurationError, GeometryError
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.measures.segments import angles_to_axes, honeycomb_segments
+from knitstudy.measures.centre_cell import angles_to_axes, honeycomb_segments
 from knitstudy.models.joints import contacts_of_crossings
 from knitstudy.models.network_2d import heights_by_stress, moved, zone_places
 from knitstudy.models.simulate import build, solve

@@ -5,7 +5,7 @@ import pytest
 
 from knitstudy.geometry.fabric import head_arcs, sinker_arcs
 from knitstudy.loading.history import Motion
-from knitstudy.models.network import grips, tension
+from knitstudy.models.network_3d import grips, tension
 from knitstudy.models.simulate import build
 
 

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from knitstudy.mechanics.assembly import Assembly
+from knitstudy.mechanics.assembly import Assembly, PatternSum, lacking
 from knitstudy.mechanics.model import eliminate
-from knitstudy.mechanics.sparse_sums import PatternSum, lacking
 
 NODES = 12
 

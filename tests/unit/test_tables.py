@@ -13,15 +13,14 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.measures.centre_cell import first_symmetric_contact
-from knitstudy.measures.domain import SERIES
+from knitstudy.measures.centre_cell import cut_force, first_symmetric_contact
+from knitstudy.measures.cost import SERIES
 from knitstudy.measures.paper_values import number, numbers
 from knitstudy.measures.response import (
     distance_of_curves,
     out_of_plane_correlation,
     transverse_contraction,
 )
-from knitstudy.measures.segments import cut_force
 from knitstudy.study.configuration import load_scenes
 from knitstudy.tables import catalogue
 

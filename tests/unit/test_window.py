@@ -9,7 +9,7 @@ from knitstudy.loading.gates import require_no_jump
 from knitstudy.loading.restart import Run
 from knitstudy.loading.solve import solve_load_path
 from knitstudy.models.simulate import build
-from knitstudy.models.window import cut_nodes, surroundings, touching_beams, window_of
+from knitstudy.models.window import cut_nodes, outer_contact, surroundings, window_of
 
 
 @pytest.fixture(scope="module")
@@ -80,11 +80,11 @@ def test_beams_touch_where_yarns_are_neither_tied_nor_solid(scene, knit):
     scene = scene.vary({"interaction": "isotropic", "mesh.beam_size": 1.5e-3})
     window = window_of(scene, knit)
     network = surroundings(scene, knit, window, None)
-    touching = touching_beams(scene, knit, window, network, network.model(scene.yarn, "curved"))
-    assert len(touching.contact.crossing.start) == 12 - 4  # of the row that is not tied
+    touching = outer_contact(scene, knit, window, network)
+    assert len(touching.pairs.start) == 12 - 4  # of the row that is not tied
     assert len(network.springs.ends) == 24
     # At rest closest points are those of the crossings: relabelled yarns have kept their places.
-    points = touching.points(touching.start())
+    points = touching.points(network.model(scene.yarn, "curved", touching).start())
     assert np.abs(points.gap).max() < 0.05 * knit.radius
 
 

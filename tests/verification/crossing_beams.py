@@ -7,7 +7,7 @@ import numpy as np
 from knitstudy.geometry.crossings import Crossings
 from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_approach import Curves
-from knitstudy.mechanics.beam_contact import BeamContact, Power, TouchingBeams, hertz
+from knitstudy.mechanics.beam_contact import BeamContact, Power, hertz
 from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
@@ -68,13 +68,14 @@ class Beams:
         nodes = self.nodes
         count = nodes.shape[1]
         chain = np.column_stack([np.arange(count - 1), np.arange(1, count)])
-        beams = BeamModel(nodes.reshape(-1, 3), np.concatenate([chain, chain + count]), SECTION, RADIUS)
         s = np.tile(np.linspace(0, self.length, count), 2)
         curves = Curves(np.repeat([0, 1], count), s)
         law = self.normal or LAWS[self.law]
         pairs = point_pairs(self.crossings, np.array([0]), curves.length)
-        contact = BeamContact(curves, pairs, RADIUS, law, STICK, self.friction)
-        return TouchingBeams(beams, np.arange(2 * count), np.zeros((2 * count, 3)), contact)
+        stations = np.arange(2 * count), np.zeros((2 * count, 3))
+        contact = BeamContact(curves, pairs, *stations, RADIUS, law, STICK, self.friction)
+        ends = np.concatenate([chain, chain + count])
+        return BeamModel(nodes.reshape(-1, 3), ends, SECTION, RADIUS, contact=contact)
 
     def ends(self, beam):
         """Nodes at the two ends of a beam."""
@@ -108,7 +109,7 @@ class Beams:
 
     def slip(self, increment):
         """Length slipped so far."""
-        return increment.state.history.slip[0]
+        return increment.state.contact.slip[0]
 
 
 def curved_yarns(law, friction):
@@ -124,7 +125,6 @@ def curved_yarns(law, friction):
     offset = np.where((number % 2)[:, None] == 1, 1e-3 * np.array([0.4, -0.3, 0.5]), 0.0)
     chain = np.column_stack([np.arange(16), np.arange(1, 17)])
     ends = np.concatenate([chain, chain + 17])
-    beams = BeamModel(position - offset, ends, SECTION, RADIUS, offset[ends])
     curves = Curves(np.repeat([0, 1], 17), np.tile(s - s[0], 2))
     one = np.array([0])
     points = np.array([[[0, 0, -RADIUS], [0, 0, RADIUS]]])
@@ -132,5 +132,5 @@ def curved_yarns(law, friction):
         one, one, one, np.array([[0, 1]]), np.full((1, 2), 4e-3), points, np.array([2 * RADIUS])
     )
     pairs = point_pairs(crossings, one, curves.length)
-    contact = BeamContact(curves, pairs, RADIUS, LAWS[law], STICK, friction)
-    return TouchingBeams(beams, number, offset, contact)
+    contact = BeamContact(curves, pairs, number, offset, RADIUS, LAWS[law], STICK, friction)
+    return BeamModel(position - offset, ends, SECTION, RADIUS, offset[ends], contact=contact)

@@ -38,8 +38,8 @@ def arc(curvature):
 class Rod:
     """One yarn of a law by name, or of a material, as matrices."""
 
-    def __init__(self, curve, breaks, degrees, spline_degree=3, law="hencky", poisson=POISSON, bends=True):
-        yarn = yarn_space(breaks, degrees, spline_degree, bends=bends)
+    def __init__(self, curve, breaks, degrees, spline_degree=3, law="hencky", poisson=POISSON):
+        yarn = yarn_space(breaks, degrees, spline_degree)
         s = np.unique(np.concatenate([np.linspace(*pair, 8) for pair in yarn.spline.spans]))
         coefficients = (yarn.spline.fit(s, values) for values in curve(s))
         self.space, self.nodes = Space((yarn,)), yarn.coefficients(*coefficients, RADIUS)

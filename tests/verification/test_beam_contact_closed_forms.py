@@ -107,7 +107,7 @@ def test_work_of_dragged_beams(law, verify):
     _, increments = case.trace([[0, 0, -PRESS], [DRAG, 0, -PRESS]], increments=100)
     nodes = case.ends(1)
     force = np.array([each.response.force.reshape(-1, 6)[nodes, :3].sum(axis=0) for each in increments])
-    place = np.array([each.state.beams.position[nodes[0]] for each in increments])
+    place = np.array([each.state.position[nodes[0]] for each in increments])
     work = np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(place, axis=0))
     verify.within(
         f"crossing beams dragged: energy, {law}", sum(increments[-1].response.energy.values()), work, 0.01

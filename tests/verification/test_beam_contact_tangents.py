@@ -1,13 +1,12 @@
 """Contact of beams: tangents against central differences, balance of forces and moments, rotation of everything."""
 
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from crossing_beams import Beams, curved_yarns
 
-from knitstudy.mechanics.beam_contact import TouchingState
-from knitstudy.mechanics.beam_model import BeamState
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK
 from knitstudy.mechanics.rotation import exp
 
@@ -23,6 +22,12 @@ def moved(model, shift, seed):
     return model.advance(model.start(), step.ravel())
 
 
+def without_contact(model):
+    alone = copy(model)
+    alone.contact = None
+    return alone
+
+
 def tangent_error(model, state):
     """Difference of the tangent of contact from central differences, over their size."""
     direction = np.random.default_rng(3).normal(size=(model.size // 6, 6)) * [1, 1, 1, 100, 100, 100]
@@ -30,16 +35,17 @@ def tangent_error(model, state):
     step = 2e-9
     ways = [model.advance(state, sign * step * direction) for sign in (1, -1)]
     replies = [model.respond(way, False) for way in ways]
-    beams = [model.beams.respond(way.beams, False).force for way in ways]
+    alone = without_contact(model)
+    beams = [alone.respond(way, False).force for way in ways]
     assert replies[0].same_status(replies[1])
     slope = (replies[0].force - beams[0] - replies[1].force + beams[1]) / (2 * step)
-    exact = model.respond(state, True).stiffness - model.beams.respond(state.beams, True).stiffness
+    exact = model.respond(state, True).stiffness - alone.respond(state, True).stiffness
     return np.abs((slope - exact @ direction) / model.scale).max() / np.abs(slope / model.scale).max()
 
 
 def contact_forces(model, state):
     """Internal forces and moments (N, 6) of contact alone."""
-    full, beams = model.respond(state, False).force, model.beams.respond(state.beams, False).force
+    full, beams = model.respond(state, False).force, without_contact(model).respond(state, False).force
     return (full - beams).reshape(-1, 6)
 
 
@@ -52,9 +58,9 @@ SHIFTS = {"over a node": [1.2e-3, 0.4e-3, -31e-6]}
 def test_tangent_of_beams_in_contact(law, kind, shift, verify):
     model = Beams(law=law, angle=70.0, friction=FRICTION[kind], gap=0.0).model()
     first = model.commit(moved(model, [1e-6, 2e-6, -30e-6], 0))
-    state = replace(moved(model, SHIFTS[shift], 1), history=first.history)
-    points = model.points(state)
-    assert first.history.force.max() > 0
+    state = replace(moved(model, SHIFTS[shift], 1), contact=first.contact)
+    points = model.contact.points(state)
+    assert first.contact.force.max() > 0
     touching = points.status[points.status != OPEN]
     assert (STICK if kind in ("stick", "rough") else SLIP) in touching
     verify.at_most(f"tangent of beams in contact: {law}, {kind}, {shift}", tangent_error(model, state), 1e-6)
@@ -66,8 +72,8 @@ def test_tangent_of_curved_yarns_on_rigid_arms(law, kind, verify):
     """Two hooked yarns, the stations of the contact carried by nodes beside them."""
     model = curved_yarns(law, FRICTION[kind])
     first = model.commit(moved(model, [1e-6, 2e-6, -30e-6], 0))
-    state = replace(moved(model, [20e-6, 8e-6, -31e-6], 1), history=first.history)
-    assert np.any(model.points(state).status != OPEN)
+    state = replace(moved(model, [20e-6, 8e-6, -31e-6], 1), contact=first.contact)
+    assert np.any(model.contact.points(state).status != OPEN)
     verify.at_most(f"tangent of beams in contact on arms: {law}, {kind}", tangent_error(model, state), 1e-6)
 
 
@@ -77,9 +83,9 @@ def test_forces_and_moments_balance(law, kind, verify):
     """Exactly: what friction exerts on both yarns acts in one point, half way between their centrelines."""
     model = curved_yarns(law, FRICTION[kind])
     first = model.commit(moved(model, [1e-6, 2e-6, -30e-6], 0))
-    state = replace(moved(model, [20e-6, 8e-6, -31e-6], 1), history=first.history)
+    state = replace(moved(model, [20e-6, 8e-6, -31e-6], 1), contact=first.contact)
     force = contact_forces(model, state)
-    lever = np.cross(state.beams.position, force[:, :3])
+    lever = np.cross(state.position, force[:, :3])
     assert np.abs(force[:, 3:]).sum() > 1e-3 * np.abs(lever).sum()  # friction does exert couples
     error = max(
         np.abs(force[:, :3].sum(axis=0)).max() / np.abs(force[:, :3]).sum(),
@@ -93,10 +99,9 @@ def test_rotation_of_everything_turns_the_forces(law, verify):
     """Of a state in the middle of an increment that slips, by 30 degrees: its history stays as it is."""
     model = curved_yarns(law, 0.05)
     first = model.commit(moved(model, [1e-6, 2e-6, -30e-6], 0))
-    state = replace(moved(model, [20e-6, 8e-6, -31e-6], 1), history=first.history)
+    state = replace(moved(model, [20e-6, 8e-6, -31e-6], 1), contact=first.contact)
     turn = exp(np.radians(30) * np.array([2, -1, 2]) / 3)
-    beams = state.beams
-    turned = TouchingState(BeamState(beams.position @ turn.T, turn @ beams.rotation), state.history)
+    turned = replace(state, position=state.position @ turn.T, rotation=turn @ state.rotation)
     force = contact_forces(model, state).reshape(-1, 2, 3)
     error = np.abs(contact_forces(model, turned).reshape(-1, 2, 3) - force @ turn.T)
     level = np.abs(force).max(axis=(0, 2))

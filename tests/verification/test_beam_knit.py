@@ -10,7 +10,7 @@ from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.models.beams_in_contact import beam_knit
-from knitstudy.models.network import grips, tension
+from knitstudy.models.network_3d import grips, tension
 from knitstudy.study.configuration import load_scene
 
 

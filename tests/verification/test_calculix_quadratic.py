@@ -8,7 +8,7 @@ import pytest
 from hexahedral_block import connect, unknowns, with_middles
 from test_solids import EXACT
 
-from knitstudy.exchange.deck import Deck, Prescribed, Step, specimen_deck
+from knitstudy.exchange.deck import Deck, Step, specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
@@ -44,7 +44,6 @@ def test_c3d20r_is_the_quadratic_element_here(case, tmp_path):
     move = strain * counts[0] * np.array([1.0, 0.0, 0.5])
     steps = 1 if case == "linear" else 2
     material = StVenantKirchhoff(1300.0, 0.42)
-    prescribed = [Prescribed("DRIVEN", i + 1, i + 1, move[i]) for i in range(3)]
     deck = Deck(
         title="bent bar",
         nodes=nodes,
@@ -53,8 +52,7 @@ def test_c3d20r_is_the_quadratic_element_here(case, tmp_path):
         element="quadratic",
         material=material,
         hourglass=0.0,
-        steps=(Step((Prescribed("HELD", 1, 3, 0.0), *prescribed), steps),),
-        driven="DRIVEN",
+        steps=(Step({i + 1: move[i] for i in range(3)}, steps),),
         tolerance=1e-7,
     )
     write_inp(deck, tmp_path / "bar.inp", "calculix")

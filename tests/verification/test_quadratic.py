@@ -6,11 +6,7 @@ from hexahedral_block import connect, solid, with_middles
 
 from knitstudy.errors import MeshError
 from knitstudy.mechanics.elements.hexahedron import shape_gradient
-from knitstudy.mechanics.elements.quadratic import (
-    NATURAL,
-    QuadraticHexahedron,
-    quadratic_shape,
-)
+from knitstudy.mechanics.elements.quadratic import NATURAL, QuadraticHexahedron, quadratic_shape
 from knitstudy.mechanics.materials.isotropic import Hencky
 
 

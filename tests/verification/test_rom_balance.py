@@ -12,7 +12,7 @@ from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.models.joints import contacts_of_crossings
-from knitstudy.models.network import grips, problem, tension
+from knitstudy.models.network_3d import grips, problem, tension
 from knitstudy.models.simulate import build, solve
 
 

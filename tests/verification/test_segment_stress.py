@@ -7,7 +7,7 @@ import xarray as xr
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.history import DIRECTIONS
-from knitstudy.measures.segments import cut_force
+from knitstudy.measures.centre_cell import cut_force
 from knitstudy.mechanics.materials import material_of
 from knitstudy.mechanics.solid import cauchy_stress, principal_axes
 from knitstudy.mesh.mesher import mesh as mesh_stage

@@ -30,12 +30,12 @@ def test_of_equal_constants_it_is_hencky(verify):
         verify.at_most(f"transversely isotropic of equal constants against Hencky: {name}", error, 1e-12)
 
 
-ACROSS = YARN.axial_poisson_ratio * YARN.transverse_modulus / YARN.axial_modulus
+ACROSS = YARN.poisson_ratio * YARN.transverse_modulus / YARN.youngs_modulus
 STRAINED = {
     "tension along the yarn": (
         2,
-        YARN.axial_modulus,
-        (-YARN.axial_poisson_ratio, -YARN.axial_poisson_ratio, 1.0),
+        YARN.youngs_modulus,
+        (-YARN.poisson_ratio, -YARN.poisson_ratio, 1.0),
     ),
     "pressure across it": (0, YARN.transverse_modulus, (1.0, -YARN.transverse_poisson_ratio, -ACROSS)),
 }
@@ -85,12 +85,12 @@ def test_a_yarn_in_tension(rod, verify):
     """The affine motion of a yarn that is stretched along its axis: E_a, and nothing that holds its sides."""
     rod, turn = rod
     strain = 1e-6
-    nu = YARN.axial_poisson_ratio
+    nu = YARN.poisson_ratio
     gradient = turn @ np.diag([-nu * strain, -nu * strain, strain]) @ turn.T
     force, _ = rod.respond(rod.nodes @ gradient.T)
     pull = force[rod.end(True)].sum(axis=0) @ turn
     verify.within(
-        "solid yarn, transversely isotropic: tension", pull[2], YARN.axial_modulus * AREA * strain, 1e-5
+        "solid yarn, transversely isotropic: tension", pull[2], YARN.youngs_modulus * AREA * strain, 1e-5
     )
     inner = np.setdiff1d(np.arange(rod.space.size), np.concatenate([rod.end(True), rod.end(False)]))
     assert np.abs(force[inner] @ turn[:, :2]).max() < 1e-5 * pull[2]
@@ -131,7 +131,7 @@ def test_the_axis_follows_a_bent_yarn(verify):
 @pytest.mark.parametrize(
     ("constants", "message"),
     [
-        ((-1.0, 1.0, 0.3, 0.3, 1.0), "axial_modulus is -1 and has to be positive"),
+        ((-1.0, 1.0, 0.3, 0.3, 1.0), "youngs_modulus is -1 and has to be positive"),
         ((1.0, 0.0, 0.3, 0.3, 1.0), "transverse_modulus is 0 and has to be positive"),
         ((1.0, 1.0, 0.3, 1.0, 1.0), r"transverse_poisson_ratio is 1 and has to lie in \(-1, 1\)"),
         ((1.0, 1.0, 0.6, 0.5, 1.0), r"1 - nu_t - 2 nu_a\^2 E_t / E_a is -0.22 and has to be positive"),

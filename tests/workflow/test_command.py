@@ -138,8 +138,8 @@ def test_closed_streams_are_no_error(tmp_path, closed):
     assert (ended.returncode, ended.stdout, ended.stderr) == (0, "", "")
 
 
-def test_reader_that_has_gone_is_no_error(start):
+def test_reader_that_has_gone_ends_the_command_in_silence(start):
     with start("list") as process:
         process.stdout.close()
         messages = process.stderr.read()
-    assert (process.returncode, messages) == (0, "")
+    assert (process.returncode, messages) == (1, "")

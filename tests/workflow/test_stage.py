@@ -13,7 +13,7 @@ from types import SimpleNamespace
 from knitstudy.errors import MeshError
 from knitstudy.stages.script import frame
 job = SimpleNamespace(rule="mesh", wildcards=["dns-a"], threads=2, log=[sys.argv[1]])
-with frame(job, *map(Path, sys.argv[2:])) as progress:
+with frame(job) as progress:
 """
 
 
@@ -70,18 +70,6 @@ def test_one_message_on_the_console_and_the_traceback_in_the_log(tmp_path, error
     assert message in ended.stderr.splitlines()
     assert "Traceback" not in ended.stderr
     assert "Traceback" in (tmp_path / "a.log").read_text()
-
-
-def test_log_of_a_killed_run_goes_on(tmp_path):
-    log, restart = tmp_path / "a.log", tmp_path / "run" / "a.npz"
-    run(log, "print('first'); Path(sys.argv[2]).touch(); os.kill(os.getpid(), 9)", str(restart))
-    log.unlink()  # as the workflow engine does before it runs a rule again
-    run(log, "print('second'); Path(sys.argv[2]).unlink()", str(restart))
-    text = log.read_text()
-    assert text.index("first") < text.index("second")
-    run(log, "print('third')", str(restart))
-    assert "first" not in log.read_text()
-    assert list(restart.parent.iterdir()) == []
 
 
 def test_ends_with_the_process_that_started_it(tmp_path):

@@ -116,16 +116,9 @@ def memory(rule):
 @cache
 def trials():
     """Return the trials of the campaign by their labels."""
-    from knitstudy.stages.extremes import load_campaign
+    from knitstudy.stages.extremes import load_trials
 
     try:
-        return {trial.label: trial for trial in load_campaign(CONFIG).trials}
+        return {trial.label: trial for trial in load_trials(CONFIG)}
     except KnitstudyError as error:
         stop(error)
-
-
-def digest_of_trial(wildcards):
-    """Return the digest of a row."""
-    from knitstudy.stages.extremes import digest_of, load_campaign
-
-    return digest_of(trials()[wildcards.trial], load_campaign(CONFIG))

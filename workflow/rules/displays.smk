@@ -64,13 +64,13 @@ def digest_of_report(wildcards):
 @cache
 def notes():
     """Return what the report says of a reference and of verdicts that were kept by other code than today's."""
-    from knitstudy.stages.kept_tables import REFERENCE, VERDICTS, code_behind, reference_warning
+    from knitstudy.stages.kept_tables import REFERENCE, VERDICTS, age_warning, code_behind
 
     try:
         said = [VERDICTS.warning(VERDICTS.path, VERDICTS.digest_wanted(PLAN, CONFIG))]
         if names := load_study("reference", CONFIG):
             code = code_behind(PLAN.scenes[name] for name in names)
-            said.append(reference_warning(REFERENCE, code))
+            said.append(age_warning(REFERENCE, "code", code, "Values of the reference", "reference"))
     except KnitstudyError as error:
         stop(error)
     return [each for each in said if each]

@@ -13,7 +13,7 @@ rule trial:
     resources:
         mem_mb=1000,
     params:
-        digest=digest_of_trial,
+        digest=lambda wildcards: trials()[wildcards.trial].digest(),
         config=str(CONFIG),
     message:
         "Try {wildcards.trial}"

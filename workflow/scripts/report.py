@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from knitstudy.files import read_table, replacing
+from knitstudy.files import read_table, write_text
 from knitstudy.registry import load_plugins
 from knitstudy.report.page import origins, render
 from knitstudy.stages.script import frame
@@ -20,5 +20,4 @@ with frame(snakemake):
         notes=snakemake.params.notes,
         kept=read_table(snakemake.input.kept),
     )
-    with replacing(snakemake.output[0]) as temporary:
-        temporary.write_text(page, encoding="utf-8")
+    write_text(page, snakemake.output[0])

@@ -3,17 +3,15 @@
 import json
 from pathlib import Path
 
-from knitstudy.files import replacing
+from knitstudy.files import write_text
 from knitstudy.registry import load_plugins
-from knitstudy.stages.extremes import RESULTS, load_campaign, run
+from knitstudy.stages.extremes import RESULTS, load_trials, run
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.script import frame
 
 with frame(snakemake):
     load_plugins(snakemake.config.get("plugins", ()))
     config = Path(snakemake.params.config)
-    campaign = load_campaign(config)
-    (trial,) = (trial for trial in campaign.trials if trial.label == snakemake.wildcards.trial)
-    row = run(trial, campaign.limit, campaign.cheap, Plan.of(config), RESULTS)
-    with replacing(snakemake.output[0]) as temporary:
-        temporary.write_text(json.dumps(row), encoding="utf-8")
+    (trial,) = (trial for trial in load_trials(config) if trial.label == snakemake.wildcards.trial)
+    row = run(trial, Plan.of(config), RESULTS)
+    write_text(json.dumps(row), snakemake.output[0])

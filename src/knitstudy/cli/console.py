@@ -1,11 +1,11 @@
-"""What the subcommands share: options, tables on the console, and standard streams."""
+"""What the subcommands share: options, and tables on the console."""
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from textwrap import shorten
 from typing import Any
 
 import click
@@ -21,33 +21,13 @@ from knitstudy.study.configuration import CONFIG, load_changed, workflow_configu
 from knitstudy.study.documents import parsed, read_yaml
 from knitstudy.study.scene import Scene
 
-ONE_LINE, LONGEST = 32, 120
-"""Characters of a value that a terminal does not break, and that it shows at all."""
-
-
-def open_standard_streams() -> None:
-    """Put the null device where the shell has closed a standard stream (``knitstudy list >&-``).
-
-    Otherwise the next file that is opened would be taken for it.
-    """
-    for descriptor, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
-        try:
-            os.fstat(descriptor)
-        except OSError:
-            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free: this one
-        if getattr(sys, name) is None:
-            setattr(sys, name, open(descriptor, mode, encoding="utf-8", closefd=False))
-
-
-def forget_output() -> None:
-    """Send what is still to be printed nowhere: whoever read it has gone (``knitstudy list | head -1``)."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+ONE_LINE, LONGEST = 32, 120  # Characters of a value that a terminal does not break, and that it shows at all
 
 
 def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
     """Print rows under the names of their columns."""
     texts = [[plain(value) for value in row] for row in rows]
-    if not sys.stdout.isatty():
+    if sys.stdout is None or not sys.stdout.isatty():
         click.echo("\n".join("\t".join(line) for line in (columns, *texts)))
         return
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
@@ -55,7 +35,7 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
         longest = max((len(line[place]) for line in texts), default=0)
         table.add_column(name, no_wrap=longest <= ONE_LINE, overflow="fold")
     for line in texts:
-        table.add_row(*(Text(shortened(text)) for text in line))
+        table.add_row(*(Text(shorten(text, LONGEST, placeholder=" ...")) for text in line))
     Console().print(table)
 
 
@@ -68,19 +48,12 @@ def plain(value: Any) -> str:
     return yaml.safe_dump(value, default_flow_style=True, width=float("inf")).removesuffix("\n...\n").strip()
 
 
-def shortened(text: str) -> str:
-    """Return a long text up to where a terminal still shows it."""
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 4]} ..."
-
-
 class Change(click.ParamType):
     """One ``key=value``: a dotted key of a scene and a YAML value."""
 
     name = "key=value"
 
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[str, Any]:
+    def convert(self, value: Any, param: Any, ctx: Any) -> tuple[str, Any]:
         """Return the key and the value."""
         if isinstance(value, tuple):
             return value
@@ -129,9 +102,9 @@ set_option = click.option(
 def changed_scene(name: str, changes: tuple[tuple[str, Any], ...], config: Path) -> Scene:
     """Return a scene of the configuration with changed keys; a key that is given twice is refused."""
     keys = [key for key, _ in changes]
-    if twice := [key for key in keys if keys.count(key) > 1]:
-        values = " and ".join(plain(value) for key, value in changes if key == twice[0])
+    for twice in (key for key in keys if keys.count(key) > 1):
+        values = " and ".join(plain(value) for key, value in changes if key == twice)
         raise ConfigurationError(
-            f"--set {twice[0]} is given {keys.count(twice[0])} times, {values}; once is allowed"
+            f"--set {twice} is given {keys.count(twice)} times, {values}; once is allowed"
         )
     return load_changed(name, dict(changes), config)

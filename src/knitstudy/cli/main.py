@@ -7,7 +7,6 @@ from typing import Any
 
 import click
 
-from knitstudy.cli.console import forget_output, open_standard_streams
 from knitstudy.cli.results import export, run, show
 from knitstudy.cli.scenes import check, list_scenes, plan
 from knitstudy.errors import KnitstudyError
@@ -31,19 +30,12 @@ class Stopped(OneMessage):
 class Commands(click.Group):
     """Subcommands that end with one message where a user can mend what is wrong."""
 
-    def main(self, *arguments: Any, **options: Any) -> Any:
-        """Run the command, whichever of its standard streams are open."""
-        open_standard_streams()
-        return super().main(*arguments, **options)
-
     def invoke(self, context: click.Context) -> Any:
         """Run a subcommand; with ``--traceback`` its errors pass as they are."""
         try:
-            result = super().invoke(context)
-            sys.stdout.flush()
-            return result
+            return super().invoke(context)
         except BrokenPipeError:
-            forget_output()
+            raise  # whoever read the output has gone: click ends in silence
         except (KnitstudyError, OSError, MemoryError, KeyboardInterrupt) as error:
             if context.params["traceback"]:
                 raise

@@ -22,10 +22,7 @@ PERCENT, MILLI, MEGA = 100.0, 1e3, 1e-6
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw a result: force over strain, forces of crossings over strain, or the yarns from the front.
 
-    Raises
-    ------
-    DataFileError
-        When it is not a result of this study.
+    Raises DataFileError when it is not a result of this study.
     """
     kind = kind_of(dataset)
     require_layout(dataset, kind)

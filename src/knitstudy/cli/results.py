@@ -22,6 +22,9 @@ from knitstudy.study.planning import Planned, compared
 if TYPE_CHECKING:
     from knitstudy.stages.simulate import Results
 
+FOLDER = click.Path(path_type=Path, file_okay=False)
+FILE = click.Path(path_type=Path, dir_okay=False)
+
 STAGES = ("knitstudy.stages.simulate", "knitstudy.loading.solve.resumed")
 """Loggers whose messages a user sees: which stages ran, and from which increment a run goes on."""
 
@@ -29,22 +32,13 @@ STAGES = ("knitstudy.stages.simulate", "knitstudy.loading.solve.resumed")
 @click.command(short_help="Simulate a scene and all that it needs.")
 @click.argument("scene")
 @set_option
+@click.option("-o", "--output", type=FOLDER, default="results", show_default=True, help="Folder of results.")
 @click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path, file_okay=False),
-    default=Path("results"),
-    show_default=True,
-    help="Folder of results. What is there and belongs to the same inputs is used again.",
-)
-@click.option(
-    "--threads", type=click.IntRange(min=1), help="Threads of a direct simulation; all cores by default."
+    "--threads", type=click.IntRange(min=1), help="Threads of a direct simulation; default: all cores."
 )
 @click.option("--anew", is_flag=True, help="Simulate the scene even if its result is there.")
 @click.option(
-    "--compare/--no-compare",
-    default=True,
-    help="Estimate the error of a scene that leaves its model open by a second model.",
+    "--compare/--no-compare", default=True, help="Estimate the error of an open model by a second one."
 )
 @click.option("-v", "--verbose", is_flag=True, help="Also print what the solver says.")
 @config_option
@@ -89,10 +83,8 @@ def run(
             results = simulate(chosen, output, config=config, progress=Progress, anew=anew)
             said = _compared(planned, results, output, config) if compare and planned is not None else ""
     except KeyboardInterrupt:
-        raise KeyboardInterrupt(
-            f"stopped; stages that were done and the last converged increment are kept in {output}: the same command "
-            "goes on from there"
-        ) from None
+        kept = f"stages that were done and the last converged increment are kept in {output}"
+        raise KeyboardInterrupt(f"stopped; {kept}: the same command goes on from there") from None
     click.echo(f"{results.path}:", err=True)
     print_table(("quantity", "value", "unit"), summarise(results.history))
     if said:
@@ -104,9 +96,8 @@ def _planned(scene: str, changes: dict[str, Any], config: Path) -> Planned | Non
     if not asks(scene, changes, config):
         return None
     found = plan_of(scene, changes, config)
-    click.echo(
-        f"{found.choice.ask.question} within {found.choice.ask.accuracy:.2g}: take {found.choice}", err=True
-    )
+    ask = found.choice.ask
+    click.echo(f"{ask.question} within {ask.accuracy:.2g}: take {found.choice}", err=True)
     return found
 
 
@@ -151,19 +142,13 @@ def _naming(file: Path) -> Iterator[None]:
     except DataFileError as error:
         raise DataFileError(f"{file}: {error}") from error
     except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
-        raise DataFileError(
-            f"{file}: its variables or attributes are not those of a result of this study "
-            f"({type(error).__name__}: {error}); make it again"
-        ) from error
+        what = f"its variables or attributes are not those of a result ({type(error).__name__}: {error})"
+        raise DataFileError(f"{file}: {what}; make it again") from error
 
 
 @click.command(short_help="Show or draw a result file.")
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option(
-    "--plot",
-    type=click.Path(path_type=Path, dir_okay=False),
-    help="Draw it too, as .png or .pdf: force over strain, forces at the crossings, or centrelines.",
-)
+@click.option("--plot", type=FILE, help="Draw it too, as .png or .pdf: forces over strain, or centrelines.")
 def show(file: Path, plot: Path | None) -> None:
     """Show a result: its kind, its scene, the code that made it, and its main quantities with units.
 
@@ -203,12 +188,7 @@ def show(file: Path, plot: Path | None) -> None:
     "--dialect", type=click.Choice(["abaqus", "calculix"]), required=True, help="The other program."
 )
 @set_option
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path, dir_okay=False),
-    help="The deck's file; SCENE.DIALECT.inp in the current folder by default.",
-)
+@click.option("-o", "--output", type=FILE, help="The deck's file; by default SCENE.DIALECT.inp.")
 @config_option
 def export(scene: str, dialect: str, changes: tuple, output: Path | None, config: Path) -> None:
     """Write a scene of hexahedra as an input deck (.inp): mesh, ties, contact, grips and load, in m, N and Pa.

@@ -107,9 +107,6 @@ def _print_keys(scene: Scene, sources: bool) -> None:
     print_table(("key", "value", *columns), rows)
 
 
-ASKS = ("question", "accuracy", "seconds", "memory")
-
-
 @click.command(short_help="Choose a model for a question, and show its price.")
 @click.argument("scene")
 @click.option("--question", help="force, out_of_plane, contact or stress.")
@@ -155,22 +152,15 @@ def _print_plan(found: Planned) -> None:
     choice, scene, problem = found.choice, found.scene, found.problem
     ask, rung, size = choice.ask, choice.rung, f"{choice.measured} x {choice.measured}"
     grown = f"; price grown from {size} cells" if choice.cells > choice.measured else ""
-    click.echo(
-        f"{scene.name}: {ask.question} within {100 * ask.accuracy:g} %, {problem.interaction},"
-        f" {scene.load.direction} tension, {scene.pattern.loops} x {scene.pattern.rows} cells"
-    )
+    what = f"{scene.load.direction} tension, {scene.pattern.loops} x {scene.pattern.rows} cells"
+    click.echo(f"{scene.name}: {ask.question} within {100 * ask.accuracy:g} %, {problem.interaction}, {what}")
     click.echo(f"take {choice}")
-    click.echo(
-        f"because nothing cheaper of what was measured on {size} cells is as sure (scene {rung.scene}){grown}"
-    )
-    rows = [
-        (
-            str(each),
-            *map(digits, (100 * each.error, each.seconds, each.memory)),
-            "taken" if each == rung else "",
-        )
-        for each in dict.fromkeys((*choice.front, rung))
-    ]
+    why = f"nothing cheaper of what was measured on {size} cells is as sure (scene {rung.scene})"
+    click.echo(f"because {why}{grown}")
+    rows = []
+    for each in dict.fromkeys((*choice.front, rung)):
+        price = map(digits, (100 * each.error, each.seconds, each.memory))
+        rows.append((str(each), *price, "taken" if each == rung else ""))
     print_table(("model", "error at most [%]", "seconds", "MB", ""), rows)
     sets = {"fidelity": scene.fidelity}
     if scene.interaction != problem.interaction:

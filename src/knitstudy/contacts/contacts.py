@@ -28,9 +28,7 @@ from knitstudy.study.scene import Scene
 MODULUS = "indentation_modulus"  # attribute of histories of yarns whose local indentation is a law: E* [Pa]
 # Angle below which yarns count as crossing at it: side by side they touch along a line, which has no end.
 SMALLEST = np.radians(5.0)
-BY_NEIGHBOURS = (
-    "segment_contraction",
-)  # variables that need the neighbours of a crossing: unknown in a window
+BY_NEIGHBOURS = "segment_contraction"  # needs the neighbours of a crossing: unknown in a window
 
 
 def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
@@ -56,23 +54,9 @@ def extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:
             f"the history has {history.sizes['crossing']} crossings and the fabric {len(fabric.crossings)}: "
             "they belong to different scenes"
         )
-    if "window_crossing" in history:
-        return _extract(*_in_window(fabric, history)).drop_vars(BY_NEIGHBOURS, errors="ignore")
-    return _extract(fabric, history)
-
-
-def _in_window(fabric: Fabric, history: xr.Dataset) -> tuple[Fabric, xr.Dataset]:
-    """Return the fabric and the history with the crossings of a window's cells alone."""
-    chosen = np.flatnonzero(history["window_crossing"].to_numpy())
-    place = np.full(history.sizes["crossing"] + 1, -1)  # the last one: away from all crossings
-    place[chosen] = np.arange(len(chosen))
-    part = history.isel(crossing=chosen)
-    if "contact_crossing" in history:
-        part = part.assign(contact_crossing=("point", place[history["contact_crossing"].to_numpy()]))
-    return replace(fabric, crossings=fabric.crossings.chosen(chosen)), part
-
-
-def _extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:
+    windowed = "window_crossing" in history
+    if windowed:
+        fabric, history = _in_window(fabric, history)
     crossings = fabric.crossings
     touch = _Touch.of(history)
     tied = history["crossing_tied"].to_numpy().astype(bool)
@@ -95,6 +79,8 @@ def _extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:
     if "section_gradient" in history:
         sections = (history[name].to_numpy() for name in ("section_gradient", "section_displacement"))
         values |= kinematics(fabric, *sections, values["relative_displacement"], touch.reference_centroid())
+    if windowed:
+        values.pop(BY_NEIGHBOURS, None)
     _put_ties(values, history, tied)
     values |= {name: history[name].to_numpy() for name in ("yarn_force", "yarn_moment") if name in history}
     return xr.Dataset(
@@ -102,6 +88,17 @@ def _extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:
         coords={"xyz": list("xyz")},
         attrs=kept,
     )
+
+
+def _in_window(fabric: Fabric, history: xr.Dataset) -> tuple[Fabric, xr.Dataset]:
+    """Return the fabric and the history with the crossings of a window's cells alone."""
+    chosen = np.flatnonzero(history["window_crossing"].to_numpy())
+    place = np.full(history.sizes["crossing"] + 1, -1)  # the last one: away from all crossings
+    place[chosen] = np.arange(len(chosen))
+    part = history.isel(crossing=chosen)
+    if "contact_crossing" in history:
+        part = part.assign(contact_crossing=("point", place[history["contact_crossing"].to_numpy()]))
+    return replace(fabric, crossings=fabric.crossings.chosen(chosen)), part
 
 
 def indented(fabric: Fabric, force: np.ndarray, modulus: float) -> dict[str, np.ndarray]:
@@ -214,9 +211,8 @@ class _Touch:
     def _zones(self) -> np.ndarray:
         """Numbers of zones (I, K): facets of the two sides differ, and the larger count stands."""
         place, shape = self._at(by_side=True)
-        return (
-            count_zones(place, self.points.cell, self.around, int(np.prod(shape))).reshape(shape).max(axis=-1)
-        )
+        zones = count_zones(place, self.points.cell, self.around, int(np.prod(shape)))
+        return zones.reshape(shape).max(axis=-1)
 
     def _at(self, by_side: bool) -> tuple[np.ndarray, tuple[int, ...]]:
         """Places (p,) of the points among crossings (I, K), or among the sides of these (I, K, 2)."""
@@ -226,11 +222,9 @@ class _Touch:
         """Sums (I, K, ...) of the values (p, ...) of the points, or (I, K, 2, ...) by side."""
         place, shape = self._at(by_side)
         columns = values.reshape(len(values), int(np.prod(values.shape[1:]))).T
-        # Where nothing touches, bincount would count: integers, that forces of ties are rounded to.
-        sums = np.stack([np.bincount(place, each, int(np.prod(shape))) for each in columns], axis=-1).astype(
-            float
-        )
-        return sums.reshape(*shape, *values.shape[1:])
+        sums = np.stack([np.bincount(place, each, int(np.prod(shape))) for each in columns], axis=-1)
+        # Where nothing touches, bincount counts: integers, that forces of ties would be rounded to.
+        return sums.astype(float).reshape(*shape, *values.shape[1:])
 
 
 def _put_ties(values: dict[str, np.ndarray], history: xr.Dataset, tied: np.ndarray) -> None:
@@ -239,13 +233,17 @@ def _put_ties(values: dict[str, np.ndarray], history: xr.Dataset, tied: np.ndarr
     normal, force = values["normal"][tied], values["force"][:, tied]
     along = np.einsum("iks,ks->ik", force, normal)[..., None] * normal
     values["centroid"][tied], values["area"][tied] = centroid, area
-    values["zones"][:, tied] = 1
-    values["contact_area"][:, tied] = area
-    values["contact_centroid"][:, tied] = centroid + values["centroid_displacement"][:, tied].mean(axis=2)
-    values["contact_normal"][:, tied] = normal
-    values["normal_resultant"][:, tied] = along
-    values["tangential_resultant"][:, tied] = force - along
-    values["slip"][:, tied], values["stick_share"][:, tied] = 0.0, 1.0
-    values["largest_pressure"][:, tied] = np.nan
-    for name in {"sliding", "contact_travel", "contact_spin"} & values.keys():
-        values[name][:, tied] = 0.0
+    known = {
+        "zones": 1,
+        "contact_area": area,
+        "contact_centroid": centroid + values["centroid_displacement"][:, tied].mean(axis=2),
+        "contact_normal": normal,
+        "normal_resultant": along,
+        "tangential_resultant": force - along,
+        "slip": 0.0,
+        "stick_share": 1.0,
+        "largest_pressure": np.nan,
+    }
+    known |= dict.fromkeys({"sliding", "contact_travel", "contact_spin"} & values.keys(), 0.0)
+    for name, value in known.items():
+        values[name][:, tied] = value

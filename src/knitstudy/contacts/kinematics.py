@@ -123,7 +123,8 @@ def kinematics(
         Centroids of the contact areas on the undeformed yarns, nan where open [m].
     """
     axes = Axes.of(fabric)
-    rotation = nearest_rotation(gradient)
+    left, _, right = np.linalg.svd(gradient)
+    rotation = left @ right  # R of F = R U
     fibres = [
         np.einsum("iksmn,ksn->iksm", gradient, axis) for axis in (axes.tangent, axes.towards, axes.across)
     ]
@@ -148,12 +149,6 @@ def kinematics(
         "contact_travel": since_first(along),
         "contact_spin": since_first(around),
     }
-
-
-def nearest_rotation(gradient: np.ndarray) -> np.ndarray:
-    """Return the rotations R (..., 3, 3) of deformation gradients F = R U, by singular values."""
-    left, _, right = np.linalg.svd(gradient)
-    return left @ right
 
 
 def twist(rotation: np.ndarray, axis: np.ndarray) -> np.ndarray:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -22,19 +21,16 @@ from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.materials import Material, material_of
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.hexahedra import divide
-from knitstudy.models.ties import STIFFNESS, tie_crossings
-from knitstudy.models.yarn_contact import penalties
-
-if TYPE_CHECKING:
-    from knitstudy.study.scene import Scene
+from knitstudy.models.interactions import STIFFNESS, Equations, penalties, tie_crossings
+from knitstudy.study.scene import Scene
 
 EXACTLY_JOINED = (
     f"ties: springs of {STIFFNESS:g} E R join the moments of two yarns in the scene, equations without any compliance "
     "in a deck"
 )
 
+# Distance of facets that may come to touch, over the yarn's radius, besides the distance that the load moves them
 CONTACT_REACH = 1.0
-"""Distance of facets that may come to touch, over the yarn's radius, besides the distance that the load moves them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,15 +39,6 @@ class Surface:
 
     elements: np.ndarray
     faces: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class Equations:
-    """Constraints x_slave = sum of weights times x_master: slave (K,), master (K, c), weight (K, c); 0 is no term."""
-
-    slave: np.ndarray
-    master: np.ndarray
-    weight: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,14 +52,11 @@ class ContactPair:
 
 @dataclass(frozen=True)
 class Interaction:
-    """Contact law of all pairs of surfaces, and the penetration (m) that the scene allows.
+    """Contact law of all pairs of surfaces."""
 
-    ``kind`` is isotropic, rough or frictionless.
-    """
-
-    kind: str
+    kind: str  # isotropic, rough or frictionless
     law: Coulomb
-    penetration: float
+    penetration: float  # that the scene allows [m]
 
     @property
     def elastic_slip(self) -> float:
@@ -84,20 +68,12 @@ class Interaction:
 
 
 @dataclass(frozen=True)
-class Prescribed:
-    """Displacement ``value`` (m) of the components ``first`` to ``last`` (1 to 3) of all nodes of a set."""
-
-    node_set: str
-    first: int
-    last: int
-    value: float
-
-
-@dataclass(frozen=True)
 class Step:
-    """One leg of the load: displacements at its end, reached in so many equal increments."""
+    """One leg of the load, in equal increments; the node set "HELD" stays where it is."""
 
-    prescribed: tuple[Prescribed, ...]
+    moves: dict[
+        int, float
+    ]  # displacement of the set "DRIVEN" at the end of the leg [m], by component (1 to 3)
     increments: int
 
 
@@ -108,28 +84,21 @@ class Deck:
     title: str
     nodes: np.ndarray  # (N, 3) [m]
     elements: dict[str, np.ndarray]  # nodes (e, 8) or (e, 20) of every set, one set after another
-    node_sets: dict[str, np.ndarray]
+    node_sets: dict[str, np.ndarray]  # "HELD" and "DRIVEN", whose total reaction is written
     element: str  # value of mesh.element
     material: Material
     hourglass: float  # stiffness over shear modulus, of elements that have one
     steps: tuple[Step, ...]
-    driven: str  # node set whose total reaction is written
     equations: Equations | None = None
     contacts: tuple[ContactPair, ...] = ()
     interaction: Interaction | None = None  # of all pairs in contact
-    rests: bool = True  # whether CalculiX rests for a step before contact
     tolerance: float | None = None  # of residual and correction; by default 0.005 and 0.01 in both programs
     fields: bool = True  # whether displacements are written; the total reaction always is
     departures: tuple[str, ...] = ()  # sentences on what decks cannot say of the scene
 
 
 def require_deck(scene: Scene) -> None:
-    """Refuse scenes whose yarns are not divided into hexahedra.
-
-    Raises
-    ------
-    ConfigurationError
-    """
+    """Refuse scenes whose yarns are not divided into hexahedra; ConfigurationError."""
     if "deck" not in scene.kind.fidelity.outputs:
         raise ConfigurationError(
             f"scene {scene.name!r}: fidelity is {scene.fidelity} but must be hexahedra for a deck: other programs"
@@ -144,24 +113,26 @@ def specimen_deck(scene: Scene, specimen: Fabric, mesh: SweptMesh) -> Deck:
     tie = tie_crossings(parts, specimen, tied, scene.tie.radius, scene.yarn.youngs_modulus)
     mesh, crossings = parts.mesh, specimen.crossings
     free = tied_pieces(mesh.stations, crossings, tied) < 0
-    touching = np.unique(crossings.yarn[~tied], axis=0)
-    reach = CONTACT_REACH * mesh.radius + _travel(scene)
-    gripped = np.union1d(parts.ends.held, parts.ends.driven)
+    touching = np.unique(crossings.yarn[~tied], axis=0).tolist()
+    travel = max((float(np.linalg.norm(leg)) for leg in scene.value("load.path") or ()), default=0.0)
+    reach = CONTACT_REACH * mesh.radius + travel
+    interaction = None
+    if touching:
+        law = penalties(scene, scene.mesh.smallest)
+        kind = scene.interaction if law.friction else "frictionless"
+        interaction = Interaction(kind, law, scene.contact.penetration * scene.mesh.smallest)
     return Deck(
-        title=_title(scene, specimen),
+        title=f"{scene.name}: {scene.specimen}, {scene.interaction}",
         nodes=parts.nodes,
-        elements={
-            f"YARN{yarn}": parts.connectivity[_yarn_elements(mesh, yarn)] for yarn in range(mesh.yarns)
-        },
+        elements={f"YARN{yarn}": parts.connectivity[_elements(mesh, yarn)] for yarn in range(mesh.yarns)},
         node_sets={"HELD": np.sort(parts.ends.held), "DRIVEN": np.sort(parts.ends.driven)},
         element=scene.mesh.element,
         material=material_of(scene.yarn),
         hourglass=scene.solver.hourglass,
         steps=_steps(scene, specimen),
-        driven="DRIVEN",
-        equations=Equations(*tie.equations(gripped)) if tied.any() else None,
-        contacts=tuple(_contact_pair(mesh, *pair, reach, free) for pair in touching.tolist()),
-        interaction=_interaction(scene) if len(touching) else None,
+        equations=tie.equations(np.union1d(parts.ends.held, parts.ends.driven)) if tied.any() else None,
+        contacts=tuple(_contact_pair(mesh, *pair, reach, free) for pair in touching),
+        interaction=interaction,
         departures=tuple(_departures(scene, tied)),
     )
 
@@ -180,15 +151,6 @@ def _departures(scene: Scene, tied: np.ndarray) -> Iterator[str]:
         yield f"solver.stabilisation is {scene.solver.stabilisation:g}: a deck has none"
 
 
-def _interaction(scene: Scene) -> Interaction:
-    """Return the law of contact of a scene, and the penetration that it allows."""
-    size = scene.mesh.smallest
-    law = penalties(scene, size)
-    return Interaction(
-        scene.interaction if law.friction else "frictionless", law, scene.contact.penetration * size
-    )
-
-
 def _contact_pair(mesh: SweptMesh, lower: int, upper: int, reach: float, free: np.ndarray) -> ContactPair:
     """Return the facets of two yarns within a distance (m) of the other one, those of the upper yarn as slave.
 
@@ -204,34 +166,21 @@ def _contact_pair(mesh: SweptMesh, lower: int, upper: int, reach: float, free: n
 
 
 def facet_faces(mesh: SweptMesh, yarn: int, chosen: np.ndarray) -> Surface:
-    """Return the faces of hexahedra that chosen facets of a yarn's lateral surface are.
-
-    Parameters
-    ----------
-    chosen : ndarray of bool, as many as ``mesh.surface_quads(yarn)`` has rows
-    """
+    """Return the faces of hexahedra that chosen facets, of those in ``mesh.surface_quads(yarn)``, are."""
     ring, quads = mesh.section.ring, mesh.section.quads
     # Both run counter-clockwise: a surface edge is one of a quad's edges, in the same direction.
     edges = np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1)  # (e, 4, 2)
     wanted = np.stack([ring, np.roll(ring, -1)], axis=-1)
-    quad, edge = np.nonzero((edges[None] == wanted[:, None, None]).all(axis=-1).any(axis=0))
-    owner = np.argmax((edges[quad, edge][None] == wanted[:, None]).all(axis=-1), axis=1)
-    layer, j = np.divmod(np.flatnonzero(chosen), ring.size)
-    elements = _yarn_elements(mesh, yarn).start + layer * quads.shape[0] + quad[owner][j]
-    return Surface(elements, 3 + edge[owner][j])  # S3 to S6 stand on the four edges of the bottom quad
+    place, quad, edge = np.nonzero((edges == wanted[:, None, None]).all(axis=-1))  # by place on the ring
+    layer, j = np.divmod(np.flatnonzero(chosen), len(place))
+    elements = _elements(mesh, yarn).start + layer * len(quads) + quad[j]
+    return Surface(elements, 3 + edge[j])  # S3 to S6 stand on the four edges of the bottom quad
 
 
-def _yarn_elements(mesh: SweptMesh, yarn: int) -> slice:
+def _elements(mesh: SweptMesh, yarn: int) -> slice:
     """Return the range of the elements of one yarn."""
     first, last = mesh.first_slice[yarn : yarn + 2] - np.arange(yarn, yarn + 2)
     return slice(int(first) * mesh.section.quads.shape[0], int(last) * mesh.section.quads.shape[0])
-
-
-def _title(scene: Scene, specimen: Fabric) -> str:
-    if scene.value("load.path"):
-        return f"{scene.name}: two yarns at {scene.pair.angle:g} degrees, {scene.interaction}"
-    loops, rows = specimen.cells
-    return f"{scene.name}: {loops} x {rows} knit, {scene.interaction}, {scene.load.direction} tension"
 
 
 def _steps(scene: Scene, specimen: Fabric) -> tuple[Step, ...]:
@@ -239,13 +188,6 @@ def _steps(scene: Scene, specimen: Fabric) -> tuple[Step, ...]:
     motion = load_path(scene, specimen)
     components = (motion.axis,) if scene.value("load.lateral") == "free" else range(3)
     increments = math.ceil(scene.solver.increments / len(motion.displacement))
-    held = Prescribed("HELD", 1, 3, 0.0)
     return tuple(
-        Step((held, *(Prescribed("DRIVEN", i + 1, i + 1, float(corner[i])) for i in components)), increments)
-        for corner in motion.displacement
+        Step({i + 1: float(corner[i]) for i in components}, increments) for corner in motion.displacement
     )
-
-
-def _travel(scene: Scene) -> float:
-    """Return the largest distance (m) that the load moves one yarn of a pair over the other; 0 of a knit."""
-    return max((float(np.linalg.norm(leg)) for leg in scene.value("load.path") or ()), default=0.0)

@@ -8,33 +8,27 @@ from __future__ import annotations
 
 import logging
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
 
 import numpy as np
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.exchange.deck import Deck, Equations, Step, Surface, specimen_deck
+from knitstudy.exchange.deck import Deck, Step, Surface, specimen_deck
 from knitstudy.files import code_version, replacing
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.mesh.sweep import SweptMesh
+from knitstudy.models.interactions import Equations
 from knitstudy.study.scene import Scene
 
-if TYPE_CHECKING:
-    from knitstudy.exchange.deck import Deck, Step
+NUMBER = "%.12e"  # at most 19 characters: CalculiX reads no more than 20 of a number
 
-
-NUMBER = "%.12e"
-"""At most 19 characters: CalculiX reads no more than 20 of a number."""
-
+# Hourglass stiffness over G in Abaqus at a scaling factor of 1; over (1 + nu) G in CalculiX, where it is fixed
 HOURGLASS_OF_C3D8R = {"abaqus": 0.005, "calculix": 0.008}
-"""Hourglass stiffness over G in Abaqus at a scaling factor of 1; over (1 + nu) G in CalculiX, where it is fixed."""
 
-ROUGH = 1e6
-"""Friction coefficient that stands for rough contact in CalculiX."""
+ROUGH = 1e6  # friction coefficient that stands for rough contact in CalculiX
 
 
 @dataclass(frozen=True)
@@ -61,9 +55,10 @@ NEO_HOOKE = Keywords(
 
 HARD = "*SURFACE BEHAVIOR, PENALTY=LINEAR\n{normal:.12e}\n"
 
+# The second number belongs to contact of nodes and must be positive.
 LINEAR = "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{normal:.12e}, 1.0\n"
-"""The second number belongs to contact of nodes and must be positive."""
 
+# Keywords by key and value, then by dialect
 TABLE: dict[tuple[str, str], dict[str, Keywords]] = {
     ("mesh.element", "one_point"): {
         "abaqus": Keywords(
@@ -117,27 +112,22 @@ TABLE: dict[tuple[str, str], dict[str, Keywords]] = {
         ),
     },
 }
-"""Keywords by key and value, then by dialect."""
 
-
-def _abaqus_outputs(deck: Deck) -> str:
-    """Ask for fields at the end, and for energies and the reaction of the driven set in every increment."""
-    contact = "*CONTACT OUTPUT\nCSTRESS, CDISP\n" if deck.contacts else ""
-    ending = "*OUTPUT, FIELD, NUMBER INTERVAL=1\n*NODE OUTPUT\nU, RF\n*ELEMENT OUTPUT\nS, LE\n" + contact
-    always = "*OUTPUT, HISTORY, FREQUENCY=1\n*ENERGY OUTPUT\nALLIE, ALLSE, ALLAE, ALLWK, ALLFD\n"
-    reaction = f"*NODE PRINT, NSET={deck.driven}, TOTALS=YES, SUMMARY=NO\nRF\n"
-    return (ending if deck.fields else "") + always + reaction
-
-
-def _calculix_outputs(deck: Deck) -> str:
-    """Ask for the reaction of the driven set, displacements and contact stresses in every increment."""
-    reaction = f"*NODE PRINT, NSET={deck.driven}, TOTALS=ONLY\nRF\n"
-    contact = "*CONTACT FILE\nCDIS, CSTR\n" if deck.contacts else ""
-    return reaction + ("*NODE FILE\nU\n" + contact if deck.fields else "")
-
-
-DIALECTS: dict[str, Callable[[Deck], str]] = {"abaqus": _abaqus_outputs, "calculix": _calculix_outputs}
-"""Cards that ask for results, by dialect."""
+# Cards that ask for results, by dialect: energies and the reaction of the driven set in every increment; fields; and
+# fields of yarns that touch
+OUTPUTS = {
+    "abaqus": (
+        "*OUTPUT, HISTORY, FREQUENCY=1\n*ENERGY OUTPUT\nALLIE, ALLSE, ALLAE, ALLWK, ALLFD\n"
+        "*NODE PRINT, NSET=DRIVEN, TOTALS=YES, SUMMARY=NO\nRF\n",
+        "*OUTPUT, FIELD, NUMBER INTERVAL=1\n*NODE OUTPUT\nU, RF\n*ELEMENT OUTPUT\nS, LE\n",
+        "*CONTACT OUTPUT\nCSTRESS, CDISP\n",
+    ),
+    "calculix": (
+        "*NODE PRINT, NSET=DRIVEN, TOTALS=ONLY\nRF\n",
+        "*NODE FILE\nU\n",
+        "*CONTACT FILE\nCDIS, CSTR\n",
+    ),
+}
 
 
 def keywords(deck: Deck, dialect: str) -> dict[str, Keywords]:
@@ -145,8 +135,8 @@ def keywords(deck: Deck, dialect: str) -> dict[str, Keywords]:
 
     Raises ConfigurationError if the dialect is unknown, or the program does not have one of them.
     """
-    if dialect not in DIALECTS:
-        raise ConfigurationError(f"unknown deck dialect {dialect!r}; allowed are {', '.join(DIALECTS)}")
+    if dialect not in OUTPUTS:
+        raise ConfigurationError(f"unknown deck dialect {dialect!r}; allowed are {', '.join(OUTPUTS)}")
     values = {"mesh.element": deck.element, "yarn.material": deck.material.name}
     if deck.interaction is not None:
         values["interaction"] = deck.interaction.kind
@@ -158,22 +148,16 @@ def keywords(deck: Deck, dialect: str) -> dict[str, Keywords]:
     return {key: TABLE[key, value][dialect].filled(numbers) for key, value in values.items()}
 
 
-def step_parameters(deck: Deck, dialect: str) -> str:
-    """Return the parameters of every step: friction makes the tangent unsymmetric, which Abaqus must be told."""
-    return ", UNSYMM=YES" if dialect == "abaqus" and deck.contacts else ""
-
-
 def steps(deck: Deck, dialect: str) -> tuple[Step, ...]:
     """Return the steps of a deck, in CalculiX with contact after a step in which nothing is driven.
 
     In the first step CalculiX takes the penetration at the beginning of an increment for an overlap of the mesh, which
     acts in proportion to the time that has passed: contact pressures are too small until it ends (docs/decks.md).
     """
-    if dialect != "calculix" or not (deck.contacts and deck.rests):
+    if dialect != "calculix" or not deck.contacts:
         return deck.steps
-    first = deck.steps[0]
-    still = tuple(replace(each, value=0.0) for each in first.prescribed)
-    return (replace(first, prescribed=still, increments=1), *deck.steps)
+    still = Step(dict.fromkeys(deck.steps[0].moves, 0.0), increments=1)
+    return (still, *deck.steps)
 
 
 def _template_numbers(deck: Deck) -> dict[str, float]:
@@ -189,157 +173,131 @@ def _template_numbers(deck: Deck) -> dict[str, float]:
         "hourglass_factor": deck.hourglass / HOURGLASS_OF_C3D8R["abaqus"],
         "hourglass_of_calculix": HOURGLASS_OF_C3D8R["calculix"] * (1 + material.poisson_ratio),
     }
-    if touch is None:
-        return numbers
-    law = touch.law
-    contact = {"normal": law.normal, "tangential": law.tangential, "friction": law.friction}
-    return numbers | contact | {"elastic_slip": touch.elastic_slip}
+    if touch is not None:
+        law = touch.law
+        numbers |= {"normal": law.normal, "tangential": law.tangential, "friction": law.friction}
+        numbers["elastic_slip"] = touch.elastic_slip
+    return numbers
 
 
-# ---- Keyword files (.inp) of Abaqus and CalculiX
-
-ENTRIES_PER_LINE = 12
-
-COMMENT = 120
-"""Characters a line of comments; CalculiX reads 132."""
-
-INTERACTION = "YARNS"
-"""Name of the surface interaction of all contact pairs."""
+COMMENT = 120  # characters a line of comments; CalculiX reads 132
 
 log = logging.getLogger(__name__)
 
 
 def write_inp(deck: Deck, path: Path | str, dialect: str) -> None:
-    """Write a deck as a keyword file, whole or not at all.
+    """Write a deck as a keyword file of Abaqus or CalculiX, whole or not at all.
 
     What the keywords cannot say of the scene stands in the file's head as comments, and is logged as warnings.
     Raises ConfigurationError if the dialect is unknown, or the program lacks the deck's element, material or
     interaction; DataFileError if the file cannot be written.
-
-    Parameters
-    ----------
-    dialect : {"abaqus", "calculix"}
     """
     words = keywords(deck, dialect)
     departures = [*filter(None, (each.departure for each in words.values())), *deck.departures]
-    element, material = words["mesh.element"], words["yarn.material"]
     with replacing(path) as temporary, open(temporary, "w", encoding="ascii") as file:
-        _write_heading(file, deck, departures)
-        _write_mesh(file, deck, element.element)
-        if deck.equations is not None:
-            _write_equations(file, deck.equations)
-        file.write(f"*MATERIAL, NAME=YARN\n{material.cards}{element.cards}")
-        file.write(f"*SOLID SECTION, ELSET=SOLID, MATERIAL=YARN{element.section}\n")
-        if deck.interaction is not None:
-            _write_contacts(file, deck, words["interaction"])
-        for step in steps(deck, dialect):
-            _write_step(file, deck, step, dialect)
+        file.writelines(_cards(deck, dialect, words, departures))
     for sentence in departures:
         log.warning("%s: not quite the scene: %s", path, sentence)
 
 
-def _write_heading(file: TextIO, deck: Deck, departures: list[str]) -> None:
-    file.write(f"*HEADING\n{deck.title}\n** knitstudy {code_version()}; m, N, Pa\n")
+def _cards(deck: Deck, dialect: str, words: dict[str, Keywords], departures: list[str]) -> Iterator[str]:
+    """Yield the cards of a deck with their data."""
+    element, material = words["mesh.element"], words["yarn.material"]
+    yield f"*HEADING\n{deck.title}\n** knitstudy {code_version()}; m, N, Pa\n"
     for sentence in departures:
-        lines = textwrap.wrap(f"NOT QUITE THE SCENE: {sentence}", COMMENT, break_on_hyphens=False)
-        file.writelines(f"** {line}\n" for line in lines)
-
-
-def _write_mesh(file: TextIO, deck: Deck, element: str) -> None:
-    file.write("*NODE, NSET=ALL\n")
-    number = np.arange(1, len(deck.nodes) + 1)
-    np.savetxt(file, np.column_stack([number, deck.nodes]), fmt=["%d"] + 3 * [NUMBER], delimiter=", ")
+        said = textwrap.wrap(f"NOT QUITE THE SCENE: {sentence}", COMMENT, break_on_hyphens=False)
+        yield "".join(f"** {line}\n" for line in said)
+    yield "*NODE, NSET=ALL\n"
+    for number, place in enumerate(deck.nodes.tolist(), 1):
+        yield _lines([number, *(NUMBER % x for x in place)])
     first = 1
     for name, corners in deck.elements.items():
-        file.write(f"*ELEMENT, TYPE={element}, ELSET={name}\n")
-        number = np.arange(first, first + len(corners))
-        np.savetxt(file, np.column_stack([number, corners + 1]), fmt=_numbers(1 + corners.shape[1]))
+        yield f"*ELEMENT, TYPE={element.element}, ELSET={name}\n"
+        for number, row in enumerate((corners + 1).tolist(), first):
+            yield _lines([number, *row], end=",\n")  # a comma where a line is continued
         first += len(corners)
-    file.write("*ELSET, ELSET=SOLID\n" + "".join(f"{name}\n" for name in deck.elements))
+    yield "*ELSET, ELSET=SOLID\n" + "".join(f"{name}\n" for name in deck.elements)
     for name, nodes in deck.node_sets.items():
-        file.write(f"*NSET, NSET={name}\n")
-        file.writelines(_wrapped(nodes + 1))
-
-
-def _write_contacts(file: TextIO, deck: Deck, behaviour: Keywords) -> None:
-    pairs = ""
+        yield f"*NSET, NSET={name}\n" + _lines(nodes + 1)
+    if deck.equations is not None:
+        yield "*EQUATION\n"
+        yield from _terms(deck.equations)
+    yield f"*MATERIAL, NAME=YARN\n{material.cards}{element.cards}"
+    yield f"*SOLID SECTION, ELSET=SOLID, MATERIAL=YARN{element.section}\n"
     for pair in deck.contacts:
-        file.write(_surface(f"{pair.name}_SLAVE", pair.slave) + _surface(f"{pair.name}_MASTER", pair.master))
-        pairs += f"{pair.name}_SLAVE, {pair.name}_MASTER\n"
-    file.write(f"*SURFACE INTERACTION, NAME={INTERACTION}\n" + behaviour.cards)
-    file.write(f"*CONTACT PAIR, INTERACTION={INTERACTION}, TYPE=SURFACE TO SURFACE\n" + pairs)
+        yield _surface(f"{pair.name}_SLAVE", pair.slave) + _surface(f"{pair.name}_MASTER", pair.master)
+    if deck.interaction is not None:
+        yield "*SURFACE INTERACTION, NAME=YARNS\n" + words["interaction"].cards
+        yield "*CONTACT PAIR, INTERACTION=YARNS, TYPE=SURFACE TO SURFACE\n"
+        yield "".join(f"{pair.name}_SLAVE, {pair.name}_MASTER\n" for pair in deck.contacts)
+    for step in steps(deck, dialect):
+        yield _step(deck, step, dialect)
+
+
+def _lines(entries: Iterable, count: int = 12, end: str = "\n") -> str:
+    """Return entries in lines of so many at most."""
+    texts = [str(each) for each in entries]
+    return end.join(", ".join(texts[i : i + count]) for i in range(0, len(texts), count)) + "\n"
 
 
 def _surface(name: str, surface: Surface) -> str:
     """Return element sets, one for every face number that occurs, and the surface that they make up."""
-    lines, faces = [], np.unique(surface.faces)
-    for face in faces:
-        lines.append(f"*ELSET, ELSET={name}_S{face}\n")
-        lines.extend(_wrapped(surface.elements[surface.faces == face] + 1))
-    lines.append(f"*SURFACE, NAME={name}, TYPE=ELEMENT\n")
-    lines.extend(f"{name}_S{face}, S{face}\n" for face in faces)
-    return "".join(lines)
+    faces = np.unique(surface.faces)
+    sets = (
+        f"*ELSET, ELSET={name}_S{face}\n" + _lines(surface.elements[surface.faces == face] + 1)
+        for face in faces
+    )
+    parts = (f"{name}_S{face}, S{face}\n" for face in faces)
+    return "".join([*sets, f"*SURFACE, NAME={name}, TYPE=ELEMENT\n", *parts])
 
 
-def _write_equations(file: TextIO, equations: Equations) -> None:
-    """Write an equation for every slave and component; the slave's term comes first, which eliminates it."""
+def _terms(equations: Equations) -> Iterator[str]:
+    """Yield an equation for every slave and component; the slave's term comes first, which eliminates it."""
     nodes = np.column_stack([equations.slave, equations.master]) + 1  # (K, 1 + c)
     factors = np.column_stack([-np.ones(len(nodes)), equations.weight])
-    file.write("*EQUATION\n")
     for row, factor in zip(nodes.tolist(), factors.tolist(), strict=True):
         terms = [(node, value) for node, value in zip(row, factor, strict=True) if value]
         for component in (1, 2, 3):
             written = [f"{node}, {component}, {NUMBER % value}" for node, value in terms]
-            file.write(f"{len(terms)}\n")
-            file.writelines(f"{', '.join(written[i : i + 4])}\n" for i in range(0, len(written), 4))
+            yield f"{len(terms)}\n" + _lines(written, 4)
 
 
-def _write_step(file: TextIO, deck: Deck, step: Step, dialect: str) -> None:
-    parameters = step_parameters(deck, dialect)
-    file.write(f"*STEP, NLGEOM, INC={100 * step.increments}{parameters}\n")
+def _step(deck: Deck, step: Step, dialect: str) -> str:
+    # Friction makes the tangent unsymmetric, which Abaqus must be told.
+    unsymmetric = ", UNSYMM=YES" if dialect == "abaqus" and deck.contacts else ""
+    controls = ""
     if deck.tolerance is not None:
-        file.write("*CONTROLS, PARAMETERS=FIELD, FIELD=DISPLACEMENT\n")
-        file.write(f"{NUMBER % deck.tolerance}, {NUMBER % deck.tolerance}\n")
+        number = NUMBER % deck.tolerance
+        controls = f"*CONTROLS, PARAMETERS=FIELD, FIELD=DISPLACEMENT\n{number}, {number}\n"
+    moves = (f"DRIVEN, {i}, {i}, {NUMBER % value}\n" for i, value in step.moves.items())
+    outputs, fields, contact = OUTPUTS[dialect]
+    if deck.fields:
+        outputs += fields + (contact if deck.contacts else "")
     # Whole numbers of time: increments of a rounded fraction would leave a last one of almost nothing.
-    file.write(f"*STATIC, DIRECT\n1.0, {step.increments}.0\n*BOUNDARY\n")
-    for item in step.prescribed:
-        file.write(f"{item.node_set}, {item.first}, {item.last}, {NUMBER % item.value}\n")
-    file.write(DIALECTS[dialect](deck) + "*END STEP\n")
-
-
-def _numbers(count: int) -> str:
-    """Return the format of ``count`` numbers, a comma at the end of every line that another one continues."""
-    return ",\n".join(
-        ", ".join(["%d"] * min(ENTRIES_PER_LINE, count - start))
-        for start in range(0, count, ENTRIES_PER_LINE)
+    return (
+        f"*STEP, NLGEOM, INC={100 * step.increments}{unsymmetric}\n{controls}*STATIC, DIRECT\n"
+        f"1.0, {step.increments}.0\n*BOUNDARY\nHELD, 1, 3, {NUMBER % 0.0}\n{''.join(moves)}{outputs}*END STEP\n"
     )
-
-
-def _wrapped(numbers: np.ndarray) -> Iterator[str]:
-    """Yield lines of at most ``ENTRIES_PER_LINE`` numbers."""
-    texts = np.asarray(numbers).astype(str)
-    for start in range(0, len(texts), ENTRIES_PER_LINE):
-        yield ", ".join(texts[start : start + ENTRIES_PER_LINE]) + "\n"
 
 
 def write_abaqus(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset) -> None:
     """Write the deck of a scene for Abaqus."""
-    deck = specimen_deck(scene, Fabric.from_dataset(geometry), SweptMesh.from_dataset(mesh))
-    write_inp(deck, path, "abaqus")
+    write_inp(_deck(scene, geometry, mesh), path, "abaqus")
 
 
 def write_calculix(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset) -> None:
     """Write the deck of a scene for CalculiX."""
-    deck = specimen_deck(scene, Fabric.from_dataset(geometry), SweptMesh.from_dataset(mesh))
-    write_inp(deck, path, "calculix")
+    write_inp(_deck(scene, geometry, mesh), path, "calculix")
 
 
-# ---- Stiffness of an endless knit at rest, as a shell section of Abaqus
+def _deck(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset) -> Deck:
+    return specimen_deck(scene, Fabric.from_dataset(geometry), SweptMesh.from_dataset(mesh))
 
-SHELL_ENTRIES_PER_LINE = 8
 
+# Stiffness of an endless knit at rest, as a shell section of Abaqus
+
+# The 21 entries of a symmetric section in their order: column by column, each down to the diagonal
 SHELL_ENTRIES = tuple(f"D{row + 1}{column + 1}" for column in range(6) for row in range(column + 1))
-"""The 21 entries of a symmetric section in their order: column by column, each down to the diagonal."""
 
 SHELL = """*HEADING
 {name}: an endless knit as a shell
@@ -379,8 +337,7 @@ def shell_entries(matrix: np.ndarray) -> np.ndarray:
 def write_shell(scene: Scene, path: Path | str, history: xr.Dataset) -> None:
     """Write one square shell element with the section of a cell, to be copied into a model of Abaqus."""
     numbers = [NUMBER % value for value in shell_entries(section_matrix(history))]
-    starts = range(0, len(numbers), SHELL_ENTRIES_PER_LINE)
-    data = "\n".join(", ".join(numbers[i : i + SHELL_ENTRIES_PER_LINE]) for i in starts)
+    data = _lines(numbers, 8).rstrip()
     text = SHELL.format(name=scene.name, version=code_version(), entries=", ".join(SHELL_ENTRIES), data=data)
     with replacing(path) as temporary:
         Path(temporary).write_text(text, encoding="ascii")

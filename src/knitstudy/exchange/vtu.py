@@ -8,29 +8,30 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from pathlib import Path
 
 import meshio
 import numpy as np
 import xarray as xr
 
-from knitstudy.errors import DataFileError, MeshError
+from knitstudy.errors import MeshError
 from knitstudy.files import replacing
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.elements.quadratic import NODES
-from knitstudy.mechanics.materials import Material, axes_along, material_of
-from knitstudy.mechanics.solid import cauchy_stress, principal_axes, von_mises
-from knitstudy.mechanics.spline_yarn.space import Space, deformation_gradient, locate, sections
+from knitstudy.mechanics.materials import Material, material_of
+from knitstudy.mechanics.solid import principal_axes, von_mises
+from knitstudy.mechanics.spline_yarn.space import Space, locate
 from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, QuadraticSection, quadratic_mesh
 from knitstudy.mesh.quality import scaled_jacobian
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.models.spline_yarns import space_on, undeformed, yarn_spans
+from knitstudy.models.stress import stressed_points, undeformed_splines
 from knitstudy.study.scene import Scene
 
+# Cells by their number of nodes, as meshio calls them
 CELLS = {8: "hexahedron", 20: "hexahedron20", 27: "hexahedron27"}
-"""Cells by their number of nodes, as meshio calls them."""
 
 
 def _write(
@@ -48,24 +49,16 @@ def _write(
         grid.write(temporary)
 
 
-# ---- Hexahedra
-
-
 def write_vtu(
     mesh: SweptMesh | QuadraticMesh,
     path: Path | str,
-    point_fields: Mapping[str, np.ndarray] | None = None,
+    point_fields: Mapping[str, np.ndarray] | None = None,  # (N,) or (N, 3), such as {"displacement [m]": u}
 ) -> None:
     """Write a mesh of linear or quadratic hexahedra.
 
     The yarn of every node and element, the arc length of every node and the scaled Jacobian of every element are
     always among the fields.
     Raises MeshError if a field has not one row a node; DataFileError if the file cannot be written.
-
-    Parameters
-    ----------
-    point_fields : mapping of str to ndarray (N,) or (N, 3), optional
-        For instance ``{"displacement [m]": u}``.
     """
     if isinstance(mesh, QuadraticMesh):
         hexahedra, yarn = mesh.elements, mesh.yarn
@@ -112,14 +105,11 @@ def _elements(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> SweptMesh | Qu
     return quadratic_mesh(mesh, specimen.centrelines) if quadratic else mesh
 
 
-# ---- Spline yarns. A section is an O-grid with the middles of its edges and faces, repeated at the ends and in the
-# middle of every span. A quadratic arc of 30 degrees leaves the circle by 2e-4 of the radius at most.
+# Spline yarns. A section is an O-grid with the middles of its edges and faces, repeated at the ends and in the middle
+# of every span. A quadratic arc of 30 degrees leaves the circle by 2e-4 of the radius at most.
 
-CORE, RINGS = 3, 1
-"""Elements along a side of the section's core, and rings of elements around it."""
-
-CHUNK = 200
-"""Sections evaluated at once; bounds the memory of their derivatives."""
+CORE, RINGS = 3, 1  # elements along a side of the section's core, and rings of elements around it
+CHUNK = 200  # sections evaluated at once; bounds the memory of their derivatives
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,15 +150,9 @@ class CurvedCells:
         """Yarn (P,) of every node."""
         return np.repeat(np.arange(len(self.stations)), [s.size * len(self.x) for s in self.stations])
 
-    @property
-    def arc_length(self) -> np.ndarray:
-        """Arc length (P,) of every node's section [m]."""
-        return np.repeat(np.concatenate(self.stations), len(self.x))
-
     def surface(self, yarn: int) -> np.ndarray:
         """Return the nodes (t, a) on the surface of a yarn, section by section."""
-        own = np.flatnonzero(self.yarn == yarn).reshape(-1, len(self.x))
-        return own[:, self.rim]
+        return np.flatnonzero(self.yarn == yarn).reshape(-1, len(self.x))[:, self.rim]
 
 
 def write_spline_yarns(scene: Scene, path: Path | str, specimen: Fabric, history: xr.Dataset) -> None:
@@ -177,28 +161,16 @@ def write_spline_yarns(scene: Scene, path: Path | str, specimen: Fabric, history
     Fields of nodes: displacement; von Mises and principal values (the largest first) of the Cauchy stress; where
     yarns touch, the contact pressure on the surface; yarn and arc length.
     Raises DataFileError if the history is of another discretisation, or the file cannot be written.
-
-    Parameters
-    ----------
-    history : Dataset
-        With ``node_displacement``, the coefficients of the displacement.
     """
-    space = space_on(scene, yarn_spans(scene, specimen))
-    nodes, moved = undeformed(space, specimen), history["node_displacement"].to_numpy()
-    if moved.shape != nodes.shape:
-        source = history.encoding.get("source", "history")
-        raise DataFileError(
-            f"{source}: node_displacement has the shape {moved.shape}, but the yarns of scene {scene.name!r} have "
-            f"{len(nodes)} coefficients: run the scene again"
-        )
+    moved = history["node_displacement"].to_numpy()
+    space, nodes = undeformed_splines(scene, specimen, moved)
     spans = (yarn.spline.spans for yarn in space.yarns)
     cells = CurvedCells.of([np.append(own[:, 0], own[-1, 1]) for own in spans])
-    yarn = scene.yarn
-    material = material_of(yarn)
-    places, fields, area = _fields(space, nodes, moved, cells, material)
+    places, fields, area = _fields(space, nodes, moved, cells, material_of(scene.yarn))
     if "contact_pressure" in history:
         fields["contact_pressure [Pa]"] = _pressure(space, nodes, cells, area, history)
-    fields |= {"yarn": cells.yarn, "arc_length [m]": cells.arc_length}
+    arc_length = np.repeat(np.concatenate(cells.stations), len(cells.x))
+    fields |= {"yarn": cells.yarn, "arc_length [m]": arc_length}
     _write(path, places, cells.cells, fields, {"yarn": cells.yarn[cells.cells[:, 0]]})
 
 
@@ -208,28 +180,18 @@ def _fields(
     """Return places (P, 3), fields by name, and undeformed surface (P,) per arc length and angle [m/rad]."""
     turn = cells.x[:, ::-1] * [-1.0, 1.0]
     parts = []
-    for number, yarn in enumerate(space.yarns):
+    for number, (yarn, stations) in enumerate(zip(space.yarns, cells.stations, strict=True)):
         own = slice(*space.first_node[number : number + 2].tolist())
-        stations = cells.stations[number]
         for low in range(0, len(stations), CHUNK):
             s = stations[low : low + CHUNK]
-            place, slope = sections(yarn, nodes[own], s, cells.x)
-            displacement, change = sections(yarn, moved[own], s, cells.x)
-            stress = cauchy_stress(
-                deformation_gradient(slope, change).reshape(-1, 3, 3),
-                material,
-                axes_along(slope[..., 2].reshape(-1, 3)),
-            )
+            found = stressed_points(yarn, (nodes[own], moved[own]), s, cells.x, material)
+            slope, stress = found[2], found[4].reshape(-1, 3, 3)
             around = np.einsum("kqic,qc->kqi", slope[..., :2], turn)
             area = np.linalg.norm(np.cross(around, slope[..., 2]), axis=-1).ravel()
-            moves = displacement.reshape(-1, 3)
-            parts.append((place.reshape(-1, 3), moves, von_mises(stress), principal_axes(stress)[0], area))
+            places = (each.reshape(-1, 3) for each in found[:2])
+            parts.append((*places, von_mises(stress), principal_axes(stress)[0], area))
     place, displacement, mises, principal, area = (np.concatenate(each) for each in zip(*parts, strict=True))
-    fields = {
-        "displacement [m]": displacement,
-        "von_mises [Pa]": mises,
-        "principal_stress [Pa]": principal,
-    }
+    fields = {"displacement [m]": displacement, "von_mises [Pa]": mises, "principal_stress [Pa]": principal}
     return place, fields, area
 
 
@@ -255,14 +217,11 @@ def _pressure(
         row = np.interp(s[here], stations, np.arange(stations.size))
         column = np.interp(angle[here], closed, np.arange(count + 1))
         total = np.zeros(surface.shape)
-        for i in (0, 1):
-            for j in (0, 1):
-                at = (
-                    np.minimum(np.floor(row).astype(int), len(stations) - 2) + i,
-                    np.floor(column).astype(int) + j,
-                )
-                weight = (1 - np.abs(row - at[0])) * (1 - np.abs(column - at[1]))
-                np.add.at(total, (at[0], at[1] % count), weight * (pressure * share)[here])
+        first = np.minimum(np.floor(row).astype(int), len(stations) - 2), np.floor(column).astype(int)
+        for i, j in product((0, 1), repeat=2):
+            at = first[0] + i, first[1] + j
+            weight = (1 - np.abs(row - at[0])) * (1 - np.abs(column - at[1]))
+            np.add.at(total, (at[0], at[1] % count), weight * (pressure * share)[here])
         length = np.gradient(stations)
         length[[0, -1]] *= 0.5
         found[surface] = total / (area.take(surface) * length[:, None] * width)

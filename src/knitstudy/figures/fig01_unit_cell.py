@@ -6,9 +6,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.picture import bounds, draw_rows, scale_bar
+from knitstudy.figures.picture import bounds, draw_rows, scale_bar, sphere, yarn_tubes
 from knitstudy.figures.renderer import MILLIMETRE, Picture, Surface, View
-from knitstudy.figures.shapes import sphere, yarn_tubes
 from knitstudy.figures.style import PAPER, YARNS, panel_letter
 from knitstudy.geometry.fabric import Fabric, plain_knit
 from knitstudy.measures.catalogue import solid

@@ -8,9 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.picture import bounds, draw_arrow, draw_rows, scale_bar
+from knitstudy.figures.picture import bounds, draw_arrow, draw_rows, scale_bar, yarn_tubes
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture
-from knitstudy.figures.shapes import yarn_tubes
 from knitstudy.figures.style import ACCENT, INK, PAPER, YARNS, panel_letter, shared_legend, tint
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid

@@ -7,9 +7,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.picture import HALO, bounds, draw_rows, scale_bar
+from knitstudy.figures.picture import HALO, bounds, draw_rows, scale_bar, yarn_of_mesh
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture
-from knitstudy.figures.shapes import yarn_of_mesh
 from knitstudy.figures.style import ACCENT, INK, MODELS, PAPER, SINGLE, YARNS, shared_legend, tint
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid

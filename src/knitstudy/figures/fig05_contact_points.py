@@ -11,9 +11,8 @@ from matplotlib.figure import Figure
 
 from knitstudy.errors import DataFileError
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.picture import bounds, draw_rows, label, scale_bar
+from knitstudy.figures.picture import arrow, bounds, draw_rows, label, scale_bar, tube
 from knitstudy.figures.renderer import MILLIMETRE, Picture, Surface, View
-from knitstudy.figures.shapes import arrow, tube
 from knitstudy.figures.style import ACCENT, INK, PAPER, SINGLE, YARNS
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid

@@ -8,9 +8,8 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.fig05_contact_points import InterlockSide, name_points, piece
-from knitstudy.figures.picture import bounds, draw_rows, scale_bar, write
+from knitstudy.figures.picture import arrow, bounds, draw_rows, scale_bar, sphere, tube, write
 from knitstudy.figures.renderer import MILLIMETRE, Picture, Surface, View
-from knitstudy.figures.shapes import arrow, sphere, tube
 from knitstudy.figures.style import ACCENT, INK, YARNS, panel_letter
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import network, solid

@@ -13,10 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.curves import strain_label
-from knitstudy.figures.picture import BAR, HALO, colour_bar, draw_rows, scale_bar, window_around, write
+from knitstudy.figures.fig15_force_strain import strain_label
+from knitstudy.figures.picture import BAR, HALO, colour_bar, draw_rows, scale_bar, tube, window_around, write
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture, Surface
-from knitstudy.figures.shapes import tube
 from knitstudy.figures.style import (
     ACCENT,
     FAINT,

@@ -9,9 +9,8 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.fig16_out_of_plane import colour_scale, elevated_yarns, elevation, elevation_bar
-from knitstudy.figures.picture import BAR, HALO, bounds, draw_rows, scale_bar, write
+from knitstudy.figures.picture import BAR, HALO, bounds, draw_rows, scale_bar, tube, write
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture, View
-from knitstudy.figures.shapes import tube
 from knitstudy.figures.style import ACCENT, FAINT, INK, panel_letter, tint
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.response import transverse_contraction

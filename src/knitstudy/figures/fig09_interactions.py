@@ -6,7 +6,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.curves import Curve, draw_curves
+from knitstudy.figures.fig15_force_strain import Curve, draw_curves
 from knitstudy.figures.renderer import MILLIMETRE
 from knitstudy.figures.style import DOUBLE, INTERACTIONS, figure, panel_letter
 from knitstudy.measures.catalogue import solid

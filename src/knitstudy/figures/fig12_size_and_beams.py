@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.curves import draw_curves, draw_reference, force_curve, legend_beside
+from knitstudy.figures.fig15_force_strain import BESIDE, draw_curves, draw_reference, force_curve
 from knitstudy.figures.renderer import MILLIMETRE
 from knitstudy.figures.style import (
     DIRECT,
@@ -27,8 +27,7 @@ from knitstudy.figures.style import (
 )
 from knitstudy.measures.cases import label_of
 from knitstudy.measures.catalogue import BEAM_MODELS, SQUARES, network, of_case, several, solid
-from knitstudy.measures.cost import MEGABYTE, memory_growth
-from knitstudy.measures.domain import Series, domain_response, series_of
+from knitstudy.measures.cost import MEGABYTE, Series, domain_response, memory_growth, series_of
 from knitstudy.measures.reference import reference_of
 from knitstudy.study.scene import Scene
 
@@ -78,7 +77,7 @@ def draw(
         curves.append(force_curve(look, history, true, named=False))
     draw_reference(axes, true)
     draw_curves(axes, curves, "reaction force", "N", scenes["dns"].load.direction)
-    legend_beside(axes, (1.2, 1.0), 0.0)
+    axes.legend(**BESIDE, bbox_to_anchor=(1.2, 1.0))
     panel_letter(axes, "b", "force with isotropic friction")
     if squares:
         _draw_cost(drawing, [scenes[name] for name in squares], squares, paper)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
-
 import matplotlib
 import numpy as np
 import xarray as xr
@@ -15,9 +12,8 @@ from matplotlib.ticker import MaxNLocator
 from scipy.interpolate import RegularGridInterpolator
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.picture import BAR, bounds, colour_bar, draw_rows, scale_bar, window_around
+from knitstudy.figures.picture import BAR, bounds, colour_bar, draw_rows, scale_bar, tube, window_around
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture, Surface
-from knitstudy.figures.shapes import tube
 from knitstudy.figures.style import MEGAPASCAL, panel_letter
 from knitstudy.measures.catalogue import solid
 from knitstudy.mechanics.materials import FULL
@@ -82,8 +78,8 @@ def _cell(surfaces: list[Surface], stresses: xr.Dataset) -> tuple[float, float, 
 
 def flow(mesh: SweptMesh, stresses: xr.Dataset) -> tuple[list[Surface], ScalarMappable]:
     """Return yarns with streaks, and the scale of their colours in MPa."""
-    yarns = yarn_surfaces(mesh, stresses)
-    found = [streaks(yarn) for yarn in yarns]
+    yarns, radius = yarn_fields(mesh, stresses), mesh.radius
+    found = [streaks(centre, surface, radius) for centre, surface in yarns]
     place, normal, value = (np.concatenate(each) for each in zip(*found, strict=True))
     value = MEGAPASCAL * value
     # From no stress, hardly darker than the yarn, to the largest.
@@ -92,8 +88,8 @@ def flow(mesh: SweptMesh, stresses: xr.Dataset) -> tuple[list[Surface], ScalarMa
     scale = ScalarMappable(norm, LinearSegmentedColormap.from_list("flow", colours))
     share = np.asarray(norm(value))
     shade = np.minimum((share * SHADES).astype(int), SHADES - 1)
-    width = mesh.radius * (WIDTH[0] + share * (WIDTH[1] - WIDTH[0]))
-    surfaces = [tube(yarn.centre, yarn.radius, YARN) for yarn in yarns]
+    width = radius * (WIDTH[0] + share * (WIDTH[1] - WIDTH[0]))
+    surfaces = [tube(centre, radius, YARN) for centre, _ in yarns]
     for number in np.unique(shade):
         here = shade == number
         colour = to_hex(scale.cmap((number + 0.5) / SHADES))
@@ -104,88 +100,69 @@ def flow(mesh: SweptMesh, stresses: xr.Dataset) -> tuple[list[Surface], ScalarMa
 # ---- streaks along the axes of the maximum principal stress on the surfaces of yarns ----
 
 
-@dataclass(frozen=True, eq=False)
-class YarnSurface:
-    """The outermost cells of one yarn, deformed, in m layers along the yarn and at a angles around."""
+def yarn_fields(mesh: SweptMesh, stresses: xr.Dataset) -> list[tuple[np.ndarray, RegularGridInterpolator]]:
+    """Return centres (m, 3) [m] and surface of every deformed yarn, at m layers along it and a angles around it.
 
-    centre: np.ndarray  # (m, 3) of the layers [m]
-    outwards: np.ndarray  # (m, a, 3) unit vectors from there to the cells
-    stress: np.ndarray  # (m, a, 3, 3) mean Cauchy stress of the cells [Pa]
-    radius: float  # [m]
-
-    @cached_property
-    def _between(self) -> RegularGridInterpolator:
-        layers, angles = self.outwards.shape[:2]
-        centre = np.broadcast_to(self.centre[:, None], self.outwards.shape)
-        values = np.concatenate([centre, self.outwards, self.stress.reshape(layers, angles, 9)], axis=2)
-        around = np.concatenate([values, values[:, :1]], axis=1)
-        return RegularGridInterpolator((np.arange(layers), np.arange(angles + 1)), around)
-
-    def at(self, spot: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return places (k, 3), normals (k, 3) and stresses (k, 3, 3) at real numbers of layer and angle (k, 2)."""
-        layers, angles = self.outwards.shape[:2]
-        spot = np.column_stack([np.clip(spot[:, 0], 0, layers - 1), spot[:, 1] % angles])
-        centre, normal, stress = np.split(self._between(spot), [3, 6], axis=1)
-        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        return centre + ABOVE * self.radius * normal, normal, stress.reshape(-1, 3, 3)
-
-
-def yarn_surfaces(mesh: SweptMesh, stresses: xr.Dataset) -> list[YarnSurface]:
-    """Return the surfaces of all yarns of a mesh, with the stresses of the simulation on it."""
-    section = mesh.section
+    The fields of a surface over real numbers of layer and angle are place [m], unit normal, Cauchy stress [Pa] as 9
+    numbers, and the derivatives of the place by layer and by angle, as the outermost cells have them.
+    """
+    section, layered = mesh.section, (-1, len(mesh.section.quads))
     outer = np.flatnonzero(np.isin(section.quads, section.ring).sum(axis=1) >= 2)
     middle = section.points[section.quads[outer]].mean(axis=1)
     outer = outer[np.argsort(np.arctan2(middle[:, 1], middle[:, 0]))]
-    layered = (-1, len(section.quads))
-    stress = stresses["cell_stress"].to_numpy()[:, FULL].reshape(*layered, 3, 3)[:, outer]
     place = stresses["cell_place"].to_numpy().reshape(*layered, 3)[:, outer]
-    yarn = stresses["cell_yarn"].to_numpy().reshape(layered)[:, 0]
+    stress = stresses["cell_stress"].to_numpy()[:, FULL].reshape(*layered, 9)[:, outer]
+    of_layer = stresses["cell_yarn"].to_numpy().reshape(layered)[:, 0]
     centre = place.mean(axis=1)
-    outwards = place - centre[:, None]
-    outwards /= np.linalg.norm(outwards, axis=-1, keepdims=True)
-    return [
-        YarnSurface(centre[yarn == each], outwards[yarn == each], stress[yarn == each], mesh.radius)
-        for each in range(mesh.yarns)
-    ]
+    normal = place - centre[:, None]
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    place = centre[:, None] + ABOVE * mesh.radius * normal
+    found = []
+    for yarn in range(mesh.yarns):
+        here = of_layer == yarn
+        by_layer = np.gradient(place[here], axis=0)
+        by_angle = (np.roll(place[here], -1, axis=1) - np.roll(place[here], 1, axis=1)) / 2
+        fields = np.concatenate([place[here], normal[here], stress[here], by_layer, by_angle], axis=2)
+        fields = np.pad(fields, ((0, 0), (0, 1), (0, 0)), mode="wrap")  # the first angle once more
+        grid = tuple(map(np.arange, fields.shape[:2]))
+        found.append((centre[here], RegularGridInterpolator(grid, fields)))
+    return found
 
 
-def streaks(yarn: YarnSurface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def streaks(
+    centre: np.ndarray, surface: RegularGridInterpolator, radius: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return streaks on a yarn: places (k, 2 n + 1, 3) [m], normals to the surface there, and mean values (k,) [Pa]."""
-    length = float(np.linalg.norm(np.diff(yarn.centre, axis=0), axis=1).sum())
-    rows = max(2, round(length / (SPACING * yarn.radius)))
+    length = float(np.linalg.norm(np.diff(centre, axis=0), axis=1).sum())
+    rows = max(2, round(length / (SPACING * radius)))
     layer, turn = np.indices((rows, AROUND)).astype(float)
     # Every other row stands half a streak further around: no rows of streaks are seen.
     turn = (turn + 0.5 * (layer % 2)) / AROUND
-    layers, angles = yarn.outwards.shape[:2]
-    seed = np.column_stack([layer.ravel() * (layers - 1) / (rows - 1), turn.ravel() * angles])
-    ways = zip(_follow(yarn, seed, -1.0), _follow(yarn, seed, 1.0), strict=True)
+    layers, angles = (grid[-1] for grid in surface.grid)
+    seed = np.column_stack([layer.ravel() * layers / (rows - 1), turn.ravel() * angles])
+    step = 0.5 * LENGTH * radius / STEPS
+    ways = zip(_follow(surface, seed, -step), _follow(surface, seed, step), strict=True)
     place, normal, value = (np.concatenate([back[:, ::-1], ahead[:, 1:]], axis=1) for back, ahead in ways)
     return place, normal, value.mean(axis=1)
 
 
-def _follow(yarn: YarnSurface, spot: np.ndarray, sign: float) -> list[np.ndarray]:
+def _follow(surface: RegularGridInterpolator, spot: np.ndarray, step: float) -> list[np.ndarray]:
     """Return places, normals (k, n + 1, 3) and values (k, n + 1) from spots (k, 2) along the axes, to one side."""
+    layers, angles = (grid[-1] for grid in surface.grid)
     found, ahead = [], None
     for _ in range(STEPS + 1):
-        place, normal, stress = yarn.at(spot)
-        value, axes = principal_axes(stress)
+        spot = np.column_stack([np.clip(spot[:, 0], 0, layers), spot[:, 1] % angles])
+        place, normal, stress, *by = np.split(surface(spot), [3, 6, 15, 18], axis=1)
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        value, axes = principal_axes(stress.reshape(-1, 3, 3))
         found.append((place, normal, value[:, 0]))
         # The axis without its part along the normal is shorter where it is steep; it has no sign.
         way = axes[:, 0] - np.einsum("ki,ki->k", axes[:, 0], normal)[:, None] * normal
-        ahead = sign * way if ahead is None else ahead
-        ahead = way * np.where(np.einsum("ki,ki->k", way, ahead) < 0, -1.0, 1.0)[:, None]
-        spot = spot + 0.5 * LENGTH * yarn.radius / STEPS * _rates(yarn, spot, place, ahead)
-        spot[:, 0] = np.clip(spot[:, 0], 0, len(yarn.centre) - 1)
+        if ahead is not None:
+            way *= np.where(np.einsum("ki,ki->k", way, ahead) < 0, -1.0, 1.0)[:, None]
+        ahead = way
+        spot = spot + step * np.einsum("kai,ki->ka", np.linalg.pinv(np.stack(by, axis=-1)), way)
     return [np.stack(each, axis=1) for each in zip(*found, strict=True)]
-
-
-def _rates(yarn: YarnSurface, spot: np.ndarray, place: np.ndarray, way: np.ndarray) -> np.ndarray:
-    """Return how many layers and angles (k, 2) a metre along vectors (k, 3) in the surface leads on."""
-    small = 0.05
-    inside = np.where(spot[:, 0] > len(yarn.centre) - 1.5, -small, small)
-    by_layer = (yarn.at(spot + np.outer(inside, [1, 0]))[0] - place) / inside[:, None]
-    by_angle = (yarn.at(spot + np.array([0, small]))[0] - place) / small
-    return np.einsum("kai,ki->ka", np.linalg.pinv(np.stack([by_layer, by_angle], axis=-1)), way)
 
 
 def ribbons(place: np.ndarray, normal: np.ndarray, width: np.ndarray, colour: str) -> Surface:

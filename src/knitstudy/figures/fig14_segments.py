@@ -11,14 +11,12 @@ from matplotlib.figure import Figure
 from knitstudy.contacts.segments import BETWEEN, KINDS
 from knitstudy.errors import GeometryError
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.picture import HALO, draw_rows, scale_bar, window_around, write
+from knitstudy.figures.picture import HALO, draw_rows, scale_bar, window_around, write, yarn_tubes
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture
-from knitstudy.figures.shapes import yarn_tubes
 from knitstudy.figures.style import INK, MODELS, PAPER, panel_letter, shared_legend
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
-from knitstudy.measures.centre_cell import centre_cell
-from knitstudy.measures.segments import SEGMENT, central
+from knitstudy.measures.centre_cell import SEGMENT, central, centre_cell
 from knitstudy.models.network_2d import heights_by_stress, zone_places
 
 TENSION = {"course": "#0072B2", "wale": "#8E1B5A"}  # colours of the axes in course and in wale tension

@@ -5,7 +5,7 @@ A figure of its own sets a knit of whole yarns beside cells cut out of a knit (d
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import matplotlib
 import numpy as np
@@ -17,9 +17,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.picture import BAR, bounds, colour_bar, draw_rows, scale_bar
+from knitstudy.figures.picture import BAR, bounds, colour_bar, draw_rows, graded_tube, scale_bar
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture, Surface
-from knitstudy.figures.shapes import graded_tube
 from knitstudy.figures.style import panel_letter
 from knitstudy.measures.catalogue import Results, network, one, solid
 from knitstudy.measures.discretisation import INTERACTIONS, NAMES
@@ -43,12 +42,16 @@ def _results(direction: str) -> dict[str, Results]:
     return found
 
 
-def _figure(name: str, title: str, direction: str) -> Callable:
-    return FIGURES.add(name, title, results=_results(direction), files=("reference",), scenes=True)
-
-
-@_figure("fig16_out_of_plane", "Fig. 16: out-of-plane displacement along the yarns, course tension", "course")
-@_figure("fig16_wale", "Fig. 16, wale tension: out-of-plane displacement along the yarns", "wale")
+@FIGURES.add(
+    "fig16_out_of_plane",
+    "Fig. 16: out-of-plane displacement along the yarns, course tension",
+    results=_results("course"),
+)
+@FIGURES.add(
+    "fig16_wale",
+    "Fig. 16, wale tension: out-of-plane displacement along the yarns",
+    results=_results("wale"),
+)
 def draw(
     geometry: xr.Dataset, scenes: Mapping[str, Scene], reference: pd.DataFrame, **models: xr.Dataset
 ) -> Figure:

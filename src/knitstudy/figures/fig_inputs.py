@@ -36,11 +36,12 @@ SHORT = {
 """Claims in a few words, for the heads of columns."""
 
 UNITS = {"1": "", "yarn radii": " R"}
-ROW, HEAD, FOOT = 5.0, 40.0, 12.0  # height of a row, and room above and below the rows [mm]
-LEFT, MATRIX, GAP = 57.0, 50.0, 5.0
-"""Room for the names of the rows, width of the matrix, and space between panels [mm]."""
-
-BARS = 30.0  # width of the legend of the bars [mm]
+ROW, HEAD, FOOT, LEFT = (
+    5.0,
+    40.0,
+    12.0,
+    57.0,
+)  # height of a row, room above and below the rows and for their names [mm]
 SMALL = 6.5  # size of letters in the rows
 
 
@@ -65,21 +66,26 @@ def draw(
     found = findings(Evidence(geometry, paper, reference, scenes, variations, variations_contacts))
     height = HEAD + ROW * len(found) + FOOT
     drawing = figure(DOUBLE, height)
-    bars = (DOUBLE - LEFT - MATRIX - 2 * GAP - 4.0) / 2
-    places = (LEFT, MATRIX), (LEFT + MATRIX + GAP, bars), (LEFT + MATRIX + 2 * GAP + bars, bars)
-    matrix, force, motion = (
-        drawing.add_axes((left / DOUBLE, FOOT / height, width / DOUBLE, ROW * len(found) / height))
-        for left, width in places
-    )
-    _draw_verdicts(matrix, found)
-    for axes, quantity, title, letter in (
-        (force, FORCE, "force", "b"),
-        (motion, LARGEST_U_Z, "largest $|u_z|$", "c"),
-    ):
-        _draw_changes(axes, found, quantity)
-        axes.set_xlabel("change to the base (%)", fontsize=SMALL)
-        panel_letter(axes, letter, title)
-    _draw_legend(drawing)
+    panels = drawing.subplots(1, 3, sharey=True, width_ratios=(1.9, 1, 1))
+    edges = {"left": LEFT / DOUBLE, "bottom": FOOT / height, "top": 1 - HEAD / height, "right": 0.98}
+    drawing.subplots_adjust(**edges, wspace=0.15)
+    keys = [each.variation.key for each in found]
+    for axes in panels:
+        axes.spines["left"].set_visible(False)
+        for row in range(1, len(found)):
+            if keys[row] != keys[row - 1]:  # a line between different inputs
+                axes.axhline(row, color=FAINT, linewidth=0.6, zorder=2)
+    _draw_verdicts(panels[0], found)
+    _draw_changes(panels[1], found, FORCE)
+    panel_letter(panels[1], "b", "force")
+    _draw_changes(panels[2], found, LARGEST_U_Z)
+    panel_letter(panels[2], "c", "largest $|u_z|$")
+    # Signs and bars are explained in the upper right corner.
+    verdicts = [Patch(facecolor=colour, label=f"{sign} {name}") for name, (colour, sign) in VERDICTS.items()]
+    verdicts.append(Patch(facecolor="none", edgecolor=INK, label="not as at the base"))
+    bars = [Patch(facecolor=look.colour, label=look.label) for look in INTERACTIONS.values()]
+    for handles, right in ((verdicts, 0.84), (bars, 1.0)):
+        drawing.legend(handles=handles, loc="upper right", fontsize=SMALL, bbox_to_anchor=(right, 1.0))
     return drawing
 
 
@@ -90,24 +96,16 @@ def _draw_verdicts(axes: Axes, found: Sequence[Finding]) -> None:
         for column, claim in enumerate(claims):
             if claim in finding.judged:
                 colour, sign = VERDICTS[finding.judged[claim].verdict]
-                axes.add_patch(
-                    Rectangle((column, row), 1, 1, facecolor=colour, edgecolor=PAPER, linewidth=1.2)
-                )
+                look = {"facecolor": colour, "edgecolor": PAPER, "linewidth": 1.2}
+                axes.add_patch(Rectangle((column, row), 1, 1, **look))
                 axes.text(column + 0.5, row + 0.5, sign, ha="center", va="center", fontsize=SMALL)
-        for column, claim in enumerate(claims):
             if claim in finding.turned:
-                axes.add_patch(
-                    Rectangle((column, row), 1, 1, facecolor="none", edgecolor=INK, linewidth=1.2, zorder=3)
-                )
+                look = {"facecolor": "none", "edgecolor": INK, "linewidth": 1.2, "zorder": 3}
+                axes.add_patch(Rectangle((column, row), 1, 1, **look))
     axes.set(xlim=(0, len(claims)), ylim=(len(found), 0))
-    axes.set_xticks(
-        np.arange(len(claims)) + 0.5,
-        [f"{claim}  {SHORT.get(claim, '')}".rstrip() for claim in claims],
-        rotation=60,
-        ha="left",
-        rotation_mode="anchor",
-        fontsize=SMALL,
-    )
+    heads = [f"{claim}  {SHORT.get(claim, '')}".rstrip() for claim in claims]
+    look = {"rotation": 60, "ha": "left", "rotation_mode": "anchor", "fontsize": SMALL}
+    axes.set_xticks(np.arange(len(claims)) + 0.5, heads, **look)
     axes.xaxis.tick_top()
     names = [_name(each.variation, found[0].variation) for each in found]
     axes.set_yticks(np.arange(len(found)) + 0.5, names, fontsize=SMALL)
@@ -115,8 +113,7 @@ def _draw_verdicts(axes: Axes, found: Sequence[Finding]) -> None:
         assumed = each.variation.key and each.variation.described.standing == "assumed"
         label.set_fontweight("bold" if assumed else "normal")
     axes.tick_params(length=0)
-    axes.spines[:].set_visible(False)
-    _separate(axes, found)
+    axes.spines["bottom"].set_visible(False)
     axes.text(0.0, -0.35, "(a)", ha="right", va="bottom", fontsize=8.5)
 
 
@@ -124,24 +121,13 @@ def _draw_changes(axes: Axes, found: Sequence[Finding], quantity: str) -> None:
     """Draw a bar an interaction, the first above."""
     thick = 0.8 / len(INTERACTIONS)
     for number, (kind, look) in enumerate(INTERACTIONS.items()):
-        rows = [row for row, each in enumerate(found) if (quantity, kind) in each.changes]
-        changes = [PERCENT * found[row].changes[quantity, kind] for row in rows]
-        axes.barh([row + 0.1 + thick * (number + 0.5) for row in rows], changes, thick, color=look.colour)
+        changes = [PERCENT * each.changes.get((quantity, kind), np.nan) for each in found]
+        axes.barh(np.arange(len(found)) + 0.1 + thick * (number + 0.5), changes, thick, color=look.colour)
     axes.axvline(0, color=INK, linewidth=0.7)
-    axes.set_ylim(len(found), 0)
-    axes.set_yticks([])
-    axes.spines["left"].set_visible(False)
+    axes.tick_params(axis="y", length=0)
     axes.grid(axis="x", color=FAINT, alpha=0.35, linewidth=0.5)
     axes.set_axisbelow(True)
-    _separate(axes, found)
-
-
-def _separate(axes: Axes, found: Sequence[Finding]) -> None:
-    """Draw a line between the rows of different inputs."""
-    keys = [each.variation.key for each in found]
-    for row in range(1, len(keys)):
-        if keys[row] != keys[row - 1]:
-            axes.axhline(row, color=FAINT, linewidth=0.6, zorder=2)
+    axes.set_xlabel("change to the base (%)", fontsize=SMALL)
 
 
 def _name(variation: Variation, base: Variation) -> str:
@@ -159,12 +145,3 @@ def _said(value: object) -> str:
     if value == WITHOUT_LIMIT:
         return "\u221e"
     return f"{value:g}" if isinstance(value, float | int) else str(value).replace("_", "-")
-
-
-def _draw_legend(drawing: Figure) -> None:
-    """Explain signs and bars in the upper right corner."""
-    verdicts = [Patch(facecolor=colour, label=f"{sign} {name}") for name, (colour, sign) in VERDICTS.items()]
-    verdicts.append(Patch(facecolor="none", edgecolor=INK, label="not as at the base"))
-    bars = [Patch(facecolor=look.colour, label=look.label) for look in INTERACTIONS.values()]
-    for handles, right in ((verdicts, 1 - BARS / DOUBLE), (bars, 1.0)):
-        drawing.legend(handles=handles, loc="upper right", fontsize=SMALL, bbox_to_anchor=(right, 1.0))

@@ -11,12 +11,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.style import DOUBLE, FAINT, INK, MICROMETRE, SINGLE, figure, panel_letter
+from knitstudy.figures.style import (
+    DOUBLE,
+    FAINT,
+    INK,
+    MICROMETRE,
+    SINGLE,
+    figure,
+    panel_letter,
+    shared_legend,
+)
 from knitstudy.measures.catalogue import several
 from knitstudy.study.scene import Scene
-
-HEIGHT = 110.0  # of the figure [mm]
-MARGIN = 16.0  # room for the labels at the left [mm]
 
 PATHS = {
     "tied": {"color": INK, "linestyle": "-", "marker": "o"},
@@ -31,10 +37,11 @@ class Slide:
     """Forces of one pair on the lower yarn, along and across the direction in which its grips slide."""
 
     scene: Scene
-    # (I,) of the upper yarn's face at the crossing from the lower one's, along the slide [m]
-    distance: np.ndarray
-    tangential: np.ndarray  # (I,) friction along the slide, and pressure [N]
-    normal: np.ndarray  # (I,) friction along the slide, and pressure [N]
+    distance: (
+        np.ndarray
+    )  # (I,) of the upper yarn's face at the crossing from the lower one's, along the slide [m]
+    tangential: np.ndarray  # (I,) friction along the slide [N]
+    normal: np.ndarray  # (I,) pressure [N]
 
     @classmethod
     def of(cls, contacts: xr.Dataset, scene: Scene) -> Slide:
@@ -67,22 +74,15 @@ def draw(pairs_contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]) 
     """Draw tangential forces above, normal forces below, one column an angle."""
     slides = [Slide.of(contacts, scenes[name]) for name, contacts in pairs_contacts.items()]
     angles = sorted({slide.scene.pair.angle for slide in slides}, reverse=True)
-    width = DOUBLE if len(angles) > 1 else 1.3 * SINGLE
-    drawing = figure(width, HEIGHT)
+    drawing = figure(DOUBLE if len(angles) > 1 else 1.3 * SINGLE, 110.0, layout="constrained")
     rows = drawing.subplots(2, len(angles), sharex="col", squeeze=False)
-    drawing.subplots_adjust(left=MARGIN / width, right=0.98, bottom=0.22, top=0.94, wspace=0.22, hspace=0.14)
     for column, angle in enumerate(angles):
         here = [slide for slide in slides if slide.scene.pair.angle == angle]
         _draw_angle(rows[:, column], here)
         panel_letter(rows[0, column], "ab"[column % 2], f"crossed at {angle:g}°")
     rows[0, 0].set_ylabel("tangential force (N)")
     rows[1, 0].set_ylabel("normal force (N)")
-    looks = {
-        label: handle
-        for axes in rows[0]
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
-    }
-    drawing.legend(looks.values(), looks.keys(), loc="lower center", ncols=2)
+    shared_legend(drawing, loc="outside lower center", ncols=2)
     return drawing
 
 
@@ -95,9 +95,9 @@ def _draw_angle(axes: tuple[Axes, Axes], slides: list[Slide]) -> None:
     if sliding:
         longest = max(sliding, key=lambda slide: len(slide.distance))
         bound = longest.scene.contact.friction * longest.normal
-        for sign, label in ((1, "± friction coefficient times normal force"), (-1, None)):
-            look = {"color": FAINT, "linewidth": 0.8, "linestyle": ":"}
-            axes[0].plot(MICROMETRE * longest.distance, sign * bound, label=label, **look)
+        look = {"color": FAINT, "linewidth": 0.8, "linestyle": ":"}
+        look["label"] = ["± friction coefficient times normal force", "_"]
+        axes[0].plot(MICROMETRE * longest.distance, np.column_stack([bound, -bound]), **look)
     axes[0].axhline(0, color=FAINT, linewidth=0.6, zorder=0)
     axes[1].set(xlabel="relative displacement along the slide (µm)")
     axes[1].set_ylim(0, None)

@@ -105,7 +105,5 @@ for _number, _question in enumerate(QUESTIONS.values()):
             "every": several("simulation", "*", where=is_whole_knit),
             "every_contacts": several("contacts", "*", where=is_whole_knit),
         },
-        files=("reference",),
-        scenes=True,
         order=90 + _number,
     )(_draw(_question.name))

@@ -12,6 +12,7 @@ import pickle
 import subprocess
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import TYPE_CHECKING
@@ -123,13 +124,10 @@ def serve() -> None:
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)  # without a display it warns before it uses EGL
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # output of VTK must not mix with answers
-    while True:
-        try:
-            picture = pickle.load(sys.stdin.buffer)
-        except EOFError:
-            return
-        pickle.dump(render(picture), answers)
-        answers.flush()
+    with suppress(EOFError):
+        while True:
+            pickle.dump(render(pickle.load(sys.stdin.buffer)), answers)
+            answers.flush()
 
 
 def render(picture: Picture) -> np.ndarray:
@@ -137,15 +135,16 @@ def render(picture: Picture) -> np.ndarray:
     import pyvista  # takes seconds: only the process that renders needs it
 
     plotter = pyvista.Plotter(off_screen=True, window_size=picture.pixels, lighting="none")
+    light = {"ambient": 0.28, "diffuse": 0.78, "specular": 0.15, "specular_power": 25}
+    edges = {"edge_color": "#5A5A5A", "edge_opacity": 0.6, "line_width": 1.0}
+    smooth = {"smooth_shading": True, "split_sharp_edges": True, "feature_angle": FEATURE_ANGLE}
     for surface in picture.surfaces:
-        _add(plotter, surface)
+        mesh = pyvista.PolyData.from_regular_faces(MILLIMETRE * surface.points, surface.faces).clean()
+        look = {"color": surface.colour, "opacity": surface.opacity, "show_edges": surface.edges}
+        plotter.add_mesh(mesh, **look, **light, **edges, **smooth)
     # A key light from the upper left, a weaker one from the right, both turning with the view.
     for place, intensity in (((-0.55, 0.75, 1.0), 0.85), ((0.9, -0.1, 0.7), 0.30)):
-        light = pyvista.Light(light_type="scene light", intensity=intensity)
-        light.positional = False
-        light.position = tuple(picture.view.basis.T @ place)
-        light.focal_point = (0.0, 0.0, 0.0)
-        plotter.add_light(light)
+        plotter.add_light(pyvista.Light(position=place, light_type="camera light", intensity=intensity))
     _aim(plotter, picture)
     if any(surface.opacity < 1 for surface in picture.surfaces):
         plotter.enable_depth_peeling(number_of_peels=12)
@@ -158,32 +157,15 @@ def render(picture: Picture) -> np.ndarray:
     return image
 
 
-def _add(plotter: pyvista.Plotter, surface: Surface) -> None:
-    import pyvista
-
-    mesh = pyvista.PolyData.from_regular_faces(MILLIMETRE * surface.points, surface.faces)
-    mesh = mesh.clean().compute_normals(
-        split_vertices=True, feature_angle=FEATURE_ANGLE, consistent_normals=False, auto_orient_normals=False
-    )
-    light = {"ambient": 0.28, "diffuse": 0.78, "specular": 0.15, "specular_power": 25}
-    edges = {"show_edges": surface.edges, "edge_color": "#5A5A5A", "edge_opacity": 0.6, "line_width": 1.0}
-    plotter.add_mesh(
-        mesh, color=surface.colour, opacity=surface.opacity, smooth_shading=True, **light, **edges
-    )
-
-
 def _aim(plotter: pyvista.Plotter, picture: Picture) -> None:
     """Point the camera at the window of a picture."""
     left, right, bottom, top = picture.window
     basis = picture.view.basis
-    corners = MILLIMETRE * np.concatenate([surface.points for surface in picture.surfaces])
-    depth = corners @ basis[2]
+    depth = MILLIMETRE * np.concatenate([surface.points for surface in picture.surfaces]) @ basis[2]
     focus = basis.T @ [(left + right) / 2, (bottom + top) / 2, depth.mean()]
-    camera = plotter.camera
-    camera.focal_point = tuple(focus)
     # As near as can be: ambient occlusion keeps positions relative to the eye in half precision.
-    camera.position = tuple(focus + (depth.max() - depth.mean() + 1) * basis[2])
-    camera.up = tuple(basis[1])
-    camera.enable_parallel_projection()
-    camera.parallel_scale = (top - bottom) / 2
+    eye = focus + (depth.max() - depth.mean() + 1) * basis[2]
+    plotter.camera_position = [tuple(eye), tuple(focus), tuple(basis[1])]
+    plotter.enable_parallel_projection()
+    plotter.camera.parallel_scale = (top - bottom) / 2
     plotter.reset_camera_clipping_range()

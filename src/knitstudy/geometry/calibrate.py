@@ -33,7 +33,7 @@ CURVATURE_SAMPLES = 12  # a Bezier segment, where curvature is bounded and bendi
 NEAREST = 8  # approaches away from crossings whose gap is bounded: more than come near in a quarter
 UNUSABLE = 1e3  # residual of control points that make no plain knit
 SPREAD = 0.25  # standard deviation, in radii, of the random starts about the first one
-SHARPENING = (1.0, 1e-2, 1e-4)  # shares of the bending weight in turn: in the end it no longer pulls the loop
+SHARPENING = (1e-2, 1e-4)  # shares of the bending weight that follow: in the end it no longer pulls the loop
 MOST_EVALUATIONS = 60  # Jacobians a start and weight may cost
 DECIMALS = 9  # of metres in the file: a nanometre, a millionth of the radius
 
@@ -183,19 +183,18 @@ def calibrate(problem):
 
     Raises GeometryError when no start leads to a plain knit.
     """
-    random, first = np.random.default_rng(problem.seed), first_guess(problem)
-    best, norms = None, []
-    for number in range(problem.starts):
-        found = solve(first + (number > 0) * SPREAD * random.normal(size=first.size), problem)
-        norms.append(float(np.sqrt(2 * found.cost)))
-        best = found if best is None or found.cost < best.cost else best
+    first = first_guess(problem)
+    spread = SPREAD * np.random.default_rng(problem.seed).normal(size=(problem.starts, first.size))
+    spread[0] = 0.0
+    found = [solve(first + each, problem) for each in spread]
+    best = min(found, key=lambda each: each.cost)
     if best.cost >= UNUSABLE:
         raise GeometryError(
             f"calibration: none of {problem.starts} starts leads to a plain knit; allow more starts"
         )
-    for share in SHARPENING[1:]:
+    for share in SHARPENING:
         best = solve(best.x, replace(problem, bending=share * problem.bending))
-    return Candidate.from_unknowns(best.x, problem.quarter), norms
+    return Candidate.from_unknowns(best.x, problem.quarter), [float(np.sqrt(2 * each.cost)) for each in found]
 
 
 def solve(start, problem):

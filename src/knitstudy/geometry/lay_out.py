@@ -56,9 +56,9 @@ def lay_out(scene):
         return yarn_pair(scene.yarn.radius, pair.angle, pair.length, pair.clearance).to_dataset()
     pattern = scene.pattern
     try:
-        initial, loop, optimum, surveys = redraw(
-            initial_loop(scene), pattern.course_ratio, pattern.keep, scene.geometry
-        )
+        initial, loop, optimum = _redrawn(initial_loop(scene), pattern, scene.geometry)
+        surveys = survey(initial), survey(loop)
+        check_yarns(surveys[1], loop, CONTACT_TOLERANCE)
     except GeometryError as error:
         raise GeometryError(
             f"yarn.diameter {scene.yarn.diameter:g} m, pattern.clearance {pattern.clearance:g} radii, "
@@ -72,14 +72,9 @@ def lay_out(scene):
 
 def initial_loop(scene):
     """The loop of a scene as it is drawn, before its optimisation: Loop."""
-    pattern = scene.pattern
-    return Loop(
-        np.asarray(pattern.control_points, dtype=float),
-        pattern.wale_spacing,
-        pattern.course_spacing,
-        0.5 * scene.yarn.diameter,
-        pattern.clearance,
-    )
+    pattern, radius = scene.pattern, 0.5 * scene.yarn.diameter
+    spacings = pattern.wale_spacing, pattern.course_spacing
+    return Loop(pattern.control_points, *spacings, radius, pattern.clearance)
 
 
 def _report(initial, optimum, surveys):
@@ -117,8 +112,18 @@ def _report(initial, optimum, surveys):
 # ---- Loops at another course spacing
 
 
-def stretched(loop, across, along):
-    """The loop with its points and spacings stretched across and along the wales; heights stay: Loop."""
+def _redrawn(drawn, pattern, settings):
+    """Drawn loop at the course spacing that a pattern wants, before and after its optimisation, and Optimum."""
+    ratio = pattern.course_ratio
+    if pattern.keep == "length":
+        return _at_length(drawn, ratio, settings)
+    rows_apart = replace(drawn, course_spacing=ratio * drawn.course_spacing)
+    initial = _stretched(drawn, 1.0, ratio) if pattern.keep == "wale_spacing" else rows_apart
+    return initial, *optimise(initial, settings)
+
+
+def _stretched(loop, across, along):
+    """The loop with its points and spacings stretched across and along the wales; heights stay."""
     return replace(
         loop,
         control_points=loop.control_points * [across, along, 1.0],
@@ -127,50 +132,12 @@ def stretched(loop, across, along):
     )
 
 
-def redraw(drawn, ratio, keep, settings):
-    """Optimise a drawn loop at another course spacing.
-
-    Parameters
-    ----------
-    drawn : Loop
-        At the spacings that it is drawn for, with the radius wanted.
-    ratio : float
-        Course spacing wanted over the drawn loop's.
-    keep : {"shape", "wale_spacing", "length"}
-        What stays of the drawn loop.
-    settings : object
-        Of `optimise`.
-
-    Returns
-    -------
-    initial, loop : Loop
-        Before and after the optimisation.
-    optimum : Optimum
-    surveys : tuple of two Survey
-        Of both.
-
-    Raises
-    ------
-    GeometryError
-        When there is no such loop.
-    """
-    if keep == "length":
-        initial, (loop, optimum) = _at_length(drawn, ratio, settings)
-    else:
-        rows_apart = replace(drawn, course_spacing=ratio * drawn.course_spacing)
-        initial = stretched(drawn, 1.0, ratio) if keep == "wale_spacing" else rows_apart
-        loop, optimum = optimise(initial, settings)
-    surveys = survey(initial), survey(loop)
-    check_yarns(surveys[1], loop, CONTACT_TOLERANCE)
-    return initial, loop, optimum, surveys
-
-
 def _at_length(drawn, ratio, settings):
-    """The initial loop whose optimisation has the drawn length, and what that returns: secants on the width."""
+    """As `_redrawn`, of the initial loop whose optimisation has the drawn length: secants on the width."""
     length = drawn.length
 
     def excess(across):
-        return stretched(drawn, across, ratio).length / length - 1
+        return _stretched(drawn, across, ratio).length / length - 1
 
     bounds = 1 / WIDEST, WIDEST
     if excess(bounds[0]) * excess(bounds[1]) >= 0:
@@ -181,11 +148,11 @@ def _at_length(drawn, ratio, settings):
     across, slope = brentq(excess, *bounds, xtol=1e-6), FIRST_SLOPE
     before = step = None
     for _ in range(MOST_OPTIMISATIONS):
-        initial = stretched(drawn, across, ratio)
-        found = optimise(initial, settings)
-        error = found[0].length / length - 1
+        initial = _stretched(drawn, across, ratio)
+        loop, optimum = optimise(initial, settings)
+        error = loop.length / length - 1
         if abs(error) <= LENGTH_TOLERANCE:
-            return initial, found
+            return initial, loop, optimum
         if step:
             slope = (error - before) / step or FIRST_SLOPE
         step, before = -error / slope, error
@@ -235,15 +202,9 @@ def loop_row(scene, keep, ratio, diameter):
     """
     said = {"held fixed": keep, "course ratio [1]": ratio, "yarn diameter [m]": diameter}
     try:
-        varied = scene.vary(
-            {
-                "pattern.keep": keep,
-                "pattern.course_ratio": ratio,
-                "yarn.diameter": diameter,
-                "geometry.free": [FREE[keep]] * len(scene.pattern.control_points),
-            }
-        )
-        geometry = lay_out(varied)
+        free = [FREE[keep]] * len(scene.pattern.control_points)
+        pattern = {"pattern.keep": keep, "pattern.course_ratio": ratio}
+        geometry = lay_out(scene.vary(pattern | {"yarn.diameter": diameter, "geometry.free": free}))
     except GeometryError as error:
         return said | {"outcome": str(error.__cause__ or error)}
     after, radius = geometry.sel(state="after"), 0.5 * diameter

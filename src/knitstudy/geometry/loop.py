@@ -4,7 +4,7 @@ A loop is its own mirror image about the plane through head and sinker (x = w/2)
 shape, a half turn about the z axis through the middle of a leg maps the yarn onto itself too.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -67,34 +67,14 @@ class Loop:
         spacings = self.wale_spacing * factor, self.course_spacing * factor
         return Loop(self.control_points * factor, *spacings, 1.0, self.clearance)
 
-    def with_points(self, control_points):
-        """The same loop through other control points (P, 3). [m]"""
-        return replace(self, control_points=control_points)
-
 
 # ---- Symmetries
 
 SYMMETRY_TOLERANCE = 1e-9  # distance over the wale spacing by which an image may miss its point
 
 
-@dataclass(frozen=True)
-class Symmetry:
-    """One symmetry: control point k goes to ``image[k]``, its displacement is multiplied by ``sign``."""
-
-    image: np.ndarray  # (P,) int
-    sign: np.ndarray  # (3,)
-
-    def matrix(self):
-        """Action on displacements: (3 P, 3 P)."""
-        count = len(self.image)
-        action = np.zeros((count, 3, count, 3))
-        k, axis = np.arange(count)[:, None], np.arange(3)
-        action[self.image[k], axis, k, axis] = self.sign
-        return action.reshape(3 * count, 3 * count)
-
-
 def symmetries(curve):
-    """Symmetries of a loop, the mirror and the half turn if the loop has it: tuple of Symmetry.
+    """Symmetries of a loop, the mirror and the half turn if the loop has it: matrices (3 P, 3 P) on displacements.
 
     Parameters
     ----------
@@ -117,13 +97,18 @@ def symmetries(curve):
             f"by {miss / wale:.2e} wale spacings: allowed is an even number of points, mirrored within "
             f"{SYMMETRY_TOLERANCE:g}, the first one at the sinker's centre"
         )
-    found = [Symmetry((count - k) % count, np.array([-1.0, 1.0, 1.0]))]
+
+    def action(image, sign):
+        """Control point k goes to image[k], its displacement is multiplied by the sign."""
+        return np.kron(np.eye(count)[:, image % count], np.diag(sign))
+
+    found = [action(count - k, [-1.0, 1.0, 1.0])]
     if count % 4 == 0:
         centre = 2 * points[count // 4]
         turned = centre * [1, 1, 0] - curve.points(count // 2 - k) * [1, 1, -1]
         if np.abs(turned - points).max() <= SYMMETRY_TOLERANCE * wale:
-            found.append(Symmetry((count // 2 - k) % count, np.array([-1.0, -1.0, 1.0])))
-    return tuple(found)
+            found.append(action(count // 2 - k, [-1.0, -1.0, 1.0]))
+    return found
 
 
 def symmetric_motions(free, group):
@@ -144,7 +129,7 @@ def symmetric_motions(free, group):
     count = len(free)
     average = np.eye(3 * count)
     for symmetry in group:
-        average = 0.5 * (average + symmetry.matrix() @ average)
+        average = 0.5 * (average + symmetry @ average)
     moved = (np.abs(average) > 0).any(axis=1)
     reach = average[~free.ravel()][:, free.ravel()]
     if np.abs(reach).any():

@@ -11,7 +11,7 @@ to its value and gradient. Where the paper leaves a choice:
 - sigma (Eq. 5) is the mean of the two chords at the start, constant as the rest length of Breen et al. (1994) is.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize
@@ -199,7 +199,7 @@ def optimise(loop, settings):
     optimum = minimise(cost, start.control_points, motions)
     check_contact(cost, optimum.points)
     check_interlock(cost, optimum.points)
-    return loop.with_points(optimum.points * loop.radius), optimum
+    return replace(loop, control_points=optimum.points * loop.radius), optimum
 
 
 def free_components(free, count):
@@ -218,7 +218,10 @@ def minimise(cost, points, motions):
     Raises GeometryError when the gradient does not vanish.
     """
     before = cost.terms(points)
-    unit = _unit(cost, points)
+    # F is divided by a slope of the bending terms, so that tolerances do not depend on a factor of the weights.
+    w = cost.settings
+    slopes = (w.beta * cost.continuous(points)[1], w.beta * w.beta_0 * cost.join(points)[1])
+    unit = max(np.abs(slope).max() for slope in slopes) or w.alpha
     q = np.zeros(motions.shape[-1])
     iterations = 0
 
@@ -238,13 +241,6 @@ def minimise(cost, points, motions):
         )
     final = points + motions @ q
     return Optimum(final, before, cost.terms(final), iterations, gradient)
-
-
-def _unit(cost, points):
-    """What F is divided by, so that tolerances do not depend on a common factor of the weights."""
-    w = cost.settings
-    slopes = (w.beta * cost.continuous(points)[1], w.beta * w.beta_0 * cost.join(points)[1])
-    return max(np.abs(slope).max() for slope in slopes) or w.alpha
 
 
 def _polish(function, q):

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from knitstudy.errors import DataFileError
 
@@ -18,61 +19,40 @@ LIST = Path(__file__).with_name("columns.tsv")
 
 
 @dataclass(frozen=True)
-class Column:
-    """A variable of a file."""
-
-    dims: tuple[str, ...]
-    unit: str
-    meaning: str
-    where: str = ""  # which files have it; all if empty
-
-
-@dataclass(frozen=True)
 class Columns:
-    """The variables that one kind of file may hold, by name."""
+    """The variables that one kind of file may hold."""
 
     kind: str
-    table: dict[str, Column]
+    table: pd.DataFrame  # dims, unit, meaning, and which files have them, by name
 
     def require(self, names: Iterable[str]) -> None:
         """Refuse names that the table does not have; DataFileError for the first of them."""
         for name in names:
-            if name not in self.table:
+            if name not in self.table.index:
                 raise DataFileError(
                     f"a {self.kind} has no variable {name!r}; "
                     f"give its dimensions, unit and meaning in knitstudy/loading/{LIST.name}"
                 )
 
     def variables(self, values: Mapping[str, np.ndarray]) -> dict[str, tuple]:
-        """Return arrays as variables of a dataset, in the order of the table.
-
-        Raises DataFileError if the table does not have one of them.
-        """
+        """Return arrays as variables of a dataset, in the order of the table; DataFileError as `require`."""
         self.require(values)
         return {
-            name: (column.dims, values[name], {"units": column.unit, "long_name": column.meaning})
-            for name, column in self.table.items()
-            if name in values
+            row.Index: (row.dims.split(), values[row.Index], {"units": row.unit, "long_name": row.meaning})
+            for row in self.table.itertuples()
+            if row.Index in values
         }
 
 
-def _read() -> dict[str, dict[str, Column]]:
-    """Return the listed columns by file and name."""
-    found: dict[str, dict[str, Column]] = {}
-    with LIST.open(encoding="utf-8", newline="") as file:
-        for row in csv.DictReader(file, delimiter="\t", quoting=csv.QUOTE_NONE):
-            column = Column(tuple(row["dims"].split()), row["unit"], row["meaning"], row["where"])
-            found.setdefault(row["file"], {})[row["name"]] = column
-    return found
+_LISTED = pd.read_csv(
+    LIST, sep="\t", quoting=csv.QUOTE_NONE, keep_default_na=False, index_col=["file", "name"]
+)
 
+# Histories of all models; `contact_...` has a row for every point in contact at every increment
+HISTORY = Columns("history", _LISTED.loc["history"])
 
-_LISTED = _read()
+# Contacts at the crossings of solid yarns
+CONTACTS = Columns("file of contacts", _LISTED.loc["contacts"])
 
-HISTORY = Columns("history", _LISTED["history"])
-"""Histories of all models; `contact_...` has a row for every point in contact at every increment."""
-
-CONTACTS = Columns("file of contacts", _LISTED["contacts"])
-"""Contacts at the crossings of solid yarns."""
-
-STRESSES = Columns("file of stresses", _LISTED["stresses"])
-"""Mean stresses of cells, pieces and segments of solid yarns."""
+# Mean stresses of cells, pieces and segments of solid yarns
+STRESSES = Columns("file of stresses", _LISTED.loc["stresses"])

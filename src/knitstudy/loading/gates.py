@@ -6,47 +6,39 @@ Every message names the increment, what is wrong and by how much, and the key th
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from knitstudy.errors import CoarseIncrement, ConvergenceError, MeshError
+from knitstudy.loading.history import Motion, Recorder
+from knitstudy.mechanics.increment import Increment
+from knitstudy.mechanics.model import Response
+from knitstudy.study.scene import Scene
 
-if TYPE_CHECKING:
-    from knitstudy.loading.history import Motion, Recorder
-    from knitstudy.mechanics.increment import Increment
-    from knitstudy.mechanics.model import Response
-    from knitstudy.study.scene import Scene
+USUAL_HOURGLASS = 0.005  # hourglass stiffness over shear stiffness as in C3D8R
 
-USUAL_HOURGLASS = 0.005
-"""Hourglass stiffness over shear stiffness as in C3D8R."""
-
+# Load factor before which hourglass and viscous forces may prevail: a hundredth of the energy of full load
 FIRST = 0.1
-"""Load factor before which hourglass and viscous forces may prevail: a hundredth of the energy of full load."""
 
+# Energy over E d^3 up to which yarns of diameter d count as unloaded: a cell at 0.1 % stores 100,000 times as much
 UNLOADED = 1e-12
-"""Energy over E d^3 up to which yarns of diameter d count as unloaded: a cell at 0.1 % stores 100,000 times as much."""
 
+# Shares of the allowed gap that one increment may add: of its own work, and of all work while little is done
 OWN_SHARE, EARLY_SHARE = 0.5, 0.2
-"""Shares of the allowed gap that one increment may add: of its own work, and of all work while little is done."""
 
+# Fewest elements across a yarn by specimen: a knit bends, a pair that is pressed together is only indented
 ELEMENTS_ACROSS: Mapping[str, float] = {"knit": 3.0, "pair": 7.0}
-"""Fewest elements across a yarn by specimen: a knit bends, a pair that is pressed together is only indented."""
 
 
 def require_sound(
-    scene: Scene, loaded: Callable[[Response], bool] | None, increment: Increment, recorder: Recorder
+    scene: Scene,
+    loaded: Callable[[Response], bool] | None,  # of solids: whether forces are more than rounding
+    increment: Increment,
+    recorder: Recorder,  # with the increment as its last one
 ) -> None:
     """Refuse an increment that has converged to something else than what the scene asks for.
 
-    Raises ConvergenceError as the functions below.
-
-    Parameters
-    ----------
-    loaded : callable or None
-        Of solids, whether forces are more than rounding; until then only the ledger is judged.
-    recorder : Recorder
-        With the increment as its last one.
+    Until solids are loaded only the ledger is judged. Raises ConvergenceError as the functions below.
     """
     if loaded is not None and loaded(increment.response) and increment.load >= FIRST:
         if increment.response.energy.get("hourglass"):
@@ -57,6 +49,16 @@ def require_sound(
     require_closed_ledger(recorder, increment.index, scene.gates.ledger, unloaded)
 
 
+def _require_share(scene: Scene, key: str, part: float, whole: float, message: str, remedy: str) -> None:
+    """Refuse a part that is a larger share of a whole than a gate allows; the message has a place for the share."""
+    allowed = getattr(scene.gates, key)
+    if part > allowed * whole:
+        raise ConvergenceError(
+            f"{message.format(times(part, whole))}; gates.{key} allows {allowed:.1%}. {remedy}; gates.{key} raises the "
+            "limit"
+        )
+
+
 def require_small_hourglass(scene: Scene, increment: Increment) -> None:
     """Refuse a state in which hourglass modes carry load: they are resisted by a coefficient, not by the material.
 
@@ -65,46 +67,47 @@ def require_small_hourglass(scene: Scene, increment: Increment) -> None:
     Raises ConvergenceError if their share of the internal energy exceeds ``gates.hourglass``.
     """
     energy, coefficient = increment.response.energy, scene.solver.hourglass
-    hourglass = energy["hourglass"] * max(1.0, USUAL_HOURGLASS / coefficient)
-    if hourglass > scene.gates.hourglass * energy["internal"]:
-        at = f", taken at the usual {USUAL_HOURGLASS}," if coefficient < USUAL_HOURGLASS else ""
-        usual = "" if coefficient == USUAL_HOURGLASS else f"solver.hourglass {USUAL_HOURGLASS}, "
-        raise ConvergenceError(
-            f"increment {increment.index}: hourglass energy{at} is {times(hourglass, energy['internal'])} the internal "
-            f"energy with solver.hourglass = {coefficient:g}; gates.hourglass allows {scene.gates.hourglass:.1%}. Use "
-            f"{usual}a smaller mesh.size, or mesh.element 'quadratic'; gates.hourglass raises the limit"
-        )
+    at = f", taken at the usual {USUAL_HOURGLASS}," if coefficient < USUAL_HOURGLASS else ""
+    usual = "" if coefficient == USUAL_HOURGLASS else f"solver.hourglass {USUAL_HOURGLASS}, "
+    _require_share(
+        scene,
+        "hourglass",
+        energy["hourglass"] * max(1.0, USUAL_HOURGLASS / coefficient),
+        energy["internal"],
+        f"increment {increment.index}: hourglass energy{at} is {{}} the internal energy with "
+        f"solver.hourglass = {coefficient:g}",
+        f"Use {usual}a smaller mesh.size, or mesh.element 'quadratic'",
+    )
 
 
 def require_small_stabilisation(scene: Scene, increment: Increment, reaction: np.ndarray) -> None:
     """Refuse a state in which viscous forces carry load.
 
     Raises ConvergenceError if what they have dissipated exceeds the share ``gates.stabilisation`` of the internal
-    energy, or the sum of their magnitudes the share ``gates.viscous_force`` of the reaction.
-
-    Parameters
-    ----------
-    reaction : ndarray, shape (3,)
-        Of the driven side [N].
+    energy, or the sum of their magnitudes the share ``gates.viscous_force`` of the reaction (3,) of the driven side.
     """
-    response, allowed = increment.response, scene.gates
+    energy, pull = increment.response.energy, float(np.linalg.norm(reaction))
     what = f"increment {increment.index}: with solver.stabilisation = {scene.solver.stabilisation:g} viscous forces"
-    remedy = "Use a smaller solver.stabilisation, or none"
-    dissipated, internal = response.energy["stabilisation"], response.energy["internal"]
-    if dissipated > allowed.stabilisation * internal:
-        raise ConvergenceError(
-            f"{what} have dissipated {times(dissipated, internal)} the internal energy; gates.stabilisation allows "
-            f"{allowed.stabilisation:.1%}. {remedy}; gates.stabilisation raises the limit"
-        )
-    force, pull = response.viscous_force, float(np.linalg.norm(reaction))
-    if force > allowed.viscous_force * pull:
-        raise ConvergenceError(
-            f"{what} are {times(force, pull)} the reaction, {pull:.3g} N; gates.viscous_force allows "
-            f"{allowed.viscous_force:.1%}. {remedy}; gates.viscous_force raises the limit"
+    shares = {
+        "stabilisation": (
+            energy["stabilisation"],
+            energy["internal"],
+            "have dissipated {} the internal energy",
+        ),
+        "viscous_force": (increment.response.viscous_force, pull, f"are {{}} the reaction, {pull:.3g} N"),
+    }
+    for key, (part, whole, found) in shares.items():
+        _require_share(
+            scene, key, part, whole, f"{what} {found}", "Use a smaller solver.stabilisation, or none"
         )
 
 
-def require_closed_ledger(recorder: Recorder, index: int, limit: float, unloaded: float = 0.0) -> None:
+def require_closed_ledger(
+    recorder: Recorder,  # with the increment as its last one
+    index: int,  # of the increment
+    limit: float,  # largest gap over the work, `gates.ledger`
+    unloaded: float = 0.0,  # energy up to which yarns count as unloaded [J]: the ledger of rounding is open
+) -> None:
     """Refuse an increment after which the ledger of energies is open: external work = the sum of all other forms.
 
     A gap is work that the computation has made or lost: a rule that is too coarse for how the force changes within an
@@ -114,17 +117,6 @@ def require_closed_ledger(recorder: Recorder, index: int, limit: float, unloaded
 
     Raises CoarseIncrement if this increment adds too much; ConvergenceError if the gap is too large though none did:
     the work that was expected has not been done.
-
-    Parameters
-    ----------
-    recorder : Recorder
-        With the increment as its last one.
-    index : int
-        Number of the increment.
-    limit : float
-        Largest gap over that work, ``gates.ledger``.
-    unloaded : float
-        Energy up to which yarns count as unloaded [J]: the ledger of rounding is open.
     """
     energy = np.array(recorder.columns["energy"][-2:])
     if len(energy) < 2:
@@ -189,7 +181,7 @@ def require_no_jump(scene: Scene, increment: Increment, recorder: Recorder) -> N
         )
 
 
-def require_elements_across(scene: Any) -> None:
+def require_elements_across(scene: Scene) -> None:
     """Refuse hexahedra that are too large for the yarn.
 
     The limit is ``gates.elements_across``, by default that of the specimen; a pair needs fewer elements of

@@ -23,8 +23,7 @@ from knitstudy.study.problem_sections import Path as PairPath
 from knitstudy.study.problem_sections import Tension
 from knitstudy.study.scene import Scene
 
-DIRECTIONS = ("course", "wale")
-"""Of a knit's load, along x and y."""
+DIRECTIONS = ("course", "wale")  # of a knit's load, along x and y
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,20 +62,7 @@ def place_on_path(load: Tension | PairPath, factor: float) -> str:
     return f"leg {max(1, ceil(factor * legs - 1e-9))} of {legs}"
 
 
-# ---- History and cost of a loading
-
-
-_CLEAR = Path("/proc/self/clear_refs")
-_STATUS = Path("/proc/self/status")
-
-
-@dataclass(frozen=True)
-class Cost:
-    """Wall time [s], largest growth of memory and peak of the process [bytes]."""
-
-    seconds: float
-    memory_growth: int
-    memory_peak: int
+_CLEAR, _STATUS = Path("/proc/self/clear_refs"), Path("/proc/self/status")
 
 
 class Meter:
@@ -87,7 +73,11 @@ class Meter:
 
     def __init__(self) -> None:
         self._before = psutil.Process().memory_info().rss
-        self.has_own_peak = _begin_new_peak()
+        try:
+            _CLEAR.write_text("5")  # forgets the peak of /proc/self/status, not that of getrusage
+            self.has_own_peak = _peak_since() > 0
+        except OSError:
+            self.has_own_peak = False
         self._started = time.perf_counter()
         self._paused = 0.0
 
@@ -100,26 +90,14 @@ class Meter:
         finally:
             self._paused += time.perf_counter() - started
 
-    def read(self) -> Cost:
-        """Return the cost so far."""
+    def read(self) -> dict[str, float]:
+        """Return wall time [s], largest growth of memory so far and peak of the process [bytes], as of a history."""
         seconds = time.perf_counter() - self._started - self._paused
-        peak = _peak_since() if self.has_own_peak else peak_memory()
-        return Cost(seconds, max(0, peak - self._before), peak_memory())
-
-
-def peak_memory() -> int:
-    """Return the largest resident memory that this process has had [bytes]."""
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else 1024 * peak
-
-
-def _begin_new_peak() -> bool:
-    """Let the kernel forget the peak of /proc/self/status (not that of getrusage); return whether it could."""
-    try:
-        _CLEAR.write_text("5")
-        return _peak_since() > 0
-    except OSError:
-        return False
+        highest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        highest *= 1 if sys.platform == "darwin" else 1024
+        peak = _peak_since() if self.has_own_peak else highest
+        growth = max(0, peak - self._before)
+        return {"wall_seconds": seconds, "memory_growth": growth, "memory_peak": highest}
 
 
 def _peak_since() -> int:
@@ -129,8 +107,8 @@ def _peak_since() -> int:
     return 0
 
 
+# Forms of energy in the ledger: external work = the sum of all others
 FORMS = ("external", "internal", "hourglass", "penalty", "friction", "stabilisation")
-"""Forms of energy in the ledger: external work = the sum of all others."""
 
 
 @dataclass(frozen=True)
@@ -149,9 +127,11 @@ class Stations:
         """Return these and other stations."""
         return Stations(*(np.concatenate(pair) for pair in zip(astuple(self), astuple(other), strict=True)))
 
-    def nearest(self, yarn: int, arc_length: float) -> int:
-        """Return the number of the station that is nearest to a place on a yarn."""
-        return int(np.argmin(np.where(self.yarn == yarn, np.abs(self.arc_length - arc_length), np.inf)))
+    def nearest(self, yarn: np.ndarray, arc_length: np.ndarray) -> np.ndarray:
+        """Return the stations nearest to places on yarns; stations are in the order of yarns and arc lengths."""
+        longest = 2 * self.arc_length.max()  # puts all yarns on one axis
+        places = longest * self.yarn + self.arc_length
+        return np.searchsorted(0.5 * (places[1:] + places[:-1]), longest * yarn + arc_length)
 
 
 @dataclass
@@ -169,20 +149,10 @@ class Recorder:
     def add(
         self,
         increment: Increment,
-        observed: Mapping[str, Any],
-        points: Mapping[str, np.ndarray] | None = None,
+        observed: Mapping[str, Any],  # with `centreline_displacement` (S, 3) [m] at least
+        points: Mapping[str, np.ndarray] | None = None,  # of the points in contact, without `contact_`
     ) -> None:
-        """Append a converged increment.
-
-        Raises DataFileError if `HISTORY` has no such name.
-
-        Parameters
-        ----------
-        observed : mapping of str to ndarray
-            What the observers report, by names of `HISTORY`; ``centreline_displacement`` (S, 3) [m] at least.
-        points : mapping of str to ndarray, optional
-            Columns of the points in contact, by names of `HISTORY` without ``contact_``.
-        """
+        """Append a converged increment and what the observer reports; DataFileError if `HISTORY` has no such name."""
         reaction = np.array([increment.response.force[self.driven[:, i]].sum() for i in range(3)])
         displacement, axis = self.motion.at(increment.load), self.motion.axis
         row = {
@@ -221,14 +191,9 @@ class Recorder:
         return ledger
 
     def to_dataset(self, once: Mapping[str, np.ndarray] | None = None, **attributes) -> xr.Dataset:
-        """Return the history as a Dataset in the format of docs/files.md.
+        """Return the history as a Dataset in the format of docs/files.md, with further attributes.
 
-        Parameters
-        ----------
-        once : mapping of str to ndarray, optional
-            Variables of `HISTORY` that are the same at all increments, or known at the last one alone.
-        **attributes
-            Further attributes of the file.
+        `once` are variables of `HISTORY` that are the same at all increments, or known at the last one alone.
         """
         values = {name: np.array(values) for name, values in self.columns.items()} | self._points()
         values |= {
@@ -237,15 +202,8 @@ class Recorder:
             "centreline": self.stations.position,
         }
         coordinates = {"xyz": list("xyz"), "form": list(FORMS), "phase": list(PHASES)}
-        cost = self.meter.read()
-        attributes = {
-            "wall_seconds": cost.seconds,
-            "memory_growth": cost.memory_growth,
-            "memory_peak": cost.memory_peak,
-            "axis": self.motion.axis,
-            "gauge_length": self.motion.length,
-            **attributes,
-        }
+        axis = {"axis": self.motion.axis, "gauge_length": self.motion.length}
+        attributes = self.meter.read() | axis | attributes
         return xr.Dataset(HISTORY.variables(values | dict(once or {})), coords=coordinates, attrs=attributes)
 
     def _points(self) -> dict[str, np.ndarray]:

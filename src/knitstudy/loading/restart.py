@@ -30,17 +30,15 @@ def silent(done: float, note: str = "") -> None:
 class Progress:
     """Lines such as ``dns plain3x3  40% [01:10<01:45] strain 0.020``, on a terminal as well as in a log.
 
-    Parameters
-    ----------
-    label : str
-        Begins every line.
-    streams : tuple of TextIO
-        Where the lines go; standard error by default.
-    every : float
-        Least time between two lines [s]. The last line, at 1, is always written.
+    The last line, at 1, is always written.
     """
 
-    def __init__(self, label: str, streams: tuple[TextIO, ...] = (), every: float = 5.0):
+    def __init__(
+        self,
+        label: str,  # begins every line
+        streams: tuple[TextIO, ...] = (),  # by default standard error
+        every: float = 5.0,  # least time between two lines [s]
+    ):
         self.label = label
         self.streams = streams or (sys.stderr,)
         self.every = every
@@ -86,28 +84,16 @@ class Run:
                 path.unlink(missing_ok=True)
 
 
-IN_MEMORY = Run()
-"""Nothing kept and nothing reported."""
+IN_MEMORY = Run()  # nothing kept and nothing reported
 
-
-DIGITS = 16
-"""Length of the digest in a restart file's name."""
+DIGITS = 16  # length of the digest in a restart file's name
 
 
 def restart_of(folder: Path | str, name: str, digest: str) -> Path:
-    """Return the restart file of a scene, and delete those of the same scene with another digest.
+    """Return the restart file of a scene in a folder, and delete those of the same scene with another digest.
 
     When the scene, the mesh or the code has changed, the digest is another one and the run starts anew. The workflow
     engine deletes the outputs of a rule before it runs it again, therefore restart files lie outside of them.
-
-    Parameters
-    ----------
-    folder : Path or str
-        Where restart files are kept.
-    name : str
-        Of the scene.
-    digest : str
-        Of all that the result depends on.
     """
     restart = Path(folder) / f"{name}-{digest[:DIGITS]}.npz"
     for path in restart.parent.glob(f"{name}-{DIGITS * '[0-9a-f]'}.*"):
@@ -123,26 +109,18 @@ def run_with(restart: Path | None, progress: ReportProgress = silent) -> Run:
 
 _LEAVES = (np.ndarray, np.generic, bool, int, float, str)
 _SCALARS = (bool, int, float, str)
-_JUDGED = tuple(
-    f"column.{name}" for name in ("load", "strain", "force", "reaction", "energy")
-)  # by gates and tables
+# Columns that gates and tables judge
+_JUDGED = tuple(f"column.{name}" for name in ("load", "strain", "force", "reaction", "energy"))
 
 
+@dataclass(frozen=True)
 class Checkpoint:
-    """A restart file of one scene: the last converged increment and the history up to it.
+    """A restart file of one scene: the last converged increment and the history up to it."""
 
-    Parameters
-    ----------
-    path : Path
-        Where it lies; its folder is made when needed.
-    key : str
-        Hash of everything that determines the result. A file with another key is refused.
-    state_type : type
-        Of the model's state: a dataclass of arrays, numbers, texts, None, tuples of these, and such dataclasses.
-    """
-
-    def __init__(self, path: Path, key: str, state_type: type) -> None:
-        self.path, self.key, self.state_type = Path(path), key, state_type
+    path: Path  # its folder is made when needed
+    key: str  # hash of everything that determines the result; a file with another key is refused
+    # Of the model's state: a dataclass of arrays, numbers, texts, None, tuples of these, and such dataclasses
+    state_type: type
 
     def save(self, increment: Increment, recorder: Recorder) -> None:
         """Write the file anew, whole or not at all.
@@ -257,6 +235,6 @@ def _value(hint: Any, data: dict[str, np.ndarray], name: str) -> Any:
         )
     if get_origin(hint) is tuple:
         count, kinds = int(data[f"{name}.length"]), get_args(hint)
-        each = kinds[:1] * count if kinds[-1] is Ellipsis else kinds
-        return tuple(_value(kind, data, f"{name}.{i}") for i, kind in zip(range(count), each, strict=True))
+        each = kinds[:1] * count if kinds[-1] is Ellipsis else kinds[:count]
+        return tuple(_value(kind, data, f"{name}.{i}") for i, kind in enumerate(each))
     return hint(data[name]) if hint in _SCALARS else data[name]

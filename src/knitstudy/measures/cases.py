@@ -6,12 +6,13 @@ The scenes of a case go by the names of `measures.catalogue`. Models are compare
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import pandas as pd
 import xarray as xr
 
+from knitstudy.measures import response
 from knitstudy.measures.catalogue import (
     BEAM_MODELS,
     CASES,
@@ -22,12 +23,8 @@ from knitstudy.measures.catalogue import (
     Datasets,
     Results,
     Scenes,
-    network,
     of_case,
     of_cases,
-    reduced_models,
-    several,
-    solid,
 )
 from knitstudy.measures.discretisation import (
     HEXAHEDRA,
@@ -38,17 +35,9 @@ from knitstudy.measures.discretisation import (
     made_of,
 )
 from knitstudy.measures.reference import Reference, reference_of
-from knitstudy.measures.response import (
-    RMS_U_Z,
-    largest_out_of_plane,
-    out_of_plane_correlation,
-    rms_out_of_plane,
-    secant_stiffness,
-)
 from knitstudy.study.scene import Scene
 
-# Names of all simulations of the four cases.
-MODELS = of_cases(CASES, (*SOLIDS, *OTHER_SOLIDS, *BEAM_MODELS, *REDUCED))
+MODELS = of_cases(CASES, (*SOLIDS, *OTHER_SOLIDS, *BEAM_MODELS, *REDUCED))  # of all simulations
 
 # Values of keys that make a reduced model a variant, in words.
 WORDS = {
@@ -63,32 +52,27 @@ WORDS = {
 
 CARRIED, GIVEN, ALONG_AXES = "springs of other tension", "springs of Table 2", "springs along x, y, z"
 SECTIONS = {"rigid": "rigid", "hertz": "Hertzian"}  # Sections of beams in contact, by ``beam.section``
-
-# Ties of beams in contact that are not rigid, by ``beam.tie``.
-TIES = {"pinned": "pinned", "patch": "yielding ties"}
+TIES = {"pinned": "pinned", "patch": "yielding ties"}  # Ties that are not rigid, by ``beam.tie``
 PLAIN = ("rigid", "rigid")  # Section and ties of the simplest model of beams in contact
 
 
 def label_of(scene: Scene) -> str:
     """Return the name of a model beside others of its case: its fidelity, and what makes it a variant."""
-    name = NAMES.get(scene.fidelity) or scene.kind.fidelity.meaning
     if is_direct(scene):
         return f"{NAMES['dns']}, {made_of(scene)}"
     if scene.fidelity == "beam":
-        words = [name, "point contact", SECTIONS[scene.beam.section]]
-        words += [TIES[scene.beam.tie]] if scene.beam.tie in TIES else []
-        return ", ".join(words + [WORDS[law] for law in [scene.mesh.section_law] if law in WORDS])
-    keys = ("rom.joint", "rom.springs", "rom.displacement", "rom.section", "mesh.section_law")
-    words = [WORDS[value] for value in map(scene.value, keys) if value in WORDS]
-    if scene.value("rom.stress_from"):
-        words.append(f"by principal stress of {scene.rom.stress_from}")
-    if scene.value("rom.springs_from"):
-        words.append(CARRIED)
-    if scene.value("rom.stiffness"):
-        words.append(GIVEN)
-    elif scene.value("rom.axes") == "global":
-        words.append(ALONG_AXES)
-    return ", ".join([name, *words])
+        words = ["point contact", SECTIONS[scene.beam.section], TIES.get(scene.beam.tie)]
+        words.append(WORDS.get(scene.mesh.section_law))
+    else:
+        keys = ("rom.joint", "rom.springs", "rom.displacement", "rom.section", "mesh.section_law")
+        words = [WORDS.get(scene.value(key)) for key in keys]
+        if source := scene.value("rom.stress_from"):
+            words.append(f"by principal stress of {source}")
+        words.append(CARRIED if scene.value("rom.springs_from") else None)
+        along_axes = ALONG_AXES if scene.value("rom.axes") == "global" else None
+        words.append(GIVEN if scene.value("rom.stiffness") else along_axes)
+    name = NAMES.get(scene.fidelity) or scene.kind.fidelity.meaning
+    return ", ".join(filter(None, [name, *words]))
 
 
 def is_plain(scene: Scene) -> bool:
@@ -147,19 +131,20 @@ def cases_of(histories: Datasets, scenes: Scenes, reference: pd.DataFrame) -> It
     """Yield the cases of which there is a direct simulation; histories and scenes go by the same names."""
     known = {name: scenes[name] for name in histories}
 
-    def simulations(results: Results) -> list[Simulation]:
-        return [Simulation(scene, histories[scene.name]) for scene in results.scenes(known)]
+    def found(case: str, names: Iterable[str], several: bool = True) -> tuple[Simulation, ...]:
+        results = Results("simulation", of_case(case, names), several)
+        return tuple(Simulation(scene, histories[scene.name]) for scene in results.scenes(known))
 
     for case in CASES:
-        for dns in simulations(solid("simulation", case)):
-            others = simulations(several("simulation", *of_case(case, OTHER_SOLIDS)))
+        for dns in found(case, SOLIDS, several=False):
+            main = {name: found(case, names, several=False) for name, names in NETWORKS.items()}
             yield Case(
                 *case.split("-"),
                 dns=dns,
-                others=tuple(each for each in others if each.scene is not dns.scene),
-                reduced=tuple(simulations(several("simulation", *reduced_models(case)))),
-                main={name: model for name in NETWORKS for model in simulations(network(name, case))},
-                beams=tuple(simulations(several("simulation", *of_case(case, BEAM_MODELS)))),
+                others=tuple(each for each in found(case, OTHER_SOLIDS) if each.scene is not dns.scene),
+                reduced=found(case, REDUCED),
+                main={name: models[0] for name, models in main.items() if models},
+                beams=found(case, BEAM_MODELS),
                 reference=reference_of(reference, dns.scene),
             )
 
@@ -199,14 +184,14 @@ def comparison(history: xr.Dataset, dns: xr.Dataset, reference: Reference) -> di
     row = {
         "strain [1]": float(history["strain"][-1]),
         "force [N]": float(history["force"][-1]),
-        "secant stiffness [N/m]": secant_stiffness(history),
-        "largest |u_z| [m]": largest_out_of_plane(history),
-        SHAPE: out_of_plane_correlation(history, dns),
+        "secant stiffness [N/m]": response.secant_stiffness(history),
+        "largest |u_z| [m]": response.largest_out_of_plane(history),
+        SHAPE: response.out_of_plane_correlation(history, dns),
     }
     estimates = {
         OVER_REFERENCE: reference.force_ratio(history),
         DISTANCE: reference.force_distance(history),
-        AMPLITUDE: reference.ratio(history, RMS_U_Z, rms_out_of_plane(history)),
+        AMPLITUDE: reference.ratio(history, response.RMS_U_Z, response.rms_out_of_plane(history)),
     }
     for column, estimate in estimates.items():
         row |= {column: estimate.value, UNCERTAIN[column]: estimate.uncertainty}

@@ -27,7 +27,6 @@ Scenes = Mapping[str, Scene]  # by name
 
 # The four cases in which models are compared (Fig. 15): interaction and direction of the load.
 CASES = ("tie-course", "tie-wale", "isotropic-course", "isotropic-wale")
-
 # The direct simulation of a case that the others are compared with, in order of preference.
 SOLIDS = ("yarns-{case}", "dns-{case}", "dns-{case}-coarse")
 
@@ -39,7 +38,6 @@ NETWORKS = {
 
 # Direct simulations of the same case by other elements or on other meshes.
 OTHER_SOLIDS = ("yarns-{case}-p3", "dns-{case}", "dns-{case}-medium", "yarns-{case}-coarse")
-
 # Reduced models of a case with another joint, section or spring.
 VARIANTS = ("rom3d-*-{case}", "rom2d-*-{case}")
 
@@ -56,7 +54,6 @@ SQUARES = (
 
 # Knits with the loop as it is drawn, beside those of other course spacings and yarn diameters.
 DRAWN = ("yarns-{case}", "yarns-{case}-p3", "dns-{case}")
-
 # Knits in which one input at a time is changed, and those that they are compared with.
 VARIED = ("yarns-tie-course", "yarns-rough-course", "yarns-isotropic-course", "inputs-*")
 
@@ -69,11 +66,6 @@ def of_case(case: str, names: Iterable[str]) -> tuple[str, ...]:
 def of_cases(cases: Iterable[str], names: Iterable[str]) -> tuple[str, ...]:
     """Return names of scenes of several cases, case by case."""
     return tuple(name.format(case=case) for case in cases for name in names)
-
-
-def reduced_models(case: str) -> tuple[str, ...]:
-    """Return the names of all reduced models of a case."""
-    return of_case(case, REDUCED)
 
 
 @dataclass(frozen=True)

@@ -1,18 +1,22 @@
-"""What simulations cost: memory, time of a model and of the simulations that it is made from, size of elements."""
+"""What simulations cost: memory, time and size; cost and response of square knits as they grow (Fig. 12a, Table 3)."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from math import nan
 
 import numpy as np
 import xarray as xr
+from numpy.polynomial import Polynomial
 
+from knitstudy.measures.catalogue import Datasets
+from knitstudy.measures.discretisation import INTERACTIONS, NAMES, is_direct, made_of
+from knitstudy.measures.response import NORMAL, QUANTITIES, largest_out_of_plane
 from knitstudy.study.scene import Scene
 
 MEGABYTE = 1e6
 NO_GROWTH = 1e3  # Least growth of memory in ratios and logarithms [bytes]
-
 # Kinds of seconds: histories from before CPU time was recorded have wall-clock time alone.
 PROCESSOR, WALL = "processor", "wall clock"
 
@@ -20,6 +24,15 @@ PROCESSOR, WALL = "processor", "wall clock"
 def memory_growth(history: xr.Dataset) -> float:
     """Return the growth of memory above that of the bare process, at least `NO_GROWTH` [bytes]."""
     return max(float(history.attrs["memory_growth"]), NO_GROWTH)
+
+
+def effort(history: xr.Dataset) -> dict[str, float]:
+    """Return increments, Newton iterations and wall-clock time of a simulation, by column."""
+    return {
+        "increments [1]": history.sizes["increment"] - 1,
+        "Newton iterations [1]": int(history["newton_iterations"].sum()),
+        "time [s]": history.attrs.get("wall_seconds", nan),
+    }
 
 
 def element_length(history: xr.Dataset) -> float:
@@ -57,3 +70,139 @@ def expense_of(scene: Scene, histories: Mapping[str, xr.Dataset]) -> Expense | N
     sources = sum(seconds for seconds, _ in found)
     clocks = {clock, *(kind for _, kind in found)}
     return Expense(own + sources, sources, WALL if WALL in clocks else PROCESSOR, memory)
+
+
+# Scenes of square knits go by their names, "{stem}-{n}x{n}" with the stems of `SERIES`.
+
+
+# Series by the stem of their names, with the scene of 3 x 3 cells where it is one of another name.
+SERIES = {
+    "domain-yarns-tie-course": "yarns-tie-course",
+    "domain-yarns-tie-wale": "yarns-tie-wale",
+    "domain-rom3d-tie-course": "rom3d-tie-course",
+    "domain-rom2d-tie-course": "rom2d-tie-course",
+    "domain-beams-isotropic-course": "beam-hertz-patch-isotropic-course",
+    "domain-hexahedra-tie-course": None,
+    "domain-hexahedra-isotropic-course": None,
+    "domain-yarns-isotropic-course": None,
+    "domain-yarns-untied-course": None,
+    "domain-cut-tie-wale": None,
+}
+
+FEWEST = 3  # Sizes that make a series
+SMALLEST = 3  # Cells in a row from which on growth is fitted: a knit of one cell is all edges
+
+
+@dataclass(frozen=True)
+class Series:
+    """Simulations of square knits, from the smallest to the largest, that differ in their number of cells alone."""
+
+    stem: str
+    scenes: tuple[Scene, ...]
+
+    @property
+    def cells(self) -> np.ndarray:
+        """Cells (k,) in a row."""
+        return np.array([scene.pattern.loops for scene in self.scenes])
+
+    @property
+    def model(self) -> str:
+        """Model in words."""
+        scene = self.scenes[0]
+        if scene.specimen == "cut_knit":
+            return f"{made_of(scene)}, cells cut out"
+        return made_of(scene) if is_direct(scene) else NAMES[scene.fidelity]
+
+    @property
+    def interaction(self) -> str:
+        """Interaction in words."""
+        return INTERACTIONS[self.scenes[0].interaction] + (", no row tied" if self.free else "")
+
+    @property
+    def free(self) -> bool:
+        """Whether yarns touch and no row is tied."""
+        scene = self.scenes[0]
+        return scene.kind.interaction.touches and scene.value("contact.tied_edges") == "none"
+
+    def growth(self, values: Sequence[float]) -> float:
+        """Return the exponent of a power law of values (k,) in cells in a row, by least squares of logarithms."""
+        large = self.cells >= SMALLEST
+        return float(np.polyfit(np.log(self.cells[large]), np.log(np.asarray(values)[large]), 1)[0])
+
+    def unknowns(self, dof: Sequence[float]) -> Polynomial:
+        """Return the law of degrees of freedom (k,): a n^2 + b n in cells n in a row."""
+        large = self.cells >= SMALLEST
+        return fitted(self.cells[large], np.asarray(dof)[large], (2, 1))
+
+    def memory(self, dof: Sequence[float], memory: Sequence[float]) -> Polynomial:
+        """Return the law of memory (k,): a d + b in degrees of freedom d (k,)."""
+        large = self.cells >= SMALLEST
+        return fitted(np.asarray(dof)[large], np.asarray(memory)[large], (1, 0))
+
+
+def fitted(sizes: np.ndarray, values: np.ndarray, exponents: tuple[int, int]) -> Polynomial:
+    """Return the polynomial of two terms through positive values (k,), by least squares of relative distances."""
+    terms = np.stack([np.asarray(sizes, dtype=float) ** exponent for exponent in exponents], axis=1)
+    coefficients = np.zeros(max(exponents) + 1)
+    coefficients[list(exponents)] = np.linalg.lstsq(terms / values[:, None], np.ones(len(values)))[0]
+    return Polynomial(coefficients)
+
+
+def series_of(scenes: Iterable[Scene]) -> list[Series]:
+    """Return the series (`SERIES`) among scenes, each of `FEWEST` sizes or more."""
+    scenes = list(scenes)
+    found = []
+    for stem, three in SERIES.items():
+        group = [scene for scene in scenes if scene.name == three or scene.name.startswith(f"{stem}-")]
+        if len(group) >= FEWEST:
+            found.append(Series(stem, tuple(sorted(group, key=lambda scene: scene.pattern.loops))))
+    return found
+
+
+def force_per_width(history: xr.Dataset, scene: Scene, increment: int = -1) -> float:
+    """Return the force of the driven side over the width that it pulls, at full load or an increment [N/m]."""
+    spacing, count = scene.pattern.course_spacing, scene.pattern.rows
+    if scene.load.direction == "wale":
+        spacing, count = scene.pattern.wale_spacing, scene.pattern.loops
+    return float(history["force"][increment]) / (spacing * count)
+
+
+def seconds_a_newton_iteration(history: xr.Dataset) -> float:
+    """Return the time of a path over its Newton iterations [s]."""
+    return float(history["seconds"].sum()) / max(int(history["newton_iterations"].sum()), 1)
+
+
+def contact_over_ties(
+    series: Iterable[Series], histories: Datasets, quantity: str
+) -> dict[str, dict[int, float]]:
+    """Return the ratio of friction to ties by model and cells in a row, for an attribute of histories."""
+    values: dict[tuple[str, str], dict[int, float]] = {}
+    for each in series:
+        values[each.model, each.interaction] = {
+            int(cells): histories[scene.name].attrs[quantity]
+            for cells, scene in zip(each.cells, each.scenes, strict=True)
+        }
+    return {
+        model: {cells: found[cells] / tied[cells] for cells in found if cells in tied}
+        for (model, interaction), found in values.items()
+        if interaction == INTERACTIONS["isotropic"] and (tied := values.get((model, INTERACTIONS["tie"])))
+    }
+
+
+@dataclass(frozen=True)
+class DomainResponse:
+    """At full load: force over the width [N/m], largest |u_z| [m], mean normal force in the centre cell [N] or nan."""
+
+    force: float
+    out_of_plane: float
+    normal: float
+
+
+def domain_response(scene: Scene, histories: Datasets, contacts: Datasets) -> DomainResponse:
+    """Return the response of a scene; `contacts` are those of direct simulations."""
+    history = histories[scene.name]
+    normal = nan
+    if scene.name in contacts:
+        _, values = QUANTITIES[NORMAL]
+        normal = float(values(history, contacts[scene.name])[-1])
+    return DomainResponse(force_per_width(history, scene), largest_out_of_plane(history), normal)

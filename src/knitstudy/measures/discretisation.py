@@ -9,10 +9,8 @@ from knitstudy.study.scene import Scene, digest
 
 # Models in figures and tables, by fidelity.
 NAMES = {"dns": "DNS", "rom3d": "3D ROM", "rom2d": "2D ROM", "beam": "beams", "window": "window"}
-
 # Interactions in figures and tables.
 INTERACTIONS = {"tie": "tie constraint", "rough": "rough contact", "isotropic": "isotropic friction"}
-
 # By ``mesh.element``; elements of plugins go by their own names.
 HEXAHEDRA = {"one_point": "one-point hexahedra", "quadratic": "quadratic hexahedra"}
 
@@ -22,11 +20,6 @@ SOLID_YARNS = "solid yarns"
 def is_direct(scene: Scene) -> bool:
     """Whether a scene is a direct simulation, that is, of solids."""
     return scene.kind.direct
-
-
-def is_cut(scene: Scene) -> bool:
-    """Whether a scene is a direct simulation of cells cut out of a knit."""
-    return scene.specimen == "cut_knit"
 
 
 def discretisation(scene: Scene) -> str:

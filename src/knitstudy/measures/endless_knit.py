@@ -12,7 +12,6 @@ is [[A, B], [B^T, D]], in N/m, N and N m (Jones 1999, Mechanics of Composite Mat
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -34,21 +33,10 @@ def held_over_free(
 ) -> float:
     """Return the force of a sheet that grips hold across at both ends, over that in free tension at the same strain.
 
-    Parameters
-    ----------
-    membrane : ndarray, shape (3, 3)
-        Forces per width by strains M [N/m], the first along the pull, the second across; without coupling to shear.
-    length, width : float
-        Size of the sheet along the pull and across [m].
-    strain : float
-        Displacement of the grips over the length.
-    elements : int
-        Elements in either direction.
-
-    Raises
-    ------
-    ConvergenceError
-        If Newton's method finds no equilibrium.
+    The sheet of a length and width [m] has forces per width by strains `membrane` (3, 3) [N/m], the first along the
+    pull, the second across, without coupling to shear. The strain is the displacement of the grips over the length;
+    there are `elements` in either direction.
+    Raises ConvergenceError if Newton's method finds no equilibrium.
     """
     membrane, lines = np.asarray(membrane, dtype=float), 2 * elements + 1
     number = np.arange(lines**2).reshape(lines, lines)  # of the nodes, line by line across
@@ -132,7 +120,7 @@ def stretches(square: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 MOST = 4  # Number of the largest knits through which a limit is sought
 
 # Scene of one cell of the endless knit, free across, by the series of square knits
-# (`measures.domain.SERIES`).
+# (`measures.cost.SERIES`).
 CELLS = {
     "domain-yarns-tie-course": "cell-course",
     "domain-yarns-tie-wale": "cell-wale",
@@ -169,18 +157,19 @@ def between_grips(history: xr.Dataset, scene: Scene, increment: int) -> float:
     return held_over_free(membrane, *sides, float(strain[-1]))
 
 
-class Moduli(NamedTuple):
-    """Force per width over strain [N/m], free of force in all other components, and Poisson's ratios of both pulls."""
+# Force per width over strain, free of force in all other components, and Poisson's ratios of both pulls.
+MODULI = (
+    "course modulus at rest [N/m]",
+    "wale modulus at rest [N/m]",
+    "shear modulus at rest [N/m]",
+    "Poisson's ratio of course tension at rest [1]",
+    "Poisson's ratio of wale tension at rest [1]",
+)
 
-    course: float
-    wale: float
-    shear: float
-    contraction_of_course: float
-    contraction_of_wale: float
 
-
-def moduli(membrane: np.ndarray) -> Moduli:
-    """Return the moduli from forces per width by strains in the plane (3, 3) [N/m]."""
+def moduli(membrane: np.ndarray) -> dict[str, float]:
+    """Return `MODULI` from forces per width by strains in the plane (3, 3) [N/m]."""
     compliance = np.linalg.inv(membrane)
     along = np.diag(compliance)
-    return Moduli(*(1 / along), -compliance[1, 0] / along[0], -compliance[0, 1] / along[1])
+    contractions = (-compliance[1, 0] / along[0], -compliance[0, 1] / along[1])
+    return dict(zip(MODULI, (*(1 / along), *contractions), strict=True))

@@ -86,10 +86,7 @@ def limit_of_sizes(sizes: Sequence[float], values: Sequence[float], order: float
     the two finest and of the two before them, which shows whether the values have the assumed order.
     Raises DataFileError when fewer than two sizes differ.
     """
-    by_size = dict(sorted(zip(sizes, values, strict=True), reverse=True))
-    h, f = np.array(list(by_size)), np.array(list(by_size.values()), dtype=float)
-    if len(h) < 2:
-        raise DataFileError(f"extrapolation: sizes are {list(sizes)} but must be two different ones or more")
+    h, f = _in_order("sizes", sizes, values, falling=True)
     weight = (h[:-1] / h[1:]) ** order
     limits = (weight * f[1:] - f[:-1]) / (weight - 1)
     spread = 0.5 * (limits[-1] - f[-1]) if len(limits) == 1 else limits[-1] - limits[-2]
@@ -103,18 +100,25 @@ def limit_of_degrees(degrees: Sequence[int], values: Sequence[float]) -> Limit:
     correction as uncertainty; else the last value, with its change from the one before as uncertainty.
     Raises DataFileError when fewer than two degrees differ.
     """
-    by_degree = dict(sorted(zip(degrees, values, strict=True)))
-    f = np.array(list(by_degree.values()), dtype=float)
-    if len(f) < 2:
-        raise DataFileError(
-            f"extrapolation: degrees are {list(degrees)} but must be two different ones or more"
-        )
+    _, f = _in_order("degrees", degrees, values)
     change = np.diff(f)
     factor = change[-1] / change[-2] if len(change) > 1 and change[-2] != 0 else np.nan
     if 0 < factor < 1:
         correction = change[-1] * factor / (1 - factor)
         return _limit(f[-1] + correction, 0.5 * correction, np.nan)
     return _limit(f[-1], change[-1], np.nan)
+
+
+def _in_order(
+    what: str, resolutions: Sequence[float], values: Sequence[float], falling: bool = False
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return resolutions (n,) that differ, and their values (n,)."""
+    found = dict(sorted(zip(resolutions, values, strict=True), reverse=falling))
+    if len(found) < 2:
+        raise DataFileError(
+            f"extrapolation: {what} are {list(resolutions)} but must be two different ones or more"
+        )
+    return np.array(list(found)), np.array(list(found.values()), dtype=float)
 
 
 def _limit(value: float, spread: float, order: float) -> Limit:
@@ -157,15 +161,8 @@ def common_limit(limits: Sequence[Limit]) -> Common:
     Where limits lie farther apart than their uncertainties explain, some uncertainty is too small. Then the same
     variance is added to all of them, the least that explains the distance [1].
 
-    Raises
-    ------
-    DataFileError
-        When there are fewer than two.
-
-    References
-    ----------
-    [1] J. Mandel, R. C. Paule: Interlaboratory evaluation of a material with unequal numbers of replicates, Analytical
-    Chemistry 42 (1970).
+    Raises DataFileError when there are fewer than two. [1] J. Mandel, R. C. Paule: Interlaboratory evaluation of a
+    material with unequal numbers of replicates, Analytical Chemistry 42 (1970).
     """
     if len(limits) < 2:
         raise DataFileError(

@@ -12,12 +12,9 @@ from knitstudy.loading.gates import FIRST, UNLOADED
 from knitstudy.study.scene import Scene
 
 OF_FINAL = 0.01  # Energies are compared where the internal energy is this share of its final value or more
-
 # Variables that every history has and that must be finite.
 FINITE = ("load", "strain", "force", "reaction", "energy", "centreline_displacement", "residual")
-
-# Penetration of beams over the yarn radius at which their contact has failed; no key of theirs bounds it.
-DEEPEST = 0.5
+DEEPEST = 0.5  # Penetration over the yarn radius at which the contact of beams has failed
 
 
 def ledger_gaps(history: xr.Dataset) -> np.ndarray:

@@ -13,8 +13,7 @@ from knitstudy.measures.reference import Reference
 from knitstudy.measures.response import QUANTITIES, at_strain
 from knitstudy.study.scene import Scene
 
-# Least share of promises that hold, and largest cost over that of the cheapest model that would have done.
-BAR, DEAREST = 0.95, 3.0
+BAR, DEAREST = 0.95, 3.0  # Least share of promises that hold, largest cost over the cheapest
 
 
 @dataclass(frozen=True)

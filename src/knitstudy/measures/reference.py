@@ -15,21 +15,13 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import DataFileError
+from knitstudy.measures import response
 from knitstudy.measures.discretisation import SOLID_YARNS, discretisation, problem_of, resolution
 from knitstudy.measures.estimate import UNKNOWN, Estimate, Limit, limit_of_degrees, limit_of_sizes
-from knitstudy.measures.response import (
-    FORCE,
-    LARGEST_U_Z,
-    QUANTITIES,
-    SAME_STRAIN,
-    at_strain,
-    common_strain,
-    distance_of_curves,
-)
 from knitstudy.study.scene import Scene, digest
 
 NEEDED = ("problem", "quantity", "strain [1]", "value", "uncertainty")  # Columns of the file that are read
-TRANSFERRED = (FORCE, LARGEST_U_Z)  # Quantities whose uncertainty is transferred to other problems
+TRANSFERRED = (response.FORCE, response.LARGEST_U_Z)  # also to other problems
 
 
 @dataclass(frozen=True)
@@ -46,19 +38,19 @@ class Reference:
     def at(self, quantity: str, strain: float) -> Estimate:
         """Return a quantity at a strain, unknown where there is no reference value."""
         for (name, at), estimate in self.estimates.items():
-            if name == quantity and abs(strain - at) <= SAME_STRAIN * at:
+            if name == quantity and abs(strain - at) <= response.SAME_STRAIN * at:
                 return estimate
         return UNKNOWN
 
     def strains(self, quantity: str, up_to: float = np.inf) -> list[float]:
         """Return the strains at which a quantity is known, rising, up to a strain."""
         known = {at for name, at in self.estimates if name == quantity}
-        return sorted(at for at in known if at <= up_to * (1 + SAME_STRAIN))
+        return sorted(at for at in known if at <= up_to * (1 + response.SAME_STRAIN))
 
     def curve(self, up_to: float = np.inf) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return strains, forces [N] and their uncertainties [N], from the unloaded state on."""
-        strains = self.strains(FORCE, up_to)
-        found = [Estimate(0.0, 0.0), *(self.at(FORCE, strain) for strain in strains)]
+        strains = self.strains(response.FORCE, up_to)
+        found = [Estimate(0.0, 0.0), *(self.at(response.FORCE, strain) for strain in strains)]
         return (
             np.array([0.0, *strains]),
             np.array([each.value for each in found]),
@@ -75,7 +67,7 @@ class Reference:
 
     def force_ratio(self, history: xr.Dataset) -> Estimate:
         """Return the force, and so the secant stiffness, over the reference value."""
-        return self.ratio(history, FORCE, history["force"].to_numpy())
+        return self.ratio(history, response.FORCE, history["force"].to_numpy())
 
     def force_distance(self, history: xr.Dataset) -> Estimate:
         """Return the relative L2 distance of the curve of force against strain.
@@ -103,7 +95,7 @@ class Reference:
         if len(knots) < 2:
             return []
         ours = np.interp(knots, history["strain"], history["force"])
-        return [distance_of_curves(knots, ours, force + sign * off) for sign in (0, -1, 1)]
+        return [response.distance_of_curves(knots, ours, force + sign * off) for sign in (0, -1, 1)]
 
 
 def reference_of(table: pd.DataFrame, scene: Scene) -> Reference:
@@ -136,14 +128,14 @@ def transferred_uncertainty(known: Reference, base: xr.Dataset, history: xr.Data
     `base` and `history` are of one discretisation and interaction and differ by an input. The relative error of the
     base, plus the relative uncertainty of the reference, is taken to be the same, at the strains that both reach.
     """
-    reached, found = common_strain([base, history]), {}
+    reached, found = response.common_strain([base, history]), {}
     for quantity in TRANSFERRED:
-        _, values = QUANTITIES[quantity]
+        _, values = response.QUANTITIES[quantity]
         here, there = (values(each, each) for each in (history, base))
         for strain in known.strains(quantity, reached):
             true = known.at(quantity, strain)
-            off = (abs(at_strain(base, strain, there) - true.value) + true.uncertainty) / true.value
-            value = at_strain(history, strain, here)
+            off = (abs(response.at_strain(base, strain, there) - true.value) + true.uncertainty) / true.value
+            value = response.at_strain(history, strain, here)
             found[quantity, strain] = Estimate(value, off * value)
     return Reference(found)
 
@@ -193,17 +185,13 @@ def refinement_series_of(scenes: Iterable[Scene]) -> dict[str, list[RefinementSe
     """
     groups: dict[str, dict[str, dict[float, Scene]]] = {}
     for scene in scenes:
-        alike = groups.setdefault(problem_of(scene), {}).setdefault(_all_but_resolution(scene), {})
+        shared = digest({"discretisation": discretisation(scene)} | scene.values_of("numerics"))
+        alike = groups.setdefault(problem_of(scene), {}).setdefault(shared, {})
         alike.setdefault(resolution(scene), scene)
     return {
         problem: [_series(alike) for alike in found.values() if len(alike) > 1]
         for problem, found in groups.items()
     }
-
-
-def _all_but_resolution(scene: Scene) -> str:
-    """Return a digest of the numerical keys that the simulations of one series share."""
-    return digest({"discretisation": discretisation(scene)} | scene.values_of("numerics"))
 
 
 def _series(by_resolution: Mapping[float, Scene]) -> RefinementSeries:

@@ -131,10 +131,9 @@ def transverse_contraction(history: xr.Dataset) -> float:
 def poisson_ratio(history: xr.Dataset, direction: str, loops: int) -> float:
     """Return the contraction across the load at full load over the strain along it [1].
 
-    In course tension the loops of the middle column count: the mean of u_y over such a loop of the bottom yarn less
-    that of the top yarn, over the distance of the two loops. In wale tension the yarns between the gripped ones count:
-    the mean of u_x over their first loop less that over their last, over the distance of these, averaged over the
-    yarns. Means are over the arc length of the centreline.
+    In course tension: of the middle column, the mean of u_y over its loop in the bottom yarn less that in the top
+    yarn, over their distance. In wale tension: of the yarns between the gripped ones, the mean of u_x over the first
+    loop less that over the last, over their distance. Means are over the arc length of the centreline.
     """
     start, motion = history["centreline"].to_numpy(), history["centreline_displacement"].to_numpy()[-1]
     start, motion = (_means_of_loops(history, values, loops) for values in (start, motion))

@@ -10,18 +10,14 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError
 from knitstudy.loading.history import FORMS
+from knitstudy.measures.centre_cell import SEGMENT, stress_angles
 from knitstudy.measures.response import largest_out_of_plane, secant_stiffness
-from knitstudy.measures.segments import SEGMENT, stress_angles
 
 # Attributes of the origin of a result.
 PROVENANCE = dict.fromkeys(("scene", "digest", "code_version", "numpy", "scipy", "pyamg"), "")
-
 # Attributes of a history with their units.
 HISTORY = {"fidelity": "", "interaction": "", "incomplete": "", "dof": "1", "unknowns": "1", "elements": "1"}
-
-# Attributes of the cost of a history, with their units.
-COST = {"wall_seconds": "s", "memory_growth": "bytes"}
-
+COST = {"wall_seconds": "s", "memory_growth": "bytes"}  # Attributes with their units
 # Variables of an optimised geometry.
 SURVEYED = ("loop_length", "radius_of_curvature", "gap", "interlock_angle", "leg_angle")
 
@@ -61,19 +57,18 @@ def require_layout(dataset: xr.Dataset, kind: str) -> None:
 
     Raises DataFileError naming the variable, what it has and what it must have.
     """
-    for name, dims in LAYOUT[kind].items():
+    places = {name: tuple(dims.split()) for dims, names in LAYOUT[kind].items() for name in names.split()}
+    for name, dims in places.items():
         if name not in dataset.variables:
             raise DataFileError(f"{kind}: there is no variable {name!r}; make it again")
         variable = dataset[name]
         if variable.dims != dims:
-            raise DataFileError(
-                f"{kind}: variable {name!r} has the dimensions {_listed(variable.dims)} but must have "
-                f"{_listed(dims)}"
-            )
+            has, must = (f"({', '.join(each)})" for each in (map(str, variable.dims), dims))
+            raise DataFileError(f"{kind}: variable {name!r} has the dimensions {has} but must have {must}")
         if variable.dtype.kind not in "iufb":
             raise DataFileError(f"{kind}: variable {name!r} holds {variable.dtype} but must hold numbers")
-        empty = next((dim for dim in dims if dataset.sizes[dim] == 0), None)
-        if empty is not None:
+        if 0 in variable.shape:
+            empty = dims[variable.shape.index(0)]
             raise DataFileError(
                 f"{kind}: there is no {empty} in it, nothing had been computed; make it again"
             )
@@ -81,10 +76,6 @@ def require_layout(dataset: xr.Dataset, kind: str) -> None:
         raise DataFileError(
             f"history: its energy must have the forms {', '.join(FORMS)}, named by a coordinate 'form'"
         )
-
-
-def _listed(dims: tuple) -> str:
-    return f"({', '.join(map(str, dims))})"
 
 
 def _geometry(dataset: xr.Dataset) -> list[Quantity]:
@@ -159,12 +150,11 @@ def _history(dataset: xr.Dataset) -> list[Quantity]:
 
 def _widths(dataset: xr.Dataset) -> list[Quantity]:
     """Return the strains and forces per width of a cell."""
-    if "force_per_width" not in dataset:
-        return []
     names = {"cell_strain": ("strain", "1"), "force_per_width": ("force over width", "N/m")}
     return [
         Quantity(f"{way} {said} at the end", dataset[name].isel(increment=-1, plane=place).item(), unit)
         for name, (said, unit) in names.items()
+        if "force_per_width" in dataset
         for place, way in enumerate(("course", "wale", "shear"))
     ]
 
@@ -173,10 +163,9 @@ def _contact(dataset: xr.Dataset) -> list[Quantity]:
     """Return the smallest gap of yarns in contact, and a note where none touched."""
     if "smallest_gap" not in dataset:
         return []
-    gap = dataset["smallest_gap"].to_numpy()
-    near = float(np.fmin.reduce(gap)) if np.isfinite(gap).any() else NEAR_NOTHING
-    quantities = [Quantity("smallest gap", near, "m" if isinstance(near, float) else "")]
-    return quantities if touched(dataset) else [*quantities, Quantity("contact", NOTHING)]
+    near = float(np.fmin.reduce(dataset["smallest_gap"].to_numpy()))
+    gap = Quantity("smallest gap", near, "m") if np.isfinite(near) else Quantity("smallest gap", NEAR_NOTHING)
+    return [gap] if touched(dataset) else [gap, Quantity("contact", NOTHING)]
 
 
 def touched(history: xr.Dataset) -> bool:
@@ -215,36 +204,33 @@ KINDS: dict[str, tuple[tuple[str, ...], Callable[[xr.Dataset], list[Quantity]]]]
     "geometry": (("point_of_contact", "arc_length", "radius"), _geometry),
 }
 
-# Dimensions of the variables that are shown and drawn.
-LAYOUT: dict[str, dict[str, tuple[str, ...]]] = {
-    "history": {name: ("increment",) for name in ("force", "displacement", "strain", "newton_iterations")}
-    | {"energy": ("increment", "form"), "centreline_displacement": ("increment", "station", "xyz")},
+# Variables that are shown and drawn, by their dimensions.
+LAYOUT: dict[str, dict[str, str]] = {
+    "history": {
+        "increment": "force displacement strain newton_iterations",
+        "increment form": "energy",
+        "increment station xyz": "centreline_displacement",
+    },
     "contacts": {
-        "strain": ("increment",),
-        "zone": ("crossing",),
-        "tied": ("crossing",),
-        "area": ("crossing",),
-    }
-    | {"force": ("increment", "crossing", "xyz"), "contact_area": ("increment", "crossing")},
+        "increment": "strain",
+        "crossing": "zone tied area",
+        "increment crossing xyz": "force",
+        "increment crossing": "contact_area",
+    },
     "stresses": {
-        "cell_place": ("cell", "xyz"),
-        "cell_stress": ("cell", "component"),
-        "segment_kind": ("segment",),
-        "segment_central": ("segment",),
-        "segment_axis": ("segment", "extent", "principal", "xyz"),
-        "segment_principal": ("segment", "extent", "principal"),
-        "segment_rotation": ("segment", "xyz", "undeformed_xyz"),
+        "cell xyz": "cell_place",
+        "cell component": "cell_stress",
+        "segment": "segment_kind segment_central",
+        "segment extent principal xyz": "segment_axis",
+        "segment extent principal": "segment_principal",
+        "segment xyz undeformed_xyz": "segment_rotation",
     },
     "mesh": {
-        "nodes": ("node", "xyz"),
-        "hexahedra": ("element", "corner"),
-        "radius": (),
-        "first_slice": ("yarn_bound",),
-        "centres": ("slice", "xyz"),
+        "node xyz": "nodes",
+        "element corner": "hexahedra",
+        "": "radius",
+        "yarn_bound": "first_slice",
+        "slice xyz": "centres",
     },
-    "geometry": {
-        "radius": (),
-        "arc_length": ("crossing", "side"),
-        "point_of_contact": ("crossing", "side", "xyz"),
-    },
+    "geometry": {"": "radius", "crossing side": "arc_length", "crossing side xyz": "point_of_contact"},
 }

@@ -10,7 +10,7 @@ polynomials of the next degree at other loops; the largest one counts for all po
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import nan
 
@@ -28,15 +28,13 @@ from knitstudy.study.scene import Scene
 SPACING, DIAMETER = "pattern.course_ratio", "yarn.diameter"  # Keys that are swept
 LETTER = {SPACING: "c", DIAMETER: "d"}
 FRICTION = 0.76  # Coefficient of friction of Table 1
-
 # Readings of what is held fixed, in words; needles hold the wale spacing.
 HELD = {"wale_spacing": "wale spacing held", "length": "yarn in a loop held", "shape": "drawn shape held"}
 
 SWEPT = re.compile(r"sweep-(wale|length|shape)(?:-([cd])\d+)?-(tie|isotropic)-course(?:-(p3|hexahedra))?")
-
-# Names of the knits with the drawn loop by interaction, and the end of the names of sweeps with the same
-# yarns.
+# Names of knits with the drawn loop by interaction, and the end of the names of sweeps with the same yarns.
 DRAWN = {"yarns-{}-course": None, "yarns-{}-course-p3": "p3", "dns-{}-course": "hexahedra"}
+KNITS = {name.format(kind): (kind, end) for kind in ("tie", "isotropic") for name, end in DRAWN.items()}
 
 NEXT_DEGREE = "-p3"
 LOOPS = ("course ratio [1]", "yarn diameter [m]")  # Columns of the table of loops that are swept
@@ -74,63 +72,42 @@ class Sweep:
 def sweeps_of(key: str, histories: Datasets, scenes: Scenes, reference: pd.DataFrame) -> list[Sweep]:
     """Return the sweeps of a key in the order of `HELD`, each of two values or more; with knits of the drawn loop."""
     moved = {name: largest_out_of_plane(history) for name, history in histories.items()}
-    errors = _relative_errors([scenes[name] for name in histories], moved, reference)
+    errors: dict[tuple, list[float]] = {}
     groups: dict[tuple, list[Scene]] = {}
     for name in histories:
-        place = _place(name)
-        if place and place[-1] in (None, LETTER[key]):
-            groups.setdefault((scenes[name].pattern.keep, *place[:-1]), []).append(scenes[name])
-    found = []
-    for (keep, interaction, end), group in groups.items():
-        error = errors.get((interaction, end), nan)
-        points = (
+        kind, letter = _place(name)
+        if kind is not None:
+            errors.setdefault(kind, []).extend(_errors(scenes[name], moved, reference))
+            if letter in (None, LETTER[key]):
+                groups.setdefault((scenes[name].pattern.keep, *kind), []).append(scenes[name])
+    found, most = [], {}
+    for (keep, *kind), group in groups.items():
+        error = max(errors[tuple(kind)], default=nan)
+        points = [
             Point(scene, scene.value(key), Estimate(moved[scene.name], error * moved[scene.name]))
-            for scene in group
-        )
-        points = tuple(sorted(points, key=lambda point: point.value))
+            for scene in sorted(group, key=lambda scene: scene.value(key))
+        ]
         if len(points) > 1:
-            found.append(Sweep(keep, interaction, _made_of(group[0]), False, points))
-    marked = [replace(each, main=len(each.points) == _most_points(found, each)) for each in found]
+            found.append(Sweep(keep, kind[0], _made_of(group[0]), False, tuple(points)))
+            most[keep, kind[0]] = max(most.get((keep, kind[0]), 0), len(points))
+    marked = [replace(each, main=len(each.points) == most[each.keep, each.interaction]) for each in found]
     return sorted(marked, key=lambda each: (list(HELD).index(each.keep), not each.main))
 
 
-def _place(name: str) -> tuple[str, str | None, str | None] | None:
-    """Return interaction, end of the name, and letter of the swept value of a scene; None of other scenes."""
+def _place(name: str) -> tuple[tuple[str, str | None] | None, str | None]:
+    """Return interaction and end of the name of a scene, None of other scenes, and the letter of the swept value."""
     if parts := SWEPT.fullmatch(name):
-        return parts[3], parts[4], parts[2]
-    for interaction in ("tie", "isotropic"):
-        for drawn, end in DRAWN.items():
-            if name == drawn.format(interaction):
-                return interaction, end, None
-    return None
+        return (parts[3], parts[4]), parts[2]
+    return KNITS.get(name), None
 
 
-def _most_points(sweeps: Iterable[Sweep], like: Sweep) -> int:
-    return max(
-        len(each.points) for each in sweeps if (each.keep, each.interaction) == (like.keep, like.interaction)
-    )
-
-
-def _relative_errors(
-    scenes: Iterable[Scene], moved: Mapping[str, float], reference: pd.DataFrame
-) -> dict[tuple, float]:
-    """Return the largest known relative error of u_z by interaction and end of the names of scenes."""
-    errors: dict[tuple, float] = {}
-
-    def include(interaction: str, end: str | None, error: float) -> None:
-        errors[interaction, end] = max(errors.get((interaction, end), 0.0), error)
-
-    for scene in scenes:
-        place = _place(scene.name)
-        if place is None:
-            continue
-        true = reference_of(reference, scene).at(LARGEST_U_Z, scene.load.strain)
-        if true.known:
-            off = abs(moved[scene.name] / true.value - 1) + true.uncertainty / true.value
-            include(*place[:2], off)
-        if (finer := scene.name + NEXT_DEGREE) in moved:
-            include(*place[:2], abs(moved[finer] / moved[scene.name] - 1))
-    return errors
+def _errors(scene: Scene, moved: Mapping[str, float], reference: pd.DataFrame) -> Iterator[float]:
+    """Yield the relative errors of u_z that are known."""
+    true = reference_of(reference, scene).at(LARGEST_U_Z, scene.load.strain)
+    if true.known:
+        yield abs(moved[scene.name] / true.value - 1) + true.uncertainty / true.value
+    if (finer := scene.name + NEXT_DEGREE) in moved:
+        yield abs(moved[finer] / moved[scene.name] - 1)
 
 
 def _made_of(scene: Scene) -> str:

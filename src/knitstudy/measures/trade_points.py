@@ -96,9 +96,7 @@ def shown(value: Any) -> str:
 
 
 REFERENCE = "reference"  # Source of a true value that is in the reference
-
-# Begins the names of models whose yarns are tied where those of the problem touch and stick.
-TIES = "ties in place of contact"
+TIES = "ties in place of contact"  # Begins names of models
 
 
 @dataclass(frozen=True)

@@ -8,14 +8,15 @@ are part of the same pattern.
 
 from __future__ import annotations
 
+import math
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import scipy.sparse as sp
-
-from knitstudy.mechanics.sparse_sums import SpanSum, consecutive, entries_at, span_pattern
 
 PAIRS = 32_768  # pairs of nodes a batch, 512 hexahedra of eight nodes; bounds the memory of a batch
 
@@ -51,7 +52,7 @@ class Assembly:
         self.batches = [
             batch for number, each in enumerate(groups) for batch in _batches(number, each, pairs)
         ]
-        spans = transformation is None and all(consecutive(each) for each in groups)
+        spans = transformation is None and all(_consecutive(each) for each in groups)
         if transformation is None:
             transformation = sp.identity(nodes, format="csr")
         self.retained = transformation.shape[1]
@@ -63,7 +64,7 @@ class Assembly:
         self._to_kept = sp.csr_matrix(transformation.T)
         linked = None if links is None else sp.csr_matrix(self._to_kept @ links @ transformation)
         if spans:
-            self.indptr, self.indices = _with_links(*span_pattern(groups, nodes), linked)
+            self.indptr, self.indices = _with_links(*_span_pattern(groups, nodes), linked)
             self._sums = [
                 SpanSum(groups[batch.group][batch.part], self.indptr, self.indices) for batch in self.batches
             ]
@@ -118,7 +119,7 @@ class Assembly:
         row = np.repeat(np.arange(self.retained), np.diff(linked.indptr))
         if not len(row):
             return np.empty(0, dtype=np.int64), np.empty(0)
-        return entries_at(self.indptr, self.indices, row, linked.indices), linked.data
+        return _entries_at(self.indptr, self.indices, row, linked.indices), linked.data
 
     def _pair_sum(self, local: sp.csr_matrix, batch: Batch) -> PairSum:
         """Return the sum of a batch of any elements, from the retained nodes of its group's (E a, n)."""
@@ -133,7 +134,7 @@ class Assembly:
         within = np.arange(len(pair)) - np.repeat(np.cumsum(many) - many, many)
         p = part.indptr[first[pair]] + within // degree[second[pair]]
         q = part.indptr[second[pair]] + within % degree[second[pair]]
-        position = entries_at(self.indptr, self.indices, part.indices[p], part.indices[q])
+        position = _entries_at(self.indptr, self.indices, part.indices[p], part.indices[q])
         touched, row = np.unique(position, return_inverse=True)
         weights = part.data[p] * part.data[q]
         if np.all(weights == 1):  # of most batches: an eighth of the memory
@@ -178,7 +179,53 @@ class PairSum:
 
     def add(self, data: np.ndarray, total: np.ndarray) -> None:
         """Add what `of` has returned to all entries (entries, b)."""
-        data[self.entries] += total
+        total += data.take(self.entries, axis=0)
+        data[self.entries] = total
+
+
+class SpanSum:
+    """The sum of one batch of elements whose nodes have consecutive numbers.
+
+    In a row of the pattern the columns of such an element stand one after the other: it needs a numbers to find its a^2
+    places.
+    """
+
+    def __init__(
+        self,
+        nodes: np.ndarray,  # int (e, a), of the elements, which rise
+        indptr: np.ndarray,  # of the pattern, which has all pairs of nodes of an element, columns sorted
+        indices: np.ndarray,  # likewise
+    ) -> None:
+        rows, local = np.unique(nodes, return_inverse=True)
+        local = local.reshape(nodes.shape)
+        count = np.diff(indptr)[rows]
+        start = np.concatenate([[0], np.cumsum(count)])  # of the rows, among the entries of the batch
+        within = _entries_at(indptr, indices, nodes, nodes[:, :1]) - indptr[nodes]
+        self._place = (start[local] + within).astype(np.int32)
+        self._size = int(start[-1])
+        self._rounds = _rounds(nodes[:, 0], nodes.shape[1])
+        ends = np.flatnonzero(np.diff(rows) != 1) + 1
+        # Runs of rows, among the entries of the batch and in the pattern.
+        self._runs = [
+            (slice(start[low], start[high]), slice(indptr[rows[low]], indptr[rows[high - 1] + 1]))
+            for low, high in pairwise([0, *ends, len(rows)])
+        ]
+
+    def of(self, blocks: np.ndarray) -> np.ndarray:
+        """Return the sums (k, b) of blocks (e a^2, b) at the entries of the batch."""
+        total = np.zeros((self._size, blocks.shape[1]))
+        width = self._place.shape[1]
+        blocks = blocks.reshape(len(self._place), -1, blocks.shape[1])
+        for number in range(self._rounds):  # of elements that share no node
+            chosen = slice(number, None, self._rounds)
+            places = self._place[chosen][:, :, None] + np.arange(width)
+            total[places.reshape(len(places), -1)] += blocks[chosen]
+        return total
+
+    def add(self, data: np.ndarray, total: np.ndarray) -> None:
+        """Add what `of` has returned to all entries (entries, b)."""
+        for here, there in self._runs:
+            data[there] += total[here]
 
 
 def _batches(group: int, connectivity: np.ndarray, pairs: int) -> list[Batch]:
@@ -211,3 +258,144 @@ def _incidence(local: sp.csr_matrix, width: int) -> sp.csr_matrix:
     """Return which retained nodes every element has (E, n)."""
     shape = local.shape[0] // width, local.shape[1]
     return sp.csr_matrix((np.ones(local.nnz, dtype=bool), local.indices, local.indptr[::width]), shape=shape)
+
+
+def _consecutive(connectivity: np.ndarray) -> bool:
+    """Return whether nodes (E, a) of all elements have consecutive numbers, and the elements rising ones."""
+    return bool(np.all(np.diff(connectivity, axis=1) == 1) and np.all(np.diff(connectivity[:, 0]) > 0))
+
+
+def _span_pattern(groups: Sequence[np.ndarray], nodes: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return row pointers and sorted columns (int32) of all pairs of nodes that share an element."""
+    low, high = np.arange(nodes), np.arange(nodes)
+    for connectivity in groups:
+        np.minimum.at(low, connectivity, connectivity[:, :1])
+        np.maximum.at(high, connectivity, connectivity[:, -1:])
+    count = high - low + 1
+    indptr = np.concatenate([[0], np.cumsum(count)])
+    indices = np.arange(indptr[-1], dtype=np.int32)
+    indices += np.repeat((low - indptr[:-1]).astype(np.int32), count)
+    return indptr.astype(np.int32), indices
+
+
+def _entries_at(indptr: np.ndarray, indices: np.ndarray, row: np.ndarray, column: np.ndarray) -> np.ndarray:
+    """Return the positions of pairs (row, column) in a pattern with sorted columns that has all of them."""
+    low, high = int(row.min()), int(row.max()) + 1
+    start, stop = indptr[low], indptr[high]
+    rows = np.repeat(np.arange(low, high, dtype=np.int64), np.diff(indptr[low : high + 1]))
+    size = np.int64(len(indptr))
+    keys = rows * size + indices[start:stop]
+    return start + np.searchsorted(keys, row.astype(np.int64) * size + column)
+
+
+def _rounds(first: np.ndarray, width: int) -> int:
+    """Return the least number such that elements that stand so far apart share no node."""
+    for apart in range(1, len(first)):
+        if np.all(first[apart:] >= first[:-apart] + width):
+            return apart
+    return max(len(first), 1)
+
+
+# Adds a matrix of few blocks to one of many, whose pattern has most of them, and takes it off again
+
+
+class PatternSum:
+    """The sum of two BSR matrices of fixed patterns: found once, blocks of the large one are moved in runs.
+
+    Columns are sorted in every row and none is there twice.
+    """
+
+    def __init__(self, large: sp.bsr_matrix, small: sp.bsr_matrix) -> None:
+        self._large, self._small = large.indices, (small.indptr, small.indices)
+        nodes = len(large.indptr) - 1
+        target, self._known = _places(large, small)
+        self._new = ~self._known
+        self.inserted = int(self._new.sum())  # blocks that the small pattern alone has
+        self._at = target + np.cumsum(self._new) - self._new
+        before = target[self._new]
+        self.indices = np.insert(large.indices, before, small.indices[self._new])
+        row = np.repeat(np.arange(nodes), np.diff(small.indptr))
+        added = np.bincount(row[self._new], minlength=nodes)
+        self.indptr = (large.indptr + np.concatenate([[0], np.cumsum(added)])).astype(large.indptr.dtype)
+        edge, many = np.unique(before, return_counts=True)
+        starts = np.concatenate([[0], edge])
+        ends = np.concatenate([edge, [len(large.indices)]])
+        self._runs = list(
+            zip(starts.tolist(), ends.tolist(), np.concatenate([[0], np.cumsum(many)]).tolist(), strict=True)
+        )
+
+    def fits(self, large: sp.bsr_matrix, small: sp.bsr_matrix) -> bool:
+        """Return whether two matrices have the patterns that this was made for."""
+        indptr, indices = self._small
+        same = np.array_equal(small.indices, indices) and np.array_equal(small.indptr, indptr)
+        return same and (large.indices is self._large or np.array_equal(large.indices, self._large))
+
+    def add(self, large: sp.bsr_matrix, small: sp.bsr_matrix) -> sp.bsr_matrix:
+        """Return the sum; it takes the place of the large matrix if behind that is room for what is inserted.
+
+        Room is what the array whose first part `large.data` is has besides.
+        """
+        if not self.inserted:
+            large.data[self._at] += small.data
+            return large
+        block = math.prod(large.data.shape[1:])
+        source = large.data.reshape(-1)
+        total = _from_its_start(source)
+        if total is None or total.size < len(self.indices) * block:
+            total = np.empty(len(self.indices) * block)
+        for start, end, shift in reversed(
+            self._runs
+        ):  # from behind: in one array, what is moved is not yet covered
+            total[(start + shift) * block : (end + shift) * block] = source[start * block : end * block]
+        data = total[: len(self.indices) * block].reshape(-1, *large.data.shape[1:])
+        data[self._at[self._new]] = small.data[self._new]
+        data[self._at[self._known]] += small.data[self._known]
+        return sp.bsr_matrix((data, self.indices, self.indptr), shape=large.shape)
+
+
+@contextmanager
+def lacking(matrix: sp.bsr_matrix, part: sp.bsr_matrix) -> Iterator[None]:
+    """Take a part, all of whose blocks a matrix has, off that matrix for a while, without a copy of it."""
+    places, known = _places(matrix, part)
+    places = places[known]
+    blocks = matrix.data[places]
+    matrix.data[places] -= part.data[known]
+    try:
+        yield
+    finally:
+        matrix.data[places] = blocks
+
+
+def _places(large: sp.bsr_matrix, small: sp.bsr_matrix) -> tuple[np.ndarray, np.ndarray]:
+    """Return where the large pattern has, or would have, every block of a small one, and whether it has it.
+
+    What it has not goes before the first block of the row with a larger column, or to the row's end.
+    """
+    nodes = len(large.indptr) - 1
+    count = np.diff(small.indptr)
+    row = np.repeat(np.arange(nodes), count)
+    rows = np.flatnonzero(count)
+    entries = block_entries(large, rows)
+    keys = np.repeat(rows, np.diff(large.indptr)[rows]) * np.int64(nodes) + large.indices[entries]
+    wanted = row * np.int64(nodes) + small.indices
+    place = np.searchsorted(keys, wanted)
+    known = np.zeros(len(wanted), dtype=bool)
+    inside = place < len(keys)
+    known[inside] = keys[place[inside]] == wanted[inside]
+    before = np.concatenate([[0], np.cumsum(np.diff(large.indptr)[rows])])
+    return large.indptr[row] + place - before[np.searchsorted(rows, row)], known
+
+
+def _from_its_start(part: np.ndarray) -> np.ndarray | None:
+    """Return the array, flat, that a flat array is the first part of; None if it is another part or not a part."""
+    whole = part.base
+    if not isinstance(whole, np.ndarray) or not whole.flags.c_contiguous or whole.dtype != part.dtype:
+        return None
+    return whole.reshape(-1) if whole.ctypes.data == part.ctypes.data else None
+
+
+def block_entries(matrix: sp.bsr_matrix, nodes: np.ndarray) -> np.ndarray:
+    """Return the positions of the blocks of some block rows, row by row."""
+    count = np.diff(matrix.indptr)[nodes]
+    start = np.repeat(matrix.indptr[nodes] - np.cumsum(count) + count, count)
+    return start + np.arange(count.sum())

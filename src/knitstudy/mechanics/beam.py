@@ -84,7 +84,7 @@ class Section:
         C = np.zeros((len(t), 6, 6))
         for part, along, across in ((slice(0, 3), self.EA, kGA), (slice(3, 6), self.GJ, self.EI)):
             along, across = (np.broadcast_to(value, len(t)) for value in (along, across))
-            C[:, part, part] = across[:, None, None] * np.eye(3) + _outer(_times(along - across, t), t)
+            C[:, part, part] = across[:, None, None] * np.eye(3) + _outer((along - across)[:, None] * t, t)
         return C
 
 
@@ -184,9 +184,9 @@ def stiffness(elements: Elements, now: Deformation) -> np.ndarray:
     m_E = n_D.swapaxes(1, 2)  # H C_nm^T
     B = A @ e - hat(now.n)
     Q = -e @ B
-    Y = hat(_times(-h.b, Th))
+    Y = hat(-h.b[:, None] * Th)
 
-    over_Th = h.dHm(Th, now.m) + _outer(_times(h.db, np.cross(Th, now.q)), Th) - hat(_times(h.b, now.q))
+    over_Th = h.dHm(Th, now.m) + _outer(h.db[:, None] * np.cross(Th, now.q), Th) - hat(h.b[:, None] * now.q)
     f_S = m_E @ e - Y @ (Q + hat(now.q)) - hat(now.f_D)
     f_D = (over_Th + H @ C_m) @ H + Y @ e @ n_D + f_S @ Y
 
@@ -215,11 +215,6 @@ def _outer(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return first[:, :, None] * second[:, None, :]
 
 
-def _times(values: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Return values (E,) times vectors (E, 3)."""
-    return values[:, None] * vectors
-
-
 # Linear springs between two points that nodes carry by rigid arms, or between the nodes themselves
 # With the points p0, p1 of a spring and their reference positions P0, P1
 #
@@ -245,23 +240,17 @@ class LinearSprings:
         """Return no springs."""
         return cls(np.empty((0, 2), dtype=int), np.empty((0, 2, 3)), np.empty((0, 3, 3)))
 
-    def pull(self, stretch: np.ndarray) -> np.ndarray:
-        """Return the forces f (K, 3) [N] for relative displacements d (K, 3) [m] of the second points to the first."""
-        return np.einsum("kij,kj->ki", self.stiffness, stretch)
-
-    def energy(self, stretch: np.ndarray) -> np.ndarray:
-        """Return the stored energy (K,) [J]."""
-        return 0.5 * np.einsum("ki,ki->k", self.pull(stretch), stretch)
-
     def at_points(self, stretch: np.ndarray) -> np.ndarray:
-        """Return internal force and moment (K, 4, 3) at the first points, then at the second [N, N m]."""
-        pull = self.pull(stretch)
-        none = np.zeros_like(pull)
-        return np.stack([-pull, none, pull, none], axis=1)
+        """Return internal force and moment (K, 4, 3) at the first points, then at the second [N, N m].
+
+        `stretch` d (K, 3) [m] is the displacement of the second points relative to the first.
+        """
+        return _SIDES[:, None] * np.einsum("kij,kj->ki", self.stiffness, stretch)[:, None]
 
     def stiffness_at_points(self) -> np.ndarray:
         """Return the derivative (K, 12, 12) of `at_points` over the motion (u0, w0, u1, w1) of the points."""
-        blocks = np.zeros((len(self.ends), 12, 12))
-        for row, column, sign in ((0, 0, 1), (6, 6, 1), (0, 6, -1), (6, 0, -1)):
-            blocks[:, row : row + 3, column : column + 3] = sign * self.stiffness
-        return blocks
+        blocks = np.einsum("a,b,kij->kaibj", _SIDES, _SIDES, self.stiffness)
+        return blocks.reshape(-1, 12, 12)
+
+
+_SIDES = np.array([-1.0, 0.0, 1.0, 0.0])  # of force and moment at the first point, then at the second

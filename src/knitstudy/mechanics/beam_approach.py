@@ -7,7 +7,8 @@ and a contact point that slides over one feels no kink.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -18,21 +19,26 @@ _POWERS = np.arange(4)
 _HERMITE = np.array([[1, 0, -3, 2], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1]], dtype=float)
 
 
-@dataclass(frozen=True, eq=False)
-class Stencil:
-    """Points (k,) of curves as weighted sums of stations."""
+class Chosen:
+    """Arrays over the same points, of which some can be chosen."""
 
-    stations: np.ndarray  # int (k, 4)
-    value: np.ndarray  # (k, 4), weights of the position
-    first: np.ndarray  # (k, 4), of its derivative with respect to arc length [1/m]
-    second: np.ndarray  # (k, 4), of the second one [1/m2]
+    def __getitem__(self, chosen: np.ndarray) -> Self:
+        return type(self)(*(each[chosen] for each in vars(self).values()))
+
+
+@dataclass(frozen=True, eq=False)
+class Stencil(Chosen):
+    """Points (...) of curves as weighted sums of stations."""
+
+    stations: np.ndarray  # int (..., 4)
+    value: np.ndarray  # (..., 4), weights of the position
+    first: np.ndarray  # (..., 4), of its derivative with respect to arc length [1/m]
+    second: np.ndarray  # (..., 4), of the second one [1/m2]
 
     def of(self, weights: np.ndarray, field: np.ndarray) -> np.ndarray:
-        """Return the sums (k, ...) of a field (S, ...) of the stations with one of the weights."""
-        return np.einsum("kp,kp...->k...", weights, field[self.stations])
-
-    def __getitem__(self, chosen: np.ndarray) -> Stencil:
-        return Stencil(self.stations[chosen], self.value[chosen], self.first[chosen], self.second[chosen])
+        """Return the sums (..., 3) or (..., 3, 3) of a field (S, ...) of the stations with one of the weights."""
+        form = "...p,...pij->...ij" if field.ndim == 3 else "...p,...pi->...i"
+        return np.einsum(form, weights, field[self.stations])
 
 
 class Curves:
@@ -78,29 +84,26 @@ class Curves:
         return weights
 
     def stencil(self, yarn: np.ndarray, s: np.ndarray) -> Stencil:
-        """Return the stencils of the points at arc lengths s (k,) [m] of yarns (k,)."""
+        """Return the stencils of the points at arc lengths s (...) [m] of yarns (...)."""
         low, high = self.first[yarn], self.first[yarn + 1] - 2
         segment = np.clip(np.searchsorted(self._knots, self._origin[yarn] + s, side="right") - 1, low, high)
-        length = self.arc_length[segment + 1] - self.arc_length[segment]
-        t = ((s - self.arc_length[segment]) / length)[:, None]
-        weights = self._weights[segment]
-        value = t**_POWERS @ _HERMITE.T
-        first = _POWERS[1:] * t ** _POWERS[:-1] @ _HERMITE[:, 1:].T / length[:, None]
-        second = [2.0, 6.0] * t ** _POWERS[:2] @ _HERMITE[:, 2:].T / length[:, None] ** 2
-        stations = np.clip(segment[:, None] + np.arange(-1, 3), low[:, None], high[:, None] + 1)
-        return Stencil(
-            stations, *(np.einsum("kh,khp->kp", basis, weights) for basis in (value, first, second))
+        length = (self.arc_length[segment + 1] - self.arc_length[segment])[..., None]
+        t = (s - self.arc_length[segment])[..., None] / length
+        bases = (
+            t**_POWERS @ _HERMITE.T,
+            _POWERS[1:] * t ** _POWERS[:-1] @ _HERMITE[:, 1:].T / length,
+            [2.0, 6.0] * t ** _POWERS[:2] @ _HERMITE[:, 2:].T / length**2,
         )
+        stations = np.clip(segment[..., None] + np.arange(-1, 3), low[..., None], high[..., None] + 1)
+        weights = self._weights[segment]
+        return Stencil(stations, *(np.einsum("...h,...hp->...p", basis, weights) for basis in bases))
 
 
 def _parabola_slopes(knots: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Weights (S, 3) of three values at knots (S, 3) in the slope of their parabola at places (S,)."""
-    slopes = []
-    for i in range(3):
-        j, k = [n for n in range(3) if n != i]
-        rise = 2 * at - knots[:, j] - knots[:, k]
-        slopes.append(rise / ((knots[:, i] - knots[:, j]) * (knots[:, i] - knots[:, k])))
-    return np.stack(slopes, axis=1)
+    size = np.ptp(knots, axis=1)[:, None]
+    powers = ((knots - at[:, None]) / size)[..., None] ** np.arange(3)  # (S, knot, power)
+    return np.linalg.inv(powers)[:, 1] / size
 
 
 # Closest approach of two centrelines, and how it changes with the motion of their beams. Sides A and B of a pair are
@@ -112,79 +115,65 @@ A, B = 0, 1
 
 
 @dataclass(frozen=True, eq=False)
-class Pairs:
+class Pairs(Chosen):
     """Pieces of yarn that may touch."""
 
     yarn: np.ndarray  # int (k, 2), of sides A and B
     bounds: np.ndarray  # (k, 2, 2), first and last arc length of the piece on either side [m]
-
-    def __getitem__(self, chosen: np.ndarray) -> Pairs:
-        return Pairs(self.yarn[chosen], self.bounds[chosen])
+    start: np.ndarray  # (k, 2), arc lengths from which the closest points are looked for [m]
 
 
 @dataclass(frozen=True, eq=False)
-class Approach:
-    """Closest points of k pairs."""
+class Approach(Chosen):
+    """Closest points of k pairs, on side A and side B."""
 
     s: np.ndarray  # (k, 2), their arc lengths [m]
     found: np.ndarray  # bool (k,), false where a point stands at the bound of its piece
-    stencil: tuple[Stencil, Stencil]  # of side A and side B
-    point: np.ndarray  # (k, 2, 3), position [m]
-    tangent: np.ndarray  # (k, 2, 3), its derivative with respect to arc length
+    stencil: Stencil  # (k, 2)
+    tangent: np.ndarray  # (k, 2, 3), derivative of the position with respect to arc length
     bend: np.ndarray  # (k, 2, 3), the second one [1/m]
     distance: np.ndarray  # (k,), |r| [m]
     normal: np.ndarray  # (k, 3) r / |r|, from A to B
-
-    def __getitem__(self, chosen: np.ndarray) -> Approach:
-        names = ("s", "found", "point", "tangent", "bend", "distance", "normal")
-        return Approach(
-            stencil=(self.stencil[A][chosen], self.stencil[B][chosen]),
-            **{name: getattr(self, name)[chosen] for name in names},
-        )
 
 
 def approach(
     curves: Curves,
     position: np.ndarray,  # (S, 3), current positions of the stations [m]
     pairs: Pairs,
-    start: np.ndarray,  # (k, 2)
 ) -> Approach:
-    """Return the closest points of pairs by Newton's method from arc lengths (k, 2) [m]."""
+    """Return the closest points of pairs by Newton's method."""
     low, high = pairs.bounds[..., 0], pairs.bounds[..., 1]
-    s = np.clip(start, low, high)
+    s = np.clip(pairs.start, low, high)
     moves = np.ones(len(s), dtype=bool)
     for _ in range(STEPS):
         if not moves.any():
             break
         some = np.flatnonzero(moves)
-        here = _evaluate(curves, position, pairs[some], s[some])
+        here = _evaluate(curves, position, pairs.yarn[some], s[some])
         step = _newton_step(here, low[some], high[some])
         step = np.clip(s[some] + step, low[some], high[some]) - s[some]
         level = 0.5 * here.distance**2 * (1 + 1e-14)  # beyond rounding
         for _ in range(HALVINGS):
-            trial = _evaluate(curves, position, pairs[some], s[some] + step)
+            trial = _evaluate(curves, position, pairs.yarn[some], s[some] + step)
             worse = 0.5 * trial.distance**2 > level
             if not worse.any():
                 break
             step[worse] *= 0.5
         s[some] += step
         moves[some] = np.abs(step).max(axis=1) > 1e-13 * curves.length.max()
-    done = _evaluate(curves, position, pairs, s)
-    inside = (s > low) & (s < high)
-    return Approach(**{**vars(done), "found": inside.all(axis=1)})
+    done = _evaluate(curves, position, pairs.yarn, s)
+    return replace(done, found=((s > low) & (s < high)).all(axis=1))
 
 
-def _evaluate(curves: Curves, position: np.ndarray, pairs: Pairs, s: np.ndarray) -> Approach:
-    stencil = tuple(curves.stencil(pairs.yarn[:, side], s[:, side]) for side in (A, B))
-    point, tangent, bend = (
-        np.stack([each.of(getattr(each, name), position) for each in stencil], axis=1)
-        for name in ("value", "first", "second")
-    )
+def _evaluate(curves: Curves, position: np.ndarray, yarn: np.ndarray, s: np.ndarray) -> Approach:
+    stencil = curves.stencil(yarn, s)
+    weights = stencil.value, stencil.first, stencil.second
+    point, tangent, bend = (stencil.of(each, position) for each in weights)
     apart = point[:, B] - point[:, A]
     distance = np.linalg.norm(apart, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         normal = apart / distance[:, None]
-    return Approach(s, np.ones(len(s), dtype=bool), stencil, point, tangent, bend, distance, normal)
+    return Approach(s, np.ones(len(s), dtype=bool), stencil, tangent, bend, distance, normal)
 
 
 def _hessian(here: Approach, bends: bool = True) -> np.ndarray:
@@ -199,13 +188,6 @@ def _hessian(here: Approach, bends: bool = True) -> np.ndarray:
     return hessian
 
 
-def _solve(hessian: np.ndarray, rhs: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """Solve for the free sides (k, 2) of pairs: hessian (k, 2, 2), rhs (k, 2, m); the other sides stay."""
-    coupled = free[:, :, None] & free[:, None, :]
-    reduced = np.where(coupled, hessian, np.eye(2))
-    return np.linalg.solve(reduced, np.where(free[..., None], rhs, 0.0))
-
-
 def _newton_step(here: Approach, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Step (k, 2) towards the closest points within bounds (k, 2); sides that push against a bound stay there."""
     r = here.distance[:, None] * here.normal
@@ -216,7 +198,8 @@ def _newton_step(here: Approach, low: np.ndarray, high: np.ndarray) -> np.ndarra
     convex &= (np.linalg.det(hessian) > 1e-6) | ~free.all(axis=1)
     safe = _hessian(here, bends=False) + 1e-3 * np.eye(2)
     hessian = np.where(convex[:, None, None], hessian, safe)
-    return -_solve(hessian, slope[..., None], free)[..., 0]
+    reduced = np.where(free[:, :, None] & free[:, None, :], hessian, np.eye(2))
+    return -np.linalg.solve(reduced, np.where(free, slope, 0.0)[..., None])[..., 0]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,16 +11,21 @@ on the centrelines alone would leave a couple of 2R times its force.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.beam_approach import A, Approach, B, Change, Curves, Pairs, Stencil, approach
-from knitstudy.mechanics.beam_model import BeamModel, BeamState
+from knitstudy.mechanics.beam_approach import A, Approach, B, Change, Chosen, Curves, Pairs, Stencil, approach
 from knitstudy.mechanics.contact.friction import OPEN, Coulomb
-from knitstudy.mechanics.model import Memoryless, Response
+from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.rotation import hat
+
+if TYPE_CHECKING:
+    from knitstudy.mechanics.beam_model import BeamState
+
+SIGNS = np.array([[1.0], [-1.0]])  # of sides A and B
 
 
 @dataclass(frozen=True)
@@ -59,23 +64,6 @@ def hertz(
 
 
 @dataclass(frozen=True, eq=False)
-class CrossingPairs:
-    """Pairs of all crossings in contact."""
-
-    pairs: Pairs  # k pairs; side A is the lower row's yarn
-    start: np.ndarray  # (k, 2), arc lengths from which the closest points are first looked for [m]
-    crossing: np.ndarray  # int (k,), crossing that a pair belongs to
-
-
-@dataclass(frozen=True, eq=False)
-class Places:
-    """Current configuration of the stations: position (S, 3) [m] and rotation (S, 3, 3) from the reference."""
-
-    position: np.ndarray
-    rotation: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
 class BeamContactHistory:
     """What pairs remember of the last converged increment."""
 
@@ -88,12 +76,14 @@ class BeamContactHistory:
 
 
 @dataclass(frozen=True, eq=False)
-class BeamContactPoints:
-    """All pairs in one configuration."""
+class BeamContactPoints(Chosen):
+    """Pairs in one configuration."""
 
-    history: BeamContactHistory
     approach: Approach
-    anchors: tuple[Stencil, Stencil]  # of the centrelines where the material points belong
+    anchor: Stencil  # (k, 2), of the centrelines where the material points belong
+    arm: (
+        np.ndarray
+    )  # (k, 2, 4, 3), from the centreline to the material points, turned as each of its stations is [m]
     gap: np.ndarray  # (k,) [m]; inf where there is no closest point
     apart: np.ndarray  # (k, 3), from the material point of side B to that of side A [m]
     # (k,), part of the increment in contact: 1, or less for pairs that have closed within it
@@ -103,19 +93,13 @@ class BeamContactPoints:
     traction: np.ndarray  # (k, 3), the same after it [N]
     force: np.ndarray  # (k,), normal force [N]
     status: np.ndarray  # int (k,) OPEN, STICK or SLIP
+    slipped: np.ndarray  # (k,), length within the increment [m]
 
-
-@dataclass(frozen=True, eq=False)
-class BeamContactResponse:
-    """Forces of contact in one configuration."""
-
-    points: BeamContactPoints
-    station_force: np.ndarray  # (S, 6), internal force [N] and moment [N m] at all stations
-    # "penalty": stored in approach and elastic slip; "friction": dissipated since the start [J]
-    energy: dict[str, float]
-    stations: np.ndarray | None = None  # int (a, 16), stations of every pair that touches
-    # (a, 96, 96), derivative of their forces with respect to their motions, six each
-    stiffness: np.ndarray | None = None
+    @property
+    def on_a(self) -> np.ndarray:
+        """Force (k, 3) of contact on side A [N]."""
+        on_a = -(self.traction + self.force[:, None] * self.approach.normal)
+        return np.where((self.status != OPEN)[:, None], on_a, 0.0)
 
 
 class BeamContact:
@@ -123,192 +107,183 @@ class BeamContact:
 
     def __init__(
         self,
-        curves: Curves,
-        crossing: CrossingPairs,  # what may touch
+        curves: Curves,  # through the stations
+        pairs: Pairs,  # what may touch
+        node: np.ndarray,  # int (S,), node that carries a station
+        offset: np.ndarray,  # (S, 3), rigid arm from that node to the station, in the reference [m]
         radius: float,  # [m]
         law: Power,  # normal force over gap
         tangential: float,  # stiffness against elastic slip [N/m]
         friction: float,  # mu; inf for rough contact, 0 for none
     ) -> None:
-        self.curves, self.crossing, self.radius, self.law = curves, crossing, radius, law
+        self.curves, self.pairs, self.node, self.offset = curves, pairs, node, offset
+        self.radius, self.law = radius, law
         # Coulomb's law meets forces here: with a normal stiffness of one, a change of force is a change of gap.
         self.friction = Coulomb(normal=1.0, tangential=tangential, friction=friction)
 
-    def start(self, places: Places) -> BeamContactHistory:
-        """Return the history of yarns that have not moved yet."""
-        k = len(self.crossing.start)
-        here = approach(self.curves, places.position, self.crossing.pairs, self.crossing.start)
-        arm = self._arms(here, places.rotation, np.zeros((k, 3)))
-        return BeamContactHistory(here.s, arm, self._gap(here), np.zeros(k), np.zeros(k), 0.0)
+    def places(self, state: BeamState) -> BeamState:
+        """Return position (S, 3) and rotation (S, 3, 3) of the stations, from those of the nodes."""
+        rotation = state.rotation[self.node]
+        arm = np.einsum("sij,sj->si", rotation, self.offset)
+        return replace(state, position=state.position[self.node] + arm, rotation=rotation)
 
-    def points(self, places: Places, history: BeamContactHistory) -> BeamContactPoints:
+    def start(self, state: BeamState) -> BeamContactHistory:
+        """Return the history of yarns that have not moved yet."""
+        places, none = self.places(state), np.zeros(len(self.pairs.start))
+        here = approach(self.curves, places.position, self.pairs)
+        arm = self._arms(here, places.rotation, none[:, None])
+        return BeamContactHistory(here.s, arm, self._gap(here), none, none, 0.0)
+
+    def points(self, state: BeamState) -> BeamContactPoints:
         """Evaluate all pairs."""
-        pairs = self.crossing.pairs
-        here = approach(self.curves, places.position, pairs, history.s)
-        anchors = tuple(self.curves.stencil(pairs.yarn[:, side], history.s[:, side]) for side in (A, B))
-        material = [
-            anchors[side].of(anchors[side].value, places.position)
-            + np.einsum(
-                "kp,kpij,kj->ki",
-                anchors[side].value,
-                places.rotation[anchors[side].stations],
-                history.arm[:, side],
-            )
-            for side in (A, B)
-        ]
+        places, history = self.places(state), state.contact
+        here = approach(self.curves, places.position, replace(self.pairs, start=history.s))
+        anchor = self.curves.stencil(self.pairs.yarn, history.s)
+        arm = np.einsum("kapij,kaj->kapi", places.rotation[anchor.stations], history.arm)
+        material = anchor.of(anchor.value, places.position) + np.einsum("kap,kapi->kai", anchor.value, arm)
         gap = self._gap(here)
         # A pair that has closed within this increment has slid in contact only for the rest of it.
         closes = (history.force <= 0) & (gap < 0) & (history.gap > 0) & np.isfinite(history.gap)
         now, then = np.where(closes, gap, 0.0), np.where(closes, history.gap, 0.0)
         span = np.where(closes, now - then, 1.0)
         share = np.where(closes, now / span, 1.0)
-        apart = material[A] - material[B]
+        apart = material[:, A] - material[:, B]
         plane = apart - here.normal * np.einsum("ki,ki->k", here.normal, apart)[:, None]
         trial = self.friction.tangential * share[:, None] * plane
         force = self.law.force(gap)
         traction, status = self.friction.traction(trial, force)
+        slipped = np.where(force > 0, self.friction.slipped(trial, force), 0.0)
+        rate = -then / span**2
         return BeamContactPoints(
-            history, here, anchors, gap, apart, share, -then / span**2, trial, traction, force, status
+            here, anchor, arm, gap, apart, share, rate, trial, traction, force, status, slipped
         )
 
-    def respond(self, places: Places, history: BeamContactHistory, stiffness: bool) -> BeamContactResponse:
-        """Return forces, energies and, if asked, the tangent."""
-        points = self.points(places, history)
-        active = np.flatnonzero(points.status != OPEN)
-        here = points.approach[active]
-        force = points.traction[active] + points.force[active, None] * here.normal
-        couple = 0.5 * here.distance[:, None] * np.cross(here.normal, points.traction[active])
-        station_force = np.zeros((len(places.position), 6))
-        for side, sign in ((A, 1.0), (B, -1.0)):
-            stencil = here.stencil[side]
-            shares = stencil.value[:, :, None] * np.concatenate([sign * force, couple], axis=1)[:, None]
-            np.add.at(station_force, stencil.stations, shares)
-        answer = BeamContactResponse(points, station_force, self._energy(points, active))
-        if not stiffness:
-            return answer
-        stations, blocks = self._stiffness(places, points, active)
-        return replace(answer, stations=stations, stiffness=blocks)
+    def added(self, response: Response, state: BeamState) -> Response:
+        """Return the response of beams and of their contact, with a tangent if that of the beams has one."""
+        places, points = self.places(state), self.points(state)
+        touching = points[points.status != OPEN]
+        here, traction = touching.approach, touching.traction
+        couple = 0.5 * here.distance[:, None] * np.cross(here.normal, traction)
+        both = np.stack([-touching.on_a, couple], axis=1)[:, None] * np.stack([SIGNS, SIGNS**2], axis=1)
+        at_stations = np.zeros((len(self.node), 6))
+        np.add.at(
+            at_stations, here.stencil.stations, here.stencil.value[..., None] * both.reshape(-1, 2, 1, 6)
+        )
+        arm = places.position - state.position[self.node]
+        at_stations[:, 3:] += np.cross(arm, at_stations[:, :3])  # about the nodes
+        force = response.force.reshape(-1, 6).copy()
+        np.add.at(force, self.node, at_stations)
+        sheared = 0.5 * np.vdot(traction, traction) / self.friction.tangential
+        stored = float(np.sum(self.law.energy(touching.gap)) + sheared)
+        energy = {"penalty": stored, "friction": state.contact.dissipated + self._work(points, state.contact)}
+        stiffness = response.stiffness
+        if stiffness is not None:
+            own = self._stiffness(touching, hat(arm), hat(at_stations[:, :3]), len(force))
+            stiffness = sp.bsr_matrix(stiffness + own, blocksize=(6, 6))
+        return replace(
+            response,
+            force=force.ravel(),
+            energy=response.energy | energy,
+            status=points.status,
+            stiffness=stiffness,
+        )
 
-    def commit(self, places: Places, history: BeamContactHistory) -> BeamContactHistory:
+    def commit(self, state: BeamState) -> BeamContactHistory:
         """Return the history that a converged increment leaves.
 
         Raises ConvergenceError if a pair that touched has no closest points any more.
         """
-        points = self.points(places, history)
+        points, history = self.points(state), state.contact
         lost = (history.force > 0) & ~points.approach.found
         if lost.any():
-            k = int(np.argmax(lost))
+            one, other = self.pairs.yarn[int(np.argmax(lost))]
             raise ConvergenceError(
-                f"contact at crossing {self.crossing.crossing[k]} has slid half way to the next crossing (yarns "
-                f"{' and '.join(map(str, self.crossing.pairs.yarn[k]))}): a yarn is pulled out of its loop; use a "
-                "smaller load"
+                f"the contact of yarns {one} and {other} has slid half way to the next crossing: a yarn is pulled out "
+                "of its loop; use a smaller load"
             )
         touches = points.status != OPEN
         elastic = np.where(touches[:, None], points.traction / self.friction.tangential, 0.0)
         return BeamContactHistory(
             s=points.approach.s,
-            arm=self._arms(points.approach, places.rotation, elastic),
+            arm=self._arms(points.approach, self.places(state).rotation, elastic),
             gap=points.gap,
             force=points.force,
-            slip=np.where(points.force > 0, history.slip + self._slipped(points), 0.0),
-            dissipated=history.dissipated + self._dissipation(points),
+            slip=np.where(points.force > 0, history.slip + points.slipped, 0.0),
+            dissipated=history.dissipated + self._work(points, history),
         )
-
-    def crossing_force(self, points: BeamContactPoints, count: int) -> np.ndarray:
-        """Return the force (count, 3) of contact on the lower row's yarn at every crossing [N]."""
-        on_a = -(points.traction + points.force[:, None] * points.approach.normal)
-        force = np.zeros((count, 3))
-        force[self.crossing.crossing] = np.where((points.status != OPEN)[:, None], on_a, 0.0)
-        return force
-
-    def crossing_gap(self, points: BeamContactPoints, count: int) -> np.ndarray:
-        """Return the smallest gap (count,) at every crossing [m]; nan where there is no contact."""
-        gap = np.full(count, np.nan)
-        gap[self.crossing.crossing] = np.where(np.isfinite(points.gap), points.gap, np.nan)
-        return gap
 
     def _gap(self, here: Approach) -> np.ndarray:
         return np.where(here.found, here.distance - 2 * self.radius, np.inf)
 
     def _arms(self, here: Approach, rotation: np.ndarray, elastic: np.ndarray) -> np.ndarray:
         """Reference arms (k, 2, 3) of material points half way between the yarns, `elastic` (k, 3) apart."""
-        half = 0.5 * here.distance[:, None] * here.normal
-        arms = []
-        for side, sign in ((A, 1.0), (B, -1.0)):
-            stencil = here.stencil[side]
-            turned = stencil.of(stencil.value, rotation)
-            arms.append(np.linalg.solve(turned, (sign * (half + 0.5 * elastic))[..., None])[..., 0])
-        return np.stack(arms, axis=1)
+        way = SIGNS * (0.5 * here.distance[:, None] * here.normal + 0.5 * elastic)[:, None]
+        return np.linalg.solve(here.stencil.of(here.stencil.value, rotation), way[..., None])[..., 0]
 
-    def _energy(self, points: BeamContactPoints, active: np.ndarray) -> dict[str, float]:
-        traction = points.traction[active]
-        sheared = 0.5 * np.einsum("ki,ki->k", traction, traction) / self.friction.tangential
-        stored = float(np.sum(self.law.energy(points.gap[active]) + sheared))
-        return {"penalty": stored, "friction": points.history.dissipated + self._dissipation(points)}
-
-    def _dissipation(self, points: BeamContactPoints) -> float:
+    def _work(self, points: BeamContactPoints, history: BeamContactHistory) -> float:
         """Work of friction within the increment, mu times the mean force of it times the slip [J]."""
         if not np.isfinite(self.friction.friction):
             return 0.0
-        mean = 0.5 * (points.force + points.history.force)
-        return float(np.sum(self.friction.friction * mean * self._slipped(points)))
-
-    def _slipped(self, points: BeamContactPoints) -> np.ndarray:
-        """Return the length (k,) that every pair slips within the increment [m]."""
-        return np.where(points.force > 0, self.friction.slipped(points.trial, points.force), 0.0)
+        mean = 0.5 * (points.force + history.force)
+        return float(np.sum(self.friction.friction * mean * points.slipped))
 
     def _stiffness(
-        self, places: Places, points: BeamContactPoints, active: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return stations (a, 16) and their stiffness (a, 96, 96)."""
-        here = points.approach[active]
-        inner = self._point_tangent(points, active, here)
-        anchors = [points.anchors[side][active] for side in (A, B)]
-        stations = np.concatenate([each.stations for each in (*here.stencil, *anchors)], axis=1)
-        motion = np.zeros((len(active), 5, 3, 16, 6))  # z by the motion of the stations
-        reaction = np.zeros((len(active), 8, 3, 16, 6))  # generalised forces of the two sides, likewise
+        self, points: BeamContactPoints, lever: np.ndarray, pull: np.ndarray, count: int
+    ) -> sp.bsr_matrix:
+        """Return the stiffness over all nodes of pairs that touch: `lever` and `pull` (S, 3, 3) are skew matrices."""
+        closest, anchor = points.approach.stencil, points.anchor
+        stations = np.concatenate([closest.stations, anchor.stations], axis=1)  # (a, 4, 4)
+        motion = np.zeros((len(stations), 5, 3, 4, 4, 6))  # z by the motion of the stations
+        reaction = np.zeros((len(stations), 8, 3, 4, 4, 6))  # generalised forces of the two sides, likewise
         i = np.arange(3)
-        for side in (A, B):
-            at = slice(4 * side, 4 * side + 4)
-            for order, weights in enumerate((here.stencil[side].value, here.stencil[side].first)):
-                for xyz in i:
-                    motion[:, 2 * side + order, xyz, at, xyz] = weights
-                    reaction[:, 4 * side + order, xyz, at, xyz] = weights
-                    reaction[:, 4 * side + 2 + order, xyz, at, 3 + xyz] = weights
-            at = slice(8 + 4 * side, 12 + 4 * side)
-            anchor, sign = anchors[side], 1.0 if side == A else -1.0
-            arm = np.einsum(
-                "kpij,kj->kpi", places.rotation[anchor.stations], points.history.arm[active, side]
-            )
-            for xyz in i:
-                motion[:, 4, xyz, at, xyz] = sign * anchor.value
-            turning = -sign * anchor.value[:, :, None, None] * hat(arm)  # (a, 4, 3, 3)
-            motion[:, 4, :, at, 3:] = np.swapaxes(turning, 1, 2)
+        for side, sign in ((A, 1.0), (B, -1.0)):
+            for order, weights in enumerate((closest.value[:, side], closest.first[:, side])):
+                motion[:, 2 * side + order, i, side, :, i] = weights
+                reaction[:, 4 * side + order, i, side, :, i] = weights
+                reaction[:, 4 * side + 2 + order, i, side, :, 3 + i] = weights
+            value = sign * anchor.value[:, side]
+            motion[:, 4, i, 2 + side, :, i] = value
+            turning = -value[..., None, None] * hat(points.arm[:, side])  # (a, 4, 3, 3)
+            motion[:, 4, :, 2 + side, :, 3:] = np.swapaxes(turning, 1, 2)
+        for each in (motion, reaction):  # by the motion of the nodes
+            each[..., 3:] -= np.einsum("auxgpi,agpij->auxgpj", each[..., :3], lever[stations])
         motion, reaction = motion.reshape(-1, 15, 96), reaction.reshape(-1, 24, 96)
-        return stations, np.swapaxes(reaction, 1, 2) @ (inner @ motion)
+        blocks = np.swapaxes(reaction, 1, 2) @ (self._point_tangent(points) @ motion)
+        blocks = blocks.reshape(-1, 16, 6, 16, 6).swapaxes(2, 3)
+        # An arm turns under the force at its end: d(r x F) = F^ r^ w.
+        turning = np.zeros((len(self.node), 6, 6))
+        turning[:, 3:, 3:] = pull @ lever
+        node = self.node[stations].reshape(-1, 16)
+        row = np.concatenate([np.repeat(node, 16, axis=1).ravel(), self.node]).astype(np.int64)
+        column = np.concatenate([np.tile(node, 16).ravel(), self.node])
+        key, place = np.unique(row * count + column, return_inverse=True)
+        total = sp.csr_matrix((np.ones(len(row)), (place, np.arange(len(row)))))
+        data = total @ np.concatenate([blocks.reshape(-1, 36), turning.reshape(-1, 36)])
+        indptr = np.searchsorted(key, count * np.arange(count + 1)).astype(np.int32)
+        pattern = (key % count).astype(np.int32), indptr
+        return sp.bsr_matrix((data.reshape(-1, 6, 6), *pattern), shape=(6 * count, 6 * count))
 
-    def _point_tangent(self, points: BeamContactPoints, active: np.ndarray, here: Approach) -> np.ndarray:
+    def _point_tangent(self, points: BeamContactPoints) -> np.ndarray:
         """Return the derivative (a, 24, 15) of generalised forces with respect to z.
 
         Rows are, for side A and then B, what works on X and X,_s (force) and on the spin and its derivative (couple).
         """
-        change = Change.of(here)
-        normal, traction = here.normal, points.traction[active]
-        force, apart, share = points.force[active], points.apart[active], points.share[active]
-        stiffness = self.law.stiffness(points.gap[active])
+        here, change = points.approach, Change.of(points.approach)
+        normal, traction, force, apart = here.normal, points.traction, points.force, points.apart
+        stiffness = self.law.stiffness(points.gap)
         level = np.einsum("ki,ki->k", normal, apart)
         plane = apart - normal * level[:, None]
         d_plane = -normal[:, :, None] * np.einsum("ki,kiz->kz", apart, change.normal)[:, None]
         d_plane -= level[:, None, None] * change.normal
         d_plane[:, :, 12:] += np.eye(3) - normal[:, :, None] * normal[:, None, :]
-        d_trial = share[:, None, None] * d_plane
-        d_trial += points.share_rate[active, None, None] * plane[:, :, None] * change.gap[:, None]
+        d_trial = points.share[:, None, None] * d_plane
+        d_trial += points.share_rate[:, None, None] * plane[:, :, None] * change.gap[:, None]
         d_traction = self.friction.tangent(
-            points.trial[active],
+            points.trial,
             self.friction.tangential * d_trial,
             stiffness[:, None] * change.gap,
             force,
-            points.status[active],
+            points.status,
         )
         d_force = d_traction + force[:, None, None] * change.normal
         d_force -= stiffness[:, None, None] * normal[:, :, None] * change.gap[:, None]
@@ -321,99 +296,3 @@ class BeamContact:
             along = change.s[:, side, None]
             rows += [sign * d_force, sign * total[:, :, None] * along, d_couple, couple[:, :, None] * along]
         return np.concatenate(rows, axis=1)
-
-
-# Beams in contact with each other as a model that a solver can drive
-
-
-@dataclass(frozen=True, eq=False)
-class TouchingState:
-    """Configuration of beams, and what their contact remembers."""
-
-    beams: BeamState
-    history: BeamContactHistory
-
-
-class TouchingBeams(Memoryless):
-    """Beams, and the contact of the stations along them."""
-
-    def __init__(
-        self,
-        beams: BeamModel,  # with arms that turn, if it has any
-        node: np.ndarray,  # int (S,), node that carries a station
-        offset: np.ndarray,  # (S, 3), from that node to the station, in the reference [m]
-        contact: BeamContact,
-    ) -> None:
-        self.beams, self.node, self.offset, self.contact = beams, node, offset, contact
-        self.block, self.size, self.scale, self.length = beams.block, beams.size, beams.scale, beams.length
-
-    def start(self) -> TouchingState:
-        """Return the reference state."""
-        beams = self.beams.start()
-        return TouchingState(beams, self.contact.start(self.places(beams)))
-
-    def advance(self, state: TouchingState, step: np.ndarray) -> TouchingState:
-        """Return the state a step (size,) further: translations [m] and spins [rad] from the left."""
-        return replace(state, beams=self.beams.advance(state.beams, step))
-
-    def commit(self, state: TouchingState) -> TouchingState:
-        """Return the state that a converged increment leaves."""
-        return replace(state, history=self.contact.commit(self.places(state.beams), state.history))
-
-    def places(self, beams: BeamState) -> Places:
-        """Return where the stations are."""
-        return Places(self.beams.carried(beams, self.node, self.offset), beams.rotation[self.node])
-
-    def points(self, state: TouchingState) -> BeamContactPoints:
-        """Return all pairs that may touch."""
-        return self.contact.points(self.places(state.beams), state.history)
-
-    def respond(self, state: TouchingState, stiffness: bool) -> Response:
-        """Return force, energies and, if asked, tangent of a state."""
-        response = self.beams.respond(state.beams, stiffness)
-        places = self.places(state.beams)
-        touch = self.contact.respond(places, state.history, stiffness)
-        arm = places.position - state.beams.position[self.node]
-        force = response.force.reshape(-1, 6).copy()
-        at_node = touch.station_force.copy()
-        at_node[:, 3:] += np.cross(arm, touch.station_force[:, :3])
-        np.add.at(force, self.node, at_node)
-        response = replace(
-            response, force=force.ravel(), energy=response.energy | touch.energy, status=touch.points.status
-        )
-        if not stiffness:
-            return response
-        full = self._at_nodes(touch.stations, touch.stiffness, touch.station_force, arm)
-        return replace(response, stiffness=sp.bsr_matrix(response.stiffness + full, blocksize=(6, 6)))
-
-    def _at_nodes(
-        self, stations: np.ndarray, stiffness: np.ndarray, station_force: np.ndarray, arm: np.ndarray
-    ) -> sp.bsr_matrix:
-        """Return the stiffness of stations (a, 16), (a, 96, 96) over all nodes, their arms eliminated."""
-        motion = np.tile(np.eye(6), (len(self.node), 1, 1))  # of a station by that of its node
-        motion[:, :3, 3:] = -hat(arm)
-        carried = motion[stations]  # (a, 16, 6, 6)
-        blocks = stiffness.reshape(-1, 16, 6, 16, 6).transpose(0, 1, 3, 2, 4)
-        blocks = np.swapaxes(carried, 2, 3)[:, :, None] @ blocks @ carried[:, None]
-        # An arm turns under the force at its end: d(r x F) = F^ r^ w.
-        turning = np.zeros((len(self.node), 6, 6))
-        turning[:, 3:, 3:] = hat(station_force[:, :3]) @ hat(arm)
-        held = np.flatnonzero(np.any(turning != 0, axis=(1, 2)))
-        node = self.node[stations]
-        row = np.concatenate([np.repeat(node, 16, axis=1).ravel(), self.node[held]])
-        column = np.concatenate([np.tile(node, (1, 16)).ravel(), self.node[held]])
-        return _summed(row, column, np.concatenate([blocks.reshape(-1, 6, 6), turning[held]]), self.size // 6)
-
-
-def _summed(row: np.ndarray, column: np.ndarray, blocks: np.ndarray, count: int) -> sp.bsr_matrix:
-    """Sum blocks (b, 6, 6) at rows and columns (b,) into a matrix over `count` nodes."""
-    shape = (6 * count, 6 * count)
-    if not len(row):
-        return sp.bsr_matrix(shape, blocksize=(6, 6))
-    key = row.astype(np.int64) * count + column
-    order = np.argsort(key, kind="stable")
-    start = np.flatnonzero(np.diff(key[order], prepend=-1))
-    unique = key[order[start]]
-    indptr = np.searchsorted(unique, count * np.arange(count + 1, dtype=np.int64)).astype(np.int32)
-    data = np.add.reduceat(blocks[order], start, axis=0)
-    return sp.bsr_matrix((data, (unique % count).astype(np.int32), indptr), shape=shape)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,12 +10,13 @@ from knitstudy.mechanics import beam
 from knitstudy.mechanics import rotation as rigid_arm
 from knitstudy.mechanics.assembly import Assembly
 from knitstudy.mechanics.beam import LinearSprings
+from knitstudy.mechanics.beam_contact import BeamContact, BeamContactHistory
 from knitstudy.mechanics.model import Memoryless, Response
 from knitstudy.mechanics.rotation import exp
 
+# Force over the axial stiffness of elements up to which a network counts as unloaded: rounding of where its nodes are
+# makes 1e-14 of it.
 UNLOADED = 1e-8
-"""Force over the axial stiffness of elements up to which a network counts as unloaded: rounding of where its nodes are
-makes 1e-14 of it."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,7 @@ class BeamState:
 
     position: np.ndarray  # (N, 3), positions [m]
     rotation: np.ndarray  # (N, 3, 3), rotations from the reference, where they are the identity
+    contact: BeamContactHistory | None = None
 
 
 class BeamModel(Memoryless):
@@ -44,6 +46,7 @@ class BeamModel(Memoryless):
         arms_turn: bool = True,
         # springs between nodes, or between points that they carry in the same way; none if left out
         springs: LinearSprings | None = None,
+        contact: BeamContact | None = None,  # of stations on rigid arms
     ) -> None:
         self.nodes = np.asarray(nodes, dtype=float)
         self.springs = springs or LinearSprings.none()
@@ -52,7 +55,7 @@ class BeamModel(Memoryless):
         self.ends = np.concatenate([ends, self.springs.ends])
         beam_offsets = np.zeros((self.beams, 2, 3)) if offsets is None else offsets
         self.offsets = np.concatenate([beam_offsets, self.springs.offsets])
-        self.arms_turn = arms_turn
+        self.arms_turn, self.contact = arms_turn, contact
         self._armed = np.flatnonzero(self.offsets.any(axis=(1, 2)))
         points = self.nodes[self.ends] + self.offsets
         self.apart = points[:, 1] - points[:, 0]
@@ -69,27 +72,32 @@ class BeamModel(Memoryless):
 
     def start(self) -> BeamState:
         """Return the reference state."""
-        return BeamState(self.nodes.copy(), np.tile(np.eye(3), (len(self.nodes), 1, 1)))
+        state = BeamState(self.nodes.copy(), np.tile(np.eye(3), (len(self.nodes), 1, 1)))
+        return state if self.contact is None else replace(state, contact=self.contact.start(state))
 
     def advance(self, state: BeamState, step: np.ndarray) -> BeamState:
         """Return the state a step (size,) further: translations [m] and spins [rad] from the left."""
         step = np.asarray(step).reshape(-1, 2, 3)
-        return BeamState(state.position + step[:, 0], exp(step[:, 1]) @ state.rotation)
+        rotation = exp(step[:, 1]) @ state.rotation
+        return replace(state, position=state.position + step[:, 0], rotation=rotation)
+
+    def commit(self, state: BeamState) -> BeamState:
+        """Return the state that a converged increment leaves."""
+        return state if self.contact is None else replace(state, contact=self.contact.commit(state))
 
     def respond(self, state: BeamState, stiffness: bool) -> Response:
         """Return force, energy and, if asked, tangent of a state."""
-        arm = self._arm(state)
-        chord = self._chord(state, arm)
-        now, stretch = self._deform(state, chord), self._stretch(chord)
-        at_ends = np.concatenate([beam.force(now), self.springs.at_points(stretch)])
+        arm, chord, now, at_ends = self._evaluate(state)
         at_nodes = rigid_arm.force_at_nodes(at_ends, arm) if self.arms_turn else at_ends
-        stored = np.sum(beam.energy(self.elements, now)) + np.sum(self.springs.energy(stretch))
-        return Response(
+        pull, stretch = at_ends[self.beams :, 2], (chord - self.apart)[self.beams :]
+        stored = np.sum(beam.energy(self.elements, now)) + 0.5 * np.vdot(pull, stretch)
+        response = Response(
             force=self._assembly.sum_forces([at_nodes]),
             mean_force=max(self._mean(at_ends[: self.beams]), self._least_force),
             energy={"internal": float(stored)},
             stiffness=self._tangent(now, at_ends, arm) if stiffness else None,
         )
+        return response if self.contact is None else self.contact.added(response, state)
 
     def carried(self, state: BeamState, node: np.ndarray, offset: np.ndarray) -> np.ndarray:
         """Return the positions (k, 3) [m] of points that nodes (k,) carry at reference offsets (k, 3) [m]."""
@@ -106,34 +114,28 @@ class BeamModel(Memoryless):
         second; half of it is put down to either node.
         """
         left = np.zeros((len(self.nodes), 3))
-        arm = self._arm(state)
-        chord = self._chord(state, arm)
+        arm, chord, _, at_ends = self._evaluate(state)
         if not self.arms_turn:
-            force = beam.force(self._deform(state, chord))[:, 0::2]
-            np.add.at(left, self.ends[: self.beams], np.cross(arm[: self.beams], force))
-        pull = self.springs.pull(self._stretch(chord))
-        couple = np.cross(chord[self.beams :], -pull)
+            couple = np.cross(arm, at_ends[:, 0::2])[: self.beams]
+            np.add.at(left, self.ends[: self.beams], couple)
+        couple = np.cross(chord, at_ends[:, 0])[self.beams :]
         np.add.at(left, self.springs.ends, 0.5 * couple[:, None])
         return left
 
-    def _arm(self, state: BeamState) -> np.ndarray:
-        """Current offsets (E + K, 2, 3) of the ends of beams and springs."""
-        if not self.arms_turn:
-            return self.offsets
-        return np.einsum("eaij,eaj->eai", state.rotation[self.ends], self.offsets)
+    def _evaluate(self, state: BeamState) -> tuple[np.ndarray, np.ndarray, beam.Deformation, np.ndarray]:
+        """Return current arms, ways from end to end, the beams' deformation and the forces at all ends.
 
-    def _chord(self, state: BeamState, arm: np.ndarray) -> np.ndarray:
-        """Way (E + K, 3) from the first end to the second."""
-        points = state.position[self.ends] + arm
-        return points[:, 1] - points[:, 0]
-
-    def _deform(self, state: BeamState, chord: np.ndarray) -> beam.Deformation:
-        first, second = state.rotation[self.ends[: self.beams]].swapaxes(0, 1)
-        return beam.deform(self.elements, chord[: self.beams], first, second)
-
-    def _stretch(self, chord: np.ndarray) -> np.ndarray:
-        """Relative displacement (K, 3) of the points of the springs."""
-        return (chord - self.apart)[self.beams :]
+        Arms are (E + K, 2, 3), ways (E + K, 3), forces and moments (E + K, 4, 3): of beams, then of springs.
+        """
+        arm = self.offsets
+        if self.arms_turn:
+            arm = np.einsum("eaij,eaj->eai", state.rotation[self.ends], arm)
+        first, second = np.swapaxes(state.position[self.ends] + arm, 0, 1)
+        chord = second - first
+        turned = state.rotation[self.ends[: self.beams]].swapaxes(0, 1)
+        now = beam.deform(self.elements, chord[: self.beams], *turned)
+        pull = self.springs.at_points((chord - self.apart)[self.beams :])
+        return arm, chord, now, np.concatenate([beam.force(now), pull])
 
     def _tangent(self, now: beam.Deformation, at_ends: np.ndarray, arm: np.ndarray):
         matrices = np.concatenate([beam.stiffness(self.elements, now), self.springs.stiffness_at_points()])

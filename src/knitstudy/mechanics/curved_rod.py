@@ -29,6 +29,8 @@ from numpy.polynomial.legendre import leggauss
 
 from knitstudy.errors import GeometryError
 from knitstudy.mechanics.beam import SLENDERNESS
+from knitstudy.mechanics.materials.isotropic import Hencky
+from knitstudy.mechanics.spline_yarn import basis as disc
 
 DEGREE = 8  # of the polynomials: at k = 0.55 degree 10 moves no compliance by more than 2e-5 of it
 TIGHTEST = 0.8  # largest k = kappa R of the table; the layers inside of a yarn vanish at 1
@@ -73,7 +75,7 @@ def section_compliance(
 
 
 class _Disc:
-    """Polynomials on half of the unit disc, which symmetry makes whole: even or odd in y by component (N, B, t).
+    """Polynomials on half of the unit disc, which symmetry makes whole: cosines or sines by component (N, B, t).
 
     ``value``, ``along_x`` and ``along_y`` (3, q, n) at the points ``x``, ``y`` of weight ``weight`` (q,).
     """
@@ -85,57 +87,41 @@ class _Disc:
         r = np.sqrt(0.5 * (u + 1))[:, None]
         self.x, self.y = (r * np.cos(angle)).ravel(), (r * np.sin(angle)).ravel()
         self.weight = np.repeat(0.25 * np.pi / angles * share, angles)
-        even, odd = (self._polynomials(degree, parity) for parity in (0, 1))
-        components = (even, odd, even) if in_plane else (odd, even, odd)
-        blank = [np.zeros_like(each[0]) for each in components]
+        value, slope = disc.gradients(degree, np.stack([self.x, self.y], axis=1))
+        parts, odd = np.stack([value, slope[..., 0], slope[..., 1]]), disc.modes(degree).sine
         # Unknowns of component c are its own polynomials; all others are zero there.
-        self.value, self.along_x, self.along_y = (
-            np.stack([np.hstack([*blank[:c], components[c][part], *blank[c + 1 :]]) for c in range(3)])
-            for part in range(3)
-        )
-
-    def _polynomials(self, degree: int, parity: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Orthonormal polynomials (q, n) up to a degree, even or odd in y, and their derivatives."""
-        powers = [(d - j, j) for d in range(degree + 1) for j in range(parity, d + 1, 2)]
-        i, j = np.array(powers).T
-        x, y = self.x[:, None], self.y[:, None]
-        value = x**i * y**j
-        along_x = i * x ** np.maximum(i - 1, 0) * y**j
-        along_y = j * x**i * y ** np.maximum(j - 1, 0)
-        triangle = np.linalg.qr(np.sqrt(self.weight)[:, None] * value, mode="r")
-        return tuple(np.linalg.solve(triangle.T, each.T).T for each in (value, along_x, along_y))
+        own = [parts[..., odd == (in_plane == (c == 1))] for c in range(3)]
+        first = np.cumsum([0, *(each.shape[-1] for each in own)])
+        all_of_them = np.zeros((3, 3, len(self.x), first[-1]))
+        for c, each in enumerate(own):
+            all_of_them[:, c, :, first[c] : first[c + 1]] = each
+        self.value, self.along_x, self.along_y = all_of_them
 
 
-def _solve(disc: _Disc, bend: float, poisson_ratio: float, forces: tuple[int, ...]) -> np.ndarray:
+def _solve(half: _Disc, bend: float, poisson_ratio: float, forces: tuple[int, ...]) -> np.ndarray:
     """Return the compliance (3, 3) of the forces that one symmetry has."""
     f = list(forces)
     T = _balance(bend)[np.ix_(f, f)]
-    of_warping, of_slope, of_strain = _strains(disc, bend)
-    root = np.linalg.cholesky(_elasticity(poisson_ratio)).T
-    weigh = np.sqrt(disc.weight * (1.0 - bend * disc.x))[:, None, None] * root
+    of_warping, of_slope, of_strain = _strains(half, bend)
+    root = np.linalg.cholesky(Hencky(1.0, poisson_ratio).moduli).T
+    weigh = np.sqrt(half.weight * (1.0 - bend * half.x))[:, None, None] * root
     B0, B1, BR = (
         (weigh @ each).reshape(-1, each.shape[-1]) for each in (of_warping, of_slope, of_strain[..., f])
     )
     # Motions of the section as a whole are no warping.
-    rigid = _rigid(disc)[:, :, f].reshape(-1, 3)
-    shapes = disc.value.transpose(1, 0, 2).reshape(-1, disc.value.shape[-1])
-    weights = np.repeat(disc.weight, 3)[:, None]
+    rigid = _rigid(half)[:, :, f].reshape(-1, 3)
+    shapes = half.value.transpose(1, 0, 2).reshape(-1, half.value.shape[-1])
+    weights = np.repeat(half.weight, 3)[:, None]
     motion = shapes.T @ (weights * rigid)
     free = np.linalg.svd(motion.T)[2][3:].T
     B0, B1 = B0 @ free, B1 @ free
     # (B1' e)' = B0' e for the warping, BR' e = f for the strains, with e = B1 W T + B0 W + BR P for every f.
-    n = B0.shape[1]
+    n, one = B0.shape[1], np.eye(3)
     M, C, E = B1.T @ B1, B1.T @ B0, B0.T @ B0
-    one = np.eye(3)
-    system = np.block(
-        [
-            [
-                np.kron(M, (T @ T).T) + np.kron(C - C.T, T.T) - np.kron(E, one),
-                np.kron(B1.T @ BR, T.T) - np.kron(B0.T @ BR, one),
-            ],
-            [np.kron(BR.T @ B1, T.T) + np.kron(BR.T @ B0, one), np.kron(BR.T @ BR, one)],
-        ]
-    )
+    of_warping = np.kron(M, (T @ T).T) + np.kron(C - C.T, T.T) - np.kron(E, one)
+    of_both = np.kron(B1.T @ BR, T.T) - np.kron(B0.T @ BR, one)
+    back = np.kron(BR.T @ B1, T.T) + np.kron(BR.T @ B0, one)
+    system = np.block([[of_warping, of_both], [back, np.kron(BR.T @ BR, one)]])
     solution = np.linalg.solve(system, np.concatenate([np.zeros(3 * n), one.ravel()]))
     W, P = solution[: 3 * n].reshape(n, 3), solution[3 * n :].reshape(3, 3)
     e = B1 @ (W @ T) + B0 @ W + BR @ P
@@ -151,34 +137,25 @@ def _balance(bend: float) -> np.ndarray:
     return T
 
 
-def _strains(disc: _Disc, bend: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _strains(half: _Disc, bend: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Strains (q, 6, .) NN, BB, tt, NB, Nt, Bt by the warping, its slope along the rod, and the section's strains."""
-    (N, B, t), (N_x, B_x, t_x), (N_y, B_y, t_y) = disc.value, disc.along_x, disc.along_y
-    g = (1.0 - bend * disc.x)[:, None]
+    (N, B, t), (N_x, B_x, t_x), (N_y, B_y, t_y) = half.value, half.along_x, half.along_y
+    g = (1.0 - bend * half.x)[:, None]
     none = np.zeros_like(N)
     of_warping = np.stack([N_x, B_y, -bend / g * N, N_y + B_x, t_x + bend / g * t, t_y], axis=1)
     of_slope = np.stack([none, none, t / g, none, N / g, B / g], axis=1)
     of_strain = np.zeros((len(g), 6, 6))
-    of_strain[:, [4, 5, 2]] = _rigid(disc) / g[:, :, None]
+    of_strain[:, [4, 5, 2]] = _rigid(half) / g[:, :, None]
     return of_warping, of_slope, of_strain
 
 
-def _rigid(disc: _Disc) -> np.ndarray:
+def _rigid(half: _Disc) -> np.ndarray:
     """Displacements (q, 3, 6) of the section's points by its translations and rotations."""
-    rigid = np.zeros((len(disc.x), 3, 6))
+    rigid = np.zeros((len(half.x), 3, 6))
     rigid[:, range(3), range(3)] = 1.0
-    rigid[:, 2, 3], rigid[:, 2, 4] = disc.y, -disc.x
-    rigid[:, 0, 5], rigid[:, 1, 5] = -disc.y, disc.x
+    rigid[:, 2, 3], rigid[:, 2, 4] = half.y, -half.x
+    rigid[:, 0, 5], rigid[:, 1, 5] = -half.y, half.x
     return rigid
-
-
-def _elasticity(poisson_ratio: float) -> np.ndarray:
-    """Stresses over strains (6, 6) of modulus 1, with shear angles."""
-    mu = 0.5 / (1 + poisson_ratio)
-    lam = 2 * mu * poisson_ratio / (1 - 2 * poisson_ratio)
-    D = np.diag([2 * mu, 2 * mu, 2 * mu, mu, mu, mu])
-    D[:3, :3] += lam
-    return D
 
 
 # Section of beams that follow a curved yarn: the law of a curved rod, by the curvature of every element
@@ -208,9 +185,8 @@ class CurvedSection:
         length = np.linalg.norm(chord, axis=1)
         frame, bend = self._frames(chord / length[:, None])
         S = compliances(bend, self.poisson_ratio)
-        S[:, :2, :2] *= (1 + self.slenderness * (length / self.radius) ** 2 / 3)[
-            :, None, None
-        ]  # R^2 EA = 4 EI
+        softer = 1 + self.slenderness * (length / self.radius) ** 2 / 3  # R^2 EA = 4 EI
+        S[:, :2, :2] *= softer[:, None, None]
         scale = np.repeat([1.0, self.radius], 3)
         law = self.youngs_modulus * self.radius**2 * np.outer(scale, scale) * np.linalg.inv(S)
         turn = np.zeros_like(law)

@@ -160,9 +160,8 @@ def rigid_motions(
     return motions
 
 
-# Viscous forces against rigid motions of what nothing holds yet, as in Abaqus/Standard's static stabilisation
-# F = c M (du/dt), with the lumped mass M of unit density, time the load factor, and c falling to zero at full load. The
-# work that they take is booked.
+# Viscous forces against rigid motions of what nothing holds yet, as in Abaqus/Standard's static stabilisation:
+# F = c M (du/dt), M the lumped mass of unit density, time the load factor, c falling to zero at full load.
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,13 +180,10 @@ class Stabilisation:
         return self.coefficient * max(1.0 - load, 0.0) / change
 
 
-# Bodies that nothing holds before contact does: led to their first contact by a drag that has died out by then
-# A body without a grip or a tie can move rigidly for nothing, so that no equilibrium tells where it goes. In every
-# increment it therefore drags on its way from where the increment began, as with the contact stabilisation of
-# Abaqus/Standard: first by as much as lets contact find its places, then by next to nothing. As soon as such a
-# state has converged in which contact resists every rigid motion of all such bodies by itself, the drag is taken
-# away and the increment balanced anew, at the same load: what is accepted knows nothing of it. Before that, grips
-# feel only drag.
+# Bodies that nothing but contact holds are damped until it does, as with Abaqus/Standard's contact stabilisation
+# In every increment such a body drags on its way from where the increment began: first by as much as lets contact find
+# its places, then by next to nothing. Once a converged state resists every rigid motion of all such bodies by contact
+# alone, the drag is taken away and the increment balanced anew, at the same load.
 
 SHARE = 1e-4  # drag over E V / h^2, V the volume of a node, with which an increment begins
 # Share of it that stays where contact does not hold the bodies: next to nothing, enough for a linear solver.

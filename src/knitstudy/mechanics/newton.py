@@ -198,9 +198,7 @@ class _Path:
         prescribed.require_of(model.size)
         self.free = np.ones(model.size, dtype=bool)
         self.free[prescribed.fixed] = False
-        self.spent = np.zeros(
-            2, dtype=int
-        )  # iterations of Newton's method and the linear solver in an increment
+        self.spent = np.zeros(2, dtype=int)  # iterations of Newton's method and the linear solver
         self.seconds = dict.fromkeys(PHASES, 0.0)
 
     def increment(self, now: Increment, target: float) -> Increment:
@@ -224,19 +222,14 @@ class _Path:
         """Return the state with which the iterations start: on the curve through those before, or on its tangent."""
         begun = self.model.begin(now.state, target, target - now.load)
         rates = () if self.prescribed.turns(now.load) else now.rates[: self.settings.predictor]
-        found = self._predicted(now, begun, target, rates)
-        if len(rates) > 1 and not self._residual(found[2]) <= FAR:
-            found = self._predicted(now, begun, target, rates[:1])
-        state, total, response = found
-        self._require_finite(response)
-        return _Iterate(
-            state, total, response, [self._residual(response)], changed=response.status is not None
-        )
+        at = self._predicted(now, begun, target, rates)
+        if len(rates) > 1 and not at.residual <= FAR:
+            at = self._predicted(now, begun, target, rates[:1])
+        self._require_finite(at.response)
+        return at
 
-    def _predicted(
-        self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]
-    ) -> tuple[Any, np.ndarray, Response]:
-        """Return the predicted state, the change (size,) that leads to it, and its response.
+    def _predicted(self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]) -> _Iterate:
+        """Return the predicted state.
 
         A straight step stretches what turns, and the state knows that. A curve through what came before foresees the
         turning as well; but where it overshoots it presses yarns, which may have no stiffness then.
@@ -246,18 +239,19 @@ class _Path:
         state = self.model.advance(begun, total)
         if len(rates) > 1:
             state = self.model.begin(state, target, target - now.load)
-        return state, total, self._respond(state, stiffness=False)
+        response = self._respond(state, stiffness=False)
+        return _Iterate(
+            state, total, response, [self._residual(response)], changed=response.status is not None
+        )
 
     def _guess(self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]) -> np.ndarray:
         """First guess (size,) of the change of all unknowns, exact where they are prescribed."""
         moved = self.prescribed.at(target) - self.prescribed.at(now.load)
+        guess = extrapolated(rates, target - now.load) if rates else np.zeros(self.model.size)
+        guess[self.prescribed.fixed] = moved
         if rates:
-            guess = extrapolated(rates, target - now.load)
-            guess[self.prescribed.fixed] = moved
             return guess
         # Moving the driven side alone would crush the elements there: let the tangent spread it.
-        guess = np.zeros(self.model.size)
-        guess[self.prescribed.fixed] = moved
         response = self._tangent(begun)
         pull = np.where(self.free, -(response.stiffness @ guess), 0.0)
         self._eliminate(response)
@@ -317,18 +311,14 @@ class _Path:
         self.spent[0] += 1
         at.correction = self._size(taken.step) / self.model.length
         at.still = at.still + 1 if at.correction <= ROUNDING and not at.changed else 0
-        at.residuals.append(self._residual(at.response))
+        at.residuals.append(taken.residual)
         if at.changed:
             at.correction, at.tangent_is_stale = np.inf, True
         elif taken.share == 1.0 and at.residual <= 0.3 * self.settings.residual_tolerance:
             # Corrections fall as residuals do: what is still to come need not be computed to be known.
             at.correction *= min(at.residual / max(at.residuals[-2], 1e-300), 1.0)
-        log.debug(
-            "iteration %d: residual %.3e, correction %.3e h",
-            len(at.residuals) - 1,
-            at.residual,
-            at.correction,
-        )
+        number = len(at.residuals) - 1
+        log.debug("iteration %d: residual %.3e, correction %.3e h", number, at.residual, at.correction)
 
     def _converged(self, at: _Iterate, now: Increment, target: float) -> Increment:
         change = target - now.load

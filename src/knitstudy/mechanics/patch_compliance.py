@@ -26,12 +26,7 @@ def polar_rule(rings: int) -> tuple[np.ndarray, np.ndarray]:
 
     Gauss points in the square of the radius and equal angles; exact for polynomials of degree 4 rings - 1.
     """
-    square, weight = np.polynomial.legendre.leggauss(rings)
-    count = 4 * rings
-    angle = 2 * np.pi * (np.arange(count) + 0.5 * (np.arange(rings) % 2)[:, None]) / count
-    radius = np.sqrt(0.5 * (square + 1))[:, None]
-    points = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
-    return points.reshape(-1, 2), np.repeat(weight / 2 / count, count)
+    return disc.on_rings(rings, 4 * rings, 0.5 * (np.arange(rings)[:, None] % 2))
 
 
 def moments(rule: np.ndarray) -> np.ndarray:
@@ -136,10 +131,9 @@ def _beam_patch(radius: float, apart: float, poisson_ratio: float) -> np.ndarray
 # are independent of each other. What for, and what comes out: docs/theory.md.
 
 APART_IN_PATCH = 6.0  # least distance of patches along the yarn, in radii
+# Largest wave number that is summed up, over the inverse of the patch's radius: 0.02 % of the compliance of the
+# mean are left out, 0.5 % of that of linear moments.
 SHORTEST = 16.0
-"""Largest wave number that is summed up, over the inverse of the patch's radius: 0.02 % of the compliance of the
-mean are left out, 0.5 % of that of linear moments."""
-
 # Signs of moments, and of components, in the mirror that the normal and the yarn's axis span.
 MIRROR = np.array([1, 1, -1])
 WAVES = 4096  # waves at a time; bounds the memory
@@ -171,11 +165,10 @@ def missing(
         low, high = spline.spans[span].T
         place = (arc_length[here] - low) / (high - low)
         length = np.round((high - low) / radius, DIGITS)
-        for kind in set(zip(degree.tolist(), length.tolist(), strict=True)):
-            these = (degree == kind[0]) & (length == kind[1])
-            shape = _along_a_span(
-                kind[0], spline.degree, kind[1], round(patch / radius, DIGITS + 1), poisson_ratio
-            )
+        size = round(patch / radius, DIGITS + 1)
+        for p, of_span in set(zip(degree.tolist(), length.tolist(), strict=True)):
+            these = (degree == p) & (length == of_span)
+            shape = _along_a_span(p, spline.degree, of_span, size, poisson_ratio)
             found[here[these]] = np.cos(2 * np.pi * place[these, None] * np.arange(3)) @ shape
     return found / (youngs_modulus * radius)
 
@@ -185,15 +178,11 @@ def _along_a_span(
     degree: int, spline_degree: int, span: float, patch: float, poisson_ratio: float
 ) -> np.ndarray:
     """Return the missing compliance over its place in a span as amplitudes (3, 2) of cosines, times E R."""
-    values = []
-    for place in (0.0, 0.25, 0.5):
-        full = missing_compliance(degree, spline_degree, span, place, patch, poisson_ratio)
-        each = np.diagonal(full).reshape(3, 3).mean(axis=1)  # moments; over the components
-        values.append((each[0], 0.5 * (each[1] + each[2])))
-    begin, quarter, middle = np.array(values)
-    return np.stack(
-        [(begin + 2 * quarter + middle) / 4, (begin - middle) / 2, (begin - 2 * quarter + middle) / 4]
-    )
+    places = 0.0, 0.25, 0.5
+    full = [missing_compliance(degree, spline_degree, span, place, patch, poisson_ratio) for place in places]
+    each = np.diagonal(full, axis1=1, axis2=2).reshape(3, 3, 3).mean(axis=2)  # over the components
+    values = np.stack([each[:, 0], each[:, 1:].mean(axis=1)], axis=1)
+    return np.array([[1, 2, 1], [2, 0, -2], [1, -2, 1]]) / 4 @ values
 
 
 def missing_compliance(

@@ -79,6 +79,13 @@ class PeriodicModel:
         self.size = spread.shape[1]
         self.scale = np.ones(self.size)
         self.length = model.length
+        # Its states are those of the model.
+        self.start, self.begin, self.settle, self.commit = (
+            model.start,
+            model.begin,
+            model.settle,
+            model.commit,
+        )
         last = sp.eye(self.size, 3, k=3 - self.size).toarray()
         self._measure = (spread @ factorise(self._collect @ spread).solve(last)).T
 
@@ -91,17 +98,9 @@ class PeriodicModel:
         """Return the unknowns (3,) of the lattice in a displacement (model.size,) of the model [m]."""
         return self._measure @ displacement
 
-    def start(self) -> Any:
-        """Return the undeformed state of the model."""
-        return self.model.start()
-
     def advance(self, state: Any, step: np.ndarray) -> Any:
         """Return the state displaced by `step` (size,) [m]."""
         return self.model.advance(state, self.spread @ step)
-
-    def begin(self, state: Any, load: float, change: float) -> Any:
-        """Return the state in which an increment of the load factor by `change` to `load` starts."""
-        return self.model.begin(state, load, change)
 
     def respond(self, state: Any, stiffness: bool) -> Response:
         """Return T^T of the model's forces and, if asked, T^T K T: as a whole, for a direct solver."""
@@ -120,14 +119,6 @@ class PeriodicModel:
         total = sp.csr_matrix(self._collect @ sp.csr_matrix(stiffness) @ self.spread)
         total.sort_indices()
         return total
-
-    def settle(self, state: Any) -> Any | None:
-        """Return what the model does of a balanced state."""
-        return self.model.settle(state)
-
-    def commit(self, state: Any) -> Any:
-        """Return the state that a converged increment leaves."""
-        return self.model.commit(state)
 
 
 def condensed(

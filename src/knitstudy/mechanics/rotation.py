@@ -139,13 +139,11 @@ def stiffness_at_nodes(
 ) -> np.ndarray:
     """Return the derivative (E, 12, 12) of `force_at_nodes` with respect to (u1, w1, u2, w2) of the nodes."""
     lever = hat(arm)  # (E, 2, 3, 3)
-    at_nodes = stiffness.copy()
-    ends = ((0, slice(0, 3), slice(3, 6)), (1, slice(6, 9), slice(9, 12)))
-    for end, shift, spin in ends:  # a spin w of the node moves the end by w x r = -r^ w
-        at_nodes[:, :, spin] -= at_nodes[:, :, shift] @ lever[:, end]
-    # The arm turns under the force: d(r x F) = (w x r) x F = F^ r^ w.
+    # A spin w of the node moves the end by w x r, and turns the force: d(r x F) = (w x r) x F = F^ r^ w.
+    motion = np.tile(np.eye(12), (len(arm), 1, 1))
+    motion[:, 0:3, 3:6], motion[:, 6:9, 9:12] = -lever[:, 0], -lever[:, 1]
+    at_nodes = np.swapaxes(motion, 1, 2) @ stiffness @ motion
     turning = hat(force[:, 0::2]) @ lever
-    for end, shift, spin in ends:
-        at_nodes[:, spin] += lever[:, end] @ at_nodes[:, shift]
-        at_nodes[:, spin, spin] += turning[:, end]
+    at_nodes[:, 3:6, 3:6] += turning[:, 0]
+    at_nodes[:, 9:12, 9:12] += turning[:, 1]
     return at_nodes

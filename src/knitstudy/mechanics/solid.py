@@ -14,13 +14,12 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.assembly import Assembly
+from knitstudy.mechanics.assembly import Assembly, PatternSum
 from knitstudy.mechanics.batches import SCRATCH, share, threads
 from knitstudy.mechanics.contact.friction import ContactHistory, ContactPoints
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.model import FADED, FreeBodies, Response, Stabilisation, summed
-from knitstudy.mechanics.sparse_sums import PatternSum
 
 if TYPE_CHECKING:
     from knitstudy.mechanics.contact.interaction import Contact

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.beam_contact import TouchingBeams, TouchingState
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.model import Response, summed
 from knitstudy.mechanics.rotation import hat
@@ -61,14 +60,11 @@ class Seams:
 
     def derivative(self, rotation: np.ndarray, width: np.ndarray) -> np.ndarray:
         """Return the derivative (S, 9, 9) of the coefficients over place, spin and widths."""
-        slope = np.zeros((self.count, MOTIONS, MOTIONS))
-        slope[:, :3, :3] = np.eye(3)
-        arms = self.arms_at(rotation, width)
-        for k in range(2):
-            rows = slice(3 + 3 * k, 6 + 3 * k)
-            slope[:, rows, 3:6] = -hat(arms[:, k])
-            slope[:, rows, 6:] = self._widen(rotation)[:, k]
-        return slope
+        slope = np.zeros((self.count, 3, 3, MOTIONS))
+        slope[:, 0, :, :3] = np.eye(3)
+        slope[:, 1:, :, 3:6] = -hat(self.arms_at(rotation, width))
+        slope[:, 1:, :, 6:] = self._widen(rotation)
+        return slope.reshape(-1, MOTIONS, MOTIONS)
 
     def turning(self, rotation: np.ndarray, width: np.ndarray, force: np.ndarray) -> np.ndarray:
         """Return the derivative (S, 9, 9) of force, moment and g for fixed forces (S, 3, 3) on the coefficients.
@@ -76,11 +72,9 @@ class Seams:
         As in `rigid_arm` it is not symmetric where the moment is not balanced: spins act from the left.
         """
         turn = np.zeros((self.count, MOTIONS, MOTIONS))
-        arms, widen = self.arms_at(rotation, width), self._widen(rotation)
-        for k in range(2):
-            pull = hat(force[:, 1 + k])
-            turn[:, 3:6, 3:6] += pull @ hat(arms[:, k])  # d(X x f) = (w x X) x f
-            turn[:, 3:6, 6:] -= pull @ widen[:, k]
+        pull = hat(force[:, 1:])  # of X_1 and X_2
+        turn[:, 3:6, 3:6] = (pull @ hat(self.arms_at(rotation, width))).sum(axis=1)  # d(X x f) = (w x X) x f
+        turn[:, 3:6, 6:] = -(pull @ self._widen(rotation)).sum(axis=1)
         turn[:, 6:, 3:6] = np.swapaxes(turn[:, 3:6, 6:], 1, 2)
         return turn
 
@@ -110,21 +104,6 @@ class MixedState:
     beams: BeamState
     width: np.ndarray  # (S, 3), of the seams [m]
 
-    @property
-    def frame(self) -> BeamState:
-        """Configuration of the beams' nodes."""
-        return self.beams.beams if isinstance(self.beams, TouchingState) else self.beams
-
-
-# A restart file has to know of which types the parts of a state are.
-
-
-@dataclass(frozen=True)
-class MixedStateTouching(MixedState):
-    """The same where beams are in contact."""
-
-    beams: TouchingState
-
 
 class SolidsAndBeams:
     """Solids, and beams whose nodes carry sections of them."""
@@ -134,7 +113,7 @@ class SolidsAndBeams:
     def __init__(
         self,
         solids: SolidModel,  # no node of it depends on others
-        beams: BeamModel | TouchingBeams,
+        beams: BeamModel,
         # every solid node belongs to one at most, and its node stands where the section's mean is
         seams: Seams,
     ) -> None:
@@ -148,7 +127,7 @@ class SolidsAndBeams:
         ones = np.ones(self.first_beam)
         self.scale = np.concatenate([ones, beams.scale])
         self.length = solids.length
-        self._at_rest = (beams.beams if isinstance(beams, TouchingBeams) else beams).nodes
+        self._at_rest = beams.nodes
         self._rows = (3 * seams.section[:, :, None] + np.arange(3)).reshape(-1, MOTIONS)
         at_node = self.first_beam + 6 * seams.node[:, None] + np.arange(6)
         widths = self.first_width + np.arange(WIDTHS * seams.count).reshape(-1, WIDTHS)
@@ -156,8 +135,7 @@ class SolidsAndBeams:
 
     def start(self) -> MixedState:
         """Return the undeformed state."""
-        state = MixedStateTouching if isinstance(self.beams, TouchingBeams) else MixedState
-        return state(self.solids.start(), self.beams.start(), np.zeros((self.seams.count, WIDTHS)))
+        return MixedState(self.solids.start(), self.beams.start(), np.zeros((self.seams.count, WIDTHS)))
 
     def begin(self, state: MixedState, load: float, change: float) -> MixedState:
         """Return the state in which an increment of the load factor by `change` to `load` starts."""
@@ -171,7 +149,7 @@ class SolidsAndBeams:
         """Return the state a step (size,) further; sections go along with their nodes."""
         width = state.width + step[self.first_width : self.first_beam].reshape(-1, WIDTHS)
         moved = replace(state, beams=self.beams.advance(state.beams, step[self.first_beam :]), width=width)
-        node, frame = self.seams.node, moved.frame
+        node, frame = self.seams.node, moved.beams
         carried = self.seams.displacement((frame.position - self._at_rest)[node], frame.rotation[node], width)
         way = np.zeros(self.solids.size)
         way[self._own] = step[: self.first_width]
@@ -182,7 +160,7 @@ class SolidsAndBeams:
         """Return internal force, energies and, if asked, the tangent."""
         solids = self.solids.respond(state.solids, stiffness)
         beams = self.beams.respond(state.beams, stiffness)
-        slope = self.seams.derivative(state.frame.rotation[self.seams.node], state.width)
+        slope = self.seams.derivative(state.beams.rotation[self.seams.node], state.width)
         at_sections = solids.force[self._rows]
         force = np.zeros(self.size)
         force[self.first_beam :] = beams.force
@@ -216,7 +194,7 @@ class SolidsAndBeams:
 
         Both are internal forces, what the elements of either side resist: in a balanced state they add up to zero.
         """
-        slope = self.seams.derivative(state.frame.rotation[self.seams.node], state.width)
+        slope = self.seams.derivative(state.beams.rotation[self.seams.node], state.width)
         at_sections = self.solids.respond(state.solids, False).force[self._rows]
         solid = np.einsum("sru,sr->su", slope, at_sections)[:, :6]
         beam = self.beams.respond(state.beams, False).force.reshape(-1, 6)[self.seams.node]
@@ -226,18 +204,17 @@ class SolidsAndBeams:
     def _tangent(
         self, solids: Response, beams: Response, state: MixedState, slope: np.ndarray, at_sections: np.ndarray
     ) -> sp.csr_matrix:
-        rotation = state.frame.rotation[self.seams.node]
+        rotation = state.beams.rotation[self.seams.node]
         turning = self.seams.turning(rotation, state.width, at_sections.reshape(-1, 3, 3))
         spread = self._spread(slope)
-        parts = [sp.coo_matrix(spread.T @ sp.csr_matrix(solids.stiffness) @ spread)]
-        rows, columns, values = [parts[0].row], [parts[0].col], [parts[0].data]
-        own = sp.coo_matrix(beams.stiffness)
-        rows += [own.row + self.first_beam, np.repeat(self._motions, MOTIONS, axis=1).ravel()]
-        columns += [own.col + self.first_beam, np.tile(self._motions, MOTIONS).ravel()]
-        values += [own.data, turning.ravel()]
-        entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+        inner = sp.coo_matrix(spread.T @ sp.csr_matrix(solids.stiffness) @ spread)
+        outer, at = sp.coo_matrix(beams.stiffness), self.first_beam
+        entries = np.concatenate([inner.data, outer.data, turning.ravel()])
+        row = [inner.row, outer.row + at, np.repeat(self._motions, MOTIONS, axis=1).ravel()]
+        column = [inner.col, outer.col + at, np.tile(self._motions, MOTIONS).ravel()]
+        places = np.concatenate(row), np.concatenate(column)
         # Sums of triplets keep zeros: the pattern stays the same and structurally symmetric.
-        return sp.coo_matrix(entries, shape=(self.size, self.size)).tocsr()
+        return sp.coo_matrix((entries, places), shape=(self.size, self.size)).tocsr()
 
     def _spread(self, slope: np.ndarray) -> sp.csr_matrix:
         """Return the derivative (3 N, size) of the solids' nodes over all unknowns."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -92,19 +92,12 @@ def sampled_sections(fabric: Fabric) -> SweptMesh:
     They show yarns that have no mesh of their own. Copies of a yarn are swept once.
     Raises MeshError if a yarn bends tighter than its radius, or yarns overlap.
     """
-    radius = fabric.radius
     check_shape(fabric)
-    section = Section.for_size(2 * radius, 2 * radius / ACROSS)
-    swept = {
-        yarn: sweep(
-            fabric.centrelines[yarn : yarn + 1],
-            section,
-            radius,
-            crossing_spacing(fabric, yarn, 2 * radius / ACROSS, GROWTH),
-            fabric.repeats,
-        )
-        for yarn in np.unique(fabric.copy_of).tolist()
-    }
+    radius, size = fabric.radius, 2 * fabric.radius / ACROSS
+    section, swept = Section.for_size(2 * radius, size), {}
+    for yarn in np.unique(fabric.copy_of).tolist():
+        spacing = crossing_spacing(fabric, yarn, size, GROWTH)
+        swept[yarn] = sweep([fabric.centrelines[yarn]], section, radius, spacing, fabric.repeats)
     return _side_by_side([swept[one] for one in fabric.copy_of.tolist()], fabric.shift)
 
 
@@ -117,19 +110,15 @@ def check_shape(fabric: Fabric) -> None:
 
 def _side_by_side(meshes: list[SweptMesh], shift: np.ndarray) -> SweptMesh:
     """Return meshes of one yarn each as one, moved by vectors (Y, 3) [m]."""
-    moved = [
-        {
-            "nodes": mesh.nodes + by,
-            "centres": mesh.centres + by,
-            "frames": mesh.frames,
-            "arc_length": mesh.arc_length,
-        }
-        for mesh, by in zip(meshes, shift, strict=True)
-    ]
-    joined = {name: np.concatenate([each[name] for each in moved]) for name in moved[0]}
-    return replace(
-        meshes[0], **joined, first_slice=np.cumsum([0, *(mesh.slices for mesh in meshes)]), pull=None
+    nodes, centres = (
+        np.concatenate([getattr(mesh, name) + by for mesh, by in zip(meshes, shift, strict=True)])
+        for name in ("nodes", "centres")
     )
+    frames, s = (
+        np.concatenate([getattr(mesh, name) for mesh in meshes]) for name in ("frames", "arc_length")
+    )
+    first = np.cumsum([0, *(mesh.slices for mesh in meshes)])
+    return SweptMesh(nodes, meshes[0].section, meshes[0].radius, centres, frames, s, first)
 
 
 def mesh_scene(scene: Scene, fabric: Fabric) -> SweptMesh:

@@ -27,7 +27,9 @@ from knitstudy.mesh.spacing import (
 
 
 def rotation_minimising(position: np.ndarray, tangent: np.ndarray) -> np.ndarray:
-    """Frames (S, 3, 3) that do not spin about a curve: rows d1, d2 and the tangent; the first d1 is nearest to z.
+    """Frames (S, 3, 3) that do not spin about a curve: rows d1, d2 and the tangent.
+
+    The first d1 is nearest to z, or to y where the tangent is almost parallel to that.
 
     Every frame is the one before it, mirrored first at the plane that halves the chord and then at the plane
     that brings the tangent into place: fourth order in the distance of the points (Wang, Juettler, Zheng and
@@ -37,7 +39,11 @@ def rotation_minimising(position: np.ndarray, tangent: np.ndarray) -> np.ndarray
     first = _reflection(chord)
     mirrored = np.einsum("sij,sj->si", first, tangent[:-1])
     step = _reflection(tangent[1:] - mirrored) @ first  # (S - 1, 3, 3)
-    d1 = np.array(list(accumulate(step, lambda d, turn: turn @ d, initial=_start(tangent[0]))))
+    _, y, z = np.eye(3)
+    start = y if np.linalg.norm(np.cross(tangent[0], z)) < 0.1 else z
+    start = start - (start @ tangent[0]) * tangent[0]
+    start /= np.linalg.norm(start)
+    d1 = np.array(list(accumulate(step, lambda d, turn: turn @ d, initial=start)))
     # Rounding accumulates along the yarn: keep d1 a unit normal.
     d1 -= np.einsum("si,si->s", d1, tangent)[:, None] * tangent
     d1 /= np.linalg.norm(d1, axis=1, keepdims=True)
@@ -49,14 +55,6 @@ def _reflection(normal: np.ndarray) -> np.ndarray:
     square = np.einsum("si,si->s", normal, normal)
     factor = np.divide(2.0, square, out=np.zeros_like(square), where=square > 0)
     return np.eye(3) - factor[:, None, None] * normal[:, :, None] * normal[:, None, :]
-
-
-def _start(tangent: np.ndarray) -> np.ndarray:
-    """Unit normal to ``tangent`` nearest to z, or to y where the tangent is almost parallel to that."""
-    _, y, z = np.eye(3)
-    axis = y if np.linalg.norm(np.cross(tangent, z)) < 0.1 else z
-    normal = axis - (axis @ tangent) * tangent
-    return normal / np.linalg.norm(normal)
 
 
 # ---- Roll of frames about the tangent: facets turn towards the contacts at crossings

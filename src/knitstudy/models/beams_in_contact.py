@@ -20,20 +20,11 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.history import Recorder
 from knitstudy.loading.solve import Problem, Reported, settings_of
 from knitstudy.mechanics.beam_approach import A, B, Curves, Pairs, approach
-from knitstudy.mechanics.beam_contact import (
-    BeamContact,
-    CrossingPairs,
-    Power,
-    TouchingBeams,
-    TouchingState,
-    hertz,
-)
+from knitstudy.mechanics.beam_contact import BeamContact, Power, hertz
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.increment import Increment
-from knitstudy.models import network
 from knitstudy.models.joints import JointPoints, Joints, contacts_of_crossings, patch_stiffness
-from knitstudy.models.network import Network
-from knitstudy.models.network_3d import spatial_network
+from knitstudy.models.network_3d import Network, loaded, spatial_network
 from knitstudy.study.scene import Scene
 
 
@@ -50,10 +41,10 @@ def piece_bounds(crossings: Crossings, length: np.ndarray) -> np.ndarray:
     return bounds.reshape(-1, 2, 2)
 
 
-def point_pairs(crossings: Crossings, chosen: np.ndarray, length: np.ndarray) -> CrossingPairs:
+def point_pairs(crossings: Crossings, chosen: np.ndarray, length: np.ndarray) -> Pairs:
     """Return one pair of closest points for each of the crossings `chosen` (k,); yarns are `length` (Y,) long [m]."""
-    pairs = Pairs(crossings.yarn[chosen], piece_bounds(crossings, length)[chosen])
-    return CrossingPairs(pairs, crossings.arc_length[chosen], chosen)
+    bounds = piece_bounds(crossings, length)
+    return Pairs(crossings.yarn[chosen], bounds[chosen], crossings.arc_length[chosen])
 
 
 MARGIN = 0.3  # gap up to which pieces count as near, over the radius
@@ -105,8 +96,8 @@ class Neighbours:
         start = s[near]
         low = np.maximum(start - self._step, 0.0)
         high = np.minimum(start + self._step, self.curves.length[self.yarn[near]])
-        pairs = Pairs(self.yarn[near], np.stack([low, high], axis=-1))
-        here = approach(self.curves, position, pairs, start)
+        pairs = Pairs(self.yarn[near], np.stack([low, high], axis=-1), start)
+        here = approach(self.curves, position, pairs)
         gap = np.where(self._may_meet(pairs.yarn, here.s), here.distance - 2 * self.radius, np.inf)
         known = self._crossing_of(pairs.yarn, here.s)
         np.minimum.at(crossing, known[known >= 0], gap[known >= 0])
@@ -151,7 +142,7 @@ class BeamKnit:
     """A knit of beams in contact, which reports stations, crossings and the gaps of yarns near each other."""
 
     network: Network
-    model: TouchingBeams
+    model: BeamModel
     tied: np.ndarray  # (K,) crossings that are joined at their closest points
     neighbours: Neighbours
     # Yarns without ties: the internal force at a tied station equals the force of the tie
@@ -161,50 +152,46 @@ class BeamKnit:
 
     def __post_init__(self) -> None:
         stations, crossings = self.network.stations, self.crossings
-        places = list(zip(crossings.yarn[:, 0], crossings.arc_length[:, 0], strict=True))
-        self._lower = [stations.nearest(*places[k]) for k in np.flatnonzero(self.tied)]
-        stencil = self.model.contact.curves.stencil
-        self._stencil = [stencil(crossings.yarn[:, i], crossings.arc_length[:, i]) for i in (0, 1)]
-        self._rest = crossings.point.mean(axis=1)
-        sides = [each.of(each.value, stations.position) for each in self._stencil]
-        self._arm = self._rest[:, None] - np.stack(sides, axis=1)
+        lower = crossings.chosen(self.tied)
+        self._lower = stations.nearest(lower.yarn[:, 0], lower.arc_length[:, 0])
+        curves = self.model.contact.curves
+        self._stencil = curves.stencil(crossings.yarn, crossings.arc_length)  # (K, 2)
+        self._rest = crossings.point.mean(axis=1)[:, None]
+        self._arm = self._rest - self._stencil.of(self._stencil.value, stations.position)
 
     def record(self, increment: Increment) -> Reported:
         """Return columns of the history."""
         state = increment.state
-        self.gaps = self.neighbours.gaps(self.model.places(state.beams).position)
+        self.gaps = self.neighbours.gaps(self.model.contact.places(state).position)
         smallest = self.gaps.smallest
         columns = {
-            "centreline_displacement": self.network.station_displacement(self.model.beams, state.beams),
+            "centreline_displacement": self.network.station_displacement(self.model, state),
             "smallest_gap": smallest if np.isfinite(smallest) else np.nan,
             **self.at_crossings(state),
         }
         return columns, {}
 
-    def at_crossings(self, state: TouchingState) -> dict[str, np.ndarray]:
+    def at_crossings(self, state: BeamState) -> dict[str, np.ndarray]:
         """Return forces, displacements, gaps and slip at crossings, as columns of the history.
 
         Slip has been committed with the state; forces and gaps are those of its positions.
         """
-        contact, places, tied = self.model.contact, self.model.places(state.beams), self.tied
-        points, count = self.model.points(state), len(tied)
-        slip = np.full(count, np.nan)
-        slip[~tied] = state.history.slip
-        force, gap = contact.crossing_force(points, count), contact.crossing_gap(points, count)
-        apart = BeamState(places.position, places.rotation)
-        station_force = self.apart.respond(apart, stiffness=False).force.reshape(-1, 6)[:, :3]
+        contact, tied, stencil = self.model.contact, self.tied, self._stencil
+        places, points = contact.places(state), contact.points(state)
+        (slip, gap), force = np.full((2, len(tied)), np.nan), np.zeros((len(tied), 3))
+        slip[~tied], force[~tied] = state.contact.slip, points.on_a
+        gap[~tied] = np.where(np.isfinite(points.gap), points.gap, np.nan)
+        station_force = self.apart.respond(places, stiffness=False).force.reshape(-1, 6)[:, :3]
         force[tied] = station_force[self._lower]
         # Of tied yarns, the gap at the points of their centrelines that were closest at rest
-        one, other = (each.of(each.value, places.position) for each in self._stencil)
-        gap[tied] = (np.linalg.norm(other - one, axis=1) - 2 * self.neighbours.radius)[tied]
+        middle = stencil.of(stencil.value, places.position)
+        gap[tied] = (np.linalg.norm(middle[:, B] - middle[:, A], axis=1) - 2 * self.neighbours.radius)[tied]
         # Of the points of both surfaces that faced each other at rest
-        moved = [
-            place + np.einsum("kp,kpij,kj->ki", each.value, places.rotation[each.stations], arm)
-            for place, each, arm in zip((one, other), self._stencil, self._arm.swapaxes(0, 1), strict=True)
-        ]
+        rotation = places.rotation[stencil.stations]
+        moved = middle + np.einsum("kap,kapij,kaj->kai", stencil.value, rotation, self._arm)
         return {
             "crossing_force": force,
-            "crossing_displacement": np.stack(moved, axis=1) - self._rest[:, None],
+            "crossing_displacement": moved - self._rest,
             "crossing_gap": gap,
             "crossing_slip": slip,
         }
@@ -251,8 +238,8 @@ def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
     beams = spatial_network(fabric, points, scene.mesh.beam_size, joints=joints, stops=stops)
     stations, law, yarn = beams.stations, scene.mesh.section_law, scene.yarn
     curves = Curves(stations.yarn, stations.arc_length)
-    contact = beam_contact(scene, curves, point_pairs(crossings, np.flatnonzero(~tied), curves.length))
-    model = TouchingBeams(beams.model(yarn, law), beams.station_node, beams.station_offset, contact)
+    contact = beam_contact(scene, beams, curves, point_pairs(crossings, np.flatnonzero(~tied), curves.length))
+    model = beams.model(yarn, law, contact)
     neighbours = Neighbours(curves, stations.yarn, crossings, yarn.radius)
     first = np.flatnonzero(stations.yarn[1:] == stations.yarn[:-1])
     elements = np.column_stack([first, first + 1])
@@ -264,7 +251,7 @@ def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
 STICK = 10.0
 
 
-def beam_contact(scene: Scene, curves: Curves, pairs: CrossingPairs) -> BeamContact:
+def beam_contact(scene: Scene, beams: Network, curves: Curves, pairs: Pairs) -> BeamContact:
     """Return the contact of pairs of points on beams.
 
     The stiffness against elastic slip is ``beam.stiffness`` for both laws: Hertz's approach is normal.
@@ -273,7 +260,9 @@ def beam_contact(scene: Scene, curves: Curves, pairs: CrossingPairs) -> BeamCont
     law = Power(penalty)
     if scene.value("beam.section") in (None, "hertz"):
         law = hertz(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius)
-    return BeamContact(curves, pairs, yarn.radius, law, penalty, scene.kind.interaction.friction(scene))
+    friction = scene.kind.interaction.friction(scene)
+    stations = beams.station_node, beams.station_offset
+    return BeamContact(curves, pairs, *stations, yarn.radius, law, penalty, friction)
 
 
 def _penalty(scene: Scene) -> float:
@@ -289,7 +278,7 @@ def build(scene: Scene, fabric: Fabric) -> Problem:
     """
     beams = beam_knit(scene, fabric)
     law = beams.model.contact
-    return network.loaded(
+    return loaded(
         scene,
         fabric,
         beams.network,
@@ -305,6 +294,6 @@ def build(scene: Scene, fabric: Fabric) -> Problem:
             "contact_exponent": law.law.exponent,
             "stick_stiffness": law.friction.tangential,
             "friction": law.friction.friction,
-            "contact_points": len(law.crossing.start),
+            "contact_points": len(law.pairs.start),
         },
     )

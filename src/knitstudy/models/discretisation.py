@@ -25,18 +25,15 @@ from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.study.scene import Scene
 
 
-def project_on_tube(centreline: Centreline, points: np.ndarray, guess: np.ndarray) -> np.ndarray:
+def project_on_tube(
+    centreline: Centreline,
+    points: np.ndarray,  # (k, 3) within a radius of curvature of the centreline [m]
+    guess: np.ndarray,  # (k,) spline parameters near the nearest points
+) -> np.ndarray:
     """Return the spline parameters (k,) of the nearest points of a centreline.
 
     Newton's method on (x - r(u)) . r'(u) = 0; where the curve bends away so strongly that its slope loses its
     sign, the step of a straight line is taken.
-
-    Parameters
-    ----------
-    points : ndarray, shape (k, 3)
-        Points within a radius of curvature of the centreline [m].
-    guess : ndarray, shape (k,)
-        Spline parameters near the nearest points.
     """
     curve = centreline.curve
     u = np.array(guess, dtype=float)
@@ -65,9 +62,6 @@ def yarn_surfaces(mesh: SweptMesh) -> list[Grid]:
     ]
 
 
-Locate = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
-
-
 @dataclass(frozen=True, eq=False)
 class Discretisation:
     """Yarns of a specimen, divided.
@@ -89,7 +83,7 @@ class Discretisation:
     surfaces: Surfaces  # one of every yarn, for contact
     ends: Grips  # nodes that are held and driven
     # Nodes (k, a) and weights (k, a) whose sum a material point is, from places (k, 3) [m] in or near yarns (k,)
-    locate: Locate
+    locate: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
     size: float  # length h of an element [m]
     # (M, N) nodes of `mesh` as weighted sums of nodes; None where they are the nodes
     sampling: sp.csr_matrix | None = None
@@ -114,8 +108,7 @@ class Discretisation:
         return np.flatnonzero(self.yarn == yarn)
 
 
-COARSE = 3.0
-"""Length of cells away from crossings, over that near them."""
+COARSE = 3.0  # length of cells away from crossings, over that near them
 
 
 def contact_surfaces(scene: Scene, space: Space, specimen: Fabric) -> tuple[Cylinders, Rings]:
@@ -131,7 +124,13 @@ def contact_surfaces(scene: Scene, space: Space, specimen: Fabric) -> tuple[Cyli
     for number, yarn in enumerate(space.yarns):
         stations = np.sort(crossings.arc_length[crossings.yarn == number])
         if keys:
-            _require_apart(stations, window, radius)
+            # The areas of contact of crossings must be alone.
+            nearest = np.diff(stations).min(initial=np.inf)
+            if nearest < window:
+                raise ConfigurationError(
+                    f"two crossings of a yarn are {nearest / radius:.2f} yarn radii apart, less than contact.window, "
+                    f"{window / radius:.2f}: what each indents would count twice; use a smaller contact.window"
+                )
         along.append(_edges(yarn.spline.knots[-1], stations, window, cell))
     surfaces = Cylinders(space, radius, along, int(np.ceil(2 * np.pi * radius / cell)))
     parameters = tuple(surfaces.edges(number)[0] for number in range(len(along)))
@@ -150,27 +149,18 @@ def _edges(length: float, stations: np.ndarray, window: float, cell: float) -> n
     middle = 0.5 * (stops[1:] + stops[:-1])
     fine = np.any((middle[:, None] > low) & (middle[:, None] < high), axis=1)
     parts = np.ceil(np.diff(stops) / np.where(fine, cell, COARSE * cell) - 1e-9).astype(int)
-    start = np.repeat(np.cumsum(parts) - parts, parts)
-    share = (np.arange(parts.sum()) - start) / np.repeat(parts, parts)
-    return np.append(np.repeat(stops[:-1], parts) + share * np.repeat(np.diff(stops), parts), length)
+    return evenly(stops, parts)
 
 
-def _require_apart(stations: np.ndarray, window: float, radius: float) -> None:
-    """Refuse crossings so near to each other that the areas of contact are not alone."""
-    nearest = np.diff(stations).min(initial=np.inf)
-    if nearest < window:
-        raise ConfigurationError(
-            f"two crossings of a yarn are {nearest / radius:.2f} yarn radii apart, less than contact.window, "
-            f"{window / radius:.2f}: what each indents would count twice; use a smaller contact.window"
-        )
-
-
-PLACES = 8
-"""Places a span at which the shape of a yarn is fitted."""
+PLACES = 8  # places a span at which the shape of a yarn is fitted
 
 
 def fitted_places(own: YarnSpace) -> np.ndarray:
     """Return the arc lengths (k,) at which the shape of a yarn is fitted, its end included [m]."""
     low, high = own.spline.spans.T
-    share = np.arange(PLACES) / PLACES
-    return np.append((low[:, None] + (high - low)[:, None] * share).ravel(), high[-1])
+    return evenly(np.append(low, high[-1]), np.full(len(low), PLACES))
+
+
+def evenly(stops: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return places from the first to the last of the stops (m + 1,), in counts (m,) of even steps between them."""
+    return np.interp(np.arange(counts.sum() + 1), np.append(0, np.cumsum(counts)), stops)

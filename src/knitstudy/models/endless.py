@@ -34,16 +34,12 @@ from knitstudy.models.discretisation import Discretisation, fitted_places
 from knitstudy.models.solids import SolidYarns
 from knitstudy.study.scene import Scene
 
+# The first node is held: without it all of a cell could move freely. The first that repeats itself is the first of all.
 HELD = np.zeros(1, dtype=np.int64)
-"""The first node: without it all of a cell could move freely."""
+FIXED = np.arange(3)  # its unknowns
 
-FIXED = (3 * HELD[:, None] + np.arange(3)).ravel()
-"""Unknowns of the nodes that are held: the first that repeats itself is the first of all."""
-
+# Which strains a deformation prescribes, by `load.deformation`
 PRESCRIBED = {"course": (1, 0, 0), "wale": (0, 1, 0), "biaxial": (1, 1, 0), "shear": (0, 0, 1)}
-"""Which strains a deformation prescribes, by ``load.deformation``."""
-
-DIRECTORS = slice(3, 6), slice(6, 9)
 
 
 def problem(scene: Scene, fabric: Fabric, parts: Discretisation) -> Problem:
@@ -68,13 +64,13 @@ def problem(scene: Scene, fabric: Fabric, parts: Discretisation) -> Problem:
             np.concatenate([np.zeros(len(FIXED)), end[prescribed]]),
             stops=stops,
         ),
-        settings=settings_of(scene, yarns.contact is not None),
+        settings=settings_of(scene, yarns.touches),
         motion=Motion(end[None], (1.0,), stops, axis, float(lattice.lengths[axis])),
         driven=model.lattice[None],
         stations=solids.stations_of(parts.mesh, fabric.arcs),
         observer=cell,
         checks=(partial(require_sound, scene, yarns.model.loaded),),
-        constants=yarns.constants() | ({} if yarns.contact else _shell(cell.stiffness())),
+        constants=yarns.ties.constants() | ({} if yarns.touches else cell.shell()),
         attributes={
             "dof": parts.nodes.size,
             "elements": yarns.elements,
@@ -82,15 +78,6 @@ def problem(scene: Scene, fabric: Fabric, parts: Discretisation) -> Problem:
             **yarns.attributes(),
         },
     )
-
-
-def _shell(stiffness: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the parts of a stiffness (6, 6) by their names in the history."""
-    return {
-        "membrane_stiffness": stiffness[:3, :3],
-        "coupling_stiffness": stiffness[:3, 3:],
-        "bending_stiffness": stiffness[3:, 3:],
-    }
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +96,7 @@ class Cell:
         columns, points = self.yarns.record(state)
         columns["cell_strain"] = self.strains(state)
         columns["force_per_width"] = self.resultants(increment.response.force)
-        if self.yarns.contact is None:
+        if not self.yarns.touches:
             columns["tangent_per_width"] = self.tangent(state)
         return columns, points
 
@@ -128,11 +115,18 @@ class Cell:
         """
         return self._condensed(self.yarns.model.start(), self.jumps)
 
+    def shell(self) -> dict[str, np.ndarray]:
+        """Return the parts of the stiffness by their names in the history."""
+        whole = self.stiffness()
+        parts = {"membrane": whole[:3, :3], "coupling": whole[:3, 3:], "bending": whole[3:, 3:]}
+        return {f"{name}_stiffness": part for name, part in parts.items()}
+
     def tangent(self, state: Any) -> np.ndarray:
         """Return the derivative (3, 3) of the forces per width by the strains in the plane [N/m]."""
         return self._condensed(replace(state, step=None), self.jumps[:, :3])
 
     def _condensed(self, state: Any, jumps: np.ndarray) -> np.ndarray:
+        """Return the stiffness against the amounts of jumps (3 N, m) with all nodes in balance."""
         tangent = self.yarns.model.respond(state, stiffness=True).stiffness
         return condensed(tangent, jumps, self.spread, FIXED) / self.lattice.area
 
@@ -160,17 +154,13 @@ def wrapped_nodes(space: Space, fabric: Fabric) -> np.ndarray:
 
 def without_image(parts: Discretisation, material: Material) -> Discretisation:
     """Return yarns whose last one, the image of the first, has no elements; one node is held and none is driven."""
-    space = parts.space
+    rows = Space(parts.space.yarns[:-1])
     return replace(
         parts,
-        groups=partial(_groups, Space(space.yarns[:-1]), material),
-        volume=partial(_volume, parts.volume, space.yarns[0].size),
+        groups=lambda nodes: span_groups(rows, nodes[: rows.size], material),
+        volume=partial(_volume, parts.volume, rows.yarns[0].size),
         ends=Grips(HELD, HELD[:0]),
     )
-
-
-def _groups(space: Space, material: Material, nodes: np.ndarray) -> tuple[ElementGroup, ...]:
-    return span_groups(space, nodes[: space.size], material)
 
 
 def _volume(every: Callable, own: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
@@ -184,29 +174,17 @@ def _wrapped(space: Space, fabric: Fabric) -> tuple[Seam, np.ndarray, Lattice]:
     """Return the seam of the yarns, the nodes (p, 3) of the first one that wrap around [m], and the lattice."""
     around, lattice = seam(space.yarns[0]), Lattice(fabric.periods)
     curve = fabric.centrelines[0]
-    return (
-        around,
-        wrapped_shape(space.yarns[0], around, curve, fabric.radius, lattice.vectors[0]),
-        lattice,
-    )
+    start = wrapped_shape(space.yarns[0], around, curve, fabric.radius, lattice.vectors[0])
+    return around, start, lattice
 
 
 def periodic_map(
-    space: Space, around: Seam, start: np.ndarray, lattice: Lattice
+    space: Space,  # of all yarns, which share theirs
+    around: Seam,
+    start: np.ndarray,  # (p, 3) undeformed nodes of the first yarn that wrap around [m]
+    lattice: Lattice,  # its second vector is the way of all rows
 ) -> tuple[sp.csr_matrix, np.ndarray]:
-    """Return S (3 N, 3 n) and the jumps (3 N, 6) of all yarns, the last of which is the image of the first.
-
-    Parameters
-    ----------
-    space : Space
-        Of all yarns, which share theirs.
-    around : Seam
-        Of that.
-    start : ndarray, shape (p, 3)
-        Undeformed nodes of the first yarn that wrap around [m].
-    lattice : Lattice
-        Its second vector is the way of all rows.
-    """
+    """Return S (3 N, 3 n) and the jumps (3 N, 6) of all yarns, the last of which is the image of the first."""
     rows = len(space.yarns) - 1
     row_of = sp.csr_matrix((np.ones(rows + 1), (np.arange(rows + 1), np.arange(rows + 1) % rows)))
     spread = sp.csr_matrix(sp.kron(sp.kron(row_of, around.wrapped), sp.identity(3)))
@@ -235,12 +213,14 @@ def wrapped_shape(
     angle = (missed * s / places[-1])[:, None]
     d1, d2 = frames[:-1, 0], frames[:-1, 1]
     turned = np.cos(angle) * d1 + np.sin(angle) * d2, np.cos(angle) * d2 - np.sin(angle) * d1
-    at = own.first_node[:-1]
     first = around.order == 0
-    along, beyond = (own.spline.matrix(s) @ each[at][:, first] for each in (around.wrapped, around.beyond))
+    splines = own.spline.matrix(s)
+    along, beyond = (
+        splines @ each[own.first_node[:-1]][:, first] for each in (around.wrapped, around.beyond)
+    )
     centre = curve.position(s) - np.multiply.outer(beyond @ np.ones(beyond.shape[1]), period)
     found = splu(sp.csc_matrix(along.T @ along)).solve(along.T @ np.concatenate([centre, *turned], axis=1))
     nodes = np.zeros((len(around.order), 3))
-    at = np.flatnonzero(first)
-    nodes[at], nodes[at + 1], nodes[at + 2] = found[:, :3], *(0.5 * radius * found[:, d] for d in DIRECTORS)
+    found[:, 3:] *= 0.5 * radius  # centres, and the two directors
+    nodes[np.flatnonzero(first)[:, None] + np.arange(3)] = found.reshape(-1, 3, 3)
     return nodes

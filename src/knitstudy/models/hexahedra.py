@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -30,41 +32,21 @@ def _elements(scene: Scene, connectivity: np.ndarray, nodes: np.ndarray) -> tupl
     """Return the hexahedra (E, a) of a scene with nodes (N, 3) [m]; MeshError if one is folded."""
     material = material_of(scene.yarn)
     kind = ELEMENTS.find(scene.mesh.element)
-    return (ElementGroup(connectivity, kind.build(nodes[connectivity], material, scene.solver.hourglass)),)
+    return (ElementGroup(connectivity, kind(nodes[connectivity], material, scene.solver.hourglass)),)
 
 
-def _lumped() -> np.ndarray:
-    """Return the share (20,) of a cube's volume that each node gets; three Gauss points are exact for the squares."""
-    place, weight = np.polynomial.legendre.leggauss(3)
-    natural = np.stack(np.meshgrid(place, place, place, indexing="ij"), axis=-1).reshape(-1, 3)
-    squares = np.einsum("i,j,k->ijk", weight, weight, weight).ravel() @ quadratic_shape(natural) ** 2
-    return squares / squares.sum()
+# Shares of an element's volume by its number of nodes; of quadratic ones in proportion to the squares of the functions,
+# whose own integrals are negative at corners (Hinton, Rock and Zienkiewicz 1976)
+LUMPED = {8: np.full(8, 1 / 8), 20: np.repeat([7 / 248, 2 / 31], [8, 12])}
 
 
-LUMPED = _lumped()
-
-
-def _divide_quadratic(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
-    """Return the yarns of a scene as quadratic hexahedra, one for each of a swept mesh."""
-    quadratic = quadratic_mesh(mesh, fabric.centrelines)
-    return Discretisation(
-        mesh=quadratic.corners,
-        nodes=quadratic.nodes,
-        unity=np.ones(len(quadratic.nodes)),
-        yarn=quadratic.yarn,
-        station=quadratic.station,
-        bandwidth=quadratic.bandwidth,
-        groups=partial(_elements, scene, quadratic.elements),
-        volume=partial(_volume, len(quadratic.nodes)),
-        surfaces=Grids(_grids(quadratic)),
-        rings=Rings.of_rows(quadratic.arc_lengths),
-        ends=_ends(quadratic, grips(quadratic.corners, scene, fabric)),
-        locate=InverseMap(quadratic.nodes, quadratic.elements, quadratic.yarn, quadratic_shape).locate,
-        size=scene.mesh.smallest,
-        sampling=_sampling(quadratic),
-        dependence=_dependence(quadratic),
-        connectivity=quadratic.elements,
-    )
+def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
+    """Return the volume (N,) of every node [m3], from the elements around it."""
+    (group,) = groups
+    elements = group.connectivity
+    each = group.elements.volume.reshape(-1, len(elements)).sum(axis=0)  # of its integration points
+    shares = each[:, None] * LUMPED[elements.shape[1]]
+    return np.bincount(elements.ravel(), shares.ravel(), count)
 
 
 def _grids(mesh: QuadraticMesh) -> list[Grid]:
@@ -73,34 +55,15 @@ def _grids(mesh: QuadraticMesh) -> list[Grid]:
     return [Grid(grid, chords=circular_chords(angles)) for grid, angles in pairs]
 
 
-def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
-    """Return the volume (N,) of every node [m3]: of each element in proportion to the squares of its functions.
-
-    Hinton, Rock and Zienkiewicz (1976); integrals of the functions themselves are negative at corners.
-    """
-    (group,) = groups
-    volume = group.elements.volume[:, None] * LUMPED
-    return np.bincount(group.connectivity.ravel(), volume.ravel(), count)
-
-
 def _ends(mesh: QuadraticMesh, corners: Grips) -> Grips:
     """Return gripped nodes, from gripped corners: a middle is gripped where both ends of its edge are."""
-    return Grips(*(_with_middles(mesh, mesh.corner_nodes[nodes]) for nodes in (corners.held, corners.driven)))
-
-
-def _with_middles(mesh: QuadraticMesh, nodes: np.ndarray) -> np.ndarray:
-    gripped = np.zeros(len(mesh.nodes), dtype=bool)
-    gripped[nodes] = True
-    gripped[mesh.elements[:, 8:][gripped[mesh.elements[:, EDGES]].all(axis=2)]] = True
-    return np.flatnonzero(gripped)
-
-
-def _sampling(mesh: QuadraticMesh) -> sp.csr_matrix:
-    """Return the matrix (M, N) that selects the corners."""
-    count = len(mesh.corner_nodes)
-    return sp.csr_matrix(
-        (np.ones(count), (np.arange(count), mesh.corner_nodes)), shape=(count, len(mesh.nodes))
-    )
+    found = []
+    for nodes in (corners.held, corners.driven):
+        gripped = np.zeros(len(mesh.nodes), dtype=bool)
+        gripped[mesh.corner_nodes[nodes]] = True
+        gripped[mesh.elements[:, 8:][gripped[mesh.elements[:, EDGES]].all(axis=2)]] = True
+        found.append(np.flatnonzero(gripped))
+    return Grips(*found)
 
 
 def _dependence(mesh: QuadraticMesh) -> sp.csr_matrix:
@@ -116,13 +79,8 @@ def _dependence(mesh: QuadraticMesh) -> sp.csr_matrix:
 def build(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Problem:
     """Return a scene with yarns of hexahedra as a problem.
 
-    Raises
-    ------
-    ConfigurationError
-        If the fabric is endless or its yarns are arcs of others.
-    MeshError
-        If elements are too large for the yarn or folded, the simulation does not fit into memory, a crossing cannot be
-        tied, or yarns overlap.
+    Raises ConfigurationError if the fabric is endless or its yarns are arcs of others; MeshError if elements are too
+    large for the yarn or folded, the simulation does not fit into memory, a crossing cannot be tied, or yarns overlap.
     """
     if len(fabric.periods) or fabric.arcs is not None:
         raise ConfigurationError(
@@ -146,32 +104,53 @@ def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Discretisation:
 def divide(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
     """Return the yarns of a scene as hexahedra, whether or not they are fit to be simulated.
 
-    Raises MeshError if one is folded.
+    Quadratic ones are made one for each of the swept mesh. Raises MeshError if one is folded.
     """
     if ELEMENTS.find(scene.mesh.element).nodes == NODES:
-        return _divide_quadratic(scene, mesh, fabric)
+        quadratic = quadratic_mesh(mesh, fabric.centrelines)
+        return _discretisation(
+            scene,
+            quadratic.nodes,
+            quadratic.elements,
+            quadratic.yarn,
+            quadratic_shape,
+            mesh=quadratic.corners,
+            station=quadratic.station,
+            bandwidth=quadratic.bandwidth,
+            surfaces=Grids(_grids(quadratic)),
+            rings=Rings.of_rows(quadratic.arc_lengths),
+            ends=_ends(quadratic, grips(quadratic.corners, scene, fabric)),
+            sampling=sp.identity(len(quadratic.nodes), format="csr")[quadratic.corner_nodes],
+            dependence=_dependence(quadratic),
+        )
     station = np.repeat(np.arange(mesh.slices), mesh.section.size)
-    return Discretisation(
+    return _discretisation(
+        scene,
+        mesh.nodes,
+        mesh.hexahedra,
+        mesh.yarn_of_slice[station],
+        shape,
         mesh=mesh,
-        nodes=mesh.nodes,
-        unity=np.ones(len(mesh.nodes)),
-        yarn=mesh.yarn_of_slice[station],
         station=station,
         bandwidth=mesh.section.size + mesh.section.bandwidth,
-        groups=partial(_elements, scene, mesh.hexahedra),
-        volume=partial(_volume_hexahedra, len(mesh.nodes)),
         surfaces=Grids(yarn_surfaces(mesh)),
         rings=Rings.of_rows(mesh.stations),
         ends=grips(mesh, scene, fabric),
-        locate=InverseMap(mesh.nodes, mesh.hexahedra, mesh.yarn_of_slice[station], shape).locate,
-        size=scene.mesh.smallest,
-        connectivity=mesh.hexahedra,
     )
 
 
-def _volume_hexahedra(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
-    """Return the volume (N,) of every node: an eighth of every element around it [m3]."""
-    (group,) = groups
-    hexahedra = group.connectivity
-    each = group.elements.volume.reshape(-1, len(hexahedra)).sum(axis=0)  # of its integration points
-    return np.bincount(hexahedra.ravel(), np.repeat(each / 8, 8), count)
+def _discretisation(
+    scene: Scene, nodes: np.ndarray, elements: np.ndarray, yarn: np.ndarray, function: Callable, **parts: Any
+) -> Discretisation:
+    """Return what linear and quadratic hexahedra share: nodes are places."""
+    return Discretisation(
+        nodes=nodes,
+        unity=np.ones(len(nodes)),
+        yarn=yarn,
+        groups=partial(_elements, scene, elements),
+        volume=partial(_volume, len(nodes)),
+        locate=InverseMap(nodes, elements, yarn, function).locate,
+        size=scene.mesh.smallest,
+        connectivity=elements,
+        **parts,
+    )

@@ -56,13 +56,16 @@ class Springs:
     @property
     def stiffness(self) -> np.ndarray:
         """Secants (K, a) [N/m]; nan as well where the displacement along an axis is zero."""
-        return self._along(self.force) / np.where(self._square == 0, np.nan, self._square)
+        square = self._along(self.displacement)
+        return self._along(self.force) / np.where(square == 0, np.nan, square)
 
     @property
     def averaged(self) -> np.ndarray:
         """The stiffness (a,) [N/m] of all crossings that comes nearest to their forces."""
         with np.errstate(invalid="ignore"):  # 0 / 0 where nothing is in contact
-            return np.nansum(self._along(self.force), axis=0) / np.nansum(self._square, axis=0)
+            return np.nansum(self._along(self.force), axis=0) / np.nansum(
+                self._along(self.displacement), axis=0
+            )
 
     @property
     def bridged(self) -> np.ndarray:
@@ -84,17 +87,8 @@ class Springs:
         """Number (a,) of crossings in contact without a secant."""
         return np.count_nonzero(self.bridged) - self.used
 
-    def matrices(self, stiffness: np.ndarray) -> np.ndarray:
-        """Return stiffness matrices (K, 3, 3) of stiffnesses along the axes, (K, a) or (a,) [N/m]."""
-        along = np.broadcast_to(stiffness, self.projection.shape[:2])
-        return np.einsum("ka,kaij->kij", along, self.projection)
-
-    @property
-    def _square(self) -> np.ndarray:
-        return self._along(self.displacement)
-
     def _along(self, vector: np.ndarray) -> np.ndarray:
-        """Products v . P d (K, a) of vectors v (K, 3)."""
+        """Return products v . P d (K, a) of vectors v (K, 3)."""
         return np.einsum("ki,kaij,kj->ka", vector, self.projection, self.displacement)
 
 
@@ -303,17 +297,14 @@ def patch_stiffness(fabric: Fabric, points: JointPoints, contacts: xr.Dataset, y
     compliance = np.zeros((len(normal), 3, 3))
     for number, centreline in enumerate(fabric.centrelines):
         crossing, side = np.nonzero(points.yarn == number)
-        frame = _frames(normal[crossing], centreline.tangent(points.arc_length[crossing, side]))
+        tangent = centreline.tangent(points.arc_length[crossing, side])
+        across = np.cross(normal[crossing], tangent)
+        across /= np.linalg.norm(across, axis=1)[:, None]
+        # Rows: normal, along the yarn in the tangent plane, across both
+        frame = np.stack([normal[crossing], np.cross(across, normal[crossing]), across], axis=1)
         each = frame.swapaxes(1, 2) @ (np.array(local_compliance(size, yarn.poisson_ratio))[:, None] * frame)
         np.add.at(compliance, crossing, each)
     return yarn.youngs_modulus * yarn.radius * np.linalg.inv(compliance)
-
-
-def _frames(normal: np.ndarray, tangent: np.ndarray) -> np.ndarray:
-    """Return rows (k, 3, 3): normal, along the yarn in the tangent plane, across both."""
-    across = np.cross(normal, tangent)
-    across /= np.linalg.norm(across, axis=1)[:, None]
-    return np.stack([normal, np.cross(across, normal), across], axis=1)
 
 
 @dataclass(frozen=True)
@@ -371,7 +362,9 @@ def spring_joints(
     else:
         source = contacts if springs_from is None else springs_from
         stiffness = _averaged(springs(source, measure, axes), source)
-    return Joints(own.open, np.where(own.bridged[:, None, None], own.matrices(stiffness), np.nan))
+    along = np.broadcast_to(stiffness, own.projection.shape[:2])
+    matrices = np.einsum("ka,kaij->kij", along, own.projection)
+    return Joints(own.open, np.where(own.bridged[:, None, None], matrices, np.nan))
 
 
 def _averaged(measured: Springs, contacts: xr.Dataset) -> np.ndarray:

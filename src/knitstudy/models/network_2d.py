@@ -27,9 +27,7 @@ from knitstudy.errors import GeometryError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.history import Stations
 from knitstudy.loading.solve import Problem
-from knitstudy.models import network
-from knitstudy.models.network import Network
-from knitstudy.models.network_3d import contacts_of
+from knitstudy.models.network_3d import Network, contacts_of, problem, require_named
 from knitstudy.study.scene import Scene
 
 INTERLOCKS, LEGS = ("interlock, left", "interlock, right"), ("leg, left", "leg, right")
@@ -51,14 +49,6 @@ class Heights:
         return self.interlock + self.leg
 
 
-def _plane_angles(stresses: xr.Dataset, kinds: tuple[str, ...]) -> np.ndarray:
-    """Return the angles (k,) to x of the maximum principal stress, in segments that end in the centre cell [deg]."""
-    wanted = [KINDS.index(kind) for kind in kinds]
-    here = np.isin(stresses["segment_kind"], wanted) & (stresses["segment_central"].to_numpy() == 1)
-    axis = stresses["segment_axis"].sel(extent="whole").to_numpy()[here, 0]
-    return np.degrees(np.arctan2(*np.abs(axis[:, [1, 0]]).T))
-
-
 def heights(fabric: Fabric, contacts: xr.Dataset, interlock: float, leg: float) -> Heights:
     """Return the heights of a honeycomb with the contacts' distances along x, from the angles of its segments [deg]."""
     x = zone_places(fabric, contacts)[:, 0]
@@ -67,19 +57,20 @@ def heights(fabric: Fabric, contacts: xr.Dataset, interlock: float, leg: float) 
 
 
 def heights_by_stress(fabric: Fabric, contacts: xr.Dataset, stresses: xr.Dataset) -> Heights:
-    """Return the heights of the honeycomb along the maximum principal stress.
+    """Return the heights of the honeycomb along the maximum principal stress of the segments of the centre cell.
 
     Raises GeometryError if the knit has no legs, or a direction gives no height.
     """
-    angles = []
+    angles, central = [], stresses["segment_central"].to_numpy() == 1
     for name, kinds in (("interlocks", INTERLOCKS), ("legs", LEGS)):
-        found = _plane_angles(stresses, kinds)
-        if found.size == 0:
+        here = central & np.isin(stresses["segment_kind"], [KINDS.index(kind) for kind in kinds])
+        if not here.any():
             raise GeometryError(
                 f"the centre cell has no {name} with stresses: a honeycomb by principal stress needs a knit of two "
                 "rows or more"
             )
-        angle = float(found.mean())
+        axis = np.abs(stresses["segment_axis"].sel(extent="whole").to_numpy()[here, 0])
+        angle = float(np.degrees(np.arctan2(axis[:, 1], axis[:, 0])).mean())
         if not 90 - UPRIGHT < angle < UPRIGHT:
             raise GeometryError(
                 f"the maximum principal stress in {name} of the centre cell is at {angle:.2f} degrees to x: only "
@@ -119,9 +110,9 @@ def build(
     another fabric; GeometryError if the stresses make no honeycomb.
     """
     contacts = contacts_of(scene, fabric, contacts)
-    network.require_named(scene, "rom.stress_from", "stresses", stresses)
+    require_named(scene, "rom.stress_from", "stresses", stresses)
     beams = planar_network(fabric, contacts, scene.rom.section == "doubled", stresses)
-    return network.problem(scene, fabric, beams)
+    return problem(scene, fabric, beams)
 
 
 def planar_network(

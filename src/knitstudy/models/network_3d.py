@@ -1,8 +1,9 @@
-"""The 3D network: beams along the centrelines, joined at the points C (section 2.5 of the paper, Figs. 5 and 6).
+"""Networks of beams that stand for a fabric: grips, load and history of all of them, and the 3D network.
 
-The two points C of a tied crossing move as one. With joint "rigid" both hang on a node at the contact's centroid P by
-rigid arms. With joint "printed" their displacements and rotations are equal, u_T = 0 and u_R = 0 (Table 2): the forces
-that they exchange across their distance then leave a couple without balance; see `BeamModel.couples`.
+The 3D network follows the centrelines, joined at the points C (section 2.5 of the paper, Figs. 5 and 6). The two points
+C of a tied crossing move as one. With joint "rigid" both hang on a node at the contact's centroid P by rigid arms. With
+joint "printed" their displacements and rotations are equal, u_T = 0 and u_R = 0 (Table 2): the forces that they
+exchange across their distance then leave a couple without balance; see `BeamModel.couples`.
 
 Where yarns touch without a tie, a spring joins their two nodes, which may turn against each other. With joint "rigid"
 it acts at P, at the ends of arms from both points C; with "printed" between the points C, and leaves a couple as well.
@@ -12,17 +13,26 @@ Pinned joints are the same with stiff springs for ties, joints "patch" with spri
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from knitstudy.errors import DataFileError, GeometryError
+from knitstudy.errors import ConfigurationError, DataFileError, GeometryError
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.loading.history import Stations
-from knitstudy.loading.solve import Problem
-from knitstudy.mechanics.beam import LinearSprings
+from knitstudy.loading.gates import require_sound
+from knitstudy.loading.history import Motion, Stations, load_path
+from knitstudy.loading.solve import Check, Problem, Reported, settings_of
+from knitstudy.mechanics.beam import LinearSprings, Section, SectionLaw
+from knitstudy.mechanics.beam_contact import BeamContact
+from knitstudy.mechanics.beam_model import BeamModel, BeamState
+from knitstudy.mechanics.curved_rod import CurvedSection
+from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
+from knitstudy.mesh.mesher import Grips
 from knitstudy.mesh.quality import require_memory
-from knitstudy.models import network
+from knitstudy.models.discretisation import evenly
 from knitstudy.models.joints import (
     JointPoints,
     Joints,
@@ -31,8 +41,154 @@ from knitstudy.models.joints import (
     patch_stiffness,
     spring_joints,
 )
-from knitstudy.models.network import Network
+from knitstudy.study.problem_sections import Yarn
 from knitstudy.study.scene import Scene
+
+SPINS = range(3, 6)  # components of the rotation among the unknowns of a node
+
+
+@dataclass(frozen=True)
+class Network:
+    """Yarns as chains of straight beam elements, joined where they touch."""
+
+    nodes: np.ndarray  # (N, 3) nodes that carry unknowns [m]
+    ends: np.ndarray  # (E, 2) node at either end of every element
+    offsets: np.ndarray  # (E, 2, 3) from that node to the end of the element [m]
+    arms_turn: bool  # whether offsets are rigid arms; see `BeamModel`
+    yarns_side_by_side: np.ndarray  # (E,) yarns that an element stands for
+    stations: Stations  # the points of all yarns, one yarn after the other, in order of arc length
+    station_node: np.ndarray  # (S,) node that carries a station
+    station_offset: np.ndarray  # (S, 3) from that node to the station [m]
+    # Nodes of the beams before joints are eliminated; the paper counts degrees of freedom as 6 times this
+    beam_nodes: int
+    springs: LinearSprings = field(default_factory=LinearSprings.none)  # springs between yarns
+    joints: Joints | None = None  # of the crossings; None where crossings are nodes of the network
+    # (E, 3) mean curvature vector t x dt/ds of the undeformed yarn over every element [1/m]; None where
+    # elements do not follow a yarn
+    curvature: np.ndarray | None = None
+    # Of its rows, which strains along the wales refer to; None where it is that of the knit [m]
+    height: float | None = None
+
+    def section(self, yarn: Yarn, law: str) -> SectionLaw:
+        """Return the section of the elements; law "straight", or "curved" where elements follow a yarn."""
+        if law == "curved" and self.curvature is not None:
+            return CurvedSection(yarn.radius, yarn.youngs_modulus, yarn.poisson_ratio, self.curvature)
+        return Section.circular(
+            yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio, self.yarns_side_by_side
+        )
+
+    def model(self, yarn: Yarn, law: str, contact: BeamContact | None = None) -> BeamModel:
+        """Return the network as beams of circular yarn, with the law of `section`."""
+        where = self.nodes, self.ends, self.section(yarn, law), yarn.radius, self.offsets
+        return BeamModel(*where, self.arms_turn, self.springs, contact)
+
+    def station_displacement(self, model: BeamModel, state: BeamState) -> np.ndarray:
+        """Return the displacement (S, 3) of the stations [m]."""
+        return model.carried(state, self.station_node, self.station_offset) - self.stations.position
+
+
+def grips(network: Network, fabric: Fabric, direction: str) -> Grips:
+    """Return the nodes of all stations that are gripped under a direction of the load."""
+    stations = network.stations
+    parts = (grip.holds(stations.yarn, stations.arc_length) for grip in fabric.grips[direction])
+    return Grips(*(np.unique(network.station_node[part]) for part in parts))
+
+
+def tension(grips: Grips, motion: Motion, lateral: str) -> PrescribedDisplacement:
+    """Return the boundary conditions of a pull.
+
+    The held side stays where it is. The driven side moves along the load as `motion` says and, with `lateral` "fixed",
+    in no other way. Where all points of a side move along the load alike it cannot tilt either: with `lateral`
+    "free" it may move across the load and spin about its direction, and no more.
+    """
+    axis = motion.axis
+    given = [axis, *(i for i in range(3) if i != axis), *SPINS]
+    if lateral == "free":
+        given = [axis, *(spin for spin in SPINS if spin != 3 + axis)]
+    driven = 6 * grips.driven[:, None] + given
+    clamped = (6 * grips.held[:, None] + np.arange(6)).ravel()
+    value = np.zeros((len(motion.displacement), len(clamped) + driven.size))
+    value[:, len(clamped) :: len(given)] = motion.displacement[:, [axis]]
+    fixed = np.concatenate([clamped, driven.ravel()])
+    return PrescribedDisplacement(fixed, value, motion.corners, motion.stops)
+
+
+def require_named(scene: Scene, key: str, what: str, given: xr.Dataset | None) -> None:
+    """Refuse results of another simulation unless a key of the scene names it, and the other way round."""
+    wanted = scene.value(key)
+    if (wanted is None) != (given is None):
+        raise ConfigurationError(
+            f"{key} of scene {scene.name} is {wanted or 'empty'}, and {what} are {'not ' if given is None else ''}"
+            "given: they must be given where it names one, and only there"
+        )
+
+
+def problem(scene: Scene, fabric: Fabric, network: Network) -> Problem:
+    """Return joined beams with the load of a scene."""
+    model = network.model(scene.yarn, scene.value("mesh.section_law") or "straight")
+    joints = network.joints
+    return loaded(
+        scene,
+        fabric,
+        network,
+        model=model,
+        observer=NetworkObserver(network, model),
+        settings=settings_of(scene, touches=False),
+        constants={"joint_stiffness": joints.stiffness} if joints else {},
+        attributes={"open_crossings": int(joints.open.sum())} if joints else {},
+    )
+
+
+def loaded(
+    scene: Scene,
+    fabric: Fabric,
+    network: Network,
+    attributes: dict[str, Any],
+    checks: tuple[Check, ...] = (),
+    first: int = 0,
+    stations: Stations | None = None,
+    **given: Any,
+) -> Problem:
+    """Return a network with the load of a scene; `first` is the first of its unknowns among those of the model."""
+    motion = load_path(scene, fabric)
+    if network.height is not None and scene.load.direction == "wale":
+        # Strains refer to the height of the network.
+        scale = network.height / fabric.height
+        motion = replace(motion, displacement=scale * motion.displacement, length=scale * motion.length)
+    ends = grips(network, fabric, scene.load.direction)
+    prescribed = tension(ends, motion, scene.load.lateral)
+    return Problem(
+        scene=scene,
+        prescribed=replace(prescribed, fixed=first + prescribed.fixed),
+        motion=motion,
+        driven=first + 6 * ends.driven[:, None] + np.arange(3),
+        stations=stations or network.stations,
+        checks=(*checks, partial(require_sound, scene, None)),
+        attributes={"dof": 6 * network.beam_nodes, "elements": len(network.ends)} | attributes,
+        **given,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class NetworkObserver:
+    """Reports the motion of the stations, and the couples that joints leave without balance.
+
+    Their magnitudes are summed as well: on a symmetric knit couples cancel.
+    """
+
+    network: Network
+    model: BeamModel
+
+    def record(self, increment: Increment) -> Reported:
+        """Return columns of the history."""
+        couples = self.model.couples(increment.state)
+        columns = {
+            "centreline_displacement": self.network.station_displacement(self.model, increment.state),
+            "joint_couple": couples.sum(axis=0),
+            "joint_couple_magnitude": np.linalg.norm(couples, axis=1).sum(),
+        }
+        return columns, {}
+
 
 PIN = 10.0  # stiffness of pins over E R: a newton moves the pinned points by a tenth of a micrometre
 
@@ -55,7 +211,7 @@ def build(
     if scene.interaction == "tie":
         joints = Joints.all_tied(len(points.yarn))
     else:
-        network.require_named(scene, "rom.springs_from", "springs", springs)
+        require_named(scene, "rom.springs_from", "springs", springs)
         each = rom.springs == "zones"
         joints = spring_joints(contacts, rom.displacement, rom.axes, each, springs, rom.stiffness)
     if rom.joint == "pinned":
@@ -65,7 +221,7 @@ def build(
     stops = fabric.grip_ends(scene.load.direction)
     arms = "printed" if rom.joint == "printed" else "rigid"
     beams = spatial_network(fabric, points, scene.mesh.beam_size, arms, joints, stops)
-    return network.problem(scene, fabric, beams)
+    return problem(scene, fabric, beams)
 
 
 def contacts_of(scene: Scene, fabric: Fabric, contacts: xr.Dataset | None) -> xr.Dataset:
@@ -117,7 +273,8 @@ def spatial_network(
     count = np.array([len(s) for s in pieces])
     yarn, arc_length = np.repeat(np.arange(len(count)), count), np.concatenate(pieces)
     position = np.concatenate([c.position(s) for c, s in zip(fabric.centrelines, pieces, strict=True)])
-    station = _stations_of(contacts, yarn, arc_length)
+    stations = Stations(yarn, arc_length, position)
+    station = stations.nearest(contacts.yarn, contacts.arc_length)  # points C are stops of the division
     node, nodes = _tie(position, station[joints.tied], contacts.centroid[joints.tied])
     offset = position - nodes[node]
     first = np.flatnonzero(yarn[1:] == yarn[:-1])
@@ -130,7 +287,7 @@ def spatial_network(
         offsets=offset[elements],
         arms_turn=joint == "rigid",
         yarns_side_by_side=np.ones(len(elements)),
-        stations=Stations(yarn, arc_length, position),
+        stations=stations,
         station_node=node,
         station_offset=offset,
         beam_nodes=len(position),
@@ -153,7 +310,7 @@ def _curvature(fabric: Fabric, pieces: list[np.ndarray], first: np.ndarray) -> n
 
 
 def _divide(inner: np.ndarray, length: float, size: float, yarn: int) -> np.ndarray:
-    """Arc lengths of the beam nodes of one yarn: its ends, stops inside, and even steps between."""
+    """Return the arc lengths of the beam nodes of one yarn: its ends, stops inside, and even steps between."""
     stops = np.concatenate([[0.0], np.sort(inner), [length]])
     gaps = np.diff(stops)
     if not np.all(gaps > 1e-9 * length):
@@ -163,22 +320,7 @@ def _divide(inner: np.ndarray, length: float, size: float, yarn: int) -> np.ndar
             "they must be apart"
         )
     counts = np.maximum(np.rint(gaps / size), 1).astype(int)
-    piece = np.repeat(np.arange(len(gaps)), counts)
-    step = np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)
-    return np.append(stops[piece] + step * (gaps / counts)[piece], length)
-
-
-def _stations_of(contacts: JointPoints, yarn: np.ndarray, arc_length: np.ndarray) -> np.ndarray:
-    """Stations (K, 2) at the points C."""
-    station = np.empty(contacts.yarn.shape, dtype=int)
-    for number in range(yarn[-1] + 1):
-        on_yarn = contacts.yarn == number
-        start = int(np.searchsorted(yarn, number))
-        along = arc_length[yarn == number]
-        # Points C are stops of the division, so the nearest station is the point itself.
-        middles = 0.5 * (along[1:] + along[:-1])
-        station[on_yarn] = start + np.searchsorted(middles, contacts.arc_length[on_yarn])
-    return station
+    return evenly(stops, counts)
 
 
 def _tie(position: np.ndarray, pairs: np.ndarray, centroid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

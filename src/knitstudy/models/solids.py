@@ -12,7 +12,13 @@ from functools import cached_property, partial
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.contacts.facets import CrossingFacets, tied_crossings, tied_pieces
+from knitstudy.contacts.facets import (
+    CrossingFacets,
+    crossing_forces,
+    tied_crossings,
+    tied_pieces,
+    touching_points,
+)
 from knitstudy.contacts.kinematics import section_motion
 from knitstudy.geometry.fabric import Arcs, Fabric
 from knitstudy.loading.gates import require_sound
@@ -26,8 +32,14 @@ from knitstudy.mechanics.model import Stabilisation, transformation
 from knitstudy.mechanics.solid import SolidModel, SolidState
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.discretisation import Discretisation
-from knitstudy.models.ties import Ties, tie_crossings
-from knitstudy.models.yarn_contact import BesideTies, YarnContact, contact_of, free_yarns, penetration_of
+from knitstudy.models.interactions import (
+    BesideTies,
+    Ties,
+    contact_of,
+    free_yarns,
+    penetration_of,
+    tie_crossings,
+)
 from knitstudy.study.scene import Scene
 
 # Up to here sparse LU replaces iterations that fail; beyond, it takes too much time and memory
@@ -43,7 +55,7 @@ class SolidYarns:
     ties: Ties
     facets: CrossingFacets
     retained: np.ndarray  # (n,) nodes that depend on no others, ascending
-    contact: YarnContact | None = None  # of yarns that touch
+    beside: BesideTies | None = None  # where some yarns are tied and others in contact
 
     @cached_property
     def unknown(self) -> np.ndarray:
@@ -53,21 +65,23 @@ class SolidYarns:
         return position
 
     @property
+    def touches(self) -> bool:
+        """Whether yarns touch."""
+        return self.model.contact is not None
+
+    @property
     def elements(self) -> int:
         """Number of elements."""
         return sum(len(group.connectivity) for group in self.model.groups)
 
     def attributes(self) -> dict[str, float]:
         """Return the attributes of a history for ties and contact."""
-        return self.ties.attributes() | (self.contact.attributes() if self.contact else {})
-
-    def constants(self) -> dict[str, np.ndarray]:
-        """Return the variables of a history for the ties of all crossings."""
-        return {
-            "crossing_tied": np.isfinite(self.ties.area).astype(np.int8),
-            "tied_area": self.ties.area,
-            "tied_centroid": self.ties.centroid,
-        }
+        found = self.ties.attributes()
+        if self.touches:
+            contact, limit = self.model.contact, self.model.penetration.limit
+            found |= {"facets_around": int(contact.surfaces.cells[0, 1]), **contact.law.attributes()}
+            found |= {"friction": contact.law.friction, "penetration_limit": limit}
+        return found
 
     def fields(self, state: SolidState) -> dict[str, np.ndarray]:
         """Return the variables of a history that are known at its last increment alone."""
@@ -80,9 +94,17 @@ class SolidYarns:
         displacement = parts.sampled(moved)
         force = self.ties.resultants(moved)
         contact, points = {}, {}
-        if self.contact is not None:
-            contact, points, pushed = self.contact.record(state, len(force))
-            force += pushed
+        if self.touches:
+            near = self.model.contact_points(state)
+            points = touching_points(self.model.contact, near, facets, parts.rings)
+            force += crossing_forces(points, len(force))
+            gaps = {"smallest_gap": self.model.contact.smallest_gap(near)}
+            if self.beside is not None:
+                beside = self.beside.smallest_gap(parts.nodes + moved)
+                gaps = {"smallest_gap": min(gaps["smallest_gap"], beside), "gap_beside_ties": beside}
+            # Where nothing is near there is no gap.
+            contact = {name: gap if np.isfinite(gap) else np.nan for name, gap in gaps.items()}
+            contact["augmentations"] = state.augmentations
         sections = section_motion(facets.crossings, parts.mesh, parts.sampled(parts.nodes), displacement)
         columns = {
             "centreline_displacement": parts.mesh.ring_means(displacement),
@@ -98,23 +120,15 @@ def assemble(
     scene: Scene,
     fabric: Fabric,
     parts: Discretisation,
-    tied: np.ndarray | None = None,
-    spread: sp.csr_matrix | None = None,
+    tied: np.ndarray | None = None,  # (K,) crossings that are tied; by default as the scene says
+    spread: sp.csr_matrix | None = None,  # (N, n) nodes as sums of the retained ones, where all are retained
+    # (R,) of the rings of the surfaces: rings with one label, if it is not -1, do not touch. By default pieces of
+    # yarn that are tied to each other have one
     labels: np.ndarray | None = None,
 ) -> SolidYarns:
     """Return the solid yarns of a scene: tied at some crossings, in contact elsewhere if the scene says so.
 
     Raises MeshError if an element is folded, a crossing cannot be tied, or yarns overlap.
-
-    Parameters
-    ----------
-    tied : ndarray of bool, shape (K,), optional
-        Crossings that are tied; as the scene says if left out.
-    spread : csr matrix, shape (N, n), optional
-        Nodes as sums of the retained ones, where all are retained.
-    labels : ndarray of int, shape (R,), optional
-        Of the rings of the surfaces: rings with one label, if it is not -1, do not touch. By default pieces of yarn
-        that are tied to each other have one.
     """
     tied = tied_crossings(scene, fabric.crossings) if tied is None else tied
     ties = tie_crossings(parts, fabric, tied, scene.tie.radius, scene.yarn.youngs_modulus)
@@ -131,8 +145,7 @@ def assemble(
     solids = (parts.nodes, groups, parts.size, spread, stabilisation, ties.links)
     if not scene.kind.interaction.touches:
         return SolidYarns(parts, SolidModel(*solids), ties, facets, retained)
-    if labels is None:
-        labels = tied_pieces(parts.rings.arc_length, fabric.crossings, tied)
+    labels = tied_pieces(parts.rings.arc_length, fabric.crossings, tied) if labels is None else labels
     contact = contact_of(scene, parts, labels)
     model = SolidModel(
         *solids,
@@ -141,32 +154,31 @@ def assemble(
         free_bodies=free_yarns(parts, ties, volume, scene.yarn.youngs_modulus),
     )
     beside = BesideTies(scene, parts, ties, fabric.crossings.yarn[tied], labels) if tied.any() else None
-    touching = YarnContact(model, facets, parts.rings, beside, scene.tie.radius**2 * fabric.radius)
-    return SolidYarns(parts, model, ties, facets, retained, touching)
+    return SolidYarns(parts, model, ties, facets, retained, beside)
 
 
 def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns) -> Problem:
     """Return solid yarns with the load of a scene, observers and checks."""
-    model, contact = yarns.model, yarns.contact
+    model = yarns.model
     motion = load_path(scene, fabric)
     prescribed, driven = _prescribed(yarns, scene, motion)
     # No correction may exceed the distance within which contact is searched.
-    stride = np.inf if contact is None else model.contact.margin
+    stride = model.contact.margin if yarns.touches else np.inf
     return Problem(
         scene=scene,
         model=model,
         prescribed=prescribed,
         solver=linear_solver(scene.solver.linear, yarns, prescribed),
-        settings=settings_of(scene, contact is not None, stride),
+        settings=settings_of(scene, yarns.touches, stride),
         motion=motion,
         driven=driven,
         stations=stations_of(yarns.parts.mesh, fabric.arcs),
         observer=SolidObserver(yarns),
         checks=(
             partial(require_sound, scene, model.loaded),
-            *([contact.require_apart] if contact and contact.beside else []),
+            *([yarns.beside.require_apart] if yarns.beside else []),
         ),
-        constants=yarns.constants(),
+        constants=yarns.ties.constants(),
         fields=yarns.fields if "fields" in scene.outputs else None,
         attributes={"dof": yarns.parts.nodes.size, "elements": yarns.elements, **yarns.attributes()},
     )
@@ -184,9 +196,8 @@ def _prescribed(yarns: SolidYarns, scene: Scene, motion: Motion) -> tuple[Prescr
     """Return prescribed unknowns, and those of the driven nodes (k, 3) whose forces add up to the reaction."""
     ends, unity = yarns.parts.ends, yarns.parts.unity
     held, driven = (3 * yarns.unknown[nodes][:, None] + np.arange(3) for nodes in (ends.held, ends.driven))
-    components = driven if scene.load.lateral == "fixed" else driven[:, [motion.axis]]
-    count = components.shape[1]
-    moved = motion.displacement if count == 3 else motion.displacement[:, [motion.axis]]
+    axes = range(3) if scene.load.lateral == "fixed" else [motion.axis]
+    components, moved = driven[:, axes], motion.displacement[:, axes]
     fixed = np.concatenate([held.ravel(), components.ravel()])
     value = np.zeros((len(moved), len(fixed)))
     value[:, held.size :] = (unity[ends.driven][:, None] * moved[:, None]).reshape(len(moved), -1)
@@ -200,34 +211,26 @@ class SolidObserver:
     yarns: SolidYarns
 
     def record(self, increment: Increment) -> Reported:
-        """Return columns of the history, and of the points in contact."""
+        """Return columns of the history, and of the points in contact.
+
+        Net force (Y, 3) [N] and moment (Y, 3) [N m] of all interactions on every yarn (Fig. 10a): at a free node the
+        internal force equals the force of the interactions; grips are left out. Moments are about the mean of the
+        yarn's stations.
+        """
+        parts, mesh = self.yarns.parts, self.yarns.parts.mesh
         columns, points = self.yarns.record(increment.state)
-        moved = self.yarns.model.node_displacement(increment.state)
-        force, moment = _yarn_resultants(
-            self.yarns, increment.response.node_force, moved, columns["centreline_displacement"]
-        )
-        return columns | {"yarn_force": force, "yarn_moment": moment}, points
-
-
-def _yarn_resultants(
-    yarns: SolidYarns, node_force: np.ndarray, displacement: np.ndarray, stations: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return net force (Y, 3) [N] and moment (Y, 3) [N m] of all interactions on every yarn (Fig. 10a).
-
-    At a free node the internal force `node_force` (N, 3) equals the force of the interactions; grips are left out.
-    Moments are about the mean of the yarn's `stations` (S, 3).
-    """
-    mesh, ends, unity = yarns.parts.mesh, yarns.parts.ends, yarns.parts.unity
-    force = node_force.copy()
-    force[np.concatenate([ends.held, ends.driven])] = 0
-    position = yarns.parts.nodes + displacement
-    resultant, moment = np.zeros((2, mesh.yarns, 3))
-    for yarn in range(mesh.yarns):
-        here, slices = yarns.parts.nodes_of(yarn), mesh.yarn_of_slice == yarn
-        centre = (mesh.centres + stations)[slices].mean(axis=0)
-        resultant[yarn] = unity[here] @ force[here]
-        moment[yarn] = np.cross(position[here] - unity[here, None] * centre, force[here]).sum(axis=0)
-    return resultant, moment
+        force = increment.response.node_force.copy()
+        force[np.concatenate([parts.ends.held, parts.ends.driven])] = 0
+        position = parts.nodes + self.yarns.model.node_displacement(increment.state)
+        stations = mesh.centres + columns["centreline_displacement"]
+        resultant, moment = np.zeros((2, mesh.yarns, 3))
+        for yarn in range(mesh.yarns):
+            here = parts.nodes_of(yarn)
+            centre = stations[mesh.yarn_of_slice == yarn].mean(axis=0)
+            arm = position[here] - parts.unity[here, None] * centre
+            resultant[yarn] = parts.unity[here] @ force[here]
+            moment[yarn] = np.cross(arm, force[here]).sum(axis=0)
+        return columns | {"yarn_force": resultant, "yarn_moment": moment}, points
 
 
 def structure(yarns: SolidYarns, prescribed: PrescribedDisplacement) -> KnitStructure:

@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.geometry.fabric import Fabric, Grip
+from knitstudy.geometry.fabric import NO_ARCS, Fabric, Grip
 from knitstudy.geometry.spline import Centreline
 from knitstudy.loading.solve import Problem
 from knitstudy.mechanics.elements import ElementGroup
@@ -28,13 +28,13 @@ from knitstudy.models import endless, solids
 from knitstudy.models.discretisation import Discretisation, contact_surfaces, fitted_places
 from knitstudy.study.scene import Scene
 
+# Distance from a crossing up to which spans are short and of the degree of crossings, over the yarn's radius
 CROSSING_REACH = 1.0
-"""Distance from a crossing up to which spans are short and of the degree of crossings, over the yarn's radius."""
 
-RAMP = 1.0
-"""Distance over which spans grow beyond the reach of a crossing, over the yarn's radius."""
+RAMP = 1.0  # distance over which spans grow beyond the reach of a crossing, over the yarn's radius
 
-NONE = np.empty((0, 2))
+# Of a simulation, for each pair of nodes of a span: tangent, factors of single yarns and indices of sums
+BYTES_A_PAIR = 48
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,9 @@ def yarn_spans(scene: Scene, fabric: Fabric) -> list[YarnSpans]:
     """Return the spans of every yarn; copies of a yarn have the same, but for arcs that are gripped."""
     load = load_of(scene)
     arcs, ends = fabric.gripped_arcs(load), fabric.grip_ends(load)
-    plain = {one: _spans(scene, fabric, one, NONE, NONE.ravel()) for one in set(fabric.copy_of.tolist())}
+    plain = {
+        one: _spans(scene, fabric, one, NO_ARCS, NO_ARCS.ravel()) for one in set(fabric.copy_of.tolist())
+    }
     return [
         _spans(scene, fabric, one, arcs[yarn], ends[yarn]) if yarn in arcs else plain[one]
         for yarn, one in enumerate(fabric.copy_of.tolist())
@@ -86,25 +88,11 @@ def _spans(scene: Scene, fabric: Fabric, yarn: int, arcs: np.ndarray, ends: np.n
     return YarnSpans(breaks, degrees, np.searchsorted(breaks, ends), arcs)
 
 
-BYTES_A_PAIR = 48
-"""Of a simulation, for each pair of nodes of a span: tangent, factors of single yarns and indices of sums."""
-
-
 def build(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None) -> Problem:
-    """Return a scene with yarns of polynomials and splines as a problem.
+    """Return a scene with yarns of polynomials and splines as a problem, observed at the sections of a mesh.
 
-    Parameters
-    ----------
-    mesh : SweptMesh, optional
-        Sections at which the yarns are observed; sampled if left out.
-
-    Raises
-    ------
-    ConfigurationError
-        If a pair is held at the backs of its yarns.
-    MeshError
-        If a yarn bends tighter than its radius, crossings cannot be tied, yarns overlap, or the simulation does not fit
-        into memory.
+    Raises ConfigurationError if a pair is held at the backs of its yarns; MeshError if a yarn bends tighter than its
+    radius, crossings cannot be tied, yarns overlap, or the simulation does not fit into memory.
     """
     parts = discretise(scene, fabric, mesh)
     if len(fabric.periods):
@@ -141,7 +129,7 @@ def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None) -> D
         surfaces=surfaces,
         rings=rings,
         ends=_grips(scene, fabric, space, spans),
-        locate=partial(_locate, space, nodes),
+        locate=lambda points, yarn: space.weights(yarn, *locate(space, nodes, points, yarn)),
         size=2 * mesh.radius / ACROSS,
         missing=partial(missing, space, mesh.radius, *material.across),
         sampling=Sampling(space, mesh.yarn_of_slice, mesh.arc_length, mesh.section.points),
@@ -199,12 +187,6 @@ def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
     return total
 
 
-def _locate(
-    space: Space, nodes: np.ndarray, points: np.ndarray, yarn: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    return space.weights(yarn, *locate(space, nodes, points, yarn))
-
-
 def _grips(scene: Scene, fabric: Fabric, space: Space, spans: list[YarnSpans]) -> Grips:
     """Return the nodes that are held and driven: those of all functions over gripped sections; none without grips."""
     nothing = np.empty(0, dtype=np.int64)
@@ -215,27 +197,16 @@ def _grips(scene: Scene, fabric: Fabric, space: Space, spans: list[YarnSpans]) -
 
 
 def _gripped(grip: Grip, fabric: Fabric, space: Space, spans: list[YarnSpans]) -> np.ndarray:
-    """Return the nodes of a grip: those of the ends that it holds, and those along its arcs."""
+    """Return the nodes of a grip: those of all splines that do not vanish in it."""
     nodes = [np.empty(0, dtype=np.int64)]
     for yarn in np.unique(grip.yarn).tolist():
-        arcs, length = grip.of(yarn), fabric.centrelines[yarn].length
+        own, arcs = space.yarns[yarn], grip.of(yarn)
+        # At an end the first or the last spline alone does not vanish; the ends of arcs are sharp breaks.
         ends = arcs[arcs[:, 0] == arcs[:, 1], 0]
-        nodes += [_end(space, yarn, -1 if s > 0.5 * length else 0) for s in ends]
+        splines = np.where(ends > 0.5 * fabric.centrelines[yarn].length, own.spline.size - 1, 0)
         if len(ends) < len(arcs):
-            nodes.append(_along(space, yarn, spans[yarn]))
+            first = own.spline.first[spans[yarn].gripped()]
+            splines = np.append(splines, first[:, None] + np.arange(own.spline.degree + 1))
+        every = np.repeat(np.arange(own.spline.size), np.diff(own.first_node))
+        nodes.append(space.first_node[yarn] + np.flatnonzero(np.isin(every, splines)))
     return np.concatenate(nodes)
-
-
-def _end(space: Space, yarn: int, last: int) -> np.ndarray:
-    """Return the nodes of the first (0) or last (-1) spline of a yarn, which alone do not vanish at its end."""
-    own = space.yarns[yarn]
-    first = own.first_node[:-1][last], own.first_node[1:][last]
-    return space.first_node[yarn] + np.arange(*first)
-
-
-def _along(space: Space, yarn: int, spans: YarnSpans) -> np.ndarray:
-    """Return the nodes of all splines that do not vanish somewhere in the gripped arcs; their ends are sharp breaks."""
-    own = space.yarns[yarn]
-    spline = np.unique(own.spline.first[spans.gripped()][:, None] + np.arange(own.spline.degree + 1))
-    every = np.repeat(np.arange(own.spline.size), np.diff(own.first_node))
-    return space.first_node[yarn] + np.flatnonzero(np.isin(every, spline))

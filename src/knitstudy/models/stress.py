@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
+from scipy.interpolate import make_interp_spline
 
 from knitstudy.contacts.segments import KINDS, NO_SEGMENT, Segments, segments
 from knitstudy.errors import DataFileError
@@ -24,7 +25,7 @@ from knitstudy.loading.columns import STRESSES
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import VOIGT, Material, axes_along, material_of
 from knitstudy.mechanics.solid import cauchy_stress, principal_axes
-from knitstudy.mechanics.spline_yarn.space import YarnSpace, deformation_gradient, sections
+from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace, deformation_gradient, sections
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.hexahedra import divide
@@ -47,11 +48,14 @@ class CellStress:
         return self.integral / self.volume[:, None, None]
 
 
-CHUNK = 4096
-"""Elements that answer at once; bounds the memory."""
-
-CORNERS = 8
-"""Nodes of an element whose mean is its middle; those at the middles of edges follow them."""
+CHUNK = 4096  # elements that answer at once; bounds the memory
+LAYERS = 100  # layers of cells of splines evaluated at once; bounds the memory of their derivatives
+CORNERS = 8  # nodes of an element whose mean is its middle; those at the middles of edges follow them
+GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3)  # places on (-1, 1) of two points, each of weight 1
+EXTENTS = {
+    "whole": 1.0,
+    "middle": 0.5,
+}  # share of every piece of yarn, about its middle, that is averaged over
 
 
 def hexahedral_cell_stress(
@@ -83,11 +87,34 @@ def _stress_integral(group: ElementGroup, nodes: np.ndarray, displacement: np.nd
     return 0.5 * (integral + np.swapaxes(integral, 1, 2))  # symmetric but for rounding
 
 
-GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3)
-"""Places on (-1, 1) of two points, each of weight 1."""
+def undeformed_splines(scene: Scene, specimen: Fabric, displacement: np.ndarray) -> tuple[Space, np.ndarray]:
+    """Return the space of a scene's spline yarns and their undeformed nodes (N, 3) [m].
 
-LAYERS = 100
-"""Layers of cells evaluated at once; bounds the memory of their derivatives."""
+    Raises DataFileError if coefficients of a displacement are those of another discretisation.
+    """
+    space = space_on(scene, yarn_spans(scene, specimen))
+    nodes = undeformed(space, specimen)
+    if displacement.shape != nodes.shape:
+        raise DataFileError(
+            f"node_displacement has the shape {displacement.shape}, but the yarns of scene {scene.name!r} have "
+            f"{len(nodes)} coefficients: run the scene again"
+        )
+    return space, nodes
+
+
+def stressed_points(
+    yarn: YarnSpace,
+    nodes: tuple[np.ndarray, np.ndarray],  # undeformed, and their displacement (n, 3) [m]
+    s: np.ndarray,  # (k,) arc lengths of sections [m]
+    x: np.ndarray,  # (q, 2) points of a section, over the radius
+    material: Material,
+) -> tuple[np.ndarray, ...]:
+    """Return places, displacements (k, q, 3), slopes of places, gradients and Cauchy stresses (k, q, 3, 3)."""
+    (place, slope), (displacement, change) = (sections(yarn, each, s, x) for each in nodes)
+    gradient = deformation_gradient(slope, change)
+    axes = axes_along(slope[..., 2].reshape(-1, 3))
+    stress = cauchy_stress(gradient.reshape(-1, 3, 3), material, axes).reshape(gradient.shape)
+    return place, displacement, slope, gradient, stress
 
 
 def spline_cell_stress(
@@ -97,28 +124,20 @@ def spline_cell_stress(
 
     Raises DataFileError if the displacement is of another discretisation.
     """
-    space = space_on(scene, yarn_spans(scene, specimen))
-    nodes = undeformed(space, specimen)
-    if displacement.shape != nodes.shape:
-        raise DataFileError(
-            f"node_displacement has the shape {displacement.shape}, but the yarns of scene {scene.name!r} have "
-            f"{len(nodes)} coefficients: run the scene again"
-        )
-    yarn = scene.yarn
-    material = material_of(yarn)
+    space, nodes = undeformed_splines(scene, specimen, displacement)
+    material = material_of(scene.yarn)
     parts = []
     for number, (own, stations) in enumerate(zip(space.yarns, mesh.stations, strict=True)):
         here = slice(*space.first_node[number : number + 2].tolist())
         for low in range(0, len(stations) - 1, LAYERS):
             breaks = stations[low : low + LAYERS + 1]
-            parts.append(_layers(own, nodes[here], displacement[here], breaks, mesh.section, material))
+            parts.append(_layers(own, (nodes[here], displacement[here]), breaks, mesh.section, material))
     return CellStress(*(np.concatenate(each) for each in zip(*parts, strict=True)))
 
 
 def _layers(
     yarn: YarnSpace,
-    nodes: np.ndarray,
-    displacement: np.ndarray,
+    nodes: tuple[np.ndarray, np.ndarray],
     breaks: np.ndarray,
     section: Section,
     material: Material,
@@ -127,13 +146,9 @@ def _layers(
     x, area = _section_points(section)
     rise = np.diff(breaks)
     s = (breaks[:-1, None] + 0.5 * rise[:, None] * (1 + GAUSS)).ravel()
-    place, slope = sections(yarn, nodes, s, x)
-    moved, change = sections(yarn, displacement, s, x)
-    gradient = deformation_gradient(slope, change)
+    place, moved, slope, gradient, stress = stressed_points(yarn, nodes, s, x, material)
     weight = np.repeat(0.5 * rise, len(GAUSS))[:, None] * area * np.linalg.det(slope)
     after = weight * np.linalg.det(gradient)
-    axes = axes_along(slope[..., 2].reshape(-1, 3))
-    stress = cauchy_stress(gradient.reshape(-1, 3, 3), material, axes).reshape(gradient.shape)
 
     def summed(values: np.ndarray) -> np.ndarray:
         """Sum over the points of every cell: two along, four across."""
@@ -160,23 +175,14 @@ def _section_points(section: Section) -> tuple[np.ndarray, np.ndarray]:
     return np.einsum("eni,np->epi", corner, 0.25 * one * other).reshape(-1, 2), area.ravel()
 
 
-EXTENTS = {"whole": 1.0, "middle": 0.5}
-"""Share of every piece of yarn, about its middle, that is averaged over."""
-
-
+# Stress of cells by fidelity
 CELL_STRESS = {"hexahedra": hexahedral_cell_stress, "spline_yarns": spline_cell_stress}
-"""Stress of cells by fidelity."""
 
 
 def stress(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
     """Return the stresses of a scene, in the format of docs/files.md.
 
     Raises DataFileError if the history holds no displacement of nodes, or that of another discretisation.
-
-    Parameters
-    ----------
-    geometry, mesh, history : Dataset
-        Of the scene; the history keeps its fields.
     """
     if "node_displacement" not in history:
         raise DataFileError(
@@ -255,24 +261,14 @@ def _of_pieces(
     last = np.cumsum(np.diff(mesh.first_slice) - 1)
     for yarn, (stations, end) in enumerate(zip(mesh.stations, last, strict=True)):
         own = layers[end - len(stations) + 1 : end]
-        upto = np.concatenate([np.zeros((1, own.shape[1])), own.cumsum(axis=0)])
+        sums = np.concatenate([np.zeros((1, own.shape[1])), own.cumsum(axis=0)])
+        upto = make_interp_spline(stations, sums, k=1)
         here = parts.yarn == yarn
-        middle, half = (
-            parts.arc_length[here].mean(axis=1),
-            0.5 * np.diff(parts.arc_length[here], axis=1)[:, 0],
-        )
+        low, high = parts.arc_length[here].T
         for i, share in enumerate(EXTENTS.values()):
-            found[here, i] = _at(middle + share * half, stations, upto) - _at(
-                middle - share * half, stations, upto
-            )
+            half, middle = 0.5 * share * (high - low), 0.5 * (low + high)
+            found[here, i] = upto(middle + half) - upto(middle - half)
     return found[..., 0], found[..., 1:10].reshape(*found.shape[:2], 3, 3), found[:, 0, 10:].reshape(-1, 4, 7)
-
-
-def _at(s: np.ndarray, stations: np.ndarray, upto: np.ndarray) -> np.ndarray:
-    """Return sums (k, c) up to arc lengths s (k,) [m], from the sums (S, c) up to stations (S,)."""
-    low = np.clip(np.searchsorted(stations, s) - 1, 0, len(stations) - 2)
-    share = (s - stations[low]) / (stations[low + 1] - stations[low])
-    return upto[low] + share[:, None] * (upto[low + 1] - upto[low])
 
 
 def _rotations(moments: np.ndarray) -> np.ndarray:

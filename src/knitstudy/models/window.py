@@ -20,12 +20,11 @@ from knitstudy.loading.gates import require_no_jump
 from knitstudy.loading.history import Stations
 from knitstudy.loading.solve import Problem, Reported, settings_of
 from knitstudy.mechanics.beam_approach import Curves
-from knitstudy.mechanics.beam_contact import TouchingBeams
-from knitstudy.mechanics.beam_model import BeamModel
+from knitstudy.mechanics.beam_contact import BeamContact
 from knitstudy.mechanics.increment import Increment
-from knitstudy.mechanics.solids_and_beams import MixedState, Seams, SolidsAndBeams
+from knitstudy.mechanics.solids_and_beams import Seams, SolidsAndBeams
 from knitstudy.mesh.mesher import Grips
-from knitstudy.models import network, solids, spline_yarns
+from knitstudy.models import solids, spline_yarns
 from knitstudy.models.beams_in_contact import beam_contact, piece_bounds, point_pairs
 from knitstudy.models.joints import (
     LARGEST,
@@ -36,8 +35,7 @@ from knitstudy.models.joints import (
     patch_stiffness,
     springs,
 )
-from knitstudy.models.network import Network
-from knitstudy.models.network_3d import spatial_network
+from knitstudy.models.network_3d import Network, loaded, spatial_network
 from knitstudy.models.solids import SolidYarns
 from knitstudy.study.scene import Scene
 
@@ -147,8 +145,7 @@ def surroundings(scene: Scene, fabric: Fabric, window: Window, contacts: xr.Data
 
 def cut_nodes(around: Network, window: Window) -> np.ndarray:
     """Return the nodes (P, 2) of the network at both ends of every solid arc."""
-    ends = zip(np.repeat(window.yarn, 2), window.arc.ravel(), strict=True)
-    return around.station_node[[around.stations.nearest(*end) for end in ends]].reshape(-1, 2)
+    return around.station_node[around.stations.nearest(window.yarn[:, None], window.arc)]
 
 
 def _joints(
@@ -212,10 +209,8 @@ def _without_arcs(whole: Network, window: Window) -> Network:
     )
 
 
-def touching_beams(
-    scene: Scene, fabric: Fabric, window: Window, around: Network, beams: BeamModel
-) -> TouchingBeams | None:
-    """Return beams with contact at all crossings outside of the window that are not tied; None if there are none.
+def outer_contact(scene: Scene, fabric: Fabric, window: Window, around: Network) -> BeamContact | None:
+    """Return the contact of beams at all crossings outside of the window that are not tied; None if there are none.
 
     Raises GeometryError if a piece of yarn has too few nodes for a smooth centreline.
     """
@@ -226,9 +221,11 @@ def touching_beams(
         return None
     chain = _chains(around)
     curves = Curves(chain, around.stations.arc_length)
-    crossings = _on_chains(fabric.crossings.chosen(outside), around.stations, chain)
-    contact = beam_contact(scene, curves, point_pairs(crossings, touching, curves.length))
-    return TouchingBeams(beams, around.station_node, around.station_offset, contact)
+    crossings = fabric.crossings.chosen(outside)
+    # Chains take the place of yarns; arc lengths stay those of the yarns.
+    own = chain[around.stations.nearest(crossings.yarn, crossings.arc_length)]
+    pairs = point_pairs(replace(crossings, yarn=own), touching, curves.length)
+    return beam_contact(scene, around, curves, pairs)
 
 
 def _chains(around: Network) -> np.ndarray:
@@ -238,15 +235,6 @@ def _chains(around: Network) -> np.ndarray:
     elements = around.ends[:, 0] * count + around.ends[:, 1]
     joined[1:] = (yarn[1:] == yarn[:-1]) & np.isin(node[:-1] * count + node[1:], elements)
     return np.cumsum(~joined) - 1
-
-
-def _on_chains(crossings: Crossings, stations: Stations, chain: np.ndarray) -> Crossings:
-    """Return crossings with chains instead of yarns; arc lengths stay those of the yarns."""
-    # Places of all stations on one axis, yarn after yarn, as the network has them.
-    longest = 2 * stations.arc_length.max()
-    places = longest * stations.yarn + stations.arc_length
-    nearest = np.searchsorted(places, longest * crossings.yarn + crossings.arc_length)
-    return replace(crossings, yarn=chain[nearest])
 
 
 # Columns of the history with a value for every crossing
@@ -260,7 +248,6 @@ class MixedKnit:
     window: Window
     yarns: SolidYarns  # of the pieces: each solid arc of the window counts as a yarn
     network: Network
-    beams: BeamModel  # of the network, without contact
     model: SolidsAndBeams
     # (S,) stations of the network, then sections of the pieces, in the order of yarns and arc lengths
     order: np.ndarray
@@ -272,23 +259,17 @@ class MixedKnit:
         state = increment.state
         columns, points = self.yarns.record(state.solids)
         columns |= {name: self.of_all(columns[name]) for name in OF_CROSSINGS}
-        outer = self.network.station_displacement(self.beams, state.frame)
+        outer = self.network.station_displacement(self.model.beams, state.beams)
         stations = np.concatenate([outer, columns["centreline_displacement"]])[self.order]
         columns["centreline_displacement"] = stations
         if points:
             here = points["crossing"]
             points["crossing"] = np.where(here < 0, -1, self.window.crossing[here])
             points |= {name: self.window.yarn[points[name]] for name in ("yarn", "target")}
-        return columns | self._seams(state), points
-
-    def _seams(self, state: MixedState) -> dict[str, np.ndarray | float]:
-        """Return forces and moments of the beams on the solids at the seams, and the largest difference at a seam."""
-        force, moment = self.model.seam_forces(state)
-        return {
-            "seam_force": -force[:, 1],
-            "seam_moment": -moment[:, 1],
-            "seam_jump": float(np.linalg.norm(force.sum(axis=1), axis=1).max()),
-        }
+        force, moment = self.model.seam_forces(state)  # of the solids and of the beams
+        columns |= {"seam_force": -force[:, 1], "seam_moment": -moment[:, 1]}
+        columns["seam_jump"] = float(np.linalg.norm(force.sum(axis=1), axis=1).max())
+        return columns, points
 
     def of_all(self, values: np.ndarray) -> np.ndarray:
         """Return values (K, ...) of all crossings from those of the window (V, ...)."""
@@ -309,15 +290,15 @@ def mixed_knit(scene: Scene, fabric: Fabric, contacts: xr.Dataset | None = None)
     # All crossings of the window are tied, or all in contact.
     yarns = solids.assemble(scene, pieces, parts, np.full(len(window.crossing), not touches))
     around = surroundings(scene, fabric, window, contacts)
-    beams = around.model(scene.yarn, scene.mesh.section_law)
     section = section.reshape(-1, 3)
     seams = Seams(section, cut_nodes(around, window).ravel(), parts.nodes[section[:, 1:]])
-    outer = touching_beams(scene, fabric, window, around, beams) if touches and contacts is None else None
-    model = SolidsAndBeams(yarns.model, outer or beams, seams)
+    outer = outer_contact(scene, fabric, window, around) if touches and contacts is None else None
+    beams = around.model(scene.yarn, scene.mesh.section_law, outer)
+    model = SolidsAndBeams(yarns.model, beams, seams)
     stations = around.stations.and_more(solids.stations_of(parts.mesh, window))
     order = np.lexsort((stations.arc_length, stations.yarn))
     count = len(fabric.crossings.row)
-    return MixedKnit(window, yarns, around, beams, model, order, stations.at(order), count)
+    return MixedKnit(window, yarns, around, model, order, stations.at(order), count)
 
 
 def build(scene: Scene, fabric: Fabric, springs: xr.Dataset | None = None) -> Problem:
@@ -330,23 +311,21 @@ def build(scene: Scene, fabric: Fabric, springs: xr.Dataset | None = None) -> Pr
     model, yarns, window = mixed.model, mixed.yarns, mixed.window
     shown = np.zeros(mixed.crossings, dtype=np.int8)
     shown[window.shown] = 1
-    tied = np.zeros(mixed.crossings, dtype=np.int8)
-    tied[window.crossing] = np.isfinite(yarns.ties.area)
-    return network.loaded(
+    ties = {name: mixed.of_all(values) for name, values in yarns.ties.constants().items()}
+    ties["crossing_tied"] = np.nan_to_num(ties["crossing_tied"]).astype(np.int8)
+    return loaded(
         scene,
         fabric,
         mixed.network,
         first=model.first_beam,
         model=model,
         observer=mixed,
-        settings=settings_of(scene, yarns.contact is not None),
+        settings=settings_of(scene, yarns.touches),
         stations=mixed.stations,
         checks=(partial(require_no_jump, scene),),
         constants={
             "window_crossing": shown,
-            "crossing_tied": tied,
-            "tied_area": mixed.of_all(yarns.ties.area),
-            "tied_centroid": mixed.of_all(yarns.ties.centroid),
+            **ties,
             "seam_yarn": np.repeat(window.yarn, 2),
             "seam_arc_length": window.arc.ravel(),
         },

@@ -12,7 +12,7 @@ from typing import Any
 from PIL import Image, UnidentifiedImageError
 
 from knitstudy.errors import DataFileError
-from knitstudy.files import read_result, read_table, replacing
+from knitstudy.files import read_result, read_table
 from knitstudy.study.documents import read_yaml
 
 READERS = {".nc": read_result, ".csv": read_table, ".yaml": read_yaml}
@@ -43,36 +43,29 @@ def read_sources(files: Iterable[tuple[str, Any]]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class ScreenPicture:
-    """A picture as a data URI, with the size [points] and the metadata of its file."""
+    """A picture as a screen shows it (WebP), with the size [points] and the metadata of its file."""
 
-    uri: str
+    content: bytes
     width: int
     height: int
     said: dict[str, str]
 
+    @classmethod
+    def of(cls, path: Path) -> ScreenPicture:
+        """Return the picture of a file; DataFileError when it cannot be read."""
+        try:
+            with Image.open(path) as image:
+                shown, said = image.convert("RGB"), dict(image.info)
+        except (OSError, UnidentifiedImageError) as error:
+            message = f"{path}: is no picture ({error}); make it again with `make study`"
+            raise DataFileError(message) from error
+        width, height = shown.size
+        shown.thumbnail((WIDTH, height), Image.Resampling.LANCZOS)
+        stored = BytesIO()
+        shown.save(stored, **FORMAT)
+        return cls(stored.getvalue(), width, height, said)
 
-def for_screen(path: Path) -> ScreenPicture:
-    """Return a picture as a screen shows it; DataFileError when it cannot be read."""
-    shown, width, height, said = _shown(path)
-    stored = BytesIO()
-    shown.save(stored, **FORMAT)
-    uri = f"data:image/webp;base64,{b64encode(stored.getvalue()).decode()}"
-    return ScreenPicture(uri, width, height, said)
-
-
-def save_for_screen(path: Path, target: Path) -> None:
-    """Write a picture as a screen shows it; DataFileError when it cannot be read, or its folder cannot be made."""
-    shown, *_ = _shown(path)
-    with replacing(target) as temporary:
-        shown.save(temporary, **FORMAT)
-
-
-def _shown(path: Path) -> tuple[Image.Image, int, int, dict[str, str]]:
-    try:
-        with Image.open(path) as image:
-            width, height, said = *image.size, dict(image.info)
-            shown = image.convert("RGB")
-    except (OSError, UnidentifiedImageError) as error:
-        raise DataFileError(f"{path}: is no picture ({error}); make it again with `make study`") from error
-    shown.thumbnail((WIDTH, height), Image.Resampling.LANCZOS)
-    return shown, width, height, said
+    @property
+    def uri(self) -> str:
+        """The picture as a data URI."""
+        return f"data:image/webp;base64,{b64encode(self.content).decode()}"

@@ -4,63 +4,32 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
+from numbers import Integral, Number
 from pathlib import Path
 from typing import Any
 
 import jinja2
-import numpy as np
 import pandas as pd
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.files import read_dataset
-from knitstudy.measures.catalogue import Catalogue, Display
-from knitstudy.report.files import ScreenPicture, for_screen
+from knitstudy.measures.catalogue import Display
+from knitstudy.report.files import ScreenPicture
 from knitstudy.tables.catalogue import TABLES
 
+# Texts of a figure: in place of it, below it, and about the paper's and this study's finding.
 TEXTS = ("alt", "caption", "paper", "ours")
-"""Texts of a figure: in place of it, below it, and about the paper's and this study's finding."""
-
 BY_MODEL = ("rom_distance", "table5_cost", "beams")  # tables with a row for each model that a study has
 
+# Figures whose names begin so, and tables, that follow the verdicts on which the page opens.
 COMPARISON, COMPARED = "fig15", ("rom_distance", "table5_cost")
-"""Figures whose names begin so, and tables, that follow the verdicts on which the page opens."""
-
 LONG = 40  # rows from which on a table is folded
 MOST = 400  # rows of a table that the page shows; its file has all
-
-
-@dataclass(frozen=True)
-class FigureItem:
-    """A figure on the page."""
-
-    name: str
-    title: str
-    picture: ScreenPicture
-    texts: Mapping[str, str]
-
-    @property
-    def origin(self) -> str:
-        """Sources of the figure."""
-        return self.picture.said.get("Source", "")
-
-
-@dataclass(frozen=True)
-class TableItem:
-    """A table on the page, as text: ``rows`` of cells below a ``header``, ``numeric`` tells which columns.
-
-    ``count`` is how many rows there are: the page may show fewer.
-    """
-
-    name: str
-    title: str
-    caption: str
-    header: list[str]
-    rows: list[list[str]]
-    numeric: list[bool]
-    count: int
+NOTHING = "–"
+DIGITS = 4
+ATTRIBUTES = ("scene", "digest", "code_version", "numpy", "scipy", "pyamg")  # of data files that are shown
 
 
 def render(
@@ -104,58 +73,55 @@ def render(
         When a picture cannot be read.
     """
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
-    environment.globals["value"] = partial(_value, results)
-    items = {path.stem: _figure(path, captions, environment) for path in pictures}
-    built = {name: _table(name, table, captions) for name, table in results.items()}
+    environment.globals["value"] = partial(value, results)
+    figures = {path.stem: _figure(path, captions, environment) for path in pictures}
+    tables = {name: _table(name, table, captions) for name, table in results.items()}
     return environment.from_string(template.read_text(encoding="utf-8")).render(
         study=study,
         notes=notes,
         kept={} if kept is None else {row["id"]: row for row in kept.fillna("").to_dict("records")},
-        figures=_in_order(items, FIGURES),
-        tables=_in_order(built, TABLES),
+        figures=[figures[name] for name in FIGURES.names() if name in figures],
+        tables=[tables[name] for name in TABLES.names() if name in tables],
         comparison=COMPARISON,
         compared=COMPARED,
         long=LONG,
         verdicts=results.get("verdicts", pd.DataFrame()).fillna("").to_dict("records"),
-        provenance=_item("provenance", "Data files", "", cells(provenance)),
+        provenance=cells(provenance),
     )
 
 
-def _value(results: Mapping[str, pd.DataFrame], table: str, row: str, column: str, form: str = ".3g") -> str:
-    """Return a number for a caption, or a dash where the study has no scenes for its table or for its row."""
-    if table in TABLES.names() and table not in results:
-        return NOTHING
-    if table in BY_MODEL and row not in set(results[table].iloc[:, 0]):
-        return NOTHING
-    return value(results, table, row, column, form)
-
-
-def _in_order(items: Mapping[str, Any], catalogue: Catalogue) -> list[Any]:
-    return [items[name] for name in catalogue.names() if name in items]
-
-
-def _figure(path: Path, captions: Mapping[str, Any], environment: jinja2.Environment) -> FigureItem:
-    name = path.stem
-    display = FIGURES.find(name)
+def _figure(path: Path, captions: Mapping[str, Any], environment: jinja2.Environment) -> dict[str, Any]:
+    """Return name, title, picture and texts of a figure, in which numbers are filled in."""
+    display = FIGURES.find(path.stem)
     texts = _texts(captions, "figures", display, TEXTS)
-    picture = for_screen(path)
-    filled = {key: _filled(text, f"{key} of {name}", environment) for key, text in texts.items()}
-    return FigureItem(name, display.title, picture, filled)
+    for key, text in texts.items():
+        try:
+            texts[key] = environment.from_string(text).render()
+        except jinja2.TemplateError as error:
+            raise ConfigurationError(f"captions, {key} of {display.name}: {error}") from error
+    return {
+        "name": display.name,
+        "title": display.title,
+        "picture": ScreenPicture.of(path),
+        "texts": texts,
+    }
 
 
-def _table(name: str, table: pd.DataFrame, captions: Mapping[str, Any]) -> TableItem:
+def _table(name: str, table: pd.DataFrame, captions: Mapping[str, Any]) -> dict[str, Any]:
+    """Return name, title and caption of a table, its text as far as it is shown, and which columns are numbers."""
     display = TABLES.find(name)
-    caption = _texts(captions, "tables", display, ("caption",))["caption"]
     text = cells(table)
     if len(text) < len(text.columns) and text.iloc[:, 0].is_unique:  # turned, it fits narrow screens
         text = text.set_index(text.columns[0]).T.rename_axis("").reset_index()
-    return _item(name, display.title, caption, text, MOST)
-
-
-def _item(name: str, title: str, caption: str, text: pd.DataFrame, most: int | None = None) -> TableItem:
-    numeric = [text[column].str.match(r"^[-+−–\d.,e ]*$").all() for column in text.columns]
-    rows = text.iloc[:most].to_numpy().tolist()
-    return TableItem(name, title, caption, list(text.columns), rows, numeric, len(text))
+    return {
+        "name": name,
+        "title": display.title,
+        "caption": _texts(captions, "tables", display, ("caption",))["caption"],
+        "header": list(text.columns),
+        "rows": text.iloc[:MOST].to_numpy().tolist(),
+        "numeric": [text[column].str.match(r"^[-+−–\d.,e ]*$").all() for column in text.columns],
+        "count": len(text),
+    }
 
 
 def _texts(captions: Mapping[str, Any], kind: str, display: Display, keys: Sequence[str]) -> dict[str, str]:
@@ -170,31 +136,22 @@ def _texts(captions: Mapping[str, Any], kind: str, display: Display, keys: Seque
         ) from error
 
 
-def _filled(text: str, where: str, environment: jinja2.Environment) -> str:
-    """Return a text with its numbers from the tables."""
-    try:
-        return environment.from_string(text).render()
-    except jinja2.TemplateError as error:
-        raise ConfigurationError(f"captions, {where}: {error}") from error
-
-
-# ---- numbers ----
-
-NOTHING = "–"
-DIGITS = 4
-
-
 def value(results: Mapping[str, pd.DataFrame], table: str, row: str, column: str, form: str = ".3g") -> str:
-    """Return one number of a table; the row is named by its cell in the first column.
+    """Return one number of a table for a caption; the row is named by its cell in the first column.
 
-    Raises ConfigurationError when there is no such table, row or column.
+    Where a study has no scenes for a table, or for the row of a model, a dash stands instead. Raises ConfigurationError
+    when there is no such table, row or column.
     """
     if table not in results:
+        if table in TABLES.names():
+            return NOTHING
         raise ConfigurationError(
             f"captions: there is no table {table!r}, only {', '.join(results) or 'none'}"
         )
     frame = results[table]
     names = frame[frame.columns[0]]
+    if table in BY_MODEL and row not in set(names):
+        return NOTHING
     if column not in frame or (names == row).sum() != 1:
         raise ConfigurationError(
             f"captions: table {table!r} has no cell of row {row!r} and column {column!r}; rows are "
@@ -210,36 +167,16 @@ def cells(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _cell(content: object) -> str:
-    if isinstance(content, bool | np.bool_):
+    if pd.isna(content):
+        return NOTHING
+    if isinstance(content, bool) or not isinstance(content, Number):
         return str(content)
-    if isinstance(content, int | np.integer):
+    if isinstance(content, Integral):
         return f"{content:,}"
-    if isinstance(content, float | np.floating):
-        return NOTHING if np.isnan(content) else _rounded(float(content))
-    return NOTHING if content is None else str(content)
-
-
-def _rounded(number: float) -> str:
-    """Return four digits, without an exponent where the number is readable without one."""
-    if number == 0:
-        return "0"
-    if 1e-4 <= abs(number) < 1e6:
-        decimals = max(0, DIGITS - 1 - int(np.floor(np.log10(abs(number)))))
-        text = f"{number:,.{decimals}f}"
-        return text.rstrip("0").rstrip(".") if "." in text else text
-    return f"{number:.{DIGITS - 1}g}"
-
-
-# ---- origin of the data ----
-
-ATTRIBUTES = {
-    "scene": "scene",
-    "digest": "digest",
-    "code_version": "code",
-    "numpy": "numpy",
-    "scipy": "scipy",
-    "pyamg": "pyamg",
-}
+    if content and not 1e-4 <= abs(content) < 1e6:
+        return f"{content:.{DIGITS - 1}g}"
+    # All digits before the point: without an exponent where the number is readable without one.
+    return f"{content:,.{max(DIGITS, len(f'{abs(content):.0f}'))}g}"
 
 
 def origins(files: Iterable[Path | str], page: Path | str) -> pd.DataFrame:
@@ -247,10 +184,9 @@ def origins(files: Iterable[Path | str], page: Path | str) -> pd.DataFrame:
 
     Raises DataFileError when a file is missing or truncated.
     """
-    folder = Path(page).parent
     rows = []
     for file in files:
         attributes = read_dataset(file).attrs
-        row = {"file": Path(os.path.relpath(file, folder)).as_posix()}
-        rows.append(row | {title: str(attributes.get(key, "")) for key, title in ATTRIBUTES.items()})
-    return pd.DataFrame(rows, columns=["file", *ATTRIBUTES.values()])
+        path = Path(os.path.relpath(file, Path(page).parent)).as_posix()
+        rows.append([path, *(str(attributes.get(key, "")) for key in ATTRIBUTES)])
+    return pd.DataFrame(rows, columns=["file", *(key.removesuffix("_version") for key in ATTRIBUTES)])

@@ -1,7 +1,7 @@
 """The digest of the code behind a result: of modules and of all modules that they import, directly or not.
 
-Comments, docstrings and layout do not count. Of modules from outside of the package (plugins), those count that lie in
-the same place as the plugin that imports them.
+Comments, docstrings and layout do not count. A module that a plugin imports counts if it belongs to the package of the
+plugin, or is not installed.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import ast
 import gc
 import hashlib
 import sysconfig
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec, resolve_name
@@ -22,21 +22,13 @@ from knitstudy.errors import ConfigurationError
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
-CARRIERS = (
-    "errors",
-    "registry",
-    "files",
-    "stages",
-    "study",
-    "loading.columns",
-    "loading.restart",
-)
+CARRIERS = ("errors", "registry", "files", "stages", "study", "loading.columns", "loading.restart")
 """Rooms and modules that carry inputs and results but change no number: editing them runs no simulation again."""
 
 INSTALLED = {
     Path(sysconfig.get_path(name)).resolve() for name in ("purelib", "platlib", "stdlib", "platstdlib")
 }
-"""Folders in which packages lie that have nothing to do with each other."""
+"""Folders of packages that no plugin's digest follows."""
 
 BLOCKS = ("body", "orelse", "finalbody", "handlers", "cases")
 """Where statements, handlers of exceptions and cases of a match hold others."""
@@ -82,28 +74,19 @@ def modules_behind(*names: str, without: tuple[str, ...] = ()) -> list[Module]:
 
 
 def _carries(name: str) -> bool:
-    return name == "knitstudy" or any(
-        name == f"knitstudy.{carrier}" or name.startswith(f"knitstudy.{carrier}.") for carrier in CARRIERS
-    )
+    return name == "knitstudy" or f"{name}.".startswith(tuple(f"knitstudy.{each}." for each in CARRIERS))
 
 
 @cache
 def _counts(name: str, importer: str) -> bool:
     """Whether a name that a module imports is a module whose code counts."""
-    if name.startswith("knitstudy"):
-        return _path_of(name) is not None
     top, of_importer = name.partition(".")[0], importer.partition(".")[0]
-    if of_importer == "knitstudy":
+    if of_importer == "knitstudy" != top:
         return False
-    path = _path_of(name) if top == of_importer or _place(top) == _place(of_importer) else None
-    return path is not None and (top == of_importer or _place(top) not in INSTALLED)
-
-
-@cache
-def _place(top: str) -> Path | None:
-    """Return the folder in which a module or package of the outermost level lies."""
-    path = _path_of(top)
-    return None if path is None else path.parents[path.name == "__init__.py"]
+    path = _path_of(name)
+    return path is not None and (
+        top in ("knitstudy", of_importer) or not INSTALLED.intersection(path.parents)
+    )
 
 
 @cache
@@ -145,9 +128,8 @@ def tree_digest(tree: ast.Module) -> str:
     for node in _statements(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             # A text that stands alone documents: of fields and constants as well.
-            node.body = [each for each in node.body if not _is_text(each)] or [
-                ast.Pass(lineno=1, col_offset=0)
-            ]
+            nothing = [ast.Pass(lineno=1, col_offset=0)]
+            node.body = [each for each in node.body if not _is_text(each)] or nothing
     code = compile(tree, "", "exec", dont_inherit=True)
     return hashlib.sha256(repr(_essence(code)).encode()).hexdigest()
 
@@ -171,29 +153,24 @@ def _essence(value: Any) -> Any:
 
 def _imported(tree: ast.Module, package: str) -> Iterator[str]:
     """Yield the names that a module imports, but under TYPE_CHECKING: of modules, and of what may be one in them."""
-    for node in _statements(
-        tree, lambda node: isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
-    ):
+    for node in _statements(tree, but_types=True):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
-            base = (
-                resolve_name("." * node.level + (node.module or ""), package) if node.level else node.module
-            )
-            yield base
-            yield from (f"{base}.{alias.name}" for alias in node.names)
+            inside = "." * node.level + (node.module or "")
+            base = resolve_name(inside, package) if node.level else inside
+            yield from (base, *(f"{base}.{alias.name}" for alias in node.names))
 
 
-def _statements(
-    tree: ast.Module, without: Callable[[ast.AST], bool] = lambda node: False
-) -> Iterator[ast.AST]:
-    """Yield a tree and all statements in it, but for some and those in them."""
+def _statements(tree: ast.Module, but_types: bool = False) -> Iterator[ast.AST]:
+    """Yield a tree and all statements in it, but for those under TYPE_CHECKING if that is asked for."""
     waiting: list[ast.AST] = [tree]
     while waiting:
         node = waiting.pop()
-        if without(node):
+        if but_types and isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
             continue
         yield node
-        for block in BLOCKS:
-            held = getattr(node, block, ())
-            waiting.extend(held if isinstance(held, list) else ())  # an expression's body is no list
+        held = (getattr(node, block, ()) for block in BLOCKS)
+        waiting += [
+            each for block in held if isinstance(block, list) for each in block
+        ]  # an expression's is none

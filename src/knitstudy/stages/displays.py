@@ -16,8 +16,7 @@ from knitstudy.study.scene import Scene, digest
 
 REFERENCE = Path("resources/reference")
 
-Source = Step | list[Step] | Path
-"""A result, several results of one argument, or a file of reference."""
+Source = Step | list[Step] | Path  # A result, several results of one argument, or a file of reference
 
 
 def reference_files(config: Path) -> dict[str, Path]:
@@ -49,7 +48,7 @@ class Displays:
         label: str = "the study",
     ) -> None:
         self.catalogue, self._plan, self._code = catalogue, plan, code
-        self._study = {scene.name: scene for scene in study}
+        self.study = {scene.name: scene for scene in study}
         self._label = label
         self._reference = {name: Path(path) for name, path in reference.items()}
 
@@ -70,7 +69,7 @@ class Displays:
     def _steps(self, results: Results) -> list[Step]:
         """Return the results that the study has, of scenes that have the stage."""
         stage = STAGES[results.stage]
-        return [(stage, scene) for scene in results.scenes(self._study) if stage.of(scene)]
+        return [(stage, scene) for scene in results.scenes(self.study) if stage.of(scene)]
 
     def names(self) -> tuple[str, ...]:
         """Return the names of the figures or tables that the study can make, in the order of the report."""
@@ -80,14 +79,12 @@ class Displays:
         """Return the files that a figure or table is made from, by argument; `folder` is that of all results."""
         display = self.catalogue.find(name)
         if name not in self.sources:
-            lacking = [
-                f"{results.stage} of {' or '.join(results.names)}"
-                for results in display.results.values()
-                if not results.optional and not self._steps(results)
+            needed = [
+                each for each in display.results.values() if not each.optional and not self._steps(each)
             ]
-            raise ConfigurationError(
-                f"{self.catalogue.what} {name!r} needs {', '.join(lacking)}: {self._label} has no such scene"
-            )
+            lacking = ", ".join(f"{each.stage} of {' or '.join(each.names)}" for each in needed)
+            message = f"{self.catalogue.what} {name!r} needs {lacking}"
+            raise ConfigurationError(f"{message}: {self._label} has no such scene")
 
         def path(source: Source) -> str | list[str]:
             if isinstance(source, list):

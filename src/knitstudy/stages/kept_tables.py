@@ -21,14 +21,13 @@ from knitstudy.errors import DataFileError, KnitstudyError
 from knitstudy.figures import extremes_map
 from knitstudy.figures.catalogue import FIGURES, draw
 from knitstudy.figures.style import save
-from knitstudy.files import read_result, read_table, replacing, write_table
+from knitstudy.files import read_result, read_table, replacing, write_table, write_text
 from knitstudy.measures.catalogue import Catalogue
-from knitstudy.measures.reference import refinement_series_of
-from knitstudy.report.files import read_sources, save_for_screen
+from knitstudy.report.files import ScreenPicture, read_sources
 from knitstudy.report.kept_pages import insert_between_marks, summarise, trade_summary
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.displays import Displays, reference_files
-from knitstudy.stages.extremes import digest_of, load_campaign
+from knitstudy.stages.extremes import load_trials
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
 from knitstudy.study.choice import GROWTH_KEPT, RESOURCES, TRADE_KEPT
@@ -39,8 +38,7 @@ from knitstudy.tables.reference import REFERENCE_SCENES, limits, values_of
 
 RESULTS = Path("results")
 
-SIMULATED = ("simulation", "contacts")
-"""Stages that the trade is made from."""
+SIMULATED = ("simulation", "contacts")  # Stages that the trade is made from
 
 
 @dataclass(frozen=True)
@@ -57,45 +55,46 @@ class Kept:
     stages: tuple[str, ...] = tuple(STAGES)
 
     def displays(
-        self, plan: Plan, scenes: Iterable[Scene], config: Path = CONFIG, catalogue: Catalogue = TABLES
+        self, plan: Plan, config: Path, results: Path | None = None, catalogue: Catalogue = TABLES
     ) -> Displays:
-        """Return the tables, or the figures, of the study, or of some of its scenes."""
+        """Return the tables, or the figures, of the study; of a folder of results, by those that are up to date."""
+        scenes = [plan.scenes[name] for name in load_study(self.study, config)]
+        if results is not None:
+            scenes = plan.up_to_date(scenes, results, self.stages)
+            if not scenes:
+                message = f"has no simulation of the study {self.study!r} that is up to date"
+                raise DataFileError(f"{results}: {message}; run `make study STUDY={self.study}`")
         return Displays(catalogue, plan, scenes, reference_files(config), label=f"study {self.study!r}")
 
     def digest_wanted(self, plan: Plan, config: Path = CONFIG) -> str:
         """Return the digest of the table of the whole study with the code of today, none where it cannot be made."""
-        displays = self.displays(plan, self._scenes(plan, config), config)
+        displays = self.displays(plan, config)
         return displays.digest(self.table) if self.table in displays.names() else ""
-
-    def scenes_there(self, plan: Plan, results: Path, config: Path = CONFIG) -> list[Scene]:
-        """Return those scenes of the study whose results are there and up to date; refuse to go on without any."""
-        scenes = plan.up_to_date(self._scenes(plan, config), results, self.stages)
-        if not scenes:
-            raise DataFileError(
-                f"{results}: has no simulation of the study {self.study!r} that is up to date; "
-                f"run `make study STUDY={self.study}`"
-            )
-        return scenes
 
     def found(self, plan: Plan, results: Path, config: Path = CONFIG) -> pd.DataFrame:
         """Return the table by those scenes of the study whose results are there and up to date."""
-        scenes = self.scenes_there(plan, results, config)
-        displays = self.displays(plan, scenes, config)
+        displays = self.displays(plan, config, results)
         sources = read_sources(displays.files(self.table, results).items())
         table = tabulate(self.table, **sources, scenes=displays.scenes(self.table))
-        simulations = f"{len(scenes)} of {len(self._scenes(plan, config))}"
+        simulations = f"{len(displays.study)} of {len(load_study(self.study, config))}"
         return stamped(table, displays.digest(self.table), simulations=simulations)
 
     def warning(self, kept: Path, wanted: str) -> str:
         """Return a warning where a kept table was made by other code or scenes than today's; otherwise nothing."""
-        days = made_otherwise(kept, wanted)
-        return days and (
-            f"{self.what} of the study {self.study!r} were kept on {days}; code or scenes have changed since, or not "
-            f"all had been run: `make {self.table}` makes them anew."
-        )
+        return age_warning(kept, "digest", wanted, f"{self.what} of the study {self.study!r}", self.table)
 
-    def _scenes(self, plan: Plan, config: Path) -> list[Scene]:
-        return [plan.scenes[name] for name in load_study(self.study, config)]
+
+def age_warning(kept: Path, column: str, wanted: str, what: str, target: str) -> str:
+    """Return a warning where not all of a kept table was made under a digest, which a column holds; else nothing.
+
+    `what` names the rows in the plural, `target` is what makes them anew.
+    """
+    table = read_table(kept, needs=(column, "made"))
+    if set(table[column].astype(str)) == {wanted}:
+        return ""
+    days = ", ".join(sorted(set(table["made"].astype(str))))
+    why = "code or scenes have changed since, or not all had been run"
+    return f"{what} were kept on {days}; {why}: `make {target}` makes them anew."
 
 
 VERDICTS = Kept("full", "verdicts", Path("resources/verdicts.csv"), "Verdicts")
@@ -112,19 +111,11 @@ def stamped(table: pd.DataFrame, digest: str, **said: str) -> pd.DataFrame:
     return table.assign(digest=digest, **said, made=datetime.date.today().isoformat())
 
 
-def made_otherwise(kept: Path, wanted: str) -> str:
-    """Return the days on which a kept table was made by other code or inputs; nothing where it was by these."""
-    table = read_table(kept, needs=("digest", "made"))
-    if set(table["digest"].astype(str)) == {wanted}:
-        return ""
-    return ", ".join(sorted(set(table["made"].astype(str))))
-
-
-def draw_pictures(displays: Displays, names: Iterable[str], results: Path, folder: Path) -> None:
+def draw_pictures(displays: Displays, names: Iterable[str], folder: Path) -> None:
     """Draw figures of a study from its results and write them for the screen."""
     files = sources = None
     for name in names:
-        if files != (taken := displays.files(name, results)):  # several may be of the same hundreds
+        if files != (taken := displays.files(name, RESULTS)):  # several may be of the same hundreds
             files, sources = taken, read_sources(taken.items())
         drawing = draw(name, **sources, scenes=displays.scenes(name))
         _save_picture(drawing, folder / f"{name}.webp", sources, FIGURES.find(name).title)
@@ -134,15 +125,11 @@ def _save_picture(drawing: Figure, path: Path, sources: Mapping, title: str) -> 
     with TemporaryDirectory() as beside:
         picture = Path(beside) / f"{path.stem}.png"
         save(drawing, [picture], sources, title)
-        save_for_screen(picture, path)
+        with replacing(path) as temporary:
+            temporary.write_bytes(ScreenPicture.of(picture).content)
 
 
-def _write_page(page: Path, text: str) -> None:
-    with replacing(page) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-
-
-# ---- Verdicts of the full study ----
+# Verdicts of the full study
 
 VERDICTS_PAGE, TEMPLATE = Path("docs/results.md"), Path("workflow/report/results.md")
 
@@ -151,20 +138,19 @@ def keep_verdicts(config: Path = CONFIG) -> str:
     """Keep the verdicts, and write the page about them with its pictures; return what was kept."""
     plan = Plan.of(config)
     table = VERDICTS.found(plan, RESULTS, config)
-    displays = VERDICTS.displays(plan, VERDICTS.scenes_there(plan, RESULTS, config), config, FIGURES)
+    displays = VERDICTS.displays(plan, config, RESULTS, FIGURES)
     page, shown = summarise(TEMPLATE, table, displays.names(), VERDICTS_PAGE.stem)
-    draw_pictures(displays, shown, RESULTS, VERDICTS_PAGE.with_suffix(""))
-    _write_page(VERDICTS_PAGE, page)
+    draw_pictures(displays, shown, VERDICTS_PAGE.with_suffix(""))
+    write_text(page, VERDICTS_PAGE)
     write_table(table, VERDICTS.path)
     return f"{len(table)} verdicts: {VERDICTS.path}, page: {VERDICTS_PAGE}"
 
 
-# ---- Trade of accuracy and cost ----
+# Trade of accuracy and cost
 
-PROMISES_KEPT = RESOURCES / "trade_promise.csv"
-"""Of `knitstudy.stages.promise`."""
+PROMISES_KEPT = RESOURCES / "trade_promise.csv"  # Of `knitstudy.stages.promise`
 
-TRADE_PAGE = Path("docs/accuracy.md")
+TRADE_PAGE, TRADE_TEMPLATE = Path("docs/accuracy.md"), Path("workflow/report/accuracy.j2")
 
 
 def keep_trade(config: Path = CONFIG) -> str:
@@ -174,28 +160,25 @@ def keep_trade(config: Path = CONFIG) -> str:
     write_table(table, TRADE.path)
     write_table(GROWTH.found(plan, RESULTS, config), GROWTH.path)
     write_trade_page(table)
-    displays = TRADE.displays(plan, TRADE.scenes_there(plan, RESULTS, config), config, FIGURES)
+    displays = TRADE.displays(plan, config, RESULTS, FIGURES)
     shown = [name for name in displays.names() if name.startswith("fig_trade_")]
-    draw_pictures(displays, shown, RESULTS, TRADE_PAGE.with_suffix(""))
+    draw_pictures(displays, shown, TRADE_PAGE.with_suffix(""))
     return f"{len(table)} points of {table['scene'].nunique()} simulations: {TRADE.path}"
 
 
 def write_trade_page(table: pd.DataFrame) -> None:
     """Write a trade and the kept promises into the page about them."""
     promises = read_table(PROMISES_KEPT) if PROMISES_KEPT.is_file() else None
-    _write_page(
-        TRADE_PAGE,
-        insert_between_marks(TRADE_PAGE.read_text(encoding="utf-8"), trade_summary(table, promises)),
-    )
+    summary = trade_summary(TRADE_TEMPLATE, table, promises)
+    write_text(insert_between_marks(TRADE_PAGE.read_text(encoding="utf-8"), summary), TRADE_PAGE)
 
 
-# ---- The reference: values to which independent discretisations converge ----
+# The reference: values to which independent discretisations converge
 
 REFERENCE = Path("resources/reference/reference.csv")
 """What models are measured against; the values of single simulations lie beside it."""
 
-SEPARATOR = " "
-"""Between the digests of several codes in one row."""
+SEPARATOR = " "  # Between the digests of all codes that the values behind the reference were made by
 
 
 def values_beside(kept: Path) -> Path:
@@ -215,11 +198,9 @@ def code_behind(scenes: Iterable[Scene]) -> str:
 def values_found(scenes: Mapping[str, Scene], results: Path, config: Path = CONFIG) -> pd.DataFrame:
     """Return the values of those simulations among scenes whose results are there and up to date."""
     there = Plan.of(config).up_to_date(scenes.values(), results, SIMULATED)
-    read = {
-        stage: {scene.name: read_result(results / STAGES[stage].path(scene)) for scene in there}
-        for stage in SIMULATED
-    }
-    return values_of(*read.values())
+    stages = [STAGES[name] for name in SIMULATED]
+    read = ({scene.name: read_result(results / stage.path(scene)) for scene in there} for stage in stages)
+    return values_of(*read)
 
 
 def keep_values(values: pd.DataFrame, scenes: Mapping[str, Scene], kept: Path, code: str) -> None:
@@ -237,14 +218,9 @@ def keep_values(values: pd.DataFrame, scenes: Mapping[str, Scene], kept: Path, c
     all_values = _with_others(anew, values_beside(kept), "scene")
     all_values = all_values[all_values["keys"] == all_values["scene"].map(hashes)]
     reference = limits(all_values, scenes)
-    of = all_values.groupby("scene")[["code", "made"]].first()
-    marks = {}
-    for problem, series in refinement_series_of(scenes[name] for name in of.index).items():
-        behind = of.loc[[scene.name for each in series for scene in each.scenes]]
-        marks[problem] = SEPARATOR.join(sorted(set(behind["code"]))), behind["made"].max()
     if not reference.empty:
-        reference["code"], reference["made"] = zip(*reference["problem"].map(marks), strict=True)
-        write_table(_with_others(reference, kept, "problem"), kept)
+        codes = SEPARATOR.join(sorted(set(all_values["code"])))
+        write_table(_with_others(reference.assign(code=codes, made=today), kept, "problem"), kept)
     write_table(all_values, values_beside(kept))
 
 
@@ -258,18 +234,6 @@ def _with_others(rows: pd.DataFrame, kept: Path, key: str) -> pd.DataFrame:
     return pd.concat([others, rows]).sort_values(key, key=lambda names: names.map(order), kind="stable")
 
 
-def reference_warning(kept: Path, code: str) -> str:
-    """Return a warning where a kept reference was made by other code than today's; otherwise nothing."""
-    table = read_table(kept, needs=("code", "made"))
-    found = sorted({digest for each in table["code"].astype(str) for digest in each.split(SEPARATOR)})
-    if found == [code]:
-        return ""
-    return (
-        f"The reference of {', '.join(sorted(set(table['made'].astype(str))))} was made by code "
-        f"{', '.join(found)}, which is now {code}: `make reference` makes it anew."
-    )
-
-
 def keep_reference(config: Path = CONFIG) -> str:
     """Keep the values of the study `reference` and their limits; return what was kept."""
     scenes = load_scenes(config)
@@ -278,20 +242,20 @@ def keep_reference(config: Path = CONFIG) -> str:
     return f"Reference: {REFERENCE}"
 
 
-# ---- The campaign of extremes ----
+# The campaign of extremes
 
 EXTREMES, EXTREMES_PICTURE = RESOURCES / "extremes.csv", Path("docs/notes/extremes.webp")
 
 
 def keep_extremes(config: Path = CONFIG) -> str:
     """Keep the table of the campaign, and draw its map; return what was kept."""
-    table, campaign = read_table(RESULTS / "extremes" / "extremes.csv"), load_campaign(config)
-    behind = digest({"trials": [digest_of(trial, campaign) for trial in campaign.trials]})
-    kept = stamped(table, behind, trials=f"{len(table)} of {len(campaign.trials)}")
+    table, trials = read_table(RESULTS / "extremes" / "extremes.csv"), load_trials(config)
+    counted = f"{len(table)} of {len(trials)}"
+    kept = stamped(table, digest({"trials": [trial.digest() for trial in trials]}), trials=counted)
     sources = {"extremes": kept.assign(code=kept["digest"])}
     _save_picture(extremes_map.draw(table), EXTREMES_PICTURE, sources, "What breaks")
     write_table(kept, EXTREMES)
-    return f"{len(table)} of {len(campaign.trials)} trials: {EXTREMES}"
+    return f"{counted} trials: {EXTREMES}"
 
 
 KEEPERS = {

@@ -14,8 +14,7 @@ from knitstudy.study.scene import Scene
 
 MEGABYTE = 1e6
 
-PROCESS = 350e6
-"""Bytes of a process with all that it imports, and of a small model."""
+PROCESS = 350e6  # Bytes of a process with all that it imports, and of a small model
 
 BYTES_AN_UNKNOWN = {
     "hexahedra": {False: 3.5e3, True: 11e3},
@@ -27,11 +26,8 @@ BYTES_AN_UNKNOWN = {
 MORE_SLICES, MORE_SPANS = 0.65, 0.6
 """Share of a yarn that lies near crossings, where a mesh is refined and spans are shorter."""
 
-UNEVEN = 1.2
-"""Slices over those of elements as long as `mesh.growth` lets them be."""
-
-NODES_OF_QUADRATIC = 3.3
-"""Nodes of quadratic hexahedra over those of linear ones."""
+UNEVEN = 1.2  # Slices over those of elements as long as `mesh.growth` lets them be
+NODES_OF_QUADRATIC = 3.3  # Nodes of quadratic hexahedra over those of linear ones
 
 
 def machine_memory() -> int:

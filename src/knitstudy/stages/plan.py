@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterable, Mapping
+from itertools import product
 from pathlib import Path
 
 import xarray as xr
@@ -18,11 +19,8 @@ from knitstudy.study.scene import Scene, digest
 
 log = logging.getLogger(__name__)
 
-DIGITS = 8
-"""Digits of a hash in the name of a scene or knit that the configuration does not have."""
-
-OUTDATED = Path("run/outdated")
-"""Folder of the marks of outdated results, beside restart files."""
+DIGITS = 8  # Digits of a hash in the name of a scene or knit that the configuration does not have
+OUTDATED = Path("run/outdated")  # Folder of the marks of outdated results, beside restart files
 
 Step = tuple[Stage, Scene]
 
@@ -108,24 +106,17 @@ class Plan:
             self._digests[path] = digest_of(stage, stage.document(scene), scene, needed)
         return self._digests[path]
 
-    def is_up_to_date(self, stage: Stage, scene: Scene, results: Path) -> bool:
-        """Whether a result is there, in a folder of results, with the digest that it should have."""
-        path = results / stage.path(scene)
-        return path.is_file() and digest_or_warning(path) == self.digest(stage, scene)
-
     def up_to_date(
         self, scenes: Iterable[Scene], results: Path, stages: tuple[str, ...] = tuple(STAGES)
     ) -> list[Scene]:
         """Return those scenes whose datasets, of some stages, are all there and up to date."""
-        return [
-            scene
-            for scene in scenes
-            if all(
-                self.is_up_to_date(stage, scene, results)
-                for stage, scene in self.steps([scene])
-                if stage.is_dataset and stage.name in stages
-            )
-        ]
+
+        def there(stage: Stage, scene: Scene) -> bool:
+            path = results / stage.path(scene)
+            return path.is_file() and digest_or_warning(path) == self.digest(stage, scene)
+
+        needed = [stage for stage in STAGES.values() if stage.is_dataset and stage.name in stages]
+        return [scene for scene in scenes if all(there(stage, scene) for stage in needed if stage.of(scene))]
 
     def mark_outdated(self, results: Path, marks: Path = OUTDATED) -> None:
         """Leave a mark for every dataset of another digest than it should have, and delete all other marks.
@@ -153,14 +144,8 @@ class Plan:
 
     def steps(self, scenes: Iterable[Scene]) -> list[Step]:
         """Return everything that may be made of scenes, each path once and after what it is made from."""
-        scenes = list(scenes)
-        found = {
-            stage.path(scene): (stage, scene)
-            for stage in STAGES.values()
-            for scene in scenes
-            if stage.of(scene)
-        }
-        return list(found.values())
+        pairs = [step for step in product(STAGES.values(), scenes) if step[0].of(step[1])]
+        return list({stage.path(scene): (stage, scene) for stage, scene in pairs}.values())
 
     def wanted(self, scenes: Iterable[Scene]) -> list[Path]:
         """Return what a study of scenes consists of."""

@@ -38,14 +38,12 @@ from knitstudy.study.planning import planned
 from knitstudy.study.scene import Scene
 from knitstudy.tables.trade import AT_MOST, CALLED
 
-LONGEST = 30.0
-"""What is asked for may take no longer [s]: it is tried on many knits."""
+LONGEST = 30.0  # What is asked for may take no longer [s]: it is tried on many knits
 
 ASKED = (("force", 0.02), ("force", 0.05), ("force", 0.25), ("out_of_plane", 0.10), ("contact", 0.10))
 """Questions and accuracies of every knit; those that nothing is sure enough for are left out."""
 
-UNSEEN = ("sweep-", "inputs-", "unseen-")
-"""What names of their scenes begin with."""
+UNSEEN = ("sweep-", "inputs-", "unseen-")  # What names of their scenes begin with
 
 BY = "solid yarns of degree 2"
 """What they were simulated by, whose error the reference knows on the drawn knit."""

@@ -23,8 +23,7 @@ from knitstudy.stages.plan import digest_of, digest_or_warning, make, result_of
 from knitstudy.stages.table import STAGES
 from knitstudy.study.scene import Scene
 
-RESTARTS = Path("run")
-"""Folder of restart files, by stage."""
+RESTARTS = Path("run")  # Folder of restart files, by stage
 
 
 def run_stage(job: Any) -> None:
@@ -42,7 +41,7 @@ def run_stage(job: Any) -> None:
     wanted = digest_of(stage, document, scene, digests)
     restart = restart_of(RESTARTS / stage.name, scene.name, wanted) if stage.long else None
     target = Path(job.output[0])
-    with frame(job, restart) as progress:
+    with frame(job) as progress:
         if stage.is_dataset and target.is_file() and result_of(target, wanted) is not None:
             print(f"{target} is up to date", file=sys.stderr)
             return
@@ -52,8 +51,7 @@ def run_stage(job: Any) -> None:
         make(stage, scene, needed, target, wanted, run_with(restart, progress))
 
 
-INTERRUPTED = 130
-"""Exit status after Ctrl-C: whoever started the study says the rest."""
+INTERRUPTED = 130  # Exit status after Ctrl-C: whoever started the study says the rest
 
 
 def end_with_parent() -> None:
@@ -72,19 +70,19 @@ def end_with_parent() -> None:
 
 
 @contextmanager
-def frame(job: Any, restart: Path | None = None) -> Iterator[Progress]:
+def frame(job: Any) -> Iterator[Progress]:
     """Run the body of a Snakemake script with everything it prints in the log file of its rule; yield its progress.
 
     Standard output and standard error go to the log at the level of file descriptors, so that messages of compiled
     libraries are there too. The console gets a line at the start and the end, the progress, and on failure one message
-    and the name of the log; the script then ends with status 1. The log of a computation with a restart file goes on
-    where a killed run stopped.
+    and the name of the log; the script then ends with status 1.
     """
     end_with_parent()
     label = " ".join([job.rule, *job.wildcards])
     path = Path(job.log[0])
+    path.parent.mkdir(parents=True, exist_ok=True)
     started = time.monotonic()
-    with _log_file(path, restart) as log, _redirected_to(log) as console:
+    with path.open("w", encoding="utf-8") as log, _redirected_to(log) as console:
         versions = ", ".join(f"{name} {version}" for name, version in provenance().items())
         print(f"{label}, {time.strftime('%Y-%m-%d %H:%M:%S')}, {job.threads} threads", file=sys.stderr)
         print(f"Python {sys.version.split()[0]}, {versions}", file=sys.stderr)
@@ -94,36 +92,15 @@ def frame(job: Any, restart: Path | None = None) -> Iterator[Progress]:
         except KeyboardInterrupt:
             print("interrupted", file=sys.stderr)
             sys.exit(INTERRUPTED)
-        except KnitstudyError as error:
-            _fail(f"error in {label}: {error}", path, console)
         except Exception as error:
-            _fail(f"error in {label}: {type(error).__name__}: {error}", path, console)
+            traceback.print_exc()
+            kind = "" if isinstance(error, KnitstudyError) else f"{type(error).__name__}: "
+            print(f"error in {label}: {kind}{error}\n  traceback in {path}", file=console)
+            sys.exit(1)
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # kB on Linux
         seconds = time.monotonic() - started
         print(f"done in {seconds:.1f} s, largest resident memory {peak:.0f} MiB", file=sys.stderr)
         print(f"{label}  done in {seconds:.0f} s", file=console)
-
-
-@contextmanager
-def _log_file(path: Path, restart: Path | None) -> Iterator[TextIO]:
-    """Open the log of a rule, which goes on if there is a restart file.
-
-    Snakemake deletes the log before it runs a rule again: until a run with a restart file has ended, its log has a
-    second name beside the restart file.
-    """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.unlink(missing_ok=True)
-    kept = restart.with_suffix(".log") if restart else None
-    if kept:
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        if not restart.exists():
-            kept.unlink(missing_ok=True)
-        kept.touch()
-        os.link(kept, path)
-    with path.open("a", encoding="utf-8") as log:
-        yield log
-    if kept:
-        kept.unlink()
 
 
 @contextmanager
@@ -135,9 +112,8 @@ def _redirected_to(log: TextIO) -> Iterator[TextIO]:
         for descriptor in (1, 2):
             os.dup2(log.fileno(), descriptor)
         sys.stdout.reconfigure(line_buffering=True)
-        logging.basicConfig(
-            stream=sys.stderr, level=logging.INFO, format="%(asctime)s %(name)s: %(message)s", force=True
-        )
+        form = "%(asctime)s %(name)s: %(message)s"
+        logging.basicConfig(stream=sys.stderr, level=logging.INFO, format=form, force=True)
         logging.captureWarnings(True)
         try:
             yield console
@@ -145,11 +121,3 @@ def _redirected_to(log: TextIO) -> Iterator[TextIO]:
             sys.stdout.flush()
             sys.stderr.flush()
             os.dup2(console.fileno(), 2)
-
-
-def _fail(message: str, log: Path, console: TextIO) -> None:
-    """Put the traceback into the log and the message on the console, and end the script with status 1."""
-    traceback.print_exc()
-    print(message, file=console)
-    print(f"  traceback in {log}", file=console)
-    sys.exit(1)

@@ -78,20 +78,19 @@ def simulate(
     """
     plan = plan or Plan.of(config)
     scene = plan.labelled(scene)
-    keeper = _Keeper(plan, None if folder is None else Path(folder), progress or _silence)
+    maker = _Maker(plan, None if folder is None else Path(folder), progress or (lambda label: silent))
     stage = STAGES["simulation"]
-    history = keeper.obtain(stage, scene, anew)
-    beside = {name: keeper.obtain(*step) for name, step in plan.needs(stage, scene).items()}
+    history = maker.obtain(stage, scene, anew)
+    beside = {name: maker.obtain(*step) for name, step in plan.needs(stage, scene).items()}
     contacts = beside.get("contacts")
     if STAGES["contacts"].of(scene):
-        contacts = keeper.obtain(STAGES["contacts"], scene)
-    return Results(
-        scene, beside["geometry"], history, beside.get("mesh"), contacts, keeper.path(stage, scene)
-    )
+        contacts = maker.obtain(STAGES["contacts"], scene)
+    path = maker.folder and maker.folder / stage.path(scene)
+    return Results(scene, beside["geometry"], history, beside.get("mesh"), contacts, path)
 
 
 @dataclass
-class _Keeper:
+class _Maker:
     """Takes results from where they are kept, or makes them."""
 
     plan: Plan
@@ -99,37 +98,28 @@ class _Keeper:
     progress: BeginProgress
     made: dict[Path, xr.Dataset] = field(default_factory=dict)
 
-    def path(self, stage: Stage, scene: Scene) -> Path | None:
-        """Return the file of a result."""
-        return self.folder / stage.path(scene) if self.folder else None
-
     def obtain(self, stage: Stage, scene: Scene, anew: bool = False) -> xr.Dataset:
         """Return a result: from memory, from its file if that is up to date, else made and written."""
-        name = stage.path(scene)
-        if name not in self.made:
-            self.made[name] = self._kept(stage, scene, anew)
-        return self.made[name]
-
-    def _kept(self, stage: Stage, scene: Scene, anew: bool) -> xr.Dataset:
-        path, wanted = self.path(stage, scene), self.plan.digest(stage, scene)
+        name, label = stage.path(scene), f"{stage.name} {scene.name}"
+        if name in self.made:
+            return self.made[name]
+        path, wanted = self.folder and self.folder / name, self.plan.digest(stage, scene)
+        found = None
         if path is not None and path.is_file() and not anew:
             found = result_of(path, wanted)
-            if found is not None:
-                log.info("%s %s: taken from %s", stage.name, scene.name, path)
-                return found
-            log.info("%s %s: %s is not up to date and will be replaced", stage.name, scene.name, path)
-        if stage.long:
-            stage.require_machine(scene)  # before anything is made for it
-        needed = {name: self.obtain(*step) for name, step in self.plan.needs(stage, scene).items()}
-        restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
-        progress = self.progress(f"{stage.name} {scene.name}") if stage.long else silent
-        seen = scene.only(stage.document(scene), stage.reads)
-        dataset = make(stage, seen, needed, path, wanted, run_with(restart, progress))
-        if path is not None:
-            log.info("%s %s: written to %s", stage.name, scene.name, path)
-        return dataset
-
-
-def _silence(label: str) -> ReportProgress:
-    """Report nothing, whatever the stage."""
-    return silent
+            what = "taken from %s" if found is not None else "%s is not up to date and will be replaced"
+            log.info(f"{label}: {what}", path)
+        if found is None:
+            if stage.long:
+                stage.require_machine(scene)  # before anything is made for it
+            needed = {
+                argument: self.obtain(*step) for argument, step in self.plan.needs(stage, scene).items()
+            }
+            restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
+            run = run_with(restart, self.progress(label) if stage.long else silent)
+            seen = scene.only(stage.document(scene), stage.reads)
+            found = make(stage, seen, needed, path, wanted, run)
+            if path is not None:
+                log.info(f"{label}: written to %s", path)
+        self.made[name] = found
+        return found

@@ -32,8 +32,7 @@ from knitstudy.study.scene import Scene
 Needs = Mapping[str, tuple[str, Scene]]
 """The results that a function takes, by its parameters: the stage that makes each, and of which scene."""
 
-Named = Callable[[str], Scene]
-"""Returns the scene that a dotted key names."""
+Named = Callable[[str], Scene]  # Returns the scene that a dotted key names
 
 OF_SIZE = ("pattern.loops", "pattern.rows", "pair.length", "mesh.size", "mesh.crossing_degree")
 """Keys that memory depends on."""
@@ -43,15 +42,9 @@ MEMORY_OF_BEAMS = {"rom2d": 500, "rom3d": 500, "beam": 1000, "window": 1500}
 
 KIND = ("specimen", "fidelity", "interaction")
 
-OF_GEOMETRY = (
-    "specimen",
-    "pattern",
-    "pair.angle",
-    "pair.length",
-    "pair.clearance",
-    "yarn.diameter",
-    "geometry",
-)
+PAIR = ("pair.angle", "pair.length", "pair.clearance")
+
+OF_GEOMETRY = ("specimen", "pattern", *PAIR, "yarn.diameter", "geometry")
 
 MODEL_KEYS = (*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact", "solver")
 
@@ -71,13 +64,10 @@ class Stage:
     reads: tuple[str, ...]  # sections and dotted keys that the result depends on; the function sees no others
     of: Callable[[Scene], bool]  # whether a scene has this stage
     needs: Callable[[Scene, Named], Needs] = lambda scene, named: {}
-    code: Callable[[Scene], tuple[str, ...]] | None = (
-        None  # modules of the result; by default that of the function
-    )
+    code: Callable[[Scene], tuple[str, ...]] | None = None  # modules; by default that of the function
     outputs: tuple[str, ...] = ()  # entries of the scene's outputs that the result depends on
-    wanted: Callable[[Scene], bool] = lambda scene: (
-        True
-    )  # whether a study asks for it, beside what stages need
+    # Whether a study asks for it, beside what stages need
+    wanted: Callable[[Scene], bool] = lambda scene: True
     long: bool = False  # whether it takes a restart file, a place for a partial history, and progress
     memory: Callable[[Scene], int] = lambda scene: 1000  # expected [MB]
 
@@ -100,16 +90,13 @@ class Stage:
 
     def require_machine(self, scene: Scene) -> None:
         """Refuse a scene that is expected to take more memory than the machine has."""
-        need, has = self.memory(scene), machine_memory()
+        need, has = self.memory(scene) / 1000, machine_memory() / 1000
         if need > has:
-            said = ", ".join(
-                f"{key} is {scene.value(key):g}" for key in OF_SIZE if scene.value(key) is not None
-            )
-            raise ConfigurationError(
-                f"scene {scene.name!r}: {said}: the stage {self.name!r} would take some {need / 1000:.3g} GB, "
-                f"and this machine has {has / 1000:.3g}; take a smaller specimen, larger elements, a lower degree, or "
-                "solid yarns instead of hexahedra"
-            )
+            sizes = {key: scene.value(key) for key in OF_SIZE}
+            said = ", ".join(f"{key} is {value:g}" for key, value in sizes.items() if value is not None)
+            much = f"the stage {self.name!r} would take some {need:.3g} GB, and this machine has {has:.3g}"
+            remedy = "take a smaller specimen, larger elements, a lower degree, or solid yarns instead of hexahedra"
+            raise ConfigurationError(f"scene {scene.name!r}: {said}: {much}; {remedy}")
 
     def path(self, scene: Scene) -> Path:
         """Return the path of its result under the folder of results."""
@@ -165,10 +152,9 @@ def _model_needs(scene: Scene, named: Named) -> Needs:
 def _require_fields(scene: Scene) -> None:
     """Refuse a scene that does not keep its fields."""
     if "fields" not in scene.outputs:
-        raise ConfigurationError(
-            f"scene {scene.name!r}: outputs is [{', '.join(scene.outputs)}] but must hold 'fields':"
-            " node_displacement, which deformed yarns and stresses come from, is kept with it"
-        )
+        why = "node_displacement, which deformed yarns and stresses come from, is kept with it"
+        said = f"outputs is [{', '.join(scene.outputs)}] but must hold 'fields'"
+        raise ConfigurationError(f"scene {scene.name!r}: {said}: {why}")
 
 
 def _fields(scene: Scene, named: Named) -> Needs:
@@ -181,25 +167,19 @@ def _solids(scene: Scene, named: Named) -> Needs:
     return {"geometry": ("geometry", scene), "mesh": ("mesh", scene)}
 
 
-def _history(scene: Scene, named: Named) -> Needs:
-    return {"geometry": ("geometry", scene), "history": ("simulation", scene)}
+def _export(name: str, path: str, function: Callable, outputs: str, **known: Any) -> Stage:
+    """Return a stage that writes a file for another program, of scenes that ask for some outputs.
 
-
-def _has_deck(scene: Scene) -> bool:
-    return has_mesh(scene) and "deck" in scene.kind.outputs
-
-
-def _export(
-    name: str,
-    path_pattern: str,
-    function: Callable,
-    output: str,
-    reads: tuple[str, ...] = MODEL_KEYS,
-    of: Callable[[Scene], bool] = has_mesh,
-    needs: Callable[[Scene, Named], Needs] = _solids,
-) -> Stage:
-    """Return a stage that writes a file for another program, of scenes that ask for an output."""
-    return Stage(name, path_pattern, function, reads, of, needs, wanted=lambda scene: output in scene.outputs)
+    Unless `known` says otherwise, scenes with a mesh have the stage that may have these outputs.
+    """
+    asked = set(outputs.split())
+    known = {
+        "reads": MODEL_KEYS,
+        "of": lambda scene: has_mesh(scene) and asked <= set(scene.kind.outputs),
+        "needs": _solids,
+        "wanted": lambda scene: asked <= set(scene.outputs),
+    } | known
+    return Stage(name, path, function, **known)
 
 
 _STAGES = (
@@ -239,7 +219,7 @@ _STAGES = (
         function=contacts,
         reads=(),
         of=lambda scene: _is_solid(scene) and scene.specimen != "cell",
-        needs=_history,
+        needs=lambda scene, named: {"geometry": ("geometry", scene), "history": ("simulation", scene)},
     ),
     Stage(
         name="stress",
@@ -252,17 +232,9 @@ _STAGES = (
         memory=lambda scene: 1000 + expected_memory(scene) // 2,
     ),
     _export("mesh_vtu", "mesh/{scene}.vtu", vtu.write_mesh, "vtu", reads=("mesh.element",)),
-    Stage(
-        name="deformed_vtu",
-        path_pattern="simulation/{scene}.vtu",
-        function=vtu.write_deformed,
-        reads=MODEL_KEYS,
-        of=has_mesh,
-        needs=_fields,
-        wanted=lambda scene: {"fields", "vtu"} <= set(scene.outputs),
-    ),
-    _export("deck_abaqus", "mesh/{scene}.abaqus.inp", inp.write_abaqus, "deck", of=_has_deck),
-    _export("deck_calculix", "mesh/{scene}.calculix.inp", inp.write_calculix, "deck", of=_has_deck),
+    _export("deformed_vtu", "simulation/{scene}.vtu", vtu.write_deformed, "fields vtu", needs=_fields),
+    _export("deck_abaqus", "mesh/{scene}.abaqus.inp", inp.write_abaqus, "deck"),
+    _export("deck_calculix", "mesh/{scene}.calculix.inp", inp.write_calculix, "deck"),
     _export(
         "shell_section",
         "simulation/{scene}.abaqus.inp",
@@ -274,5 +246,4 @@ _STAGES = (
     ),
 )
 
-STAGES = {stage.name: stage for stage in _STAGES}
-"""All stages by their names, each after those that it needs."""
+STAGES = {stage.name: stage for stage in _STAGES}  # All stages by their names, each after those that it needs

@@ -26,8 +26,7 @@ RESOURCES = Path(__file__).resolve().parents[3] / "resources"
 TRADE_KEPT = RESOURCES / "trade.csv"
 """What was measured: one row a simulation and question (`knitstudy.stages.kept_tables`)."""
 
-GROWTH_KEPT = RESOURCES / "trade_growth.csv"
-"""By which powers of the number of cells in a row price grows."""
+GROWTH_KEPT = RESOURCES / "trade_growth.csv"  # By which powers of the number of cells in a row price grows
 
 INTERACTIONS = {"tie": "tie constraint", "rough": "rough contact", "isotropic": "isotropic friction"}
 """As tables call them."""
@@ -86,11 +85,7 @@ class Choice:
 
 
 def choose(
-    scene: Scene,
-    ask: Ask,
-    templates: Mapping[str, Scene],
-    where: str,
-    kept: Path = TRADE_KEPT,
+    scene: Scene, ask: Ask, templates: Mapping[str, Scene], where: str, kept: Path = TRADE_KEPT
 ) -> Choice:
     """Return the cheapest model for a scene.
 
@@ -307,8 +302,7 @@ def _read(kept: Path) -> list[dict[str, str]]:
 # ---- What a scene asks for whose fidelity is ``auto``: a model is chosen for that (docs/accuracy.md)
 
 
-AUTO = "auto"
-"""The fidelity of a scene that leaves the model open."""
+AUTO = "auto"  # The fidelity of a scene that leaves the model open
 
 
 class Ask(Section):
@@ -348,8 +342,7 @@ def asked(values: Any, where: str) -> Ask:
 
 Each = TypeVar("Each")
 
-ALIKE = 0.01
-"""Relative difference of two errors that are the same."""
+ALIKE = 0.01  # Relative difference of two errors that are the same
 
 
 def front(

@@ -25,8 +25,7 @@ from knitstudy.study.scene import Scene, flat, set_dotted
 CONFIG = Path(__file__).resolve().parents[3] / "config"
 """The checkout's own configuration folder, wherever the current directory is."""
 
-FAMILIES = "scenes"
-"""The folder of families in a configuration folder."""
+FAMILIES = "scenes"  # The folder of families in a configuration folder
 
 # Where the keys of a calibrated loop go in a scene.
 _LOOP_KEYS = {
@@ -37,8 +36,7 @@ _LOOP_KEYS = {
     "free": "geometry.free",
 }
 
-_RECORD = "achieved"
-"""What a calibration says of the loop that it found, for people."""
+_RECORD = "achieved"  # What a calibration says of the loop that it found, for people
 
 
 class Workflow(Section):
@@ -69,15 +67,8 @@ def workflow_configuration(config: Any) -> Workflow:
 def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
     """Return every scene of a configuration folder by its name, each checked and all checked together.
 
-    Parameters
-    ----------
-    config : Path
-        Folder with ``defaults.yaml``, the families in ``scenes``, and the loop file that the defaults name.
-
-    Raises
-    ------
-    ConfigurationError
-        Naming file, scene, key, value and what is allowed.
+    The folder has ``defaults.yaml``, the families in ``scenes``, and the loop file that the defaults name.
+    Raises ConfigurationError, naming file, scene, key, value and what is allowed.
     """
     default_keys(config)  # what is wrong in the defaults is said of the defaults
     defaults, members = _defaults(config), load_families(config)
@@ -228,12 +219,8 @@ def _read_loop(path: Path) -> dict:
 def check_scenes_together(scenes: Mapping[str, Scene], where: Mapping[str, str]) -> None:
     """Check what scenes say of each other: shared knits, and where reduced models take their joints from.
 
-    Raises ConfigurationError, naming both scenes and the key.
-
-    Parameters
-    ----------
-    scenes, where
-        The scenes, and what begins a message about each of them, by their names.
+    `where` has for every scene what begins a message about it. Raises ConfigurationError, naming both scenes and the
+    key.
     """
     knits = knits_of(scenes)
     for scene in scenes.values():

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from inspect import cleandoc, get_annotations
-from pathlib import Path
 
-from knitstudy.files import replacing
+from knitstudy.files import write_text
 from knitstudy.registry import listed
 from knitstudy.study.choice import AUTO, Ask
 from knitstudy.study.configuration import CONFIG
 from knitstudy.study.keys import ROLES, Section, allowed_values, describe
-from knitstudy.study.kinds import FIDELITIES, INTERACTIONS, SPECIMENS, Kind, Labels, all_kinds, all_sections
+from knitstudy.study.kinds import FIDELITIES, INTERACTIONS, SPECIMENS, Labels, all_kinds, all_sections
 
 COMMAND = "python -m knitstudy.study.documentation"
 
@@ -43,32 +42,18 @@ def keys_page() -> str:
     return "\n".join(parts)
 
 
-def in_words(kinds: list[Kind]) -> str:
-    """Return in words which of `all_kinds` some are, given in that order."""
-    every = all_kinds()
-    if kinds == every:
-        return "all"
-    specimens = {kind.specimen.name for kind in kinds}
-    if kinds and kinds == [kind for kind in every if kind.specimen.name in specimens]:
-        return f"all of a {listed(sorted(specimens))}"
+def scenes_with(key: str) -> str:
+    """Return in words which scenes have a key."""
+    match = every = all_kinds()
+    having = [kind for kind in every if kind.has(key)]
     said = []
-    for name in FIDELITIES:
-        some, of = ([kind for kind in each if kind.fidelity.name == name] for each in (kinds, every))
-        if some:
-            said.append(name + _narrowed(some, of))
-    return "; ".join(said)
-
-
-def _narrowed(some: list[Kind], of: list[Kind]) -> str:
-    """Return what tells some scenes of a fidelity from the others: the specimen, the interaction or both."""
-    text = ""
-    specimens = {kind.specimen.name for kind in some}
-    interactions = {kind.interaction.name for kind in some}
-    if specimens != {kind.specimen.name for kind in of if kind.interaction.name in interactions}:
-        text += f" of a {listed(sorted(specimens))}"
-    if interactions != {kind.interaction.name for kind in of}:
-        text += f" with {listed(sorted(interactions))}"
-    return text
+    for label in ("fidelity", "interaction", "specimen"):
+        names = {getattr(kind, label).name for kind in having}
+        narrower = [kind for kind in match if getattr(kind, label).name in names]
+        if narrower != match:
+            said.append(f"{label} {listed(sorted(names))}")
+        match = narrower
+    return ("; ".join(said) or "all") + ("" if match == having else "; not all of these")
 
 
 def _section_text(prefix: str, described: dict[str, type[Section]]) -> str:
@@ -78,7 +63,7 @@ def _section_text(prefix: str, described: dict[str, type[Section]]) -> str:
     rows = []
     for name, section in described.items():
         unit, *about = (getattr(describe(section, name), column) for column in COLUMNS)
-        having = _having(prefix.rstrip("."), name)
+        having = f"fidelity {AUTO}" if section is Ask else scenes_with(f"{prefix}{name}")
         allowed, default = allowed_values(section, name), _default(section, name)
         rows.append((f"`{prefix}{name}`", unit, allowed, default, having, *about))
     columns = ("key", "unit", "allowed", "default", "scenes", "role", "standing", "source", "checked")
@@ -93,14 +78,6 @@ def _default(section: type[Section], name: str) -> str:
     return "null" if field.default is None else str(field.default if field.default != () else "[]")
 
 
-def _having(section: str, name: str) -> str:
-    """Return in words which scenes have a key."""
-    if not section:
-        return "all"
-    kinds = [kind for kind in all_kinds() if section in kind.sections]
-    return in_words([kind for kind in kinds if name in kind.sections[section].model_fields]) or AUTO
-
-
 def _defining(section: type[Section], name: str) -> type[Section]:
     """Return the class of a section that a key is written in."""
     return next(each for each in section.__mro__ if name in get_annotations(each))
@@ -113,5 +90,4 @@ def _table(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
 
 
 if __name__ == "__main__":
-    with replacing(KEYS) as partial:
-        Path(partial).write_text(keys_page(), encoding="utf-8")
+    write_text(keys_page(), KEYS)

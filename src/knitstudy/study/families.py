@@ -21,11 +21,8 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.registry import unknown_choice
 from knitstudy.study.documents import read_yaml
 
-STUDIES = ("ci", "reduced", "full", "reference", "trade")
-"""Names of the studies that a scene can belong to."""
-
-MOST = 10_000
-"""Scenes that one entry may make: with more, a list is not what was meant."""
+STUDIES = ("ci", "reduced", "full", "reference", "trade")  # Names of the studies that a scene can belong to
+MOST = 10_000  # Scenes that one entry may make: with more, a list is not what was meant
 
 _OF_FAMILY = ("studies", "keys", "scenes")
 _OF_ENTRY = ("name", "studies", "keys")
@@ -33,8 +30,7 @@ _OF_ENTRY = ("name", "studies", "keys")
 _PLACEHOLDER = re.compile(r"\{([^{}]*)\}")
 _BY = re.compile(r"(\S+) +by +(\S+)")
 
-Blocks = Mapping[str, Mapping[str, dict]]
-"""By placeholder and choice: the keys that the choice sets."""
+Blocks = Mapping[str, Mapping[str, dict]]  # By placeholder and choice: the keys that the choice sets
 
 
 @dataclass(frozen=True)

@@ -32,19 +32,15 @@ ROLES = {
 STANDINGS = ("stated", "inferred", "assumed", "calibrated", "choice")
 """What an input is worth; see config/README.md."""
 
-LARGEST = 2**63
-"""Larger whole numbers count nothing."""
-
-LONG = 120
-"""Characters of a value beyond which a message does not show all of it."""
+LARGEST = 2**63  # Larger whole numbers count nothing
+LONG = 120  # Characters of a value beyond which a message does not show all of it
 
 SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
 
 SceneName = Annotated[str, Field(pattern="^[a-z][a-z0-9_-]{0,199}$")]
 """At most 200 small letters, digits, - and _: file names begin with it, and these may have 255."""
 
-Length = Annotated[float, Field(gt=0, le=1e6)]
-"""A length in m."""
+Length = Annotated[float, Field(gt=0, le=1e6)]  # A length in m
 
 Positive = Annotated[float, Field(gt=0, le=1e12)]
 
@@ -167,21 +163,11 @@ def _bounded(number: str, field: FieldInfo) -> str:
 
 
 def validated(section: type[Section], values: Any, where: str, prefix: str = "") -> Section:
-    """Return a section of given values.
+    """Return a section of given values, as read from YAML: lists stand for tuples.
 
-    Parameters
-    ----------
-    values : mapping
-        As read from YAML: lists stand for tuples.
-    where : str
-        File or scene that the values come from; begins the message.
-    prefix : str
-        Name of the section with a dot, or nothing.
-
-    Raises
-    ------
-    ConfigurationError
-        For the first key that is unknown, missing or has a value that is not allowed.
+    The file or scene that they come from, `where`, begins the message of an error; `prefix` is the name of the section
+    with a dot, or nothing.
+    Raises ConfigurationError for the first key that is unknown, missing or has a value that is not allowed.
     """
     if not isinstance(values, Mapping):
         raise ConfigurationError(f"{where}: {_said(prefix.rstrip('.'), values)} a group of keys")

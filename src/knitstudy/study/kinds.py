@@ -202,13 +202,7 @@ FIDELITIES = _by_name(
         "window",
         "solid yarns of polynomials in a few cells of a network of beams",
         specimens=("knit",),
-        sections={
-            "mesh": WindowMesh,
-            "tie": Tie,
-            "solver": Newton,
-            "gates": WindowGates,
-            "window": Window,
-        },
+        sections={"mesh": WindowMesh, "tie": Tie, "solver": Newton, "gates": WindowGates, "window": Window},
         touching={"contact": PolynomialContact},
         sources=("window.springs_from",),
     ),
@@ -246,6 +240,12 @@ class Labels(Section):
     """What is written; no result depends on it. Checked: all."""
 
 
+def labels_of(document: Mapping, where: str) -> Labels:
+    """Return the labels in a document, which may hold other keys; a ConfigurationError names what is not allowed."""
+    labels = {name: document[name] for name in Labels.model_fields if name in document}
+    return validated(Labels, labels, where)
+
+
 @dataclass(frozen=True)
 class Kind:
     """What kind of scene one is, and the sections that it has for that."""
@@ -255,14 +255,12 @@ class Kind:
     fidelity: Fidelity
 
     @classmethod
-    def of(cls, document: Mapping, where: str) -> Kind:
-        """Return the kind that a document says.
+    def of(cls, labels: Labels, where: str) -> Kind:
+        """Return the kind that labels name.
 
         Raises ConfigurationError where there is no such kind, or the fidelity does not model that specimen or
         interaction.
         """
-        labels = {name: document[name] for name in Labels.model_fields if name in document}
-        labels = validated(Labels, labels, where)
         specimen = find("specimen", SPECIMENS, labels.specimen, where)
         interaction = find("interaction", INTERACTIONS, labels.interaction, where)
         fidelity = find("fidelity", FIDELITIES, labels.fidelity, where)

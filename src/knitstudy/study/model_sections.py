@@ -33,13 +33,11 @@ class SolidMesh(Section):
     size: Length = resolution("stated", unit="m")
     """Table 5: 0.3 mm. Checked: 0.225 to 0.6 mm: force +7 % at 0.6 mm (docs/notes/sensitivity.md)."""
     growth: float = numerics("assumed", meaning="spacing on legs over size", ge=1, le=4)
-    """Spacing of slices between crossings; near the count of nodes in Table 5. Checked: 1 to 1.5: force within 0.1 %
-    (docs/notes/sensitivity.md)."""
+    """Spacing of slices between crossings; near the count of nodes of Table 5. Checked: 1 to 1.5: force within 0.1%."""
     refinement: float = numerics(
         "assumed", meaning="size over the size of elements at crossings", default=1.0, ge=1, le=3
     )
-    """Slices stand nearer, and sections are drawn towards the other yarn (docs/notes/refinement.md). Checked: 1 to 3
-    (docs/notes/refinement.md)."""
+    """Slices stand nearer, sections are drawn towards the other yarn (docs/notes/refinement.md). Checked: 1 to 3."""
     element: Annotated[str, OneOf(ELEMENTS.all)] = numerics("stated")
     """Section 2.3: linear hexahedra with reduced integration; quadratic ones are the reference. Checked: over
     quadratic, tied cell at 0.3 mm: one_point -3 % in force."""
@@ -127,8 +125,7 @@ class Sliding(Section):
     """Coulomb friction."""
 
     friction: float = physics("stated", ge=0, le=1e6)
-    """Table 1: 0.76; static value of the data sheet of the polypropylene, which gives 0.44 for sliding. Checked: 0 to
-    1.5 (scenes inputs-friction*)."""
+    """Table 1: 0.76; static value of the polypropylene's data sheet (sliding: 0.44). Checked: 0 to 1.5."""
 
 
 class TiedEdges(Section):
@@ -162,8 +159,7 @@ class SolidContact(TiedEdges):
     """Table 1 says hard contact; how hard is not printed. Checked: 0.003 and 0.01, of a pair pressed by 90 um and slid
     at 0.3 mm: force within 1 % at the end of the way."""
     augmentations: int = numerics("choice", ge=0, le=100)
-    """Numerical; updates of the multipliers where the penalty alone lets yarns in too deep. Checked: 10; 3 were needed
-    at most by pairs pressed by 90 um."""
+    """Numerical; updates of the multipliers where the penalty lets yarns in too deep. Checked: 10; pairs needed 3."""
     points: int = numerics("choice", ge=1, le=4)
     """Numerical; even numbers have no point in the middle of a facet and find contact late. Checked: 1 to 4, of a pair
     pressed by 36 um: with 2 contact begins 10 um late (force -13 %)."""
@@ -206,8 +202,7 @@ class Newton(Section):
     """First number of increments, and tolerances."""
 
     increments: Count = resolution("choice")
-    """Numerical; the first increment's share of the load, adapted on the way. Checked: 5, 12, 20 and 40: the same force
-    to seven digits."""
+    """Numerical; the first increment's share of the load, adapted on the way. Checked: 5 to 40: the same force."""
     residual_tolerance: float = resolution(
         "choice", meaning="relative to the mean internal force", gt=0, le=1e-2
     )
@@ -259,8 +254,7 @@ class HexahedralGates(SolidGates):
     """Additional limits of hexahedra."""
 
     hourglass: float = numerics("choice", meaning="over the internal energy", default=0.05, gt=0)
-    """5 % is the field's rule; at least the usual stiffness of 0.005 G is counted. Checked: 0.05: the study's scenes
-    stay below 0.046."""
+    """5 % is the field's rule; at least the usual stiffness of 0.005 G is counted. Checked: 0.05."""
     elements_across: float | None = numerics(
         "choice",
         allowed="a number > 0 of elements of mesh.size across the yarn, or null for 3 of a knit and 7 of a pair",
@@ -322,10 +316,9 @@ class PlanarJoints(Joints):
     @model_validator(mode="after")
     def _stress_where_used(self) -> PlanarJoints:
         if (self.honeycomb == "principal_stress") != (self.stress_from is not None):
-            wanted = "name a scene of solid yarns" if self.honeycomb == "principal_stress" else "be empty"
-            raise ValueError(
-                f"stress_from is {self.stress_from!r} but must {wanted} where rom.honeycomb is {self.honeycomb}"
-            )
+            wanted = "name a scene of solid yarns" if self.stress_from is None else "be empty"
+            of = f"where rom.honeycomb is {self.honeycomb}"
+            raise ValueError(f"stress_from is {self.stress_from!r} but must {wanted} {of}")
         return self
 
 
@@ -356,8 +349,7 @@ class Springs(SpatialJoints):
     springs: Literal["averaged", "zones"] = numerics(
         "stated", allowed="averaged (one stiffness for all crossings) or zones (each crossing its own)"
     )
-    """Table 2 prints one stiffness a direction; a variant gives every crossing its own. Checked: averaged and zones
-    (scenes rom3d-zones-*)."""
+    """Table 2 prints one stiffness a direction; a variant gives every crossing its own. Checked: both."""
     stiffness: tuple[Annotated[float, Field(gt=0)], ...] = numerics(
         "stated",
         unit="N/m",
@@ -380,24 +372,18 @@ class Springs(SpatialJoints):
     @model_validator(mode="after")
     def _has_one_source(self) -> Springs:
         if self.contacts_from is None:
+            why = "springs are measured at its contacts"
             raise ValueError(
-                "contacts_from is empty but must name a scene of solid yarns where yarns touch: springs are measured"
-                " at its contacts"
+                f"contacts_from is empty but must name a scene of solid yarns where yarns touch: {why}"
             )
-        for name, value, empty in (
-            ("springs_from", self.springs_from, "empty"),
-            ("stiffness", list(self.stiffness) or None, "[]"),
-        ):
-            if value is not None and self.springs != "averaged":
-                raise ValueError(
-                    f"{name} is {value!r} but must be {empty} where rom.springs is {self.springs}: every crossing's own"
-                    " springs are measured at that crossing"
-                )
-        if self.stiffness and (len(self.stiffness) != 3 or self.axes != "global" or self.springs_from):
-            raise ValueError(
-                f"stiffness is {list(self.stiffness)} but must be [] or three values, along x, y and z, which takes"
-                " rom.axes global and an empty rom.springs_from"
-            )
+        given = list(self.stiffness)
+        for name, value, empty in (("springs_from", self.springs_from, "empty"), ("stiffness", given, "[]")):
+            if value and self.springs != "averaged":
+                of = f"where rom.springs is {self.springs}: every crossing's own springs are measured there"
+                raise ValueError(f"{name} is {value!r} but must be {empty} {of}")
+        if given and (len(given) != 3 or self.axes != "global" or self.springs_from):
+            wanted = "[] or three values, along x, y and z, which takes rom.axes global and an empty rom.springs_from"
+            raise ValueError(f"stiffness is {given} but must be {wanted}")
         return self
 
 
@@ -419,8 +405,7 @@ class Beam(Section):
         "assumed",
         allowed="rigid, pinned (sections may turn) or patch (pins that yield as tied areas do): tied crossings",
     )
-    """Section 2.3 ties the outer rows; tied solids turn nearly freely and yield. Checked: all three (scenes
-    beam-pinned-*, beam-patch-*)."""
+    """Section 2.3 ties the outer rows; tied solids turn nearly freely and yield. Checked: all three."""
     stiffness: Positive = numerics("assumed", unit="E R", meaning="times E R")
     """Nothing printed; hard contact. Checked: 10 and 100 (scenes beam-*)."""
 

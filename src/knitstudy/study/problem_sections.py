@@ -13,8 +13,7 @@ from knitstudy.study.keys import Count, Length, OneOf, Positive, Section, output
 
 Point = tuple[float, float, float]
 
-Modulus = Annotated[float, Field(gt=0, le=1e20)]
-"""In Pa."""
+Modulus = Annotated[float, Field(gt=0, le=1e20)]  # In Pa
 
 # Specimen: a knit, or two crossing yarns
 
@@ -30,8 +29,7 @@ class Pattern(Section):
     loops: Count = physics("stated")
     """Sections 3.1 and 3.5: 3 x 3 unit cells. Checked: 3."""
     rows: Count = physics("inferred")
-    """DOF(n) = n^2 [21057 + 40700 (1 - 2/n)] fits Table 3 within 0.4 %: n rows; whole edge yarns are assumed. Checked:
-    3."""
+    """DOF(n) = n^2 [21057 + 40700 (1 - 2/n)] fits Table 3 within 0.4 %: n rows; edge yarns whole. Checked: 3."""
     course_spacing: Length = physics("calibrated", unit="m")
     """Not printed; fitted with the control points. Checked: one value."""
     wale_spacing: Length = physics("calibrated", unit="m")
@@ -65,8 +63,7 @@ class Pair(Section):
     angle: float = physics("choice", unit="degrees", gt=0, le=90)
     """Of a case of verification. Checked: 90 and 30."""
     length: Length = physics("choice", unit="m")
-    """Of a case of verification: nearly three diameters, beyond what the other yarn covers at 30 degrees. Checked: 5
-    mm."""
+    """Of a case of verification: nearly three diameters, more than the other yarn covers. Checked: 5 mm."""
     clearance: float = physics("choice", unit="yarn radii", ge=0, le=1)
     """Of a case of verification. Checked: 0.01."""
     support: Literal["ends", "back"] = physics("choice", meaning="what is held and driven of each yarn")
@@ -147,10 +144,8 @@ class Yarn(Section):
     def _stores_energy(self) -> Yarn:
         for name in ("transverse_modulus", "transverse_poisson_ratio", "axial_shear_modulus"):
             if getattr(self, name) is not None and not MATERIALS.find(self.material).directional:
-                raise ValueError(
-                    f"{name} is {getattr(self, name):g} but must be null where yarn.material is {self.material}, which "
-                    "is isotropic"
-                )
+                of = f"where yarn.material is {self.material}, which is isotropic"
+                raise ValueError(f"{name} is {getattr(self, name):g} but must be null {of}")
         try:
             material_of(self)
         except ConfigurationError as error:
@@ -195,10 +190,8 @@ class Tension(Section):
     def _stops_are_on_the_way(self) -> Tension:
         shares = (0.0, *(stop / self.strain for stop in self.stops), 1.0)
         if any(later <= earlier for earlier, later in pairwise(shares)):
-            raise ValueError(
-                f"stops is {list(self.stops)} but must go on from one to the next between 0 and load.strain, "
-                f"{self.strain:g}"
-            )
+            wanted = f"go on from one to the next between 0 and load.strain, {self.strain:g}"
+            raise ValueError(f"stops is {list(self.stops)} but must {wanted}")
         return self
 
 

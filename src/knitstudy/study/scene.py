@@ -19,10 +19,9 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.registry import unknown_choice
 from knitstudy.study.keys import Section, describe, lists, tuples, validated
-from knitstudy.study.kinds import Kind, Labels, all_sections, not_of_kind
+from knitstudy.study.kinds import Kind, Labels, all_sections, labels_of, not_of_kind
 
-SOLID = ("hexahedra", "spline_yarns")
-"""Fidelities whose material may have an axis."""
+SOLID = ("hexahedra", "spline_yarns")  # Fidelities whose material may have an axis
 
 LABELS = tuple(name for name in Labels.model_fields if describe(Labels, name).role == "output")
 """Labels that no number depends on: name, knit and outputs."""
@@ -50,29 +49,18 @@ class Scene:
 
     @classmethod
     def from_dict(cls, document: Mapping, where: str = "scene", defaults: Mapping = NOTHING) -> Scene:
-        """Build a scene from a nested mapping of its keys.
+        """Build a scene from a nested mapping of its keys; `where` they come from begins the message of an error.
 
-        Parameters
-        ----------
-        document : mapping
-            Keys that the scene must have by its kind.
-        where : str
-            File or scene that they come from; begins the message.
-        defaults : mapping
-            Values of keys that are not in the document, for scenes of any kind: keys that the scene's kind does not
-            have are left out. The scene remembers them, so that `vary` can make it one of another kind.
-
-        Raises
-        ------
-        ConfigurationError
-            When a key is unknown, missing, of another kind of scene or has a value that is not allowed.
+        `defaults` are values of keys that are not in the document, for scenes of any kind: keys that the scene's kind
+        does not have are left out. The scene remembers them, so that `vary` can make it one of another kind.
+        Raises ConfigurationError when a key is unknown, missing, of another kind or has a value that is not allowed.
         """
         document = {name: defaults[name] for name in Labels.model_fields if name in defaults} | dict(document)
-        kind = Kind.of(document, where)
+        labels = labels_of(document, where)
+        kind = Kind.of(labels, where)
         for key in _dotted(document):
             if not kind.has(key):
                 raise ConfigurationError(f"{where}: {not_of_kind(kind, key)}")
-        labels = validated(Labels, _labels(document), where)
         sections = {}
         for name, section in kind.sections.items():
             own, below = document.get(name, {}), defaults.get(name, {})
@@ -144,20 +132,18 @@ class Scene:
 
     def only(self, document: Mapping, keys: Iterable[str]) -> Scene:
         """Return the scene as a stage sees it that has `read` a document by some keys; see `seen`."""
-        return Scene.seen(_labels(self.to_dict()) | dict(document), keys)
+        labels = {name: value for name, value in self.to_dict().items() if name in Labels.model_fields}
+        return Scene.seen(labels | dict(document), keys)
 
     @classmethod
     def seen(cls, document: Mapping, keys: Iterable[str]) -> Scene:
         """Return a scene of some of its keys, not checked again: any other is an AttributeError there.
 
-        Parameters
-        ----------
-        document : mapping
-            What `read` returns, with all labels.
-        keys : iterable of str
-            What was read: those of these keys that are not in the document are at their defaults.
+        `document` is what `read` returned for `keys`, with all labels; those of the keys that are not in it are at
+        their defaults.
         """
-        kind, keys = Kind.of(document, "scene"), set(keys)
+        labels, keys = labels_of(document, "scene"), set(keys)
+        kind = Kind.of(labels, "scene")
         sections = {}
         for name, section in kind.sections.items():
             wanted = {field for field in section.model_fields if keys & {name, f"{name}.{field}"}}
@@ -166,7 +152,7 @@ class Scene:
                 sections[name] = section.model_construct(**values)
                 for field in section.model_fields.keys() - wanted:
                     sections[name].__dict__.pop(field, None)  # the default of a key that was not read
-        return cls(validated(Labels, _labels(document), "scene"), kind, sections)
+        return cls(labels, kind, sections)
 
     def replace(self, key: str, value: Any) -> Scene:
         """Return a scene with one key changed, for example ``scene.replace("solver.increments", 4)``."""
@@ -175,24 +161,13 @@ class Scene:
     def vary(self, changes: Mapping[str, Any]) -> Scene:
         """Return a scene with some keys changed, checked once all of them are.
 
-        A scene that becomes one of another kind loses the keys and outputs of its former kind, and takes the keys that
+        `changes` are values by dotted key in SI units, for example ``{"load.strain": 0.01, "mesh.size": 0.45e-3}``. A
+        scene that becomes one of another kind loses the keys and outputs of its former kind, and takes the keys that
         it lacks from the defaults.
-
-        Parameters
-        ----------
-        changes : mapping of str to value
-            Values by dotted key, for example ``{"load.strain": 0.01, "mesh.size": 0.45e-3}``; SI units.
-
-        Raises
-        ------
-        ConfigurationError
-            When a key is unknown or a value is not allowed.
+        Raises ConfigurationError when a key is unknown or a value is not allowed.
         """
-        where, own = f"scene {self.name!r}", {}
-        for key, value in changes.items():
-            set_dotted(own, key, value, where)
-        document = self.to_dict()
-        kind = Kind.of(document | {"outputs": []} | _labels(own), where)
+        where, document = f"scene {self.name!r}", self.to_dict()
+        kind = Kind.of(labels_of(document | {"outputs": []} | dict(changes), where), where)
         document["outputs"] = [name for name in self.outputs if name in kind.outputs]
         stays: dict = {}
         for key, value in (flat(document) | dict(changes)).items():
@@ -271,10 +246,6 @@ def differences(scene: Scene, defaults: Mapping[str, Any]) -> dict[str, Any]:
 def digest(document: Any) -> str:
     """Return a short hash of plain data; numbers enter with all their digits."""
     return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()[:16]
-
-
-def _labels(document: Mapping) -> dict[str, Any]:
-    return {name: document[name] for name in Labels.model_fields if name in document}
 
 
 def _dotted(document: Mapping) -> list[str]:

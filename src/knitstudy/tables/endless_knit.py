@@ -11,9 +11,9 @@ import xarray as xr
 from knitstudy.exchange.inp import SHELL_ENTRIES, section_matrix, shell_entries
 from knitstudy.loading.history import DIRECTIONS
 from knitstudy.measures.catalogue import Datasets, Scenes, several
+from knitstudy.measures.cost import SERIES, Series, force_per_width, series_of
 from knitstudy.measures.discretisation import made_of
-from knitstudy.measures.domain import SERIES, Series, force_per_width, series_of
-from knitstudy.measures.endless_knit import CELLS, Moduli, between_grips, limit, moduli
+from knitstudy.measures.endless_knit import CELLS, MODULI, between_grips, limit, moduli
 from knitstudy.measures.response import increment_at
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
@@ -21,21 +21,12 @@ from knitstudy.tables.catalogue import TABLES
 STRAINS = ["course strain [1]", "wale strain [1]", "angle of shear [rad]"]
 
 FORCES = ["course force over width [N/m]", "wale force over width [N/m]", "shear force over width [N/m]"]
-
 # Strain and force of secant and tangent, by ``load.deformation``: of a biaxial stretch those in course
 # direction.
 AXIS = {"course": 0, "wale": 1, "biaxial": 0, "shear": 2}
-
-# Strain across, and strain along, of a pull that leaves the other free.
-CONTRACTS = {"course": (1, 0), "wale": (0, 1)}
-UNKNOWN = Moduli(*(5 * [np.nan]))  # Moduli at rest of yarns that are not tied and do not touch
-
-# What the stiffness at rest depends on: cells that share it have the same.
-AT_REST = ("knit", "pattern", "yarn", "mesh", "tie")
-
-# Unit of an entry of the shell stiffness by how many of its row and column are bending.
-UNITS = {0: "N/m", 1: "N", 2: "N m"}
-
+CONTRACTS = {"course": (1, 0), "wale": (0, 1)}  # Strain across and along, of a pull
+AT_REST = ("knit", "pattern", "yarn", "mesh", "tie")  # What the stiffness at rest hangs on
+UNITS = {0: "N/m", 1: "N", 2: "N m"}  # By how many of row and column are bending
 # Names of the square knits that have a cell of the endless knit.
 SQUARES = [f"{stem}-*" for stem in CELLS] + [SERIES[stem] for stem in CELLS if SERIES[stem]]
 
@@ -57,7 +48,9 @@ def _row(scene: Scene, history: xr.Dataset) -> dict:
     force = history["force_per_width"].to_numpy()[-1]
     axis = AXIS[kind]
     across = CONTRACTS.get(kind) if free else None
-    rest = moduli(history["membrane_stiffness"].to_numpy()) if "membrane_stiffness" in history else UNKNOWN
+    rest = dict.fromkeys(MODULI, np.nan)  # of yarns that are not tied and do not touch
+    if "membrane_stiffness" in history:
+        rest = moduli(history["membrane_stiffness"].to_numpy())
     return {
         "scene": scene.name,
         "deformation": kind,
@@ -70,11 +63,7 @@ def _row(scene: Scene, history: xr.Dataset) -> dict:
         "secant modulus [N/m]": force[axis] / strain[axis],
         "tangent modulus [N/m]": _slope(history, kind, free),
         "Poisson's ratio, secant [1]": -strain[across[0]] / strain[across[1]] if across else np.nan,
-        "course modulus at rest [N/m]": rest.course,
-        "wale modulus at rest [N/m]": rest.wale,
-        "shear modulus at rest [N/m]": rest.shear,
-        "Poisson's ratio of course tension at rest [1]": rest.contraction_of_course,
-        "Poisson's ratio of wale tension at rest [1]": rest.contraction_of_wale,
+        **rest,
     }
 
 
@@ -158,21 +147,11 @@ def tabulate_shells(cells: Datasets, scenes: Scenes) -> pd.DataFrame:
             first.setdefault(str(scenes[name].read(AT_REST)), name)
     rows = []
     for name in first.values():
-        matrix = section_matrix(cells[name])
+        matrix, pattern = section_matrix(cells[name]), scenes[name].pattern
         scale = np.sqrt(np.diag(matrix))
-        eigenvalues = np.linalg.eigvalsh(matrix / np.outer(scale, scale))
-        rows.append(
-            {
-                "scene": name,
-                "cells": f"{scenes[name].pattern.loops} x {scenes[name].pattern.rows}",
-                "yarns": made_of(scenes[name]),
-                **{
-                    f"{entry} [{UNITS[sum(int(index) > 3 for index in entry[1:])]}]": value
-                    for entry, value in zip(SHELL_ENTRIES, shell_entries(matrix), strict=True)
-                },
-                "least eigenvalue over largest, diagonal scaled to 1 [1]": float(
-                    eigenvalues[0] / eigenvalues[-1]
-                ),
-            }
-        )
+        least, *_, most = np.linalg.eigvalsh(matrix / np.outer(scale, scale))
+        row = {"scene": name, "cells": f"{pattern.loops} x {pattern.rows}", "yarns": made_of(scenes[name])}
+        for entry, value in zip(SHELL_ENTRIES, shell_entries(matrix), strict=True):
+            row[f"{entry} [{UNITS[sum(int(index) > 3 for index in entry[1:])]}]"] = value
+        rows.append(row | {"least eigenvalue over largest, diagonal scaled to 1 [1]": float(least / most)})
     return pd.DataFrame(rows)

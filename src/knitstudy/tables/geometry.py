@@ -39,27 +39,18 @@ def tabulate_unit_cell(geometry: xr.Dataset, targets: dict) -> pd.DataFrame:
 
     Raises ConfigurationError when a target is missing.
     """
-    rows = [("largest |D - 2R - c0| of a crossing", crossing_error(geometry).to_numpy(), "m", None)]
-    rows += [(name, geometry[key].to_numpy(), unit, target) for name, (key, unit, target) in MEASURES.items()]
-    cost = zip(geometry["term"].to_numpy(), geometry["cost"].transpose("term", "state"), strict=True)
+    rows = [("largest |D - 2R - c0| of a crossing", "m", *crossing_error(geometry).to_numpy(), None)]
     rows += [
-        (f"F, {'total' if term == 'total' else 'term ' + term}", each.to_numpy(), "1", None)
-        for term, each in cost
+        (name, unit, *geometry[key].to_numpy(), target) for name, (key, unit, target) in MEASURES.items()
     ]
+    for term, cost in zip(
+        geometry["term"].to_numpy(), geometry["cost"].transpose("term", "state"), strict=True
+    ):
+        rows.append((f"F, {'' if term == 'total' else 'term '}{term}", "1", *cost.to_numpy(), None))
     diameter = 2 * float(geometry["radius"])
-    rows.append(("yarn diameter", (diameter, diameter), "m", "diameter"))
-    table = pd.DataFrame(
-        [
-            {
-                "quantity": name,
-                "unit": unit,
-                "before": float(before),
-                "after": float(after),
-                "target": _target(targets, target),
-            }
-            for name, (before, after), unit, target in rows
-        ]
-    )
+    rows.append(("yarn diameter", "m", diameter, diameter, "diameter"))
+    table = pd.DataFrame(rows, columns=["quantity", "unit", "before", "after", "target"])
+    table["target"] = [_target(targets, name) for *_, name in rows]
     return table.assign(residual=table["after"] - table["target"])
 
 

@@ -10,17 +10,11 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import DataFileError
+from knitstudy.measures import response
 from knitstudy.measures.cases import COMPARED, MODELS, Case, cases_of, comparison, is_plain
 from knitstudy.measures.catalogue import Datasets, Scenes, several, solid
+from knitstudy.measures.cost import effort
 from knitstudy.measures.discretisation import INTERACTIONS, is_direct, made_of
-from knitstudy.measures.response import (
-    at_strain,
-    common_strain,
-    out_of_plane,
-    secant_stiffness,
-    stiffness_at,
-    transverse_contraction,
-)
 from knitstudy.tables.catalogue import TABLES
 
 OF_MODELS = ["model", "scene", "discretisation", *COMPARED]
@@ -78,7 +72,7 @@ def tabulate_beams(models: Datasets, scenes: Scenes, reference: pd.DataFrame) ->
 
 def _rows_of_beams(case: Case) -> Iterator[dict]:
     plain = [model for model in case.beams if is_plain(model.scene)]
-    base = secant_stiffness(plain[0].history) if plain else np.nan
+    base = response.secant_stiffness(plain[0].history) if plain else np.nan
     beside = [case.main["rom3d"]] if "rom3d" in case.main else []
     for model in (case.dns, *beside, *case.beams):
         history = model.history
@@ -86,10 +80,8 @@ def _rows_of_beams(case: Case) -> Iterator[dict]:
             "model": f"{case.name_of(model)}; {case.direction}",
             "scene": model.scene.name,
             **comparison(history, case.dns.history, case.reference),
-            OVER_FIRST: secant_stiffness(history) / base if model in case.beams else np.nan,
-            "increments [1]": history.sizes["increment"] - 1,
-            "Newton iterations [1]": int(history["newton_iterations"].sum()),
-            "time [s]": history.attrs["wall_seconds"],
+            OVER_FIRST: response.secant_stiffness(history) / base if model in case.beams else np.nan,
+            **effort(history),
         }
 
 
@@ -109,28 +101,23 @@ def tabulate_interactions(
 ) -> pd.DataFrame:
     """Return one row an interaction (Figs. 8 and 9), at the largest strain that all have reached."""
     histories = {"tie": tie, "rough": rough, "isotropic": isotropic}
-    strain = common_strain(histories.values())
-    diameter = 2 * float(geometry["radius"])
-    stiffnesses = {name: stiffness_at(history, strain) for name, history in histories.items()}
+    strain, diameter = response.common_strain(histories.values()), 2 * float(geometry["radius"])
     rows = []
     for name, history in histories.items():
-        u_z = at_strain(history, strain, out_of_plane(history))
-        rows.append(
-            {
-                "interaction": INTERACTIONS[name],
-                "scene": history.attrs.get("scene", ""),
-                "strain [1]": strain,
-                "force [N]": at_strain(history, strain, history["force"].to_numpy()),
-                "secant stiffness [N/m]": stiffnesses[name],
-                "stiffness over tie's [1]": stiffnesses[name] / stiffnesses["tie"],
-                "largest |u_z| [m]": u_z,
-                "largest |u_z| over diameter [1]": u_z / diameter,
-                "transverse contraction at full strain [1]": transverse_contraction(history),
-                "increments [1]": history.sizes["increment"] - 1,
-                "Newton iterations [1]": int(history["newton_iterations"].sum()),
-                "time [s]": history.attrs.get("wall_seconds", np.nan),
-            }
-        )
+        u_z = response.at_strain(history, strain, response.out_of_plane(history))
+        row = {
+            "interaction": INTERACTIONS[name],
+            "scene": history.attrs.get("scene", ""),
+            "strain [1]": strain,
+            "force [N]": response.at_strain(history, strain, history["force"].to_numpy()),
+            "secant stiffness [N/m]": response.stiffness_at(history, strain),
+            "stiffness over tie's [1]": response.stiffness_at(history, strain)
+            / response.stiffness_at(tie, strain),
+            "largest |u_z| [m]": u_z,
+            "largest |u_z| over diameter [1]": u_z / diameter,
+            "transverse contraction at full strain [1]": response.transverse_contraction(history),
+        }
+        rows.append(row | effort(history))
     return pd.DataFrame(rows)
 
 

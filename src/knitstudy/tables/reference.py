@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import product
 from math import isfinite, nan
 
 import pandas as pd
@@ -14,11 +15,8 @@ from knitstudy.measures.reference import RefinementSeries, refinement_series_of
 from knitstudy.measures.response import QUANTITIES, STRAINS, increment_at
 from knitstudy.tables.catalogue import TABLES
 
-# Histories of the direct simulations whose increments end at `STRAINS`.
-REFERENCE_SCENES = several("simulation", "reference-*")
-
+REFERENCE_SCENES = several("simulation", "reference-*")  # Increments end at `STRAINS`
 RESULTS = {"histories": REFERENCE_SCENES, "contacts": several("contacts", "reference-*")}
-
 # What a row is of; ``problem`` is the digest of the physical problem.
 SAID = ["problem", "knit", "interaction", "direction", "strain [1]", "quantity", "unit"]
 
@@ -50,18 +48,16 @@ def tabulate_series(histories: Datasets, contacts: Datasets, scenes: Scenes) -> 
     for said, found in _found(values_of(histories, contacts), scenes):
         for series, values in found:
             limit = series.limit(values)
-            rows.append(
-                said
-                | {
-                    "way": series.name,
-                    "resolutions": series.said,
-                    "values": ", ".join(f"{values[scene.name]:.6g}" for scene in series.scenes),
-                    "limit": limit.value,
-                    "uncertainty": limit.uncertainty,
-                    "assumed order [1]": series.order,
-                    "observed order [1]": limit.order,
-                }
-            )
+            row = {
+                "way": series.name,
+                "resolutions": series.said,
+                "values": ", ".join(f"{values[scene.name]:.6g}" for scene in series.scenes),
+                "limit": limit.value,
+                "uncertainty": limit.uncertainty,
+                "assumed order [1]": series.order,
+                "observed order [1]": limit.order,
+            }
+            rows.append(said | row)
     return pd.DataFrame(rows)
 
 
@@ -101,31 +97,29 @@ def _row(said: dict, found: Found) -> dict:
 
 def _found(values: pd.DataFrame, scenes: Scenes) -> Iterator[tuple[dict, Found]]:
     """Yield what each row is of, and its refinement series whose simulations all have a value."""
-    simulated = set(values["scene"])
     by_row = {
         key: dict(zip(of["scene"], of["value"], strict=True))
         for key, of in values.groupby(["quantity", "strain [1]"])
     }
+    simulated = set(values["scene"])
     problems = refinement_series_of(scenes[name] for name in scenes if name in simulated)
-    for problem, every in problems.items():
-        for quantity, (unit, _) in QUANTITIES.items():
-            for strain in STRAINS:
-                known = by_row.get((quantity, strain), {})
-                names = [[scene.name for scene in series.scenes] for series in every]
-                found = [
-                    (series, {name: known[name] for name in of})
-                    for series, of in zip(every, names, strict=True)
-                    if known.keys() >= set(of)
-                ]
-                if any(any(of.values()) for _, of in found):
-                    scene = found[0][0].scenes[0]
-                    row = (
-                        problem,
-                        f"{scene.pattern.loops} x {scene.pattern.rows}",
-                        INTERACTIONS[scene.interaction],
-                        scene.load.direction,
-                        strain,
-                        quantity,
-                        unit,
-                    )
-                    yield dict(zip(SAID, row, strict=True)), found
+    for (problem, every), quantity, strain in product(problems.items(), QUANTITIES, STRAINS):
+        known, found = by_row.get((quantity, strain), {}), []
+        for series in every:
+            names = [scene.name for scene in series.scenes]
+            if known.keys() >= set(names):
+                found.append((series, {name: known[name] for name in names}))
+        if any(any(of.values()) for _, of in found):
+            scene, (unit, _) = found[0][0].scenes[0], QUANTITIES[quantity]
+            yield (
+                {
+                    "problem": problem,
+                    "knit": f"{scene.pattern.loops} x {scene.pattern.rows}",
+                    "interaction": INTERACTIONS[scene.interaction],
+                    "direction": scene.load.direction,
+                    "strain [1]": strain,
+                    "quantity": quantity,
+                    "unit": unit,
+                },
+                found,
+            )

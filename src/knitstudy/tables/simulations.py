@@ -6,21 +6,15 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from knitstudy.measures import response
 from knitstudy.measures.catalogue import Datasets, Scenes, is_whole_knit, several, solid
-from knitstudy.measures.cost import MEGABYTE, element_length
+from knitstudy.measures.cost import MEGABYTE, effort, element_length
 from knitstudy.measures.history_checks import (
     allowed_penetration,
     hourglass_share,
     ledger_gap,
     penetration,
     stabilisation_share,
-)
-from knitstudy.measures.response import (
-    at_strain,
-    largest_out_of_plane,
-    poisson_ratio,
-    secant_stiffness,
-    tangent_stiffness,
 )
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
@@ -52,7 +46,6 @@ KEYS = {
 
 LEDGER = 0.01  # Largest gap of the ledger over the largest external work
 HOURGLASS = 0.05  # Largest share of hourglass energy in the internal energy
-
 # Largest share of the dissipation of stabilisation in internal energy, on the way and at full load.
 STABILISATION, STABILISATION_AT_END = 0.05, 0.01
 
@@ -98,7 +91,7 @@ def _response(scene: Scene, history: xr.Dataset) -> dict:
     along, across = (width, height) if direction == "course" else (height, width)
     energy = history["energy"].isel(increment=-1)
     forces = {
-        f"force at {strain:.0%} strain [N]": at_strain(history, strain, force)
+        f"force at {strain:.0%} strain [N]": response.at_strain(history, strain, force)
         if strain <= 1.001 * reached
         else np.nan
         for strain in STRAINS
@@ -109,10 +102,10 @@ def _response(scene: Scene, history: xr.Dataset) -> dict:
         **forces,
         "width across the load [m]": across,
         "force per width [N/m]": force[-1] / across,
-        "secant stiffness, force per width [N/m]": secant_stiffness(history) * along / across,
-        "tangent stiffness, force per width [N/m]": tangent_stiffness(history) * along / across,
-        "Poisson's ratio [1]": poisson_ratio(history, direction, pattern.loops),
-        "largest |u_z| [m]": largest_out_of_plane(history),
+        "secant stiffness, force per width [N/m]": response.secant_stiffness(history) * along / across,
+        "tangent stiffness, force per width [N/m]": response.tangent_stiffness(history) * along / across,
+        "Poisson's ratio [1]": response.poisson_ratio(history, direction, pattern.loops),
+        "largest |u_z| [m]": response.largest_out_of_plane(history),
         "internal energy per area [J/m2]": float(energy.sel(form="internal")) / (width * height),
         "dissipated energy per area [J/m2]": dissipated / (width * height),
     }
@@ -135,8 +128,7 @@ def _cost(history: xr.Dataset) -> dict:
         "unknowns [1]": int(cost["unknowns"]),
         "time [s]": cost["wall_seconds"],
         "memory growth [MB]": cost["memory_growth"] / MEGABYTE,
-        "increments [1]": history.sizes["increment"] - 1,
-        "Newton iterations [1]": int(history["newton_iterations"].sum()),
+        **effort(history),
     }
 
 

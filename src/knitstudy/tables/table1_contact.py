@@ -11,7 +11,6 @@ from knitstudy.measures.paper_values import number
 from knitstudy.tables.catalogue import TABLES
 
 NOT_SAID, NONE = "not said", "none"
-
 # Numbers of Table 1.
 STATED = ("stiffness ratio (contact / element)", "stick ratio (stick / element)", "friction coefficient")
 

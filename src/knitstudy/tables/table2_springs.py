@@ -32,10 +32,7 @@ STATISTICS = {
 }
 
 AVERAGES = tuple(STATISTICS)[:2]  # Statistics that the paper's numbers may be
-
-# Springs of the main reduced models, which the table at a glance shows.
-DISPLACEMENT, STATISTIC = "interface", next(iter(STATISTICS))
-
+DISPLACEMENT, STATISTIC = "interface", next(iter(STATISTICS))  # Of the main reduced models
 # Columns of the table at a glance by axis.
 COLUMNS = {"x": "kx", "y": "ky", "z": "kz", "normal": "normal to contact", "tangential": "along contact"}
 

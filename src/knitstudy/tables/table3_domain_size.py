@@ -6,9 +6,16 @@ import numpy as np
 import pandas as pd
 
 from knitstudy.measures.catalogue import SQUARES, Datasets, Scenes, several
-from knitstudy.measures.cost import MEGABYTE, memory_growth
+from knitstudy.measures.cost import (
+    MEGABYTE,
+    Series,
+    domain_response,
+    effort,
+    memory_growth,
+    seconds_a_newton_iteration,
+    series_of,
+)
 from knitstudy.measures.discretisation import is_direct
-from knitstudy.measures.domain import Series, domain_response, seconds_a_newton_iteration, series_of
 from knitstudy.measures.paper_values import number_if_printed
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
@@ -24,9 +31,7 @@ COLUMNS = [
 ]
 
 LARGEST = 30  # Cells in a row of the paper's largest knit
-
-# Knits in course tension; fewer than 12 scenes are not all series of Table 3.
-KNITS = several("simulation", *SQUARES, fewest=12)
+KNITS = several("simulation", *SQUARES, fewest=12)  # Fewer are not all of Table 3
 
 
 @TABLES.add(
@@ -37,24 +42,22 @@ def tabulate(domain: Datasets, scenes: Scenes, paper: pd.DataFrame) -> pd.DataFr
     rows = []
     for series in series_of(scenes[name] for name in domain):
         dof, memory, seconds = _costs(series, domain)
-        law = series.memory(dof, memory)
-        for place, (cells, scene) in enumerate(zip(series.cells, series.scenes, strict=True)):
-            history = domain[scene.name]
+        over_law = memory / series.memory(dof, memory)(dof)
+        for place, scene in enumerate(series.scenes):
+            work = effort(domain[scene.name])
             row = {
                 "model": series.model,
                 "interaction": series.interaction,
-                "cells in a row [1]": int(cells),
+                "cells in a row [1]": int(series.cells[place]),
                 "scene": scene.name,
                 "degrees of freedom [1]": int(dof[place]),
                 "memory growth [MB]": memory[place],
-                "memory over its law [1]": memory[place] / law(dof[place]),
+                "memory over its law [1]": over_law[place],
                 "memory of an unknown [kB]": memory[place] * MEGABYTE / KILOBYTE / dof[place],
                 "time of a Newton iteration [s]": seconds[place],
-                "time of a path [s]": history.attrs["wall_seconds"],
-                "Newton iterations [1]": int(history["newton_iterations"].sum()),
-                "increments [1]": history.sizes["increment"] - 1,
+                "time of a path [s]": work["time [s]"],
             }
-            rows.append(row | (_of_paper(scene, paper) if is_direct(scene) else {}))
+            rows.append(row | work | (_of_paper(scene, paper) if is_direct(scene) else {}))
     return pd.DataFrame(rows, columns=COLUMNS)
 
 

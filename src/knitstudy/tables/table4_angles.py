@@ -16,9 +16,7 @@ from knitstudy.measures.catalogue import (
     several,
     solid,
 )
-from knitstudy.measures.discretisation import INTERACTIONS, made_of
-from knitstudy.measures.paper_values import numbers
-from knitstudy.measures.segments import (
+from knitstudy.measures.centre_cell import (
     SEGMENT,
     angles_to_axes,
     central,
@@ -26,15 +24,15 @@ from knitstudy.measures.segments import (
     honeycomb_segments,
     stress_angles,
 )
+from knitstudy.measures.discretisation import INTERACTIONS, made_of
+from knitstudy.measures.paper_values import numbers
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
 AXES = "xyz"
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "xz")
-
-# Decimals of angles in degrees: the paper prints none; closest points are found to about 1e-5 degrees.
-DECIMALS = 3
+DECIMALS = 3  # The paper prints none; closest points are found to about 1e-5 degrees
 
 # Names of the angles of the honeycomb by geometry in the paper's numbers.
 REPORTED = {
@@ -46,9 +44,7 @@ REPORTED = {
     "sinker": "segment 6 angles to x y z",
 }
 
-# Cuts over the length of the knit along the load: slabs around them lie between the grips.
-CUTS = (0.3, 0.4, 0.5, 0.6, 0.7)
-
+CUTS = (0.3, 0.4, 0.5, 0.6, 0.7)  # Over the length of the knit: slabs lie between the grips
 _SOLIDS = of_cases(CASES, (*SOLIDS, *OTHER_SOLIDS))
 
 
@@ -75,13 +71,9 @@ def tabulate(
     ]
     for name, found in (stresses or {}).items():
         rows += _by_stress(scenes[name], found, paper)
-    table = pd.DataFrame(rows)
-    order = {honeycomb: place for place, honeycomb in enumerate(dict.fromkeys(table["honeycomb"]))}
-    return (
-        table.assign(place=table["honeycomb"].map(order))
-        .sort_values(["place", "segment"], ignore_index=True)
-        .drop(columns="place")
-    )
+    order = list(dict.fromkeys(row["honeycomb"] for row in rows))
+    rows.sort(key=lambda row: (order.index(row["honeycomb"]), row["segment"]))
+    return pd.DataFrame(rows)
 
 
 def _by_stress(scene: Scene, stresses: xr.Dataset, paper: pd.DataFrame) -> list[dict]:
@@ -92,15 +84,13 @@ def _by_stress(scene: Scene, stresses: xr.Dataset, paper: pd.DataFrame) -> list[
     )
     rows = []
     for kind, number in SEGMENT.items():
-        angle = stress_angles(stresses, kind)
-        if not len(angle):
-            continue
-        back, middle = stress_angles(stresses, kind, undeformed=True), stress_angles(stresses, kind, "middle")
-        more = {
-            "angle to x, axes turned back [deg]": round(back[:, 0].mean(), DECIMALS),
-            "angle to x, middle halves [deg]": round(middle[:, 0].mean(), DECIMALS),
-        }
-        rows.append(_row(honeycomb, kind, angle, printed[number - 1]) | more)
+        if len(angle := stress_angles(stresses, kind)):
+            back = stress_angles(stresses, kind, undeformed=True)
+            middle = stress_angles(stresses, kind, "middle")
+            row = _row(honeycomb, kind, angle, printed[number - 1])
+            row["angle to x, axes turned back [deg]"] = round(back[:, 0].mean(), DECIMALS)
+            row["angle to x, middle halves [deg]"] = round(middle[:, 0].mean(), DECIMALS)
+            rows.append(row)
     return rows
 
 
@@ -144,8 +134,7 @@ def tabulate_stress(stresses: Datasets, scenes: Scenes) -> pd.DataFrame:
 
 def _stress(segment: xr.Dataset) -> dict[str, float]:
     principal, stress = segment["segment_principal"].to_numpy(), segment["segment_stress"].to_numpy()
-    axis = np.abs(segment["segment_axis"].to_numpy()[0])
-    angles = np.degrees(np.arccos(np.clip(axis, 0, 1)))
+    (angles,) = angles_to_axes(segment["segment_axis"].to_numpy()[:1])
     return {
         "deformed volume [m3]": float(segment["segment_volume"]),
         **{f"principal stress {i + 1} [Pa]": value for i, value in enumerate(principal)},

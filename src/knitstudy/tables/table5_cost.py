@@ -8,13 +8,18 @@ import pandas as pd
 
 from knitstudy.measures.cases import MODELS, OVER_REFERENCE, UNCERTAIN, Case, Simulation, cases_of, label_of
 from knitstudy.measures.catalogue import Datasets, Scenes, several
-from knitstudy.measures.cost import MEGABYTE, element_length
+from knitstudy.measures.cost import MEGABYTE, effort, element_length
 from knitstudy.measures.discretisation import discretisation
 from knitstudy.measures.paper_values import REPORTED, number, reported
 from knitstudy.tables.catalogue import TABLES
 
 BEAM = "beam, 2 nodes, 1 point"
 
+THEIRS = {
+    "mesh size": "mesh size, paper [m]",
+    "degrees of freedom": "degrees of freedom, paper [1]",
+    "memory": "memory, paper [MB]",
+}
 COLUMNS = [
     *("model", "scene", "element", "element, paper", "mesh size [m]", "mesh size, paper [m]"),
     *("degrees of freedom [1]", "degrees of freedom, paper [1]", "DNS's degrees of freedom over these [1]"),
@@ -49,9 +54,6 @@ def _rows(case: Case, paper: pd.DataFrame) -> Iterator[dict]:
 def _row(fidelity: str, model: Simulation, first: Simulation, case: Case, paper: pd.DataFrame) -> dict:
     history, cost, dns = model.history, model.history.attrs, first.history.attrs
     ratio = case.reference.force_ratio(history)
-    printed = (
-        case.interaction == "tie" and case.direction == "course" and (fidelity != "dns" or model is first)
-    )
     values = {
         "model": f"{label_of(model.scene)}; {case.label}",
         "scene": model.scene.name,
@@ -61,20 +63,13 @@ def _row(fidelity: str, model: Simulation, first: Simulation, case: Case, paper:
         "DNS's degrees of freedom over these [1]": dns["dof"] / cost["dof"],
         "memory growth [MB]": cost["memory_growth"] / MEGABYTE,
         "memory peak [MB]": cost["memory_peak"] / MEGABYTE,
-        "increments [1]": history.sizes["increment"] - 1,
-        "Newton iterations [1]": int(history["newton_iterations"].sum()),
-        "time [s]": cost["wall_seconds"],
+        **effort(history),
         "DNS's time over this [1]": dns["wall_seconds"] / cost["wall_seconds"],
         OVER_REFERENCE: ratio.value,
         UNCERTAIN[OVER_REFERENCE]: ratio.uncertainty,
     }
-    return values | (_reported(paper, REPORTED[fidelity]) if printed else {})
-
-
-def _reported(paper: pd.DataFrame, case: str) -> dict:
-    return {
-        "element, paper": reported(paper, "5", case, "mesh size")["note"],
-        "mesh size, paper [m]": number(paper, "5", case, "mesh size"),
-        "degrees of freedom, paper [1]": int(number(paper, "5", case, "degrees of freedom")),
-        "memory, paper [MB]": number(paper, "5", case, "memory"),
-    }
+    if (case.interaction, case.direction) == ("tie", "course") and (fidelity != "dns" or model is first):
+        for quantity, column in THEIRS.items():
+            values[column] = number(paper, "5", REPORTED[fidelity], quantity)
+        values["element, paper"] = reported(paper, "5", REPORTED[fidelity], "mesh size")["note"]
+    return values

@@ -16,7 +16,6 @@ from knitstudy.study.choice import cheapest, front, nearest
 from knitstudy.tables.catalogue import TABLES
 
 CASE = ["question", "interaction", "direction", "cells [1]"]  # Columns that the points of one front share
-
 ERROR, UNCERTAIN, AT_MOST = "error [1]", "uncertainty of that error [1]", "error at most [1]"
 
 CALLED = "model and knobs"
@@ -51,9 +50,7 @@ TOGETHER = (
 )
 
 SAME = 1e-3  # Change of an error below which a knob has changed nothing [1]
-
-# Ratios of seconds from which on a knob is cheaper or dearer: the same run twice differs by a tenth.
-CHEAPER, DEARER = 0.8, 1.25
+CHEAPER, DEARER = 0.8, 1.25  # Ratios of seconds: the same run twice differs by a tenth
 
 RESULTS = {
     "every": several("simulation", "*", where=is_whole_knit),

@@ -8,51 +8,25 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from knitstudy.measures.centre_cell import (
-    centre_cell,
-    closest_neighbour,
-    first_symmetric_contact,
-    rotation_angle,
-    snapshots,
-    zones_of_cell,
-)
+from knitstudy.measures import centre_cell, response
 from knitstudy.measures.claims.evidence import NO_DIRECT, Evidence, Judgement, NotRun, verdict
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.estimate import Estimate, all_hold
 from knitstudy.measures.history_checks import stabilisation_share
 from knitstudy.measures.reference import reference_of, transferred_uncertainty
-from knitstudy.measures.response import (
-    FORCE,
-    LARGEST_U_Z,
-    Z,
-    at_strain,
-    common_strain,
-    largest_out_of_plane,
-    out_of_plane,
-    stiffness_at,
-    transverse_contraction,
-)
 from knitstudy.measures.sweeps import FRICTION
 
 FIRST, LAST = 1, 4  # Points of Fig. 7 that claims K1 and K2 are about
-
-# Claim K3: strain before and after a point over which slopes are compared; strain that counts as just after.
-SPAN, JUST_AFTER = 1e-3, 5e-3
-
-# Claim K4: least largest |u_z| over the yarn diameter, and largest difference of mirrored envelopes over it.
-PRONOUNCED, SYMMETRIC = 0.1, 0.2
-
+SPAN, JUST_AFTER = 1e-3, 5e-3  # Claim K3: strain over which slopes are taken; what counts as just after
+PRONOUNCED, SYMMETRIC = 0.1, 0.2  # Claim K4: least |u_z| over d; largest difference of envelopes
 # Claim K8: least rotation of a section [degrees]; least sliding over the yarn diameter, more than the elastic
 # slip of surfaces that stick; least angle of a contact area about the yarn [degrees]: facets are 15 degrees wide,
 # and the centroid of few points moves by a degree or two where these come into contact or open.
 TURNS, SLIDES, SPINS = 1.0, 0.02, 3.0
-
 # Claim K11: slip of the outer rows over that of the others; share of the force below which load is not
 # transferred; factor of iterations that counts as worse convergence.
 SLIDE, TRANSFERRED, HARDER = 1.5, 0.9, 1.2
-
-# Claim K7: beginning of the names of scenes with other coefficients of friction.
-FRICTION_SWEEP = "inputs-friction"
+FRICTION_SWEEP = "inputs-friction"  # Claim K7: scenes with other coefficients of friction
 
 
 def judge_no_contact(evidence: Evidence) -> Judgement:
@@ -73,7 +47,7 @@ def judge_zones(evidence: Evidence) -> Judgement:
 def _at_snapshot(evidence: Evidence, number: int, holds: Callable[[np.ndarray, int], bool]) -> Judgement:
     """Judge the zones of the centre cell at a point of Fig. 7; withhold the verdict where no increment is there."""
     contacts = evidence.contact("isotropic")
-    zones, points = zones_of_cell(contacts), snapshots(contacts)
+    zones, points = centre_cell.zones_of_cell(contacts), centre_cell.snapshots(contacts)
     counts = ", ".join(f"{zones[each.increment]} at {each.strain:.2%}" for each in points)
     end = f"{zones[-1]} at the end, {float(contacts['strain'][-1]):.2%}"
     measured = f"zones in the centre cell: {counts}; {end}"
@@ -87,7 +61,7 @@ def judge_slope(evidence: Evidence) -> Judgement:
     """K3: the force bends most just after zones come into symmetric contact."""
     history, contacts = evidence.history("isotropic"), evidence.contact("isotropic")
     strain, bends = history["strain"].to_numpy(), largest_bend(history)
-    first, scenes = first_symmetric_contact(contacts), (evidence.direct["isotropic"],)
+    first, scenes = centre_cell.first_symmetric_contact(contacts), (evidence.direct["isotropic"],)
     bend = f"force bends most at {bends:.2%}" if bends > 0 else "force is not followed far enough to bend"
     if first is None:
         return Judgement(
@@ -119,8 +93,8 @@ def largest_bend(history: xr.Dataset) -> float:
 def judge_motion(evidence: Evidence) -> Judgement:
     """K4: the knit contracts and moves out of its plane, symmetrically about its mid line."""
     history = evidence.history("isotropic")
-    contraction, skew = transverse_contraction(history), asymmetry(history)
-    largest = largest_out_of_plane(history) / evidence.diameter
+    contraction, skew = response.transverse_contraction(history), asymmetry(history)
+    largest = response.largest_out_of_plane(history) / evidence.diameter
     return Judgement(
         f"transverse contraction {contraction:.2%}; largest |u_z| {largest:.2f} d; mirrored envelopes of "
         f"u_z differ by {skew:.0%} of it",
@@ -132,7 +106,7 @@ def judge_motion(evidence: Evidence) -> Judgement:
 
 def asymmetry(history: xr.Dataset) -> float:
     """Return the difference of the envelopes of u_z of yarns mirrored about the mid line, over the largest |u_z|."""
-    u_z, yarn = history["centreline_displacement"].to_numpy()[-1, :, Z], history["yarn"].to_numpy()
+    u_z, yarn = history["centreline_displacement"].to_numpy()[-1, :, response.Z], history["yarn"].to_numpy()
     envelope = np.array([(u_z[yarn == i].min(), u_z[yarn == i].max()) for i in np.unique(yarn)])
     largest = np.abs(u_z).max()
     return float(np.abs(envelope - envelope[::-1]).max() / largest) if largest > 0 else 0.0
@@ -144,12 +118,12 @@ def judge_kinematics(evidence: Evidence) -> Judgement:
     if "section_rotation" not in contacts:
         raise NotRun("the history holds no motion of the sections")
     motions = (
-        np.degrees(rotation_angle(contacts)),
-        100 * closest_neighbour(contacts),
+        np.degrees(centre_cell.rotation_angle(contacts)),
+        100 * centre_cell.closest_neighbour(contacts),
         1e3 * np.abs(contacts["sliding"].to_numpy()).max(axis=-1),  # along the yarn along which it is larger
         np.degrees(np.abs(contacts["contact_spin"].to_numpy())),
     )
-    turned, closer, slid, spun = (each[:, centre_cell(contacts)] for each in motions)
+    turned, closer, slid, spun = (each[:, centre_cell.centre_cell(contacts)] for each in motions)
     said = [f"{each[-1].min():.2g} to {each[-1].max():.2g}" for each in (turned, closer, slid, spun)]
     # An open crossing has no sliding: comparisons with nan do not hold.
     holds = [
@@ -178,9 +152,9 @@ def _half(contacts: xr.Dataset, values: np.ndarray) -> float:
 
 def judge_stiffness_order(evidence: Evidence) -> Judgement:
     """K5: ties are stiffer than rough contact, and that is stiffer than isotropic friction."""
-    stiffness = _compared(evidence, lambda history, strain: 1e-3 * stiffness_at(history, strain))
+    stiffness = _compared(evidence, lambda history, strain: 1e-3 * response.stiffness_at(history, strain))
     measured = f"secant stiffness of DNS: {_listed(stiffness, '{:.4g} kN/m')}"
-    forces = _references(evidence, FORCE, measured)
+    forces = _references(evidence, response.FORCE, measured)
     said = ", ".join(f"{INTERACTIONS[kind]} {force} N" for kind, force in forces.items())
     pairs = (("tie", "rough"), ("rough", "isotropic"))
     ordered = all_hold(forces[one].larger_than(forces[other]) for one, other in pairs)
@@ -189,9 +163,11 @@ def judge_stiffness_order(evidence: Evidence) -> Judgement:
 
 def judge_motion_order(evidence: Evidence) -> Judgement:
     """K6: isotropic friction lets yarns move further out of the plane than ties."""
-    motion = _compared(evidence, lambda each, strain: 1e3 * at_strain(each, strain, out_of_plane(each)))
+    motion = _compared(
+        evidence, lambda each, strain: 1e3 * response.at_strain(each, strain, response.out_of_plane(each))
+    )
     measured = f"largest |u_z| of DNS: {_listed(motion, '{:.3g} mm')}"
-    true = _references(evidence, LARGEST_U_Z, measured)
+    true = _references(evidence, response.LARGEST_U_Z, measured)
     in_mm = {kind: each.of(lambda value: 1e3 * value) for kind, each in true.items()}
     said = ", ".join(f"{INTERACTIONS[kind]} {each} mm" for kind, each in in_mm.items())
     holds = true["isotropic"].larger_than(true["tie"])
@@ -219,7 +195,7 @@ def judge_smaller_friction(evidence: Evidence) -> Judgement:
             of = known if name == base else reference_of(evidence.reference, evidence.scenes[name])
             if not of.known:
                 of = transferred_uncertainty(known, evidence.histories[base], evidence.histories[name])
-            forces[name] = of.at(FORCE, max(of.strains(FORCE), default=0.0))
+            forces[name] = of.at(response.FORCE, max(of.strains(response.FORCE), default=0.0))
     isotropic, tie, rough = _three(evidence)
     friction = {name: evidence.scenes[name].contact.friction for name in (isotropic, *smaller)}
     slides = sorted(friction, key=friction.__getitem__, reverse=True)
@@ -242,8 +218,8 @@ def judge_untied_rows(evidence: Evidence) -> Judgement:
     row, slip = contacts["row"].to_numpy(), 1e3 * np.nan_to_num(contacts["slip"].to_numpy())
     outer = (row == 0) | (row == row.max())
     slips, rest = slip[outer].mean(), slip[~outer].mean()
-    strain = common_strain([untied, tied])
-    ratio = stiffness_at(untied, strain) / stiffness_at(tied, strain)
+    strain = response.common_strain([untied, tied])
+    ratio = response.stiffness_at(untied, strain) / response.stiffness_at(tied, strain)
     iterations, usual = (int(history["newton_iterations"].sum()) for history in (untied, tied))
     return Judgement(
         f"force {ratio:.2f} times that with tied outer rows; mean slip {slips:.3g} mm in the outer rows and {rest:.3g} "
@@ -277,14 +253,14 @@ def _compared(evidence: Evidence, measure: Callable[[xr.Dataset, float], float])
     if not set(INTERACTIONS) <= set(evidence.direct):
         raise NotRun(f"{NO_DIRECT} ties, rough contact and isotropic friction on one mesh")
     histories = {kind: evidence.history(kind) for kind in INTERACTIONS}
-    strain = common_strain(histories.values())
+    strain = response.common_strain(histories.values())
     return {kind: measure(history, strain) for kind, history in histories.items()}
 
 
 def _references(evidence: Evidence, quantity: str, measured: str) -> dict[str, Estimate]:
     """Return a quantity of ties, rough contact and friction at the largest strain with reference values of all."""
     found = {kind: evidence.reference_of(kind) for kind in INTERACTIONS}
-    strain = common_strain(evidence.histories[name] for name in _three(evidence))
+    strain = response.common_strain(evidence.histories[name] for name in _three(evidence))
     common = set.intersection(*(set(each.strains(quantity, strain)) for each in found.values()))
     if not common:
         raise NotRun("there is no reference of all three", measured)

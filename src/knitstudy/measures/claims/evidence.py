@@ -22,12 +22,8 @@ from knitstudy.measures.reference import Reference, reference_of
 
 # Scenes of isotropic friction in all rows, by the names of the scenes with tied outer rows.
 UNTIED = {"yarns-{case}": "inputs-untied-isotropic-course", "yarns-{case}-p3": "yarns-untied-course-p3"}
-
-# Other discretisations by which claims are judged again.
-AGAIN = ("yarns-{case}-p3", "dns-{case}", "yarns-{case}-coarse")
-
+AGAIN = ("yarns-{case}-p3", "dns-{case}", "yarns-{case}-coarse")  # These judge again
 _SOLIDS = of_cases((*CASES, "rough-course"), (*SOLIDS, *OTHER_SOLIDS))
-
 # Names of the scenes whose histories, contacts and stresses claims are judged by.
 SIMULATIONS = (*MODELS, *_SOLIDS, "yarns-untied-course-p3", "inputs-*", "sweep-*", "domain-hexahedra-*")
 CONTACTS = (*_SOLIDS, "yarns-untied-course-p3", "inputs-*", "dns-isotropic-*-penalty*")

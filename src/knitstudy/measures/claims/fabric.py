@@ -10,14 +10,20 @@ import xarray as xr
 
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, Datasets, of_case
-from knitstudy.measures.centre_cell import crossing_error, loop_of
+from knitstudy.measures.centre_cell import (
+    LEGS,
+    SEGMENT,
+    angle_to_x,
+    angles_to_axes,
+    crossing_error,
+    honeycomb_segments,
+    loop_of,
+)
 from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement, NotRun, verdict
-from knitstudy.measures.cost import memory_growth
+from knitstudy.measures.cost import SMALLEST, contact_over_ties, memory_growth, series_of
 from knitstudy.measures.discretisation import HEXAHEDRA, INTERACTIONS, made_of
-from knitstudy.measures.domain import SMALLEST, contact_over_ties, series_of
 from knitstudy.measures.estimate import Estimate, all_hold
 from knitstudy.measures.paper_values import numbers
-from knitstudy.measures.segments import LEGS, SEGMENT, angle_to_x, angles_to_axes, honeycomb_segments
 from knitstudy.measures.sweeps import HELD, SPACING, Point, Sweep, sweeps_of
 from knitstudy.models.joints import contacts_of_crossings
 from knitstudy.models.network_2d import heights

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 import xarray as xr
 
+from knitstudy.measures import response
 from knitstudy.measures.cases import Case, Simulation, is_plain
 from knitstudy.measures.catalogue import CASES
 from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement, NotRun, verdict
@@ -15,31 +16,14 @@ from knitstudy.measures.cost import MEGABYTE, memory_growth
 from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.estimate import UNKNOWN, Estimate, all_hold
 from knitstudy.measures.paper_values import REPORTED
-from knitstudy.measures.response import (
-    LARGEST_U_Z,
-    RMS_U_Z,
-    largest_out_of_plane,
-    out_of_plane,
-    out_of_plane_correlation,
-    rms_out_of_plane,
-)
 from knitstudy.models.joints import springs
 
 MUCH_CLOSER = 0.5  # Claim R1: "much closer" is at most half the distance
-
-# Claim R2: least correlation of u_z, and the factor by which amplitudes may differ.
-SAME_SHAPE, SAME_SIZE = 0.8, 2.0
+SAME_SHAPE, SAME_SIZE = 0.8, 2.0  # Claim R2: least correlation of u_z, largest factor of amplitudes
 NONE_AT_ALL = 0.01  # Claim R2: share of the reference's largest |u_z| that counts as no out-of-plane motion
-
-# Claim R4: kz over the larger of kx and ky from which on it is the largest by far; the paper's least is 2.6.
-BY_FAR = 2.0
-
-# Claim R4: names of simulations with penalties alone, of several contact stiffnesses, by direction.
-PENALTIES = "dns-isotropic-{}-penalty*"
-
-# Claims R5 and R6: share of the savings to be reached; share of the DNS's memory that is little.
-AS_MUCH, LITTLE = 0.9, 0.05
-
+BY_FAR = 2.0  # Claim R4: kz over the larger of kx and ky; the paper's least is 2.6
+PENALTIES = "dns-isotropic-{}-penalty*"  # Claim R4: scenes with penalties alone, by direction
+AS_MUCH, LITTLE = 0.9, 0.05  # Claims R5, R6: share of the savings; share of the DNS's memory
 SAVINGS = ("DOF", "memory growth", "time")
 
 IN_WORDS = {True: "holds", False: "does not hold", None: "cannot be decided"}
@@ -65,9 +49,9 @@ def judge_out_of_plane(evidence: Evidence) -> Judgement:
 
     def judge(case: Case) -> tuple[str, bool | None]:
         dns, rom3d, rom2d = (model.history for model in (case.dns, case.main["rom3d"], case.main["rom2d"]))
-        shape = out_of_plane_correlation(rom3d, dns)
-        size = case.reference.ratio(rom3d, RMS_U_Z, rms_out_of_plane(rom3d))
-        flat = case.reference.ratio(rom2d, LARGEST_U_Z, out_of_plane(rom2d))
+        shape = response.out_of_plane_correlation(rom3d, dns)
+        size = case.reference.ratio(rom3d, response.RMS_U_Z, response.rms_out_of_plane(rom3d))
+        flat = case.reference.ratio(rom2d, response.LARGEST_U_Z, response.out_of_plane(rom2d))
         said = f"correlation {shape:.3f}, amplitude ratio {size}, 2D ROM {flat}"
         bounds = (size.above(1 / SAME_SIZE), size.below(SAME_SIZE), flat.below(NONE_AT_ALL))
         return said, all_hold((shape >= SAME_SHAPE, *bounds))
@@ -90,8 +74,8 @@ def judge_motion_order(evidence: Evidence) -> Judgement:
     _require_reference(compared)
     said, more = [], {}
     for way, pair in pairs.items():
-        rom = [largest_out_of_plane(case.main["rom3d"].history) for case in pair]
-        dns = [largest_out_of_plane(case.dns.history) for case in pair]
+        rom = [response.largest_out_of_plane(case.main["rom3d"].history) for case in pair]
+        dns = [response.largest_out_of_plane(case.dns.history) for case in pair]
         true = _over_ties(*pair)
         said.append(
             f"{way} {rom[0] / rom[1]:.2f} in the 3D ROM, {dns[0] / dns[1]:.2f} in the DNS, {true} in the reference"
@@ -109,10 +93,11 @@ def judge_motion_order(evidence: Evidence) -> Judgement:
 
 def _over_ties(slides: Case, tie: Case) -> Estimate:
     """Return the reference's largest |u_z| with friction over that with ties, at the largest strain with both."""
-    strains = set(slides.reference.strains(LARGEST_U_Z)) & set(tie.reference.strains(LARGEST_U_Z))
+    u_z, references = response.LARGEST_U_Z, (slides.reference, tie.reference)
+    strains = set.intersection(*(set(each.strains(u_z)) for each in references))
     if not strains:
         return UNKNOWN
-    one, other = (case.reference.at(LARGEST_U_Z, max(strains)) for case in (slides, tie))
+    one, other = (each.at(u_z, max(strains)) for each in references)
     off = one.uncertainty / one.value + other.uncertainty / other.value
     return Estimate(one.value / other.value, off * one.value / other.value)
 

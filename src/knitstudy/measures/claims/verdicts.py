@@ -37,9 +37,7 @@ INPUTS = {
 
 # Names of the scenes with all inputs as usual, by interaction, and of those with one input changed.
 BASE, CHANGED = "yarns-{}-course", re.compile(r"inputs-(.+)-(tie|rough|isotropic)-course")
-
-# Rough contact is friction without a limit: one more value of the coefficient.
-COEFFICIENT, WITHOUT_LIMIT = "contact.friction", "rough"
+COEFFICIENT, WITHOUT_LIMIT = "contact.friction", "rough"  # Rough contact is one more value
 
 
 @dataclass(frozen=True)
@@ -119,7 +117,6 @@ _JUDGES: dict[str, Judge] = {
 }
 
 RULES = {claim: withholding(judge) for claim, judge in _JUDGES.items()}  # The function that judges, by claim
-
 # Claims that histories and contacts of a knit in course tension decide. K7 is K5 at all coefficients of
 # friction.
 CLAIMS = ("K1", "K2", "K3", "K4", "K5", "K6", "K8", "K11", "E1")

@@ -6,14 +6,14 @@ own. What is nearer to each other than a neighbourhood is wide follows one map, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.mechanics.batches import by_parts
-from knitstudy.mechanics.contact.friction import OPEN, ContactHistory, joined, same_pair, taken
-from knitstudy.mechanics.contact.search import Candidates, Search
+from knitstudy.mechanics.contact.friction import ContactHistory, joined, same_pair, taken
+from knitstudy.mechanics.contact.search import Search
 from knitstudy.mechanics.contact.surface import Surfaces
 from knitstudy.mechanics.contact.tangent import CHUNK
 
@@ -149,21 +149,6 @@ def _farthest(way: np.ndarray) -> np.ndarray:
 # What is kept here only saves time: no answer depends on what was asked before.
 
 
-@dataclass(frozen=True, eq=False)
-class Followed:
-    """Pairs of one search: what was asked about, what is known of them, and until when they are all."""
-
-    source: ContactHistory  # the history asked about
-    before: np.ndarray  # (M, 3), where carriers were then [m]
-    history: ContactHistory  # of all pairs; what was open is filled in when it is asked for
-    angle: np.ndarray  # (c,), between their lines then; nan until it is asked for
-    searched: np.ndarray  # (M, 3), where carriers were at the search [m]
-    least: np.ndarray  # (c,), what the gaps were at least where carriers were seen last [m]
-    seen: np.ndarray  # (M, 3), where that was [m]
-    neighbourhoods: Neighbourhoods
-    box: np.ndarray  # int (c,), which of them pairs lie in
-
-
 class Following:
     """Follows the pairs that may touch."""
 
@@ -175,29 +160,40 @@ class Following:
         angles: bool,  # whether the angles between the lines of both surfaces are asked for
     ) -> None:
         self._search, self._margin, self._with_angles = search, margin, angles
-        self._kept: Followed | None = None
+        self.history = ContactHistory.empty()  # of all pairs; what was open is filled in when it is asked for
+        self.angle = np.empty(0)  # (c,), between their lines at the last increment; nan until it is asked for
+        self._source: ContactHistory | None = None  # the history asked about
 
     def may_touch(
         self,
         carriers: np.ndarray,  # (M, 3), of the surfaces, now and at the last converged increment [m]
         before: np.ndarray,  # likewise
         history: ContactHistory,  # of that increment
-    ) -> tuple[Followed, np.ndarray, np.ndarray]:
-        """Return all pairs that are followed, which (k,) of them can touch, and their least gaps (c,) [m].
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return which (k,) of all pairs can touch, and the least gaps (c,) of all [m].
 
         Those cannot whose surfaces have moved too little since their gap was last known to close it. Of the others it
         is known where they were, and at what angles.
         """
-        followed = self._kept = self._all(carriers, before, history)
-        every = followed.history
-        least = followed.neighbourhoods.motion(carriers, followed.seen).least(followed.least, followed.box)
+        again = self._source is history and np.array_equal(self._before, before)
+        if not (again and self._neighbourhoods.keeps_apart(carriers, self._searched, self._margin)):
+            # What was found for trial states, however wild, is forgotten.
+            self._begin(carriers, before, history)
+        every = self.history
+        least = self._neighbourhoods.motion(carriers, self._seen).least(self._least, self._box)
         number = np.flatnonzero(~((least > 0) & (every.pressure <= 0) & (every.multiplier == 0)))
-        self._look_back(followed, number)
-        return followed, number, least
+        new = number[np.isneginf(every.gap[number])]
+        position = self._search.positions(every.point[new], before)
+        projection, every.gap[new] = self._search.closest(taken(every, new), position, before)
+        every.xi[new] = projection.xi
+        if self._with_angles:
+            new = number[np.isnan(self.angle[number])]
+            self.angle[new] = self._angles(taken(every, new), before)
+        return number, least
 
     def saw(self, carriers: np.ndarray, least: np.ndarray) -> None:
         """Take over what the gaps (c,) of all pairs are at least [m] where carriers (M, 3) are."""
-        self._kept = replace(self._kept, least=least, seen=carriers)
+        self._seen, self._least = carriers, least
 
     def go_on(
         self,
@@ -207,18 +203,14 @@ class Following:
         before: np.ndarray | None = None,
     ) -> None:
         """Go on with the pairs of one search under the history that follows."""
-        if self._kept is None or self._kept.history is not history:
+        if self.history is not history:
             return
-        anew = {} if before is None else {"before": before, "angle": np.full(len(successor.xi), np.nan)}
-        self._kept = replace(self._kept, source=successor, history=successor, **anew)
+        self._source = self.history = successor
+        if before is not None:
+            self._before, self.angle = before, np.full(len(successor.xi), np.nan)
 
-    def _all(self, carriers: np.ndarray, before: np.ndarray, history: ContactHistory) -> Followed:
-        """Return the history over all pairs that may touch now."""
-        kept = self._kept
-        again = kept is not None and kept.source is history and np.array_equal(kept.before, before)
-        if again and kept.neighbourhoods.keeps_apart(carriers, kept.searched, self._margin):
-            return kept
-        # What was found for trial states, however wild, is forgotten.
+    def _begin(self, carriers: np.ndarray, before: np.ndarray, history: ContactHistory) -> None:
+        """Search for all pairs that may touch now; those that a history knows keep what it remembers."""
         found = self._search.find(carriers, self._margin)
         arc = self._search.arc(history.surface, history.xi[:, 0])
         same = same_pair(found.point, found.surface, found.arc, history, arc)
@@ -227,35 +219,21 @@ class Following:
         stays = history.pressure > 0
         stays[same[same >= 0]] = True
         stays, new = np.flatnonzero(stays), np.flatnonzero(same < 0)
-        every = joined(taken(history, stays), _open(found, new, history.dissipated))
-        least = np.append(least[stays], found.least[new])
+        opened = ContactHistory.of_open(
+            found.point[new], found.surface[new], found.guess[new], history.dissipated
+        )
+        every = joined(taken(history, stays), opened)
         # In one order, so that sums are the same whenever was searched, after a restart too.
         order = np.lexsort((every.xi[:, 0], every.surface, every.point))
-        every = taken(every, order)
-        neighbourhoods = Neighbourhoods(self._search.surfaces, carriers, self._search.reach)
-        quadrature = self._search.quadrature
-        return Followed(
-            source=history,
-            before=before,
-            history=every,
-            angle=np.full(len(order), np.nan),
-            searched=carriers,
-            least=least[order],
-            seen=carriers,
-            neighbourhoods=neighbourhoods,
-            box=neighbourhoods.of_ring[self._search.ring(every.point // quadrature.per_cell)],
-        )
-
-    def _look_back(self, followed: Followed, number: np.ndarray) -> None:
-        """Fill in what pairs (k,) that nothing was asked of before remember: where they were, and their angles."""
-        history, before = followed.history, followed.before
-        new = number[np.isneginf(history.gap[number])]
-        position = self._search.positions(history.point[new], before)
-        projection, history.gap[new] = self._search.closest(taken(history, new), position, before)
-        history.xi[new] = projection.xi
-        if self._with_angles:
-            new = number[np.isnan(followed.angle[number])]
-            followed.angle[new] = self._angles(taken(history, new), before)
+        self._source, self._before, self.history = history, before, taken(every, order)
+        self.angle = np.full(len(order), np.nan)
+        self._searched = self._seen = carriers  # (M, 3), at the search, and where gaps were seen last [m]
+        self._least = np.append(least[stays], found.least[new])[
+            order
+        ]  # (c,), what the gaps were at least there [m]
+        self._neighbourhoods = Neighbourhoods(self._search.surfaces, carriers, self._search.reach)
+        cell = self.history.point // self._search.quadrature.per_cell
+        self._box = self._neighbourhoods.of_ring[self._search.ring(cell)]  # (c,), box that a pair lies in
 
     def _angles(self, history: ContactHistory, before: np.ndarray) -> np.ndarray:
         """Return the angles (c,) between the first parameters' lines at pairs."""
@@ -272,21 +250,3 @@ class Following:
             return np.abs(np.einsum("ki,ki->k", *lines)) / sizes
 
         return np.arccos(np.minimum(by_parts(cosine, len(history.point), CHUNK), 1.0))
-
-
-def _open(found: Candidates, number: np.ndarray, dissipated: np.ndarray) -> ContactHistory:
-    """Return the history of pairs found (k,) that nothing was known of."""
-    none, guess = np.zeros(len(number)), found.guess[number]
-    return ContactHistory(
-        point=found.point[number],
-        surface=found.surface[number],
-        xi=guess,
-        gap=none - np.inf,
-        pressure=none,
-        traction=np.zeros((len(number), 3)),
-        multiplier=none,
-        anchor=guess,
-        slip=none,
-        status=np.full(len(number), OPEN),
-        dissipated=dissipated,
-    )

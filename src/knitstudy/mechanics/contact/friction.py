@@ -74,13 +74,31 @@ class ContactHistory:
     dissipated: np.ndarray  # (), work of friction so far [J]
 
     @classmethod
+    def of_open(
+        cls, point: np.ndarray, surface: np.ndarray, xi: np.ndarray, dissipated: np.ndarray
+    ) -> ContactHistory:
+        """Return the history of pairs of which nothing is known but guesses xi of the closest points."""
+        none = np.zeros(len(point))
+        return cls(
+            point=point,
+            surface=surface,
+            xi=xi,
+            gap=none - np.inf,
+            pressure=none,
+            traction=np.zeros((len(point), 3)),
+            multiplier=none,
+            anchor=xi,
+            slip=none,
+            status=np.full(len(point), OPEN),
+            dissipated=dissipated,
+        )
+
+    @classmethod
     @cache
     def empty(cls) -> ContactHistory:
         """Return the history of a model in which nothing has touched yet, the same one for all."""
-        number, value = np.empty(0, dtype=np.int64), np.empty(0)
-        places = np.empty((0, 2))
-        vectors = np.empty((0, 3))
-        return cls(number, number, places, value, value, vectors, value, places, value, number, np.zeros(()))
+        none = np.empty(0, dtype=np.int64)
+        return cls.of_open(none, none, np.empty((0, 2)), np.zeros(()))
 
 
 def taken(history: ContactHistory, chosen: np.ndarray) -> ContactHistory:
@@ -157,23 +175,26 @@ class Coulomb:
 
     def of(self, chosen: np.ndarray) -> Coulomb:
         """Return the law of some points."""
-        values = (self.normal, self.tangential, self.slope)
-        normal, tangential, slope = (v[chosen] if isinstance(v, np.ndarray) else v for v in values)
-        return Coulomb(normal, tangential, self.friction, slope)
+        values = (self.normal, self.tangential, self.friction, self.slope)
+        return Coulomb(*(value[chosen] if isinstance(value, np.ndarray) else value for value in values))
+
+    def share(self, trial: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+        """Return the shares (k,) of trial tractions (k, 3) [Pa] that friction bears at pressures (k,) [Pa]."""
+        if np.isinf(self.friction):
+            return np.ones(len(trial))
+        size, limit = np.linalg.norm(trial, axis=1), self.friction * pressure
+        return np.where((size > limit) | (self.friction == 0), limit / np.where(size > 0, size, 1.0), 1.0)
 
     def traction(self, trial: np.ndarray, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return tractions (k, 3) [Pa] and status (k,) from trial tractions epsT s (k, 3) and pressures (k,)."""
-        size = np.linalg.norm(trial, axis=1)
-        limit = self._limit(pressure)
-        slips = (size > limit) | (self.friction == 0)
-        share = np.where(slips, limit / np.where(size > 0, size, 1.0), 1.0)
-        status = np.where(pressure > 0, np.where(slips, SLIP, STICK), OPEN)
+        share = self.share(trial, pressure)
+        status = np.where(pressure > 0, np.where(share < 1, SLIP, STICK), OPEN)
         return np.where(pressure > 0, share, 0.0)[:, None] * trial, status
 
     def slipped(self, trial: np.ndarray, pressure: np.ndarray) -> np.ndarray:
         """Return the lengths (k,) [m] that points slip, from trial tractions (k, 3) and pressures (k,) [Pa]."""
-        excess = np.linalg.norm(trial, axis=1) - self._limit(pressure)
-        return np.where(pressure > 0, np.maximum(0.0, excess), 0.0) / self.tangential
+        size = np.linalg.norm(trial, axis=1)
+        return np.where(pressure > 0, 1 - self.share(trial, pressure), 0.0) * size / self.tangential
 
     def tangent(
         self,
@@ -184,14 +205,11 @@ class Coulomb:
         status: np.ndarray,  # int (k,)
     ) -> np.ndarray:
         """Return the derivative (k, 3, 9) of the tractions."""
-        change = trial_change.copy()
-        slips = status == SLIP
-        size = np.linalg.norm(trial[slips], axis=1)[:, None]
-        size[size == 0] = 1.0
-        along = trial[slips] / size
+        change, slips = trial_change.copy(), status == SLIP
+        along = _directions(trial[slips])
         across = np.eye(3) - along[:, :, None] * along[:, None, :]
-        limit = self._limit(pressure[slips])[:, None, None]
-        change[slips] = (limit / size[..., None]) * (across @ trial_change[slips])
+        share = self.share(trial[slips], pressure[slips])[:, None, None]
+        change[slips] = share * (across @ trial_change[slips])
         stiffness = self.friction * np.broadcast_to(self.normal, slips.shape)[slips]
         change[slips] -= stiffness[:, None, None] * along[:, :, None] * gap_change[slips][:, None, :]
         return change
@@ -204,17 +222,15 @@ class Coulomb:
         It leaves out what a rotation of the surface and the coupling of friction to the pressure do.
         """
         along_normal = normal[:, :, None] * normal[:, None, :]
-        plane = np.eye(3) - along_normal
-        size = np.linalg.norm(trial, axis=1)
         slips = status == SLIP
-        size[size == 0] = 1.0
-        share = np.where(slips, self._limit(pressure) / size, 1.0)
-        direction = np.where(slips[:, None], trial / size[:, None], 0.0)
-        plane -= direction[:, :, None] * direction[:, None, :]
+        along = np.where(slips[:, None], _directions(trial), 0.0)
+        plane = np.eye(3) - along_normal - along[:, :, None] * along[:, None, :]
+        share = np.where(slips, self.share(trial, pressure), 1.0)
         stiffness = np.broadcast_to(self.normal, share.shape)[:, None, None]
         return stiffness * along_normal + (self.tangential * share)[:, None, None] * plane
 
-    def _limit(self, pressure: np.ndarray) -> np.ndarray:
-        if np.isinf(self.friction):
-            return np.full_like(pressure, np.inf)
-        return self.friction * pressure
+
+def _directions(vectors: np.ndarray) -> np.ndarray:
+    """Return unit vectors (k, 3), zero where vectors (k, 3) are."""
+    size = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return vectors / np.where(size > 0, size, 1.0)

@@ -55,25 +55,20 @@ def _integrals(ratio: float) -> tuple[float, float, float]:
 
 
 # The local indentation that a space of displacements cannot show, as a law of contact in series with that space
-# Under a force P the two yarns approach by delta_H(P) + 2 C_far P: Hertz's indentation of two half spaces, and what
-# the yarns give way besides (`patch_compliance`). In their space they approach by u(P) at the middle of the
-# patch, and by less beside it. What is left is the depth D(P) of the gap, a paraboloid whose curvatures A' and B'
-# are those of the cylinders less those of u:
+# Under a force P two yarns approach by Hertz's delta_H(P) and by 2 C_far P, what they give way besides
+# (`patch_compliance`). In their space they approach by u(P) at the middle of the patch. What is left is the depth D of
+# a gap whose curvatures A' and B' are those of the cylinders less those of u:
 #
 #     D = delta_H + 2 C_far P - 2 u_0 P,    A' = A - 2 k_x P,    B' = B - 2 k_y P
 #
-# A pressure p(g) on it gives the force P = 2 pi R_e' F(D), F the integral of p, R_e' = 1 / (2 sqrt(A' B')). So
-# F(D(P)) = P / (2 pi R_e'(P)) is the energy of the law, and p = dF/dD. Nothing is fitted. Everything depends on the
-# space and on the angle between the axes, at which R_e = R / sin(angle).
-#
-# Along the surface a patch that sticks gives way likewise: by Mindlin's share m = (2 - nu) / (2 (1 - nu)) of d
-# delta_H / dP, and by what the yarns give way besides, C_far along and across them; their space shows a part of it,
-# and the rest is the compliance of the law. Its stiffness K(D) is spread as the pressure is:
+# A pressure p(g) on it gives P = 2 pi R_e' F(D), F the integral of p, R_e' = 1 / (2 sqrt(A' B')). So p = dF/dD with
+# F(D(P)) = P / (2 pi R_e'(P)): nothing is fitted. Along the surface a patch that sticks gives way by Mindlin's share
+# m = (2 - nu) / (2 (1 - nu)) of d delta_H / dP, and by C_far along and across; what the space does not show of that is
+# the compliance 1 / K of the law, and its stiffness is spread as the pressure is:
 #
 #     1 / K = m d delta_H / dP + sum (C_far - C_shown),    t = d/dD (K / (2 pi R_e'))
 #
-# t is tabulated as its share of the stiffness dp/dD across the surface, 1 / m where the patch is small. Stick is
-# remembered as a traction: a growing pressure adds stiffness, but no traction.
+# t is tabulated as its share of dp/dD, 1 / m where the patch is small. A growing pressure adds stiffness, no traction.
 
 # Angles between the axes for which the law is computed; it is interpolated between, and below it is the first.
 ANGLES = np.radians([15.0, 22.5, 30.0, 45.0, 60.0, 90.0])

@@ -1,4 +1,10 @@
-"""Two passes: the points of each surface against the other, so that none is master."""
+"""Contact of smooth surfaces in two passes: Gauss points of each surface against the other, so that none is master.
+
+The points' history holds what friction remembers: where a point last stuck on the other surface, in convected
+coordinates, so that a rotation of both changes nothing. It is updated when an increment has converged. Sources:
+Wriggers, Computational Contact Mechanics (2006), chapters 5 and 6; Laursen, Computational Contact and Impact Mechanics
+(2002), chapter 5.
+"""
 
 from __future__ import annotations
 
@@ -20,13 +26,6 @@ from knitstudy.mechanics.contact.tangent import stiffness as tangent
 PASS_SHARE = 0.5  # each of the two surfaces' points carries half of the contact stiffness
 
 
-# Contact of smooth surfaces: Gauss points of each against the other, both ways with half the stiffness each
-# Two passes leave no bias of master and slave. The points' history holds what friction remembers: where a point last
-# stuck on the other surface, in convected coordinates, so that a rotation of both changes nothing. It is updated only
-# when an increment has converged. References: Wriggers, Computational Contact Mechanics (2006), chapters 5 and 6;
-# Laursen, Computational Contact and Impact Mechanics (2002), chapter 5.
-
-
 @dataclass(frozen=True, eq=False)
 class ContactResponse:
     """Forces of contact in one configuration."""
@@ -42,43 +41,27 @@ class ContactResponse:
 class Contact:
     """Contact between the surfaces of one model.
 
-    Parameters
-    ----------
-    nodes : ndarray, shape (N, 3)
-        Undeformed nodes [m].
-    surfaces : Surfaces
-    law : Coulomb or Indentation
-    meets : ndarray of bool, shape (G, G), optional
-        Which surfaces may touch each other; by default all, themselves included.
-    pieces : ndarray of int, shape (R,), optional
-        A number for every ring, surface by surface: those with the same one, unless it is negative, do not touch
-        each other.
-    points : int
-        Gauss points along each side of a cell.
-    margin : float
-        Distance up to which pairs are followed [m]; the search is repeated when others could touch.
-    overlap : float
-        Largest penetration of the undeformed surfaces [m].
-
     Raises
     ------
     MeshError
-        If undeformed surfaces overlap by more than that.
+        If undeformed surfaces overlap by more than is allowed.
     ConfigurationError
         For a law of indentation on surfaces of other elements than spline yarns.
     """
 
     def __init__(
         self,
-        nodes: np.ndarray,
+        nodes: np.ndarray,  # (N, 3), undeformed [m]
         surfaces: Surfaces,
         law: Coulomb | Indentation,
         *,
+        # bool (G, G), which surfaces may touch each other; by default all, themselves included
         meets: np.ndarray | None = None,
+        # int (R,), a number for every ring: rings with the same one, unless it is negative, do not touch each other
         pieces: np.ndarray | None = None,
-        points: int = 3,
-        margin: float,
-        overlap: float,
+        points: int = 3,  # Gauss points along each side of a cell
+        margin: float,  # distance up to which pairs are followed [m]
+        overlap: float,  # largest penetration of the undeformed surfaces [m]
     ) -> None:
         if isinstance(law, Indentation) and not isinstance(surfaces, Cylinders):
             raise ConfigurationError(
@@ -111,10 +94,10 @@ class Contact:
         Those are left out whose surfaces have moved too little since their gap was last known to close it.
         """
         carriers, before = self.surfaces.carry(nodes), self.surfaces.carry(before)
-        followed, number, least = self._following.may_touch(carriers, before, history)
-        every = followed.history
+        number, least = self._following.may_touch(carriers, before, history)
+        every = self._following.history
         history = taken(every, number)
-        angle = followed.angle[number] if self.law.directional else None
+        angle = self._following.angle[number] if self.law.directional else None
         position = self._search.positions(history.point, carriers)
         projection, gap = self._search.closest(history, position, carriers)
         least[number] = _known(gap)
@@ -193,19 +176,15 @@ class Contact:
                 carried[:, i] += np.bincount(
                     stencil.nodes.ravel(), shares[..., i].ravel(), minlength=len(carried)
                 )
-        node_force = self.surfaces.collect(carried)
-        answer = ContactResponse(points, node_force, self._energy(points, active, weight))
-        if not stiffness:
-            return answer
-        full, symmetric, self._pairs = tangent(
-            points, weight, own, other, self.surfaces.block, len(carried), self._pairs
-        )
-        pattern = self._pairs.indptr, self._pairs.indices
-        return replace(
-            answer,
-            stiffness=self.surfaces.matrix(*pattern, full),
-            symmetric=self.surfaces.matrix(*pattern, symmetric),
-        )
+        matrices = ()
+        if stiffness:
+            *blocks, self._pairs = tangent(
+                points, weight, own, other, self.surfaces.block, len(carried), self._pairs
+            )
+            pattern = self._pairs.indptr, self._pairs.indices
+            matrices = (self.surfaces.matrix(*pattern, each) for each in blocks)
+        energy = self._energy(points, active, weight)
+        return ContactResponse(points, self.surfaces.collect(carried), energy, *matrices)
 
     def commit(self, points: ContactPoints) -> ContactHistory:
         """Return the history that a converged increment leaves.
@@ -223,28 +202,24 @@ class Contact:
             )
         touches = points.status != OPEN
         slips = points.status == SLIP
-        size = np.linalg.norm(points.trial[slips], axis=1)
-        limit = law.friction * points.pressure[slips]
         slip = points.slip.copy()
-        slip[slips] *= np.divide(limit, size, out=np.zeros_like(size), where=size > 0)[:, None]
+        slip[slips] *= law.share(points.trial[slips], points.pressure[slips])[:, None]
         length = law.slipped(points.trial, points.pressure)
+        dissipated = np.asarray(history.dissipated + self._dissipation(points))
         xi = _put(every.xi, points.number, points.projection.xi)
-        anchor = _put(xi, points.number, points.projection.xi - np.where(touches[:, None], slip, 0.0))
-        none = np.zeros(len(xi))
-        committed = ContactHistory(
-            point=every.point,
-            surface=every.surface,
-            xi=xi,
-            gap=_put(np.full(len(xi), -np.inf), points.number, points.gap),
-            pressure=_put(none, points.number, points.pressure),
-            traction=_put(np.zeros((len(xi), 3)), points.number, points.traction),
-            # A multiplier stays with its point while contact moves on: kept, it would press across an open gap.
-            multiplier=none,
-            anchor=anchor,
-            slip=_put(none, points.number, np.where(touches, history.slip + length, 0.0)),
-            status=_put(np.full(len(xi), OPEN), points.number, points.status),
-            dissipated=np.asarray(history.dissipated + self._dissipation(points)),
-        )
+        # A multiplier stays with its point while contact moves on: kept, it would press across an open gap.
+        committed = ContactHistory.of_open(every.point, every.surface, xi, dissipated)
+        known = {
+            "gap": points.gap,
+            "pressure": points.pressure,
+            "traction": points.traction,
+            "anchor": points.projection.xi - np.where(touches[:, None], slip, 0.0),
+            "slip": np.where(touches, history.slip + length, 0.0),
+            "status": points.status,
+        }
+        for name, values in known.items():
+            known[name] = _put(getattr(committed, name), points.number, values)
+        committed = replace(committed, **known)
         self._following.go_on(every, committed, points.carriers)
         return committed
 

@@ -1,4 +1,8 @@
-"""Smooth surfaces on grids of nodes: interpolation, kinematics, projection of points."""
+"""What contact knows of the surfaces of solids: interpolation, kinematics, projection of points.
+
+Places and their derivatives are weighted sums over *carriers*: nodes of a grid (`grids`), or functions of the angle
+times splines along a yarn (`cylinders`).
+"""
 
 from __future__ import annotations
 
@@ -9,11 +13,6 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.mechanics.batches import share
-
-# What contact knows of the surfaces of solids: places and their derivatives as weighted sums, and where to search
-# Contact never asks what a surface is made of. The sums run over *carriers*: nodes of a grid (`grids`), or functions of
-# the angle times splines along a yarn (`cylinders`). What moves the carriers and what collects their forces is the
-# surfaces' own affair.
 
 # Orders of the derivatives whose weights a stencil has.
 ALONG, AROUND = [0, 1, 0, 2, 1, 0], [0, 0, 1, 0, 1, 2]
@@ -54,26 +53,15 @@ class Surfaces(Protocol):
 
     A place is a surface and two parameters xi = (along, around). Surfaces are divided into cells, which carry the
     Gauss points; rings, the edges of cells across a surface, are where the search begins.
-
-    Attributes
-    ----------
-    cells : ndarray of int, shape (G, 2)
-        Cells of every surface, along and around.
-    closed : ndarray of bool, shape (G,)
-        Whether it closes around.
-    offset : ndarray, shape (G,)
-        How far inside of the interpolated surface the contact surface lies [m].
-    block : int
-        Carriers come in runs of so many; a run is in a stencil as a whole.
-    overshoot : float
-        How many times as far as the farthest of the control points that it depends on a place may move.
     """
 
-    cells: np.ndarray
-    closed: np.ndarray
-    offset: np.ndarray
-    block: int
-    overshoot: float
+    cells: np.ndarray  # int (G, 2), cells of every surface, along and around
+    closed: np.ndarray  # bool (G,), whether it closes around
+    offset: np.ndarray  # (G,), how far inside of the interpolated surface the contact surface lies [m]
+    block: int  # carriers come in runs of so many; a run is in a stencil as a whole
+    overshoot: (
+        float  # how many times as far as the farthest control point that it depends on a place may move
+    )
 
     def edges(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the parameters of one surface's edges of cells, along (m + 1,) and around (n + 1,)."""
@@ -98,13 +86,11 @@ class Surfaces(Protocol):
     def collect(self, force: np.ndarray) -> np.ndarray:
         """Return forces (N, 3) on the model's nodes from those on carriers (M, 3)."""
 
-    def matrix(
-        self,
-        indptr: np.ndarray,  # its pattern over runs of carriers, as of a CSR matrix
-        indices: np.ndarray,  # likewise
-        data: np.ndarray,  # (nnz, b b, 9), blocks (3, 3) of pairs of carriers of two runs
-    ) -> sp.bsr_matrix:
-        """Return the matrix (3 N, 3 N) over the model's nodes, in blocks of 3, of one over carriers."""
+    def matrix(self, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray) -> sp.bsr_matrix:
+        """Return the matrix (3 N, 3 N) over the model's nodes, in blocks of 3, of one over carriers.
+
+        That one has a CSR pattern over runs of carriers, and blocks (nnz, b b, 9) of pairs of carriers of two runs.
+        """
 
     def centres(self, carriers: np.ndarray) -> np.ndarray:
         """Return the middles (R, 3) of all rings, surface by surface."""

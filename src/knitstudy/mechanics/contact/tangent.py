@@ -174,7 +174,7 @@ def _point_tangents(points: ContactPoints, active: np.ndarray) -> tuple[np.ndarr
     kinematics = Kinematics.of(projection)
     pressure, status = points.pressure[active], points.status[active]
     normal = projection.normal
-    change = _column(law.normal) * normal[:, :, None] * kinematics.gap[:, None, :]
+    change = np.reshape(law.normal, (-1, 1, 1)) * normal[:, :, None] * kinematics.gap[:, None, :]
     change -= pressure[:, None, None] * kinematics.normal
     if law.friction > 0:
         slip = points.slip_share[active, None, None] * kinematics.xi
@@ -182,7 +182,11 @@ def _point_tangents(points: ContactPoints, active: np.ndarray) -> tuple[np.ndarr
         trial = np.einsum("kai,kaz->kiz", projection.tangent, slip)
         trial += np.einsum("ka,kaiz->kiz", points.slip[active], kinematics.tangent)
         change += law.tangent(
-            points.trial[active], _column(law.tangential) * trial, kinematics.gap, pressure, status
+            points.trial[active],
+            np.reshape(law.tangential, (-1, 1, 1)) * trial,
+            kinematics.gap,
+            pressure,
+            status,
         )
     traction = points.traction[active] - pressure[:, None] * normal
     inner = np.empty((len(active), 9, 9))
@@ -190,8 +194,3 @@ def _point_tangents(points: ContactPoints, active: np.ndarray) -> tuple[np.ndarr
     for a in range(2):
         inner[:, 3 + 3 * a : 6 + 3 * a] = -traction[:, :, None] * kinematics.xi[:, a, None, :]
     return inner, law.symmetric_stiffness(points.trial[active], normal, pressure, status)
-
-
-def _column(values: float | np.ndarray) -> float | np.ndarray:
-    """Return values (k,) as (k, 1, 1); one value for all as it is."""
-    return values[:, None, None] if isinstance(values, np.ndarray) else values

@@ -79,32 +79,6 @@ class ElementGroup:
     mixed: bool = False
 
 
-@dataclass(frozen=True)
-class Kind:
-    """An element with its name."""
-
-    name: str
-    meaning: str
-    # class that takes corners (E, 8, 3) [m] and the material, and with `hourglass` the hourglass coefficient
-    make: Callable[..., Elements]
-    hourglass: bool = False  # whether it takes hourglass control
-    nodes: int = 8  # of an element: 8, or 20 with the middles of the edges
-
-    def build(self, corners: np.ndarray, material: Material, hourglass: float) -> Elements:
-        """Return a batch of elements; `hourglass` is for those that take it."""
-        if self.hourglass:
-            return self.make(corners, material, hourglass)
-        return self.make(corners, material)
-
-
-ELEMENTS: Registry[Kind] = Registry("mesh.element", "knitstudy.mechanics.elements")
-
-
-def element(name: str, meaning: str, **options: float) -> Callable[[type], type]:
-    """Return a decorator that registers a class of elements; what the arguments are stands in `Kind`."""
-
-    def register(make: type) -> type:
-        ELEMENTS.register(Kind(name, meaning, make, **options), make.__module__)
-        return make
-
-    return register
+# Classes of hexahedra with a `name`, one line on their `meaning` and the number of `nodes` of an element: 8, or 20 with
+# the middles of the edges. They take corners (E, nodes, 3) [m], the material and the coefficient of hourglass control.
+ELEMENTS: Registry[type[Elements]] = Registry("mesh.element", "knitstudy.mechanics.elements")

@@ -10,14 +10,11 @@ from scipy.spatial import cKDTree
 
 from knitstudy.errors import MeshError
 from knitstudy.mechanics.batches import SCRATCH, determinant, inverse
-from knitstudy.mechanics.elements import ElementResponse, element, in_parts
+from knitstudy.mechanics.elements import ELEMENTS, ElementResponse, in_parts
 from knitstudy.mechanics.materials import FULL, Material, axes_along
 
-CORNERS = np.array(
-    [(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)],
-    dtype=float,
-)
-"""Natural coordinates (8, 3) of the nodes."""
+_LOWER = np.array([(-1.0, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1)])
+CORNERS = np.concatenate([_LOWER, _LOWER * [1, 1, -1]])  # natural coordinates (8, 3) of the nodes
 
 GAUSS = CORNERS / np.sqrt(3)  # the eight Gauss points (8, 3); all weights are 1
 STEP = 1e-30  # along the imaginary axis: nothing is subtracted
@@ -147,18 +144,13 @@ class Hexahedra:
 
 # Hexahedron with one integration point and hourglass control
 
+_X, _Y, _Z = CORNERS.T
 HOURGLASS = np.stack(
-    [
-        CORNERS[:, 1] * CORNERS[:, 2],
-        CORNERS[:, 0] * CORNERS[:, 2],
-        CORNERS[:, 0] * CORNERS[:, 1],
-        CORNERS[:, 0] * CORNERS[:, 1] * CORNERS[:, 2],
-    ]
-)
-"""The four hourglass vectors (4, 8) of Flanagan and Belytschko (1981)."""
+    [_Y * _Z, _X * _Z, _X * _Y, _X * _Y * _Z]
+)  # vectors (4, 8) of Flanagan and Belytschko (1981)
 
 
-@element("one_point", "with hourglass control", hourglass=True)
+@ELEMENTS.register
 class OnePointHexahedron(Hexahedra):
     """Mean-gradient hexahedron with stiffness hourglass control (Flanagan and Belytschko 1981).
 
@@ -167,6 +159,7 @@ class OnePointHexahedron(Hexahedra):
     objective and cannot do work on a linear field.
     """
 
+    name, meaning, nodes = "one_point", "with hourglass control", 8
     few = 512
 
     def __init__(
@@ -209,12 +202,41 @@ class OnePointHexahedron(Hexahedra):
         return (HOURGLASS - linear) / np.sqrt(8)
 
 
-# Which point of an isoparametric element lies at a place: the inverse of its map, by Newton's method in batches
+# Which material point lies at a place: the inverse of a map, by Newton's method in batches
 
 CANDIDATES = 8  # elements that are tried for a point, nearest centres first
 MAP_STEPS = 25
 CLOSE = 1e-12  # distance from the point, over the size of the element, at which the iteration ends
 FARTHEST = 2.0  # largest natural coordinate at which an element still answers for a point outside of it
+# Places (m, 3) and their derivatives (m, 3, 3) of points of numbers (m,) at coordinates (m, 3).
+Map = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+
+
+def inverted(mapped: Map, points: np.ndarray, start: np.ndarray, close: np.ndarray) -> np.ndarray:
+    """Return the coordinates (k, 3) of points (k, 3), to within distances (k,); nan where it gets nowhere."""
+    found = start.copy()
+    moving = np.arange(len(points))
+    for _ in range(MAP_STEPS):
+        place, slope = mapped(moving, found[moving])
+        apart = points[moving] - place
+        far = np.abs(apart).max(axis=1) > close[moving]
+        moving = moving[far]
+        if not len(moving):
+            return found
+        with np.errstate(divide="ignore", invalid="ignore"):
+            step = np.einsum("kij,kj->ki", inverse(slope[far])[0], apart[far])
+        # Far outside of an element its map can fold; steps of bounded length come back from there.
+        found[moving] += np.clip(np.nan_to_num(step), -1, 1)
+    found[moving] = np.nan
+    return found
+
+
+def require_near(near: np.ndarray, points: np.ndarray, yarn: np.ndarray) -> None:
+    """Raise MeshError if a point of (k, 3) is not `near` (k,) its yarn (k,)."""
+    if not near.all():
+        first = int(np.argmin(near))
+        place = ", ".join(f"{value:.6g}" for value in points[first])
+        raise MeshError(f"the place ({place}) is too far from yarn {yarn[first]} to be a part of it")
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,11 +265,7 @@ class InverseMap:
         for number in np.unique(yarn):
             here = yarn == number
             found[here], natural[here] = self._nearest(self.elements[owner == number], points[here])
-        reach = np.nan_to_num(np.abs(natural).max(axis=1, initial=0.0), nan=np.inf)
-        if np.any(reach > FARTHEST):
-            worst = int(np.argmax(reach))
-            place = ", ".join(f"{value:.6g}" for value in points[worst])
-            raise MeshError(f"the place ({place}) is too far from yarn {yarn[worst]} to be a part of it")
+        require_near(np.abs(natural).max(axis=1) <= FARTHEST, points, yarn)
         return found, self.shape(natural)
 
     def _nearest(self, elements: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -274,20 +292,11 @@ def natural_coordinates(
     shape: Functions,  # of the element
 ) -> np.ndarray:
     """Return the natural coordinates (k, 3) of points in elements; nan where the iteration does not get there."""
-    natural = np.zeros_like(points)
-    size = np.ptp(corners, axis=1).max(axis=1)
-    moving = np.arange(len(points))
-    for _ in range(MAP_STEPS):
-        here, own = natural[moving], corners[moving]
-        apart = points[moving] - np.einsum("ka,kai->ki", shape(here), own)
-        far = np.abs(apart).max(axis=1) > CLOSE * size[moving]
-        moving = moving[far]
-        if not len(moving):
-            return natural
-        jacobian = np.swapaxes(own[far], 1, 2) @ shape_gradient(here[far], shape)  # dX_i / dxi_j
-        with np.errstate(divide="ignore", invalid="ignore"):
-            step = np.einsum("kij,kj->ki", inverse(jacobian)[0], apart[far])
-        # Far outside of an element its map can fold; steps of bounded length come back from there.
-        natural[moving] = here[far] + np.clip(np.nan_to_num(step), -1, 1)
-    natural[moving] = np.nan
-    return natural
+
+    def mapped(number: np.ndarray, natural: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        own = corners[number]
+        return np.einsum("ka,kai->ki", shape(natural), own), np.swapaxes(own, 1, 2) @ shape_gradient(
+            natural, shape
+        )
+
+    return inverted(mapped, points, np.zeros_like(points), CLOSE * np.ptp(corners, axis=1).max(axis=1))

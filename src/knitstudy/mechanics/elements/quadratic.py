@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from knitstudy.mechanics.elements import element
+from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.elements.hexahedron import CORNERS, GAUSS, Hexahedra, jacobians, shape_gradient
 from knitstudy.mechanics.materials import Material
 
@@ -37,7 +37,7 @@ GRADIENTS = shape_gradient(
 )  # natural gradients (8 points, 20 nodes, 3) at the Gauss points
 
 
-@element("quadratic", "20 nodes on curved edges, reduced integration", nodes=NODES)
+@ELEMENTS.register
 class QuadraticHexahedron(Hexahedra):
     """Twenty-node hexahedron with 2 x 2 x 2 Gauss points.
 
@@ -47,12 +47,14 @@ class QuadraticHexahedron(Hexahedra):
     Raises MeshError if an element is folded at one of its points.
     """
 
+    name, meaning, nodes = "quadratic", "20 nodes on curved edges, reduced integration", NODES
     few = 64
 
     def __init__(
         self,
         corners: np.ndarray,  # (E, 20, 3), undeformed nodes [m]
         material: Material,
+        coefficient: float = 0.0,  # of hourglass control, which it does without
     ) -> None:
         weight, gradient = (
             np.empty((len(corners), len(GAUSS))),

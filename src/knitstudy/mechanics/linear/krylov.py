@@ -16,9 +16,9 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator, gcrotmk
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.assembly import lacking
 from knitstudy.mechanics.batches import share
 from knitstudy.mechanics.linear import LU, NOWHERE, Solution, System
-from knitstudy.mechanics.sparse_sums import lacking
 
 log = logging.getLogger(__name__)
 
@@ -106,18 +106,15 @@ def conjugate_gradients(
     Return what went wrong, if anything: `INDEFINITE` if a direction has no stiffness. What was found before then
     lowers the energy all the same (Steihaug 1983).
     """
-    direction = image = None
-    curvature = 0.0
+    direction = image = np.zeros_like(state.x)
+    curvature = 1.0
     for _ in range(most):
         if np.linalg.norm(state.residual) <= goal:
             return None
         state.iterations += 1
         correction = apply(state.residual)
-        if direction is None:
-            direction = correction
-        else:
-            # Orthogonal to the last direction itself, not by a formula that presumes a constant preconditioner.
-            direction = correction - (correction @ image) / curvature * direction
+        # Orthogonal to the last direction itself, not by a formula that presumes a constant preconditioner.
+        direction = correction - (correction @ image) / curvature * direction
         image = matrix @ direction
         curvature = direction @ image
         if not curvature > 0:
@@ -164,9 +161,9 @@ def minimal_residuals(matrix: Rows, apply: Apply, state: Iterate, goal: float, m
 
 MOST_ITERATIONS = 400  # iterations with a fresh preconditioner after which a solve counts as failed
 PATIENCE = 60  # most iterations that one solve may take with a preconditioner made for an earlier matrix
+# Iterations beyond those of a fresh preconditioner that may add up before it is made anew: as many as making one costs,
+# so that never more than twice the least is spent (docs/notes/performance.md).
 WASTE = 15
-"""Iterations beyond those of a fresh preconditioner that may add up before it is made anew: as many as making one costs
-(16 on 30 x 30 loops), so that never more than twice the least is spent (docs/notes/performance.md)."""
 
 
 class Preconditioner(Protocol):
@@ -266,28 +263,22 @@ class Krylov:
         self._fresh, self._waste, self._rate = True, 0.0, 0.0
         self.setup_seconds += time.perf_counter() - started
 
-    def _patience(self, tolerance: float) -> int:
-        """Return the iterations that one solve may take with a preconditioner made for an earlier matrix."""
-        fresh = -np.log10(tolerance) / self._rate if self._rate > 0 else 0.0
-        return min(round(fresh) + WASTE, PATIENCE)
-
     def _iterate(self, state: Iterate, tolerance: float) -> str | None:
         """Improve an iterate in place; return what went wrong, if anything."""
         goal = tolerance * state.level
-        most = MOST_ITERATIONS if self._fresh else self._patience(tolerance)
+        wanted = (
+            -np.log10(tolerance) / self._rate if self._rate > 0 else 0.0
+        )  # iterations of a fresh preconditioner
+        most = MOST_ITERATIONS if self._fresh else min(round(wanted) + WASTE, PATIENCE)
         start, before = np.linalg.norm(state.residual), state.iterations
         method = conjugate_gradients if self._system.unsymmetric is None else minimal_residuals
         problem = method(self._rows, self.preconditioner.apply, state, goal, most)
-        reached = np.linalg.norm(state.residual)
         if problem:
             return problem
+        used, reached = state.iterations - before, np.linalg.norm(state.residual)
         if reached > goal:
-            return (
-                f"{most} iterations reached a relative residual of {reached / state.level:.1e}, "
-                f"wanted {tolerance:.1e}"
-            )
+            return f"{used} iterations reached a relative residual of {reached / state.level:.1e}, not {tolerance:.1e}"
         decades = np.log10(max(start, 1e-300) / max(reached, 1e-16 * start, 1e-300))
-        used = state.iterations - before
         self._rate = max(self._rate, decades / max(used, 1))
         if self._rate > 0:
             self._waste += used - decades / self._rate

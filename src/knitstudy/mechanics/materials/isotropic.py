@@ -45,6 +45,13 @@ class Isotropic:
         return self.youngs_modulus * nu / ((1 + nu) * (1 - 2 * nu))
 
     @property
+    def moduli(self) -> np.ndarray:
+        """Stress over engineering strain (6, 6) of small strains [Pa]."""
+        moduli = np.diag([2 * self.shear_modulus] * 3 + [self.shear_modulus] * 3)
+        moduli[:3, :3] += self.lame
+        return moduli
+
+    @property
     def across(self) -> tuple[float, float]:
         """E [Pa] and nu."""
         return self.youngs_modulus, self.poisson_ratio
@@ -132,20 +139,11 @@ def add_pairs(total: np.ndarray, one: np.ndarray, other: np.ndarray) -> None:
         total[start:end] += other[p] * one[p:]
 
 
-def _position_of_pairs() -> np.ndarray:
-    position = np.empty((6, 6), dtype=int)
-    position[PAIRS[:, 0], PAIRS[:, 1]] = position[PAIRS[:, 1], PAIRS[:, 0]] = np.arange(len(PAIRS))
-    return position
-
-
-def _crossed_pairs() -> tuple[np.ndarray, np.ndarray]:
-    """Return where A_ik A_jl and A_il A_jk stand for every pair of the components ij and kl (21,)."""
-    position = _position_of_pairs()
-    (i, j), (k, m) = VOIGT[PAIRS[:, 0]].T, VOIGT[PAIRS[:, 1]].T
-    return position[FULL[i, k], FULL[j, m]], position[FULL[i, m], FULL[j, k]]
-
-
-POSITION, CROSSED = _position_of_pairs(), _crossed_pairs()
+POSITION = np.empty((6, 6), dtype=int)  # of a pair of components among the 21
+POSITION[PAIRS[:, 0], PAIRS[:, 1]] = POSITION[PAIRS[:, 1], PAIRS[:, 0]] = np.arange(len(PAIRS))
+(_I, _J), (_K, _L) = VOIGT[PAIRS[:, 0]].T, VOIGT[PAIRS[:, 1]].T
+# Where A_ik A_jl and A_il A_jk stand for every pair of the components ij and kl (21,).
+CROSSED = POSITION[FULL[_I, _K], FULL[_J, _L]], POSITION[FULL[_I, _L], FULL[_J, _K]]
 
 
 def _adjugate(x: np.ndarray) -> np.ndarray:
@@ -224,7 +222,5 @@ class StVenantKirchhoff(Isotropic):
         trace = np.trace(strain, axis1=1, axis2=2)
         energy = mu * np.einsum("eij,eij->e", strain, strain) + 0.5 * lame * trace**2
         stress = 2 * mu * strain + lame * trace[:, None, None] * np.eye(3)
-        moduli = np.diag([2 * mu] * 3 + [mu] * 3)
-        moduli[:3, :3] += lame
-        constant = np.broadcast_to(moduli, (len(strain), 6, 6)) if tangent else None
+        constant = np.broadcast_to(self.moduli, (len(strain), 6, 6)) if tangent else None
         return Stress(energy, stress, constant)

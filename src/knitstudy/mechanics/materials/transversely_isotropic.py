@@ -27,42 +27,30 @@ class TransverselyIsotropic:
 
     by the quadrature of `isotropic.Resolvent` (Higham 2008, Functions of Matrices, section 11.5).
 
-    Attributes
-    ----------
-    axial_modulus, transverse_modulus : float
-        E_a along the axis and E_t across it [Pa].
-    axial_poisson_ratio, transverse_poisson_ratio : float
-        Contraction across the axis over the stretch along it, nu_a, or along another line across it, nu_t.
-    axial_shear_modulus : float
-        G_a [Pa], of planes that hold the axis: torsion of the yarn.
-
-    Raises
-    ------
-    ConfigurationError
-        For constants without a positive strain energy.
+    Raises ConfigurationError for constants without a positive strain energy.
     """
 
-    axial_modulus: float
-    transverse_modulus: float
-    axial_poisson_ratio: float
-    transverse_poisson_ratio: float
-    axial_shear_modulus: float
+    youngs_modulus: float  # E_a, along the axis [Pa]
+    transverse_modulus: float  # E_t, across it [Pa]
+    poisson_ratio: float  # nu_a, contraction across the axis over the stretch along it
+    transverse_poisson_ratio: float  # nu_t, the same along another line across it
+    axial_shear_modulus: float  # G_a, of planes that hold the axis [Pa]: torsion of the yarn
 
     name: ClassVar[str] = "transversely_isotropic"
     meaning: ClassVar[str] = "five constants about the yarn's axis"
     directional: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        for name in ("axial_modulus", "transverse_modulus", "axial_shear_modulus"):
+        for name in ("youngs_modulus", "transverse_modulus", "axial_shear_modulus"):
             if not getattr(self, name) > 0:
                 raise ConfigurationError(f"{name} is {getattr(self, name):g} and has to be positive")
         nu_t = self.transverse_poisson_ratio
         if not abs(nu_t) < 1:
             raise ConfigurationError(f"transverse_poisson_ratio is {nu_t:g} and has to lie in (-1, 1)")
-        least = 1 - nu_t - 2 * self.axial_poisson_ratio**2 * self.transverse_modulus / self.axial_modulus
+        least = 1 - nu_t - 2 * self.poisson_ratio**2 * self.transverse_modulus / self.youngs_modulus
         if not least > 0:
             raise ConfigurationError(
-                f"axial_poisson_ratio is {self.axial_poisson_ratio:g} and stores no positive energy with the other "
+                f"poisson_ratio is {self.poisson_ratio:g} and stores no positive energy with the other "
                 f"constants: 1 - nu_t - 2 nu_a^2 E_t / E_a is {least:.3g} and has to be positive"
             )
 
@@ -70,21 +58,10 @@ class TransverselyIsotropic:
     def of(cls, yarn: Any) -> Self:
         """Return the material of a scene's section `yarn`; what it leaves open is as of an isotropic yarn."""
         modulus, ratio = yarn.youngs_modulus, yarn.poisson_ratio
-        shear = modulus / (2 * (1 + ratio))
-        across, sideways, twist = (
-            given if given is not None else isotropic
-            for given, isotropic in (
-                (yarn.transverse_modulus, modulus),
-                (yarn.transverse_poisson_ratio, ratio),
-                (yarn.axial_shear_modulus, shear),
-            )
-        )
+        given = yarn.transverse_modulus, yarn.transverse_poisson_ratio, yarn.axial_shear_modulus
+        isotropic = modulus, ratio, modulus / (2 * (1 + ratio))
+        across, sideways, twist = (i if g is None else g for g, i in zip(given, isotropic, strict=True))
         return cls(modulus, across, ratio, sideways, twist)
-
-    @property
-    def youngs_modulus(self) -> float:
-        """E_a [Pa]."""
-        return self.axial_modulus
 
     @property
     def shear_modulus(self) -> float:
@@ -99,19 +76,11 @@ class TransverselyIsotropic:
     @cached_property
     def stiffness(self) -> np.ndarray:
         """c (6, 6) [Pa]: stress over engineering strain, the axis first."""
-        e_a, e_t, nu_a, nu_t = (
-            self.axial_modulus,
-            self.transverse_modulus,
-            self.axial_poisson_ratio,
-            self.transverse_poisson_ratio,
-        )
-        compliance = np.zeros((6, 6))
-        compliance[0, 0] = 1 / e_a
-        compliance[1, 1] = compliance[2, 2] = 1 / e_t
-        compliance[0, 1:3] = compliance[1:3, 0] = -nu_a / e_a
+        e_a, e_t, shear = self.youngs_modulus, self.transverse_modulus, self.axial_shear_modulus
+        nu_t = self.transverse_poisson_ratio
+        compliance = np.diag([1 / e_a, 1 / e_t, 1 / e_t, 1 / shear, 2 * (1 + nu_t) / e_t, 1 / shear])
+        compliance[0, 1:3] = compliance[1:3, 0] = -self.poisson_ratio / e_a
         compliance[1, 2] = compliance[2, 1] = -nu_t / e_t
-        compliance[3, 3] = compliance[5, 5] = 1 / self.axial_shear_modulus
-        compliance[4, 4] = 2 * (1 + nu_t) / e_t
         return np.linalg.inv(compliance)
 
     def respond(self, strain: np.ndarray, tangent: bool, axes: np.ndarray | None = None) -> Stress:

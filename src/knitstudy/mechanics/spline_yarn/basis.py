@@ -78,13 +78,17 @@ def quadrature(degree: int) -> tuple[np.ndarray, np.ndarray]:
     Two degrees more than products of two functions have, for the Jacobian of a bent yarn and for strains that are not
     linear in displacements. The weights add up to pi.
     """
-    node, weight = np.polynomial.legendre.leggauss((degree + 3) // 2)
-    angles = 2 * degree + 3
-    theta = 2 * np.pi * np.arange(angles) / angles
-    r = np.sqrt(0.5 * (1 + node))
-    ring = np.stack([np.cos(theta), np.sin(theta)], axis=-1)
-    points = (r[:, None, None] * ring).reshape(-1, 2)
-    return points, np.repeat(0.5 * np.pi * weight / angles, angles)
+    points, weight = on_rings((degree + 3) // 2, 2 * degree + 3)
+    return points, np.pi * weight
+
+
+def on_rings(rings: int, angles: int, turn: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (m, 2) and weights (m,) of the mean over the disc; rings `turn` (rings, 1) by parts of a step."""
+    square, weight = np.polynomial.legendre.leggauss(rings)
+    angle = 2 * np.pi * (np.arange(angles) + turn * np.ones((rings, 1))) / angles
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    points = np.sqrt(0.5 * (square + 1))[:, None, None] * ring
+    return points.reshape(-1, 2), np.repeat(0.5 * weight / angles, angles)
 
 
 # B-splines of one variable on an open knot vector: values and derivatives at many places at once

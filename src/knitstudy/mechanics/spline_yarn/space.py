@@ -19,25 +19,11 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import MeshError
+from knitstudy.mechanics.elements.hexahedron import CLOSE, inverted, require_near
 from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.basis import Spline
 
 LEAST_DEGREE = 2  # of a yarn that bends
-
-
-def require_degree(degree: int) -> None:
-    """Refuse degrees over the section that a yarn that bends must not have."""
-    if degree == 1:
-        raise MeshError(
-            f"the degree over the section is 1, but must be at least {LEAST_DEGREE}: sections that stay flat and "
-            "linear cannot widen where a bent yarn is compressed, which makes it (1 - nu) / ((1 + nu) (1 - 2 nu)) "
-            "times too stiff, 2.1 at nu = 0.4"
-        )
-    if not LEAST_DEGREE <= degree <= disc.LARGEST_DEGREE:
-        raise MeshError(
-            f"the degree over the section is {degree}, but must be a whole number from {LEAST_DEGREE} to "
-            f"{disc.LARGEST_DEGREE}"
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,12 +123,7 @@ class Space:
     @cached_property
     def order(self) -> np.ndarray:
         """k (N,) of every node."""
-        return np.concatenate(
-            [
-                np.arange(yarn.size) - np.repeat(yarn.first_node[:-1], np.diff(yarn.first_node))
-                for yarn in self.yarns
-            ]
-        )
+        return np.arange(self.size) - np.searchsorted(self.station, self.station)
 
     @property
     def unity(self) -> np.ndarray:
@@ -184,38 +165,29 @@ class Space:
 
 
 def yarn_space(
-    breaks: np.ndarray,
-    degrees: np.ndarray,
-    spline_degree: int = 3,
-    sharp: Sequence[int] = (),
-    bends: bool = True,
+    breaks: np.ndarray,  # (E + 1,), ends of the spans [m]
+    degrees: np.ndarray | int,  # (E,), p of every span
+    spline_degree: int = 3,  # d
+    sharp: Sequence[int] = (),  # breaks where a grip ends
 ) -> YarnSpace:
     """Return the space of a yarn whose spans have the degrees over the section that are asked for.
 
     A coefficient takes the largest degree of the spans that it reaches over, so that no span has less.
 
-    Parameters
-    ----------
-    breaks : ndarray, shape (E + 1,)
-        Ends of the spans [m].
-    degrees : ndarray of int, shape (E,)
-        p of every span.
-    spline_degree : int
-        d.
-    sharp : sequence of int
-        Breaks where a grip ends.
-    bends : bool
-        Whether the yarn bends: with p = 1 it must not.
-
-    Raises
-    ------
-    MeshError
-        For degrees and breaks that are not allowed.
+    Raises MeshError for degrees and breaks that are not allowed.
     """
     degrees = np.broadcast_to(np.asarray(degrees, dtype=int), (len(breaks) - 1,))
-    for degree in np.unique(degrees):
-        if bends or degree != 1:
-            require_degree(int(degree))
+    if np.any(degrees == 1):
+        raise MeshError(
+            f"the degree over the section is 1, but must be at least {LEAST_DEGREE}: sections that stay flat and "
+            "linear cannot widen where a bent yarn is compressed, which makes it (1 - nu) / ((1 + nu) (1 - 2 nu)) "
+            "times too stiff, 2.1 at nu = 0.4"
+        )
+    if degrees.min() < LEAST_DEGREE or degrees.max() > disc.LARGEST_DEGREE:
+        raise MeshError(
+            f"the degrees over the section are {degrees.min()} to {degrees.max()}, but must be whole numbers from "
+            f"{LEAST_DEGREE} to {disc.LARGEST_DEGREE}"
+        )
     spline = Spline.on(breaks, spline_degree, sharp)
     largest = np.zeros(spline.size, dtype=int)
     for function in range(spline_degree + 1):
@@ -257,8 +229,6 @@ def deformation_gradient(slope: np.ndarray, change: np.ndarray) -> np.ndarray:
 # Which material point of a solid yarn lies at a place: the inverse of its undeformed shape
 
 SAMPLES = 4  # points a span among which Newton's method finds its start
-ITERATIONS = 20
-ACCURACY = 1e-12  # last step, over the radius and over a span
 
 
 def locate(
@@ -273,27 +243,18 @@ def locate(
 
     Raises MeshError if a place is too far from its yarn.
     """
-    x, s = np.zeros((len(points), 2)), np.zeros(len(points))
+    start, size = np.empty_like(points), np.empty(len(points))
     for number in np.unique(yarn):
         here = yarn == number
         own = space.yarns[number]
-        x[here], s[here] = _start(own, nodes[space.first_node[number] :][: own.size], points[here])
-    shortest = np.array([np.diff(each.spline.spans, axis=1).min() for each in space.yarns])
-    moving = np.arange(len(points))
-    for _ in range(ITERATIONS):
-        place, slope = shape(space, nodes, yarn[moving], x[moving], s[moving])
-        step = np.linalg.solve(slope, (points[moving] - place)[..., None])[..., 0]
-        x[moving] += step[:, :2]
-        s[moving] += step[:, 2]
-        size = np.maximum(np.abs(step[:, :2]).max(axis=1), np.abs(step[:, 2]) / shortest[yarn[moving]])
-        moving = moving[~(size <= ACCURACY)]
-        if not len(moving):
-            return x, s
-    place = points[moving[0]]
-    raise MeshError(
-        f"the place ({place[0]:.6g}, {place[1]:.6g}, {place[2]:.6g}) is too far from yarn {yarn[moving[0]]} to be "
-        "a part of it"
-    )
+        start[here], size[here] = _start(own, nodes[space.first_node[number] :][: own.size], points[here])
+
+    def mapped(number: np.ndarray, found: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return shape(space, nodes, yarn[number], found[:, :2], found[:, 2])
+
+    found = inverted(mapped, points, start, CLOSE * size)
+    require_near(np.isfinite(found[:, 0]), points, yarn)
+    return found[:, :2], found[:, 2]
 
 
 def shape(
@@ -308,18 +269,17 @@ def shape(
 
 
 def _start(yarn: YarnSpace, nodes: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return coordinates from the nearest of some points of the centreline."""
+    """Return coordinates (k, 3) from the nearest of some points of the centreline, and the yarn's radius (k,) there."""
     low, high = yarn.spline.spans.T
     share = (np.arange(SAMPLES) + 0.5) / SAMPLES
     s = (low[:, None] + (high - low)[:, None] * share).ravel()
-    first, values = yarn.spline.basis(s)
-    at = yarn.first_node[first[:, None] + np.arange(values.shape[2])]
-    centre, half1, half2 = (np.einsum("kj,kji->ki", values[0], nodes[at + k]) for k in range(3))
+    centre, *halves = np.moveaxis(along(yarn, nodes, s)[0, :, :3], 1, 0)
     nearest = cKDTree(centre).query(points)[1]
-    out = points - centre[nearest]
     # Of phi_1 and phi_2 the coefficients are half the directors.
-    x = [np.einsum("ki,ki->k", out, d[nearest]) / (2 * (d[nearest] ** 2).sum(axis=1)) for d in (half1, half2)]
-    return np.stack(x, axis=-1), s[nearest]
+    half = np.stack(halves, axis=1)[nearest]
+    square = (half**2).sum(axis=2)
+    x = np.einsum("ki,kji->kj", points - centre[nearest], half) / (2 * square)
+    return np.column_stack([x, s[nearest]]), 2 * np.sqrt(square[:, 0])
 
 
 @dataclass(frozen=True, eq=False)

@@ -181,16 +181,8 @@ class Spans:
         # The transposed of what has its derivative in the column.
         mixed = sums[1].reshape(n, n, e * g, 3, 3)
         np.copyto(sums[3].reshape(n, n, e * g, 3, 3), mixed.transpose(1, 0, 2, 4, 3))
-        value, slope = along  # (e, g, d)
-        weights = np.stack(
-            [
-                value[..., :, None] * value[..., None, :],
-                value[..., :, None] * slope[..., None, :],
-                slope[..., :, None] * slope[..., None, :],
-                slope[..., :, None] * value[..., None, :],
-            ],
-            axis=1,
-        )  # (e, 4, g, d, d)
+        orders = ((0, 0), (0, 1), (1, 1), (1, 0))  # of the derivatives of row and column
+        weights = np.stack([along[i][..., None] * along[j][..., None, :] for i, j in orders], axis=1)
         weights = weights.reshape(e, 4 * g, d * d).swapaxes(1, 2)
         by_span = SCRATCH.array("section sums by span", e, 4, g, n * n, 9)
         np.copyto(by_span, sums.reshape(4, n * n, e, g, 9).transpose(2, 0, 3, 1, 4))
@@ -241,10 +233,9 @@ def span_groups(
         kinds, kind = np.unique(yarn.degrees[splines], axis=0, return_inverse=True)
         for i, degrees in enumerate(kinds):
             here = np.flatnonzero(kind.ravel() == i)
-            within = [np.arange(disc.size(p)) for p in degrees]
-            start = yarn.first_node[splines[here]] + space.first_node[number]  # (e, d + 1)
-            local = np.concatenate([start[:, j, None] + k for j, k in enumerate(within)], axis=1)
-            rows.setdefault(tuple(int(p) for p in degrees), []).append((local, along[:, here], weight[here]))
+            first = space.first_node[number] + yarn.first_node[spline.first[here]]
+            local = first[:, None] + np.arange(disc.size(degrees).sum())
+            rows.setdefault(tuple(degrees.tolist()), []).append((local, along[:, here], weight[here]))
     groups = []
     for degrees, parts in sorted(rows.items(), key=lambda item: (sum(item[0]), item[0])):
         connectivity = np.concatenate([local for local, _, _ in parts])
