@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from knitstudy.study.scene import Scene
 
 
-# ---- Ctrl-C at a moment where it would do harm ----
+# Ctrl-C at a moment where it would do harm
 
 
 @contextmanager
@@ -51,8 +51,7 @@ def uninterrupted() -> Iterator[None]:
             signal.raise_signal(signal.SIGINT)
 
 
-# ---- Files written whole or not at all
-
+# Files written whole or not at all
 
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
 """Disks that take nothing more: full, beyond a quota or a limit, read only, or broken."""
@@ -82,10 +81,8 @@ def replacing(path: Path | str) -> Iterator[Path]:
     except OSError as error:
         if error.errno not in NO_ROOM:
             raise
-        raise DataFileError(
-            f"{path}: cannot be written ({error.strerror}): make room on the disk and type the same command again; "
-            "what was there before is as it was"
-        ) from error
+        remedy = "make room on the disk and type the same command again; what was there before is as it was"
+        raise DataFileError(f"{path}: cannot be written ({error.strerror}): {remedy}") from error
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -110,7 +107,7 @@ def _flush_to_disk(path: Path) -> None:
         os.close(descriptor)
 
 
-# ---- What made a result ----
+# What made a result
 
 
 def provenance() -> dict[str, str]:
@@ -121,20 +118,18 @@ def provenance() -> dict[str, str]:
 @cache
 def code_version() -> str:
     """Return the package's version, with ``git describe`` where the package lies in its checkout."""
-    here = Path(__file__).resolve().parent
-    command = ["git", "-C", str(here), "describe", "--always", "--dirty", "--abbrev=12"]
+    checkout = Path(__file__).resolve().parents[2]
+    if not (checkout / ".git").exists():
+        return knitstudy.__version__
+    command = ["git", "-C", str(checkout), "describe", "--always", "--dirty", "--abbrev=12"]
     try:
         answer = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
-        inside = subprocess.run(
-            ["git", "-C", str(here), "ls-files", "--error-unmatch", __file__], capture_output=True, timeout=10
-        )
     except (OSError, subprocess.SubprocessError):
         return knitstudy.__version__
-    tracked = inside.returncode == 0  # an environment inside another project's checkout is not that project
-    return f"{knitstudy.__version__}+{answer.stdout.strip()}" if tracked else knitstudy.__version__
+    return f"{knitstudy.__version__}+{answer.stdout.strip()}"
 
 
-# ---- Tables as CSV ----
+# Tables as CSV
 
 
 def write_table(table: pd.DataFrame, path: Path | str) -> None:
@@ -164,13 +159,12 @@ def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
         raise DataFileError(f"{path}: is not a CSV table ({said}); delete it and run `make study`") from error
     missing = [name for name in needs if name not in table.columns]
     if missing:
-        raise DataFileError(
-            f"{path}: has no column {missing[0]!r}, only {', '.join(map(repr, table.columns))}"
-        )
+        there = ", ".join(map(repr, table.columns))
+        raise DataFileError(f"{path}: has no column {missing[0]!r}, only {there}")
     return table
 
 
-# ---- Datasets as netCDF 4, with provenance and a checksum
+# Datasets as netCDF 4, with provenance and a checksum
 
 REMEDY = "delete it and make it again, with `make study` or `knitstudy run`"
 
@@ -181,21 +175,10 @@ FINITE = ("load", "strain", "displacement", "force", "reaction", "energy")
 def write_dataset(
     dataset: xr.Dataset, path: Path | str, scene: Scene | None = None, digest: str | None = None
 ) -> None:
-    """Write a dataset as netCDF 4 with provenance and a checksum of its content.
+    """Write a dataset in SI units as netCDF 4 with provenance and a checksum of its content.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        SI units, each variable with an attribute ``units``.
-    scene : Scene, optional
-        Its name is recorded.
-    digest : str, optional
-        Of all that the result depends on.
-
-    Raises
-    ------
-    DataFileError
-        When the file cannot be written.
+    The name of the scene and the digest of all that the result depends on are recorded if they are given.
+    Raises DataFileError when the file cannot be written.
     """
     named = {} if scene is None else {"scene": scene.name}
     known = {} if digest is None else {"digest": digest}
@@ -212,9 +195,8 @@ def write_dataset(
             with uninterrupted():
                 dataset.to_netcdf(temporary, format="NETCDF4", engine="netcdf4", encoding=encoding)
         except (OSError, RuntimeError) as error:
-            raise DataFileError(
-                f"{path}: cannot be written: {error}; make room on the disk, or name another folder"
-            ) from error
+            remedy = "make room on the disk, or name another folder"
+            raise DataFileError(f"{path}: cannot be written: {error}; {remedy}") from error
 
 
 def checksum(dataset: xr.Dataset) -> str:
@@ -227,10 +209,8 @@ def checksum(dataset: xr.Dataset) -> str:
             found.update(str(values.tolist()).encode())
         else:
             found.update(np.ascontiguousarray(values).data if values.size else b"")
-    attributes = {
-        name: np.atleast_1d(value).tolist() for name, value in dataset.attrs.items() if name != "checksum"
-    }
-    found.update(str(sorted(attributes.items())).encode())
+    attributes = ((name, np.atleast_1d(value).tolist()) for name, value in dataset.attrs.items())
+    found.update(str(sorted(each for each in attributes if each[0] != "checksum")).encode())
     return found.hexdigest()[:16]
 
 
@@ -257,10 +237,7 @@ def read_dataset(path: Path | str) -> xr.Dataset:
 def read_result(path: Path | str) -> xr.Dataset:
     """Read a dataset that something else is made from; see `read_dataset`.
 
-    Raises
-    ------
-    DataFileError
-        Also where it is a history that ends before full load, or holds what is no number.
+    Raises DataFileError also where it is a history that ends before full load, or holds what is no number.
     """
     dataset = read_dataset(path)
     if fault := fault_of(dataset):

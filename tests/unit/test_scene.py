@@ -6,7 +6,7 @@ import pytest
 from knitstudy.errors import ConfigurationError
 from knitstudy.study.configuration import load_scenes
 from knitstudy.study.keys import Section, key
-from knitstudy.study.scene import Scene, flattened
+from knitstudy.study.scene import Scene, flat
 
 
 @pytest.fixture
@@ -133,7 +133,7 @@ POINTS = ("pattern.control_points", "load.path")
 def test_scaled_multiplies_every_length_and_modulus_and_nothing_else(scenes):
     factors = dict.fromkeys((*LENGTHS, *POINTS), 1e3) | {"yarn.youngs_modulus": 1e-6}
     for scene in scenes:
-        before, after = flattened(scene), flattened(scene.scaled(length=1e3, stiffness=1e-6))
+        before, after = flat(scene.to_dict()), flat(scene.scaled(length=1e3, stiffness=1e-6).to_dict())
         for name in before.keys() & factors:
             np.testing.assert_array_equal(after.pop(name), factors[name] * np.array(before.pop(name)))
         assert after == before

@@ -36,12 +36,11 @@ def draw(dataset: xr.Dataset) -> Figure:
 def _history(dataset: xr.Dataset, axes: Axes) -> None:
     if "smallest_gap" in dataset and not touched(dataset):
         axes.text(0.5, 0.95, "nothing touched", transform=axes.transAxes, ha="center", va="top", color=FAINT)
+    x, labels = PERCENT * dataset["strain"], {"xlabel": "strain (%)", "ylabel": "reaction force (N)"}
     if int(dataset.attrs.get("axis", 0)) == 2:  # a pair: its way may go back and forth
-        axes.plot(dataset["load"], dataset["force"], "o-", color=INK)
-        axes.set(xlabel="load factor (1)", ylabel="force along z (N)")
-        return
-    axes.plot(PERCENT * dataset["strain"], dataset["force"], "o-", color=INK)
-    axes.set(xlabel="strain (%)", ylabel="reaction force (N)")
+        x, labels = dataset["load"], {"xlabel": "load factor (1)", "ylabel": "force along z (N)"}
+    axes.plot(x, dataset["force"], "o-", color=INK)
+    axes.set(**labels)
 
 
 def _contacts(dataset: xr.Dataset, axes: Axes) -> None:

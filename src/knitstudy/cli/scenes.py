@@ -29,7 +29,7 @@ from knitstudy.study.configuration import (
 from knitstudy.study.keys import describe
 from knitstudy.study.kinds import FIDELITIES, Labels
 from knitstudy.study.planning import Planned, of_model
-from knitstudy.study.scene import Scene, differences, flattened
+from knitstudy.study.scene import Scene, differences, flat
 
 
 @click.command("list", short_help="List the scenes.")
@@ -100,7 +100,7 @@ def _check_folder(folder: Path) -> None:
 def _print_keys(scene: Scene, sources: bool) -> None:
     columns = ("unit", "role", "standing", *(("source", "checked") if sources else ()))
     rows = []
-    for key, value in flattened(scene).items():
+    for key, value in flat(scene.to_dict()).items():
         name, _, field = key.rpartition(".")
         described = describe(type(scene.sections[name]) if name else Labels, field)
         rows.append((key, value, *(getattr(described, column) for column in columns)))
@@ -165,5 +165,5 @@ def _print_plan(found: Planned) -> None:
     sets = {"fidelity": scene.fidelity}
     if scene.interaction != problem.interaction:
         sets["interaction"] = scene.interaction
-    sets |= {key: value for key, value in flattened(scene).items() if of_model(key) and key != "outputs"}
+    sets |= {key: value for key, value in flat(scene.to_dict()).items() if of_model(key) and key != "outputs"}
     click.echo("; ".join(f"{key}: {plain(value)}" for key, value in sets.items()))

@@ -69,17 +69,14 @@ def _nodes_around(crossings: Crossings, mesh: SweptMesh) -> np.ndarray:
 
 # ---- Local kinematics of yarns where they cross: rotation, contraction, and how contact areas move (Fig. 10)
 # On either side of a crossing stand three axes of the undeformed yarn: its tangent t, towards the other yarn n, and
-# across both t x n. All angles about the yarn turn n towards t x n: they are positive about the tangent.
+# across both t x n. All angles about the yarn are positive about the tangent.
 #
 # The paper shows a yarn that contracts, without a measure. Yarns hardly shorten along their axes, they bend: what
-# contracts are the chords between neighbouring contacts of a yarn, `segment_contraction`. How the section itself
-# deforms is `section_contraction`, the loss of its area, and the stretches of its fibres.
-#
-# What surfaces slide, `sliding`, is how far the facets that face each other at the crossing have moved past each other
-# since the yarns first touched there. It contains the little that sticking surfaces give way. The mean of the lengths
-# that the points of contact have slipped, `slip`, is smaller, since points come into contact on the way. The contact
-# area itself moves further, along the yarns and about them, where these roll on each other or bend around each other:
-# `contact_travel` and `contact_spin`, on the undeformed yarn, which no motion of the section enters.
+# contracts are the chords between neighbouring contacts of a yarn, `segment_contraction`. `section_contraction` is the
+# loss of a section's area. `sliding` is how far the facets that face each other at the crossing have moved past each
+# other since the yarns first touched there. The mean length that points of contact have slipped, `slip`, is smaller,
+# since points come into contact on the way. The contact area moves further, where yarns roll on each other or bend
+# around each other: `contact_travel` and `contact_spin`, on the undeformed yarn.
 
 
 @dataclass(frozen=True)

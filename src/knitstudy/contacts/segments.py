@@ -1,11 +1,8 @@
 """Yarns cut at their crossings, and the six segments of a cell that the pieces make (Figs. 4 and 14).
 
-Along a yarn a loop is: sinker, lower and upper crossing with the row below, leg, lower and upper crossing with the row
-above, head, and back again. A piece runs from one crossing of its yarn to the next, so that pieces make up all of the
-yarn. Between the lower and the upper crossing of one side of an interlock both yarns run along the same segment of the
-honeycomb; every other segment is one piece.
-
-Pieces beyond the first and the last row, where a yarn meets no other, and those at cut ends belong to no segment.
+A piece runs from one crossing of its yarn to the next. Between the lower and the upper crossing of one side of an
+interlock both yarns run along the same segment of the honeycomb; every other segment is one piece. Pieces beyond the
+first and the last row, where a yarn meets no other, and those at cut ends belong to no segment.
 """
 
 from __future__ import annotations
@@ -13,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from knitstudy.geometry.crossings import Crossings
 
@@ -53,45 +51,32 @@ def centre(place: np.ndarray) -> int:
 def segments(crossings: Crossings, lengths: np.ndarray) -> Segments:
     """Return the pieces of yarns of some lengths (Y,) [m] between their crossings, and their segments."""
     yarn, arc_length, ends = _pieces(crossings, lengths)
-    found: dict[tuple[int, int, int], int] = {}  # numbers of segments, by kind, row and column
+    named = np.full((len(yarn), 3), -1)  # kind, row and column of the segment
+    inner = np.flatnonzero(ends.min(axis=1) >= 0)
+    labels = np.column_stack([crossings.zone, crossings.row, crossings.column])
+    for k, other in (ends[inner, ::-1].T, ends[inner].T):
+        between = np.column_stack([labels[k, 0], labels[other, 0], labels[other, 1:] - labels[k, 1:]])
+        side = (crossings.yarn[k] == yarn[inner, None]).argmax(axis=1)
+        for wanted, (kind, sides) in BETWEEN.items():
+            here = (between == wanted).all(axis=1) & np.isin(side, sides)
+            named[inner[here]] = np.insert(labels[k[here], 1:], 0, kind, axis=1)
+    some = np.flatnonzero(named[:, 0] >= 0)
+    number, _ = pd.factorize(pd.MultiIndex.from_arrays(named[some].T))
     of_piece = np.full(len(yarn), NO_SEGMENT)
-    cells = np.column_stack([crossings.row, crossings.column])
-    in_centre = (cells == [centre(crossings.row), centre(crossings.column)]).all(axis=1)
-    central: list[bool] = []
-    for piece in np.flatnonzero(ends.min(axis=1) >= 0):
-        named = _segment(crossings, ends[piece], yarn[piece])
-        if named is None:
-            continue
-        if named not in found:
-            found[named] = len(found)
-            central.append(bool(in_centre[ends[piece]].any()))
-        of_piece[piece] = found[named]
-    kind, row, column = np.array(list(found), dtype=int).reshape(-1, 3).T
-    return Segments(yarn, arc_length, of_piece, kind, row, column, np.array(central, dtype=bool))
+    of_piece[some] = number
+    first = some[np.unique(number, return_index=True)[1]]
+    middle = centre(crossings.row), centre(crossings.column)
+    central = (labels[ends[first], 1:] == middle).all(axis=-1).any(axis=1)
+    return Segments(yarn, arc_length, of_piece, *named[first].T, central)
 
 
 def _pieces(crossings: Crossings, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return yarn (P,), arc lengths (P, 2) and crossings (P, 2) at the ends of all pieces, -1 at the ends of yarns."""
-    yarn, s = crossings.yarn.T.ravel(), crossings.arc_length.T.ravel()
-    number = np.tile(np.arange(len(crossings.row)), 2)
-    every = np.arange(len(lengths))
-    yarn = np.concatenate([every, yarn, every])
-    s = np.concatenate([np.zeros(len(lengths)), s, lengths])
-    number = np.concatenate([0 * every - 1, number, 0 * every - 1])
+    """Yarn (P,), arc lengths (P, 2) and crossings (P, 2) at the ends of all pieces, -1 at the ends of yarns."""
+    every, none = np.arange(len(lengths)), np.full(len(lengths), -1)
+    yarn = np.concatenate([every, crossings.yarn.T.ravel(), every])
+    s = np.concatenate([np.zeros(len(lengths)), crossings.arc_length.T.ravel(), lengths])
+    number = np.concatenate([none, np.tile(np.arange(len(crossings)), 2), none])
     order = np.lexsort((s, yarn))
-    yarn, s, number = yarn[order], s[order], number[order]
-    begin = np.flatnonzero(yarn[1:] == yarn[:-1])
-    pairs = np.column_stack([begin, begin + 1])
-    return yarn[begin], s[pairs], number[pairs]
-
-
-def _segment(crossings: Crossings, ends: np.ndarray, yarn: int) -> tuple[int, int, int] | None:
-    """Kind, row and column of the segment that a piece of a yarn between two crossings belongs to, if any."""
-    for k, other in (ends, ends[::-1]):
-        row, column = int(crossings.row[k]), int(crossings.column[k])
-        up, right = int(crossings.row[other]) - row, int(crossings.column[other]) - column
-        zones = int(crossings.zone[k]), int(crossings.zone[other])
-        kind, sides = BETWEEN.get((*zones, up, right), (None, ()))
-        if kind is not None and any(crossings.yarn[k, side] == yarn for side in sides):
-            return kind, row, column
-    return None
+    ends = np.column_stack([order[:-1], order[1:]])
+    ends = ends[yarn[ends[:, 0]] == yarn[ends[:, 1]]]
+    return yarn[ends[:, 0]], s[ends], number[ends]

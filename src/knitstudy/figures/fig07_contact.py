@@ -77,22 +77,21 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
 
 def _draw_curves(upper: Axes, lower: Axes, force: Axes, dns: xr.Dataset, contacts: xr.Dataset) -> None:
     """Draw number and area of contact zones one above the other, and the force beside them."""
-    look = INTERACTIONS["isotropic"].line | {"linestyle": "-", "clip_on": False}
-    strain = PERCENT * contacts["strain"].to_numpy()
+    points, strain = snapshots(contacts), PERCENT * contacts["strain"].to_numpy()
+    area = SQUARE_MILLIMETRES * area_of_cell(contacts)
     # A number of zones holds until the next increment shows another one.
-    upper.plot(strain, zones_of_cell(contacts), drawstyle="steps-post", **look)
-    upper.set(ylabel="contact zones (1)", xticklabels=[])
-    upper.yaxis.set_major_locator(MaxNLocator(integer=True))
-    lower.plot(strain, SQUARE_MILLIMETRES * area_of_cell(contacts), **look)
-    lower.set(xlabel=strain_label("course"), ylabel="contact area (mm²)")
-    force.plot(PERCENT * dns["strain"], dns["force"], **look)
-    force.set(xlabel=strain_label("course"), ylabel="reaction force (N)")
-    points = snapshots(contacts)
-    for axes in (upper, lower, force):
-        axes.set_xlim(0, strain[-1])
-        axes.set_ylim(0, None)
+    for axes, at, value, label, steps in (
+        (upper, strain, zones_of_cell(contacts), "contact zones (1)", "steps-post"),
+        (lower, strain, area, "contact area (mm²)", "default"),
+        (force, PERCENT * dns["strain"], dns["force"], "reaction force (N)", "default"),
+    ):
+        look = INTERACTIONS["isotropic"].line | {"linestyle": "-", "clip_on": False, "drawstyle": steps}
+        axes.plot(at, value, **look)
+        axes.set(xlabel=strain_label("course"), ylabel=label, xlim=(0, strain[-1]), ylim=(0, None))
         for point in points:
             axes.axvline(PERCENT * point.strain, color=FAINT, linewidth=0.7, linestyle=":", zorder=0)
+    upper.set(xlabel="", xticklabels=[])
+    upper.yaxis.set_major_locator(MaxNLocator(integer=True))
     for axes, letter in ((upper, "a"), (force, "b")):
         _number(axes, points)
         axes.text(-0.17, 1.06, f"({letter})", transform=axes.transAxes, fontsize=8.5)

@@ -90,12 +90,17 @@ def _draw_cost(
     """Draw degrees of freedom and growth of memory over the size in the upper part of a figure."""
     left, right = (place(drawing, start, BELOW + 26.0, 0.4, ABOVE - 33.0) for start in (0.085, 0.585))
     for series in series_of(scenes):
-        histories = [squares[scene.name] for scene in series.scenes]
+        histories, line = [squares[scene.name] for scene in series.scenes], series_line(series)
         dof = np.array([float(history.attrs["dof"]) for history in histories])
         memory = np.array([memory_growth(history) for history in histories]) / MEGABYTE
         unknowns = series.unknowns(dof)(SHOWN)
-        _draw_law(left, series, dof, unknowns)
-        _draw_law(right, series, memory, series.memory(dof, memory)(unknowns))
+        law = {"color": line["color"], "linestyle": line["linestyle"], "linewidth": 0.7}
+        for axes, values, fitted in (
+            (left, dof, unknowns),
+            (right, memory, series.memory(dof, memory)(unknowns)),
+        ):
+            axes.plot(series.cells, values, **line | {"linestyle": "", "markersize": 4.5})
+            axes.plot(SHOWN, fitted, **law)
     for axes, quantity in ((left, "degrees of freedom"), (right, "memory")):
         rows = paper[(paper["table"].astype(str) == "3") & (paper["quantity"] == quantity)]
         cells = rows["case"].str.extract(r"c(\d+)w")[0].astype(float)
@@ -105,15 +110,7 @@ def _draw_cost(
     left.set_ylabel("degrees of freedom (1)")
     right.set_ylabel("memory growth (MB)")
     panel_letter(left, "a", "cost in course tension")
-    below = {"loc": "upper center", "bbox_to_anchor": (1.12, -0.2)}
-    left.legend(**below, ncols=4, fontsize=6.5, handlelength=2.5)
-
-
-def _draw_law(axes: Axes, series: Series, values: np.ndarray, law: np.ndarray) -> None:
-    """Draw values (k,), and the law that they follow at the sizes of `SHOWN`."""
-    line = series_line(series)
-    axes.plot(series.cells, values, **line | {"linestyle": "", "markersize": 4.5})
-    axes.plot(SHOWN, law, color=line["color"], linestyle=line["linestyle"], linewidth=0.7)
+    left.legend(loc="upper center", bbox_to_anchor=(1.12, -0.2), ncols=4, fontsize=6.5, handlelength=2.5)
 
 
 # ---- response of square knits against their size, a figure of its own ----
@@ -139,29 +136,26 @@ def draw_response(
     squares: Mapping[str, xr.Dataset], squares_contacts: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene]
 ) -> Figure:
     """Draw force, out-of-plane motion and contact force over the size."""
-    every = series_of(scenes[name] for name in squares)
-    found = [series for series in every if series.scenes[0].load.strain >= STRAIN]
-    drawing = figure(DOUBLE, 72.0)
-    responses = [
-        [domain_response(scene, squares, squares_contacts) for scene in each.scenes] for each in found
-    ]
-    for axes, letter, (name, label, unit) in zip(drawing.subplots(1, 3), "abc", PANELS, strict=True):
-        for series, answers in zip(found, responses, strict=True):
+    drawing = figure(DOUBLE, 72.0, layout="constrained")
+    panels = drawing.subplots(1, 3)
+    for series in series_of(scenes[name] for name in squares):
+        if series.scenes[0].load.strain < STRAIN:
+            continue
+        answers = [domain_response(scene, squares, squares_contacts) for scene in series.scenes]
+        for axes, (name, _, unit) in zip(panels, PANELS, strict=True):
             values = unit * np.array([getattr(answer, name) for answer in answers])
             axes.plot(series.cells, values, **series_line(series))
+    for axes, letter, (_, label, _) in zip(panels, "abc", PANELS, strict=True):
         _draw_cells_axis(axes)
-        axes.set_ylabel(label)
-        axes.set_ylim(0, None)
+        axes.set(ylabel=label, ylim=(0, None))
         panel_letter(axes, letter)
-    shared_legend(drawing, ncols=3, fontsize=6.5, handlelength=3.0)
-    drawing.subplots_adjust(left=0.08, right=0.985, top=0.91, bottom=0.34, wspace=0.36)
+    shared_legend(drawing, loc="outside lower center", ncols=3, fontsize=6.5, handlelength=3.0)
     return drawing
 
 
 def _draw_cells_axis(axes: Axes) -> None:
     """Make the lower axis one of cells in a row, logarithmic."""
-    axes.set(xscale="log", xlabel="cells in a row (1)")
-    axes.set_xticks(MARKED)
+    axes.set(xscale="log", xlabel="cells in a row (1)", xticks=MARKED)
     axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_formatter("")
 

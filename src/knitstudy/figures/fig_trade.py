@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from textwrap import fill
 
 import pandas as pd
@@ -28,21 +28,6 @@ LETTERS = 80  # of a name on a line: what a panel is wide enough for
 SMALLEST = 1e-3  # error below which points lie on the lower edge [1]
 BETWEEN = (1.0, 2.0, 5.0)  # numbers on an axis, times powers of ten
 WIDE = 200.0  # largest over smallest value of an axis from which powers of ten are enough
-
-
-def _draw(name: str) -> Callable[..., Figure]:
-    """Return the function that draws the fronts of a question."""
-
-    def draw(
-        every: Mapping[str, xr.Dataset],
-        every_contacts: Mapping[str, xr.Dataset],
-        scenes: Mapping[str, Scene],
-        reference: pd.DataFrame,
-    ) -> Figure:
-        points = points_of(every, every_contacts, scenes, reference)
-        return draw_fronts([point for point in points if point.question.name == name])
-
-    return draw
 
 
 def draw_fronts(points: list[Point]) -> Figure:
@@ -98,7 +83,8 @@ def _panel(axes: Axes, points: list[Point]) -> None:
 
 
 for _number, _question in enumerate(QUESTIONS.values()):
-    FIGURES.add(
+
+    @FIGURES.add(
         f"fig_trade_{_question.name}",
         f"What accuracy costs: {_question.words}",
         results={
@@ -106,4 +92,14 @@ for _number, _question in enumerate(QUESTIONS.values()):
             "every_contacts": several("contacts", "*", where=is_whole_knit),
         },
         order=90 + _number,
-    )(_draw(_question.name))
+    )
+    def draw(
+        every: Mapping[str, xr.Dataset],
+        every_contacts: Mapping[str, xr.Dataset],
+        scenes: Mapping[str, Scene],
+        reference: pd.DataFrame,
+        name: str = _question.name,
+    ) -> Figure:
+        """Draw the fronts of a question."""
+        points = points_of(every, every_contacts, scenes, reference)
+        return draw_fronts([point for point in points if point.question.name == name])

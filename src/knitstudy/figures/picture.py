@@ -116,9 +116,9 @@ def write(axes: Axes, place: Sequence[float], text: str, **said: object) -> None
 
 def label(axes: Axes, place: np.ndarray, text: str, offset: tuple[float, float], colour: str = INK) -> None:
     """Name a place (2,) with a thin line from the text, which stands `offset` points away."""
-    line = {"arrowstyle": "-", "linewidth": 0.7, "color": colour, "shrinkA": 0, "shrinkB": 0}
-    look = {"ha": "center", "va": "center", "color": colour, "path_effects": HALO, "zorder": 10}
-    line["path_effects"] = HALO
+    both = {"color": colour, "path_effects": HALO}
+    line = {"arrowstyle": "-", "linewidth": 0.7, "shrinkA": 0, "shrinkB": 0, **both}
+    look = {"ha": "center", "va": "center", "zorder": 10, **both}
     axes.annotate(text, place, xytext=offset, textcoords="offset points", arrowprops=line, **look)
 
 
@@ -136,19 +136,15 @@ def scale_bar(axes: Axes, length: float, view: View | None = None) -> None:
     axes.plot([x, x + length], [y, y], color=INK, linewidth=2.0, solid_capstyle="butt", marker="", zorder=10)
     look = {"ha": "center", "va": "bottom", "path_effects": HALO, "zorder": 10}
     axes.annotate(f"{length:g} mm", (x + length / 2, y), xytext=(0, 4), textcoords="offset points", **look)
-    if view is not None:
-        _draw_triad(axes, view, length / 2)
-
-
-def _draw_triad(axes: Axes, view: View, length: float) -> None:
-    """Draw x, y and z as arrows; an axis that points to the eye is left out: it would be a dot."""
-    origin = axes.transLimits.inverted().transform((1.0, 0.03)) - [1.6 * length, 0.0]
+    if view is None:
+        return
+    # An axis that points to the eye is left out: it would be a dot.
+    origin = axes.transLimits.inverted().transform((1.0, 0.03)) - [0.8 * length, 0.0]
     for name, direction in zip("xyz", np.eye(3), strict=True):
         arm = view.project(direction)
-        if np.linalg.norm(arm) < 0.1:
-            continue
-        draw_arrow(axes, origin, length * arm, INK, 0.9)
-        write(axes, origin + length * (1 + 0.22 / np.linalg.norm(arm)) * arm, f"${name}$")
+        if np.linalg.norm(arm) > 0.1:
+            draw_arrow(axes, origin, length / 2 * arm, INK, 0.9)
+            write(axes, origin + length / 2 * (1 + 0.22 / np.linalg.norm(arm)) * arm, f"${name}$")
 
 
 # ---- surfaces ----
@@ -158,18 +154,22 @@ AROUND = 40  # facets around a tube
 STEP = 0.15  # distance of the points that yarns are drawn through, in radii
 
 
-def tube(centreline: np.ndarray, radius: float, colour: str, opacity: float = 1.0) -> Surface:
-    """Return a closed tube about a curve through points (k, 3) [m]."""
+def tube(centreline: np.ndarray, radius: float | np.ndarray, colour: str, opacity: float = 1.0) -> Surface:
+    """Return a closed tube about a curve through points (k, 3) [m], of one radius or one at every point (k,) [m]."""
     centreline = np.asarray(centreline, dtype=float)
     tangent = np.gradient(centreline, axis=0)
     tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
     frame = rotation_minimising(centreline, tangent)
     angle = 2 * np.pi * np.arange(AROUND) / AROUND
     radial = np.einsum("ad,kdi->kai", np.stack([np.cos(angle), np.sin(angle)], axis=1), frame[:, :2])
-    rings = centreline[:, None] + radius * radial
+    rings = centreline[:, None] + np.reshape(radius, (-1, 1, 1)) * radial
     # The caps are rings of radius zero.
-    ends = [np.repeat(centreline[[k], None], AROUND, axis=1) for k in (0, -1)]
-    return _grid(np.concatenate([ends[0], rings, ends[1]]), colour, opacity)
+    first, last = (np.repeat(centreline[[k], None], AROUND, axis=1) for k in (0, -1))
+    rings = np.concatenate([first, rings, last])
+    number = np.arange(rings.shape[0] * AROUND).reshape(-1, AROUND)
+    ahead = np.roll(number, -1, axis=1)
+    faces = np.stack([number[:-1], ahead[:-1], ahead[1:], number[1:]], axis=-1)
+    return Surface(rings.reshape(-1, 3), faces.reshape(-1, 4), colour, opacity)
 
 
 def yarn_tubes(fabric: Fabric, colours: Sequence[str]) -> list[Surface]:
@@ -195,41 +195,18 @@ def graded_tube(centreline: np.ndarray, radius: float, colours: Sequence[str]) -
 def sphere(centre: np.ndarray, radius: float, colour: str, opacity: float = 1.0) -> Surface:
     """Return a sphere [m]."""
     angle = np.linspace(0, np.pi, 25)
-    profile = radius * np.column_stack([-np.cos(angle), np.sin(angle)])
-    return _revolution(centre, np.array([0.0, 0.0, 1.0]), profile, colour, opacity)
+    axis = np.array([0.0, 0.0, radius])
+    return tube(centre - np.outer(np.cos(angle), axis), radius * np.sin(angle), colour, opacity)
 
 
 def arrow(start: np.ndarray, vector: np.ndarray, radius: float, colour: str) -> Surface:
     """Return an arrow whose shaft has a radius [m] and whose head is three times as thick."""
-    length = np.linalg.norm(vector)
-    neck = length - 8 * radius
-    profile = [(0, 0), (0, radius), (neck, radius), (neck, 3 * radius), (length, 0)]
-    return _revolution(start, np.asarray(vector) / length, np.array(profile), colour)
+    neck = 1 - 8 * radius / np.linalg.norm(vector)
+    place = start + np.outer([0, neck, neck, 1], vector)
+    return tube(place, radius * np.array([1, 1, 3, 0]), colour)
 
 
 def yarn_of_mesh(mesh: SweptMesh, yarn: int, colour: str, opacity: float = 1.0) -> Surface:
     """Return the lateral surface of one yarn of a mesh, with the edges of its facets."""
     corners, faces = np.unique(mesh.surface_quads(yarn), return_inverse=True)
     return Surface(mesh.nodes[corners], faces.reshape(-1, 4), colour, opacity, edges=True)
-
-
-def _revolution(
-    origin: np.ndarray, axis: np.ndarray, profile: np.ndarray, colour: str, opacity: float = 1.0
-) -> Surface:
-    """Return the surface of revolution of a profile (k, 2) of height and radius [m] about an axis."""
-    seed = np.eye(3)[np.argmin(np.abs(axis))]
-    first = np.cross(seed, axis)
-    first /= np.linalg.norm(first)
-    second = np.cross(axis, first)
-    angle = 2 * np.pi * np.arange(AROUND) / AROUND
-    radial = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
-    height, radius = profile[:, 0, None, None], profile[:, 1, None, None]
-    return _grid(np.asarray(origin) + height * axis + radius * radial, colour, opacity)
-
-
-def _grid(rings: np.ndarray, colour: str, opacity: float) -> Surface:
-    """Return the surface through rings (k, a, 3) of points, each closed."""
-    number = np.arange(rings.shape[0] * rings.shape[1]).reshape(rings.shape[:2])
-    ahead = np.roll(number, -1, axis=1)
-    faces = np.stack([number[:-1], ahead[:-1], ahead[1:], number[1:]], axis=-1)
-    return Surface(rings.reshape(-1, 3), faces.reshape(-1, 4), colour, opacity)

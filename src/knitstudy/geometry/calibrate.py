@@ -1,14 +1,11 @@
 """Calibration: the loop and the spacings whose optimised knit has the angles and the length of the paper's.
 
-Unknowns are the spacings w and c and the control points of a quarter of the loop, from the sinker's centre to the
-middle of the leg; mirror and half turn give the rest. The optimisation moves z components only, so its result is known
-by its conditions: the z components of the gradient of F vanish, with the contact force 2 alpha (D - 2 - c0) as one more
-unknown. They are solved together with the targets by least squares, without an optimisation in every step; in the end
-the optimisation itself must confirm the result.
-
-The loop that the targets leave open is chosen by least bending energy; curvature and gaps are bounded by penalties. All
-lengths are in yarn radii. ``python -m knitstudy.geometry.calibrate`` makes config/calibrated_loop.yaml from
-config/calibration.yaml; the search is deterministic.
+Unknowns are the spacings w and c and the control points of a quarter of the loop; mirror and half turn give the rest.
+The optimisation moves z components only, so its result is known by its conditions: the z components of the gradient of
+F vanish, with the contact force 2 alpha (D - 2 - c0) as one more unknown. They are solved together with the targets by
+least squares; in the end the optimisation itself must confirm the result. The loop that the targets leave open has the
+least bending energy; curvature and gaps are bounded by penalties. All lengths are in yarn radii.
+``python -m knitstudy.geometry.calibrate`` makes config/calibrated_loop.yaml from config/calibration.yaml.
 """
 
 import argparse

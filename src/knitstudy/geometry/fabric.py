@@ -278,16 +278,15 @@ def _by_cells(found: Crossings, loop: Loop, loops: int, rows: int) -> Crossings:
     right = across - column > 0.5
     order = np.lexsort((middle[:, 1], right, column, row))
     expected = np.indices((rows, loops, 2, 2)).reshape(4, -1)[:3]
-    labels = np.stack([row, column, right])[:, order]
     neighbours = np.all(found.yarn[:, 1] == row + 1)
-    if not (np.array_equal(labels, expected) and neighbours):
+    if not (np.array_equal(np.stack([row, column, right])[:, order], expected) and neighbours):
         raise GeometryError(
             f"pattern.control_points: the yarns of {rows} rows of {loops} loops cross {len(found)} times: allowed are "
             "4 crossings of neighbouring rows a loop, 2 on each side of its middle, and no others"
         )
-    zone = np.empty(len(found), dtype=int)
-    zone[order] = np.tile([0, 2, 1, 3], rows * loops)
-    return replace(found, row=row, column=column, zone=zone).chosen(np.lexsort((zone, column, row)))
+    order = order.reshape(rows, loops, 2, 2).swapaxes(2, 3).ravel()
+    row, column, zone = np.indices((rows, loops, 4)).reshape(3, -1)
+    return replace(found.chosen(order), row=row, column=column, zone=zone)
 
 
 def _places_of_loops(knit: Fabric) -> np.ndarray:
@@ -395,16 +394,19 @@ def yarn_pair(radius: float, angle: float, length: float, clearance: float = 0.0
     Raises GeometryError when the radius is not positive, the clearance negative, the angle not in (0, 90] or the yarns
     are not longer than two diameters.
     """
-    if not radius > 0:
-        raise GeometryError(f"yarn.diameter = {2 * radius} m: allowed is a positive number")
-    if not clearance >= 0:
-        raise GeometryError(f"pair.clearance = {clearance} radii: allowed is zero or more")
-    if not 0 < angle <= 90:
-        raise GeometryError(f"pair.angle = {angle} degrees: allowed is more than 0 and at most 90")
-    if not length > 4 * radius:
-        raise GeometryError(
-            f"pair.length = {length} m: allowed is more than twice yarn.diameter = {2 * radius} m"
-        )
+    for name, value, fits, allowed in (
+        ("yarn.diameter", f"{2 * radius} m", radius > 0, "a positive number"),
+        ("pair.clearance", f"{clearance} radii", clearance >= 0, "zero or more"),
+        ("pair.angle", f"{angle} degrees", 0 < angle <= 90, "more than 0 and at most 90"),
+        (
+            "pair.length",
+            f"{length} m",
+            length > 4 * radius,
+            f"more than twice yarn.diameter = {2 * radius} m",
+        ),
+    ):
+        if not fits:
+            raise GeometryError(f"{name} = {value}: allowed is {allowed}")
     turn, half = np.radians(angle), 0.5 * (2 + clearance) * radius
     along = np.array([[1.0, 0.0, 0.0], [np.cos(turn), np.sin(turn), 0.0]])
     middles = np.array([[0.0, 0.0, -half], [0.0, 0.0, half]])

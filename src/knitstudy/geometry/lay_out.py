@@ -4,10 +4,9 @@ A drawn loop has one course and one wale spacing. Another course spacing or yarn
 says what stays of the drawn one:
 
 - "shape": the points stay where they are drawn; rows only stand closer or wider.
-- "wale_spacing": loops stand as far apart as drawn, and are stretched along the wales with the course spacing; the
-  yarn in a loop follows. A machine works like this: needles give the wale spacing, their depth gives the rest.
-- "length": a loop keeps its yarn. It is stretched along the wales with the course spacing, and across them by as much
-  as keeps that length: the wale spacing follows. So does a knit that is widened or narrowed.
+- "wale_spacing": the loop is stretched along the wales with the course spacing, as on a machine: needles give the wale
+  spacing, their depth gives the yarn in a loop.
+- "length": it is also stretched across the wales, so that it keeps its yarn: a knit that is widened or narrowed.
 
 ``python -m knitstudy.geometry.lay_out`` tries many loops and writes the table of those that can be made.
 """

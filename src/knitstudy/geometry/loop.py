@@ -29,16 +29,16 @@ class Loop:
     def __post_init__(self):
         object.__setattr__(self, "control_points", np.array(self.control_points, dtype=float))
         self.control_points.setflags(write=False)
-        if not self.radius > 0:
-            raise GeometryError(f"yarn.diameter = {2 * self.radius} m: allowed is a positive number")
-        if not self.clearance >= 0:
-            raise GeometryError(f"pattern.clearance = {self.clearance} radii: allowed is zero or more")
-        for name in ("wale_spacing", "course_spacing"):
-            spacing = getattr(self, name)
-            if not spacing > 2 * self.radius:
-                raise GeometryError(
-                    f"pattern.{name} = {spacing} m: allowed is more than yarn.diameter = {2 * self.radius} m"
-                )
+        diameter = 2 * self.radius
+        wider = f"more than yarn.diameter = {diameter} m"
+        for name, value, fits, allowed in (
+            ("yarn.diameter", f"{diameter} m", self.radius > 0, "a positive number"),
+            ("pattern.clearance", f"{self.clearance} radii", self.clearance >= 0, "zero or more"),
+            ("pattern.wale_spacing", f"{self.wale_spacing} m", self.wale_spacing > diameter, wider),
+            ("pattern.course_spacing", f"{self.course_spacing} m", self.course_spacing > diameter, wider),
+        ):
+            if not fits:
+                raise GeometryError(f"{name} = {value}: allowed is {allowed}")
         _ = self.curve  # the control points are checked where they become a curve
 
     @property

@@ -9,6 +9,7 @@ gradients cheap.
 from copy import copy
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 
 from knitstudy.errors import GeometryError
 
@@ -215,7 +216,7 @@ class _Lengths:
             if np.abs(error).max(initial=0.0) <= 1e-14 * length:
                 break
             low, high = np.where(error < 0, t, low), np.where(error > 0, t, high)
-            newton = t - error / np.sqrt(_polynomial(speed, t))
+            newton = t - error / np.sqrt(polyval(t, np.moveaxis(speed, -1, 0), tensor=False))
             t = np.where((newton < low) | (newton > high), 0.5 * (low + high), newton)
         self._last = s.copy(), segment + t
         return segment + t
@@ -223,12 +224,5 @@ class _Lengths:
     @staticmethod
     def _partial(speed, t):
         """Arc length of segments (k, 5) from their start to t: (k,) -> (k,), m."""
-        return t * (np.sqrt(_polynomial(speed[..., None, :], t[..., None] * GAUSS_POINTS)) @ GAUSS_WEIGHTS)
-
-
-def _polynomial(coefficients, t):
-    """Values of polynomials, powers along the last axis."""
-    value = coefficients[..., -1]
-    for power in range(coefficients.shape[-1] - 2, -1, -1):
-        value = value * t + coefficients[..., power]
-    return value
+        square = polyval(t[..., None] * GAUSS_POINTS, np.moveaxis(speed[..., None, :], -1, 0), tensor=False)
+        return t * (np.sqrt(square) @ GAUSS_WEIGHTS)

@@ -167,11 +167,6 @@ def force_per_width(history: xr.Dataset, scene: Scene, increment: int = -1) -> f
     return float(history["force"][increment]) / (spacing * count)
 
 
-def seconds_a_newton_iteration(history: xr.Dataset) -> float:
-    """Return the time of a path over its Newton iterations [s]."""
-    return float(history["seconds"].sum()) / max(int(history["newton_iterations"].sum()), 1)
-
-
 def contact_over_ties(
     series: Iterable[Series], histories: Datasets, quantity: str
 ) -> dict[str, dict[int, float]]:

@@ -63,16 +63,13 @@ class Assembly:
         )
         self._to_kept = sp.csr_matrix(transformation.T)
         linked = None if links is None else sp.csr_matrix(self._to_kept @ links @ transformation)
+        # Of every group (E a, n): the nodes of its elements on retained nodes.
+        local = [sp.csr_matrix(transformation)[connectivity.ravel()] for connectivity in groups]
+        self.indptr, self.indices = _pattern(local, self._width, linked)
         if spans:
-            self.indptr, self.indices = _with_links(*_span_pattern(groups, nodes), linked)
-            self._sums = [
-                SpanSum(groups[batch.group][batch.part], self.indptr, self.indices) for batch in self.batches
-            ]
+            self._sums = [SpanSum(groups[b.group][b.part], self.indptr, self.indices) for b in self.batches]
         else:
-            # Of every group (E a, n): the nodes of its elements on retained nodes.
-            local = [sp.csr_matrix(transformation)[connectivity.ravel()] for connectivity in groups]
-            self.indptr, self.indices = _with_links(*_pattern(local, self._width), linked)
-            self._sums = [self._pair_sum(local[batch.group], batch) for batch in self.batches]
+            self._sums = [self._pair_sum(local[b.group], b) for b in self.batches]
         self._links = None if linked is None else self._linked(linked)
 
     @property
@@ -234,48 +231,28 @@ def _batches(group: int, connectivity: np.ndarray, pairs: int) -> list[Batch]:
     return [Batch(group, slice(i, min(i + chunk, elements))) for i in range(0, elements, chunk)]
 
 
-def _pattern(local: Sequence[sp.csr_matrix], width: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Return row pointers and columns of all pairs of retained nodes that share an element."""
-    incidence = sp.vstack([_incidence(part, a) for part, a in zip(local, width, strict=True)], format="csr")
-    pattern = sp.csr_matrix(incidence.T @ incidence)
-    pattern.sort_indices()
-    return pattern.indptr, pattern.indices
-
-
-def _with_links(
-    indptr: np.ndarray, indices: np.ndarray, linked: sp.csr_matrix | None
+def _pattern(
+    local: Sequence[sp.csr_matrix], width: Sequence[int], linked: sp.csr_matrix | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return row pointers and sorted columns (int32) of a pattern and of links."""
+    """Return row pointers and sorted columns (int32) of all pairs of retained nodes that share an element or a link."""
+    has = [  # which retained nodes every element has (E, n)
+        sp.csr_matrix(
+            (np.ones(part.nnz, dtype=bool), part.indices, part.indptr[::a]),
+            shape=(part.shape[0] // a, part.shape[1]),
+        )
+        for part, a in zip(local, width, strict=True)
+    ]
+    incidence = sp.vstack(has, format="csr")
+    pattern = sp.csr_matrix(incidence.T @ incidence)
     if linked is not None:
-        pattern = sp.csr_matrix((np.ones(len(indices), dtype=bool), indices, indptr), shape=linked.shape)
         pattern = sp.csr_matrix(pattern + (linked != 0))
-        pattern.sort_indices()
-        indptr, indices = pattern.indptr, pattern.indices
-    return indptr.astype(np.int32), indices.astype(np.int32)
-
-
-def _incidence(local: sp.csr_matrix, width: int) -> sp.csr_matrix:
-    """Return which retained nodes every element has (E, n)."""
-    shape = local.shape[0] // width, local.shape[1]
-    return sp.csr_matrix((np.ones(local.nnz, dtype=bool), local.indices, local.indptr[::width]), shape=shape)
+    pattern.sort_indices()
+    return pattern.indptr.astype(np.int32), pattern.indices.astype(np.int32)
 
 
 def _consecutive(connectivity: np.ndarray) -> bool:
     """Return whether nodes (E, a) of all elements have consecutive numbers, and the elements rising ones."""
     return bool(np.all(np.diff(connectivity, axis=1) == 1) and np.all(np.diff(connectivity[:, 0]) > 0))
-
-
-def _span_pattern(groups: Sequence[np.ndarray], nodes: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return row pointers and sorted columns (int32) of all pairs of nodes that share an element."""
-    low, high = np.arange(nodes), np.arange(nodes)
-    for connectivity in groups:
-        np.minimum.at(low, connectivity, connectivity[:, :1])
-        np.maximum.at(high, connectivity, connectivity[:, -1:])
-    count = high - low + 1
-    indptr = np.concatenate([[0], np.cumsum(count)])
-    indices = np.arange(indptr[-1], dtype=np.int32)
-    indices += np.repeat((low - indptr[:-1]).astype(np.int32), count)
-    return indptr.astype(np.int32), indices
 
 
 def _entries_at(indptr: np.ndarray, indices: np.ndarray, row: np.ndarray, column: np.ndarray) -> np.ndarray:

@@ -215,20 +215,16 @@ def _outer(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return first[:, :, None] * second[:, None, :]
 
 
-# Linear springs between two points that nodes carry by rigid arms, or between the nodes themselves
-# With the points p0, p1 of a spring and their reference positions P0, P1
-#
-#     d = (p1 - p0) - (P1 - P0),   f = k d,   W = f . d / 2
-#
-# k is a symmetric matrix that does not turn with the points: axes of a spring keep their directions in space. -f acts
-# on the first point and f on the second. The two act on different lines as soon as the points are apart: no part of
-# the model takes up the couple (p1 - p0) x f. Where both points coincide in the reference it is of second order in the
-# stretch, otherwise of first order.
-
-
 @dataclass(frozen=True)
 class LinearSprings:
-    """Springs between K pairs of points."""
+    """Springs between K pairs of points that nodes carry by rigid arms, p0 and p1, at P0 and P1 in the reference.
+
+        d = (p1 - p0) - (P1 - P0),   f = k d,   W = f . d / 2
+
+    The axes of k keep their directions in space. -f acts on the first point and f on the second, on different lines as
+    soon as the points are apart: no part of the model takes up the couple (p1 - p0) x f. Where both points coincide in
+    the reference it is of second order in the stretch, otherwise of first order.
+    """
 
     ends: np.ndarray  # int (K, 2), nodes that carry the points
     offsets: np.ndarray  # (K, 2, 3), from the node to its point, in the reference [m]

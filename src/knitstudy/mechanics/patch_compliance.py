@@ -1,4 +1,7 @@
-"""Local compliance of a loaded patch on a yarn, beyond what a low-order model resolves."""
+"""Local compliance of a loaded patch on a yarn, beyond what a low-order model resolves (docs/theory.md).
+
+Of joints of beams (`local_compliance`), of ties of spline yarns (`missing`), of their contact (`PatchedYarn`, `far`).
+"""
 
 from __future__ import annotations
 
@@ -18,8 +21,6 @@ from knitstudy.mechanics.spline_yarn.span import span_groups
 # Directions of load and displacement of a straight yarn, as its coordinates x1, x2 and s at the patch.
 NORMAL, ACROSS, ALONG = range(3)
 
-# The moments by which discs on yarns are joined, and points that they are summed up at
-
 
 def polar_rule(rings: int) -> tuple[np.ndarray, np.ndarray]:
     """Return points (q, 2) and weights (q,) of the mean over the unit disc, on so many rings.
@@ -34,23 +35,21 @@ def moments(rule: np.ndarray) -> np.ndarray:
     return np.stack([np.ones(len(rule)), 2 * rule[:, 0], 2 * rule[:, 1]])
 
 
-# How the surface of a straight elastic cylinder yields to tractions, wave by wave, in closed form
-# The cylinder is solid, of radius 1 and infinitely long. To a traction t exp(i (m theta + k z)) its surface answers
-# with the displacement G(m, k) t exp(i (m theta + k z)). With the harmonic f = I_m(k r) exp(i (m theta + k z)) /
-# I_m(k) and D = r d/dr, three solutions of Navier's equations that stay finite on the axis are
-#
-#     grad f,    curl (f e_z),    grad (D f) + 4 (1 - nu) i k f e_z.
-#
-# On the surface they and their tractions need I_m through D f / f = k I_m'(k) / I_m(k) alone, as D D f = (m^2 + k^2
-# r^2) f.
-
-
 def surface_compliance(
     m: np.ndarray,  # int (...), waves around
     k: np.ndarray,  # (...), waves along, times the radius; not 0
     poisson_ratio: float,
 ) -> np.ndarray:
-    """Return G (..., 3, 3) times E, in the components r, theta, z; Hermitian and positive."""
+    """Return G (..., 3, 3) times E, in the components r, theta, z; Hermitian and positive.
+
+    To a traction t exp(i (m theta + k z)) the surface of a straight elastic cylinder of radius 1 answers with the
+    displacement G t exp(i (m theta + k z)). With f = I_m(k r) exp(i (m theta + k z)) / I_m(k) and D = r d/dr, three
+    solutions of Navier's equations that stay finite on the axis are
+
+        grad f,    curl (f e_z),    grad (D f) + 4 (1 - nu) i k f e_z.
+
+    As D D f = (m^2 + k^2 r^2) f, I_m enters through D f / f = k I_m'(k) / I_m(k) alone.
+    """
     m, k = np.broadcast_arrays(m, np.asarray(k, dtype=float))
     rate = _logarithmic_slope(np.abs(m), np.abs(k))
     nu, zero = poisson_ratio, np.zeros(m.shape)
@@ -88,7 +87,7 @@ def _logarithmic_slope(m: np.ndarray, k: np.ndarray) -> np.ndarray:
 # of the opposite sign. The mean displacement of the patch is known in closed form, of the elastic cylinder
 # (`surface_compliance`), and so is that of Timoshenko's beam with the force at the end of a rigid arm.
 # Their difference is c_0 + c_1 A to within e^-A: c_0 is local, the indentation; c_1 goes with the bending moment, which
-# widens and narrows the section under the patch. Beams with joints that yield by c_0 leave out c_1.
+# changes the section under the patch. Beams with joints that yield by c_0 leave out c_1.
 
 APART = (6.0, 12.0)  # distances of forces in radii, A: the one from the other gives c_0
 
@@ -123,12 +122,11 @@ def _beam_patch(radius: float, apart: float, poisson_ratio: float) -> np.ndarray
 
 
 # What a space of solid yarns shows of a patch's compliance, and what is missing of it
-# A patch is a small disc on the side of a straight yarn. Forces spread over it with the weights of its moments (the
-# mean and both linear ones) move the same moments of its displacement: a compliance. That of the yarn is known in
-# closed form (`surface_compliance`), that of the space from its own stiffness. Their difference is
-# positive, since the space is a part of all displacements, and it is local. Both are taken of yarns of infinite
-# length with patches at least `APART` radii apart, whose forces alternate in sign: nothing has to be held, and waves
-# are independent of each other. What for, and what comes out: docs/theory.md.
+# Forces spread over a small disc on the side of a straight yarn, with the weights of its moments (the mean and both
+# linear ones), move the same moments of its displacement: a compliance. That of the yarn is known in closed form, that
+# of the space from its own stiffness. Their difference is positive, since the space is a part of all displacements, and
+# local. Both are taken of endless yarns with patches at least `APART_IN_PATCH` radii apart, whose forces alternate in
+# sign: nothing has to be held, and waves are independent of each other.
 
 APART_IN_PATCH = 6.0  # least distance of patches along the yarn, in radii
 # Largest wave number that is summed up, over the inverse of the patch's radius: 0.02 % of the compliance of the
@@ -278,16 +276,15 @@ def _straight(yarn: YarnSpace) -> np.ndarray:
     return yarn.coefficients(middle[:, None] * axis, d1, d2, 1.0)
 
 
-# What a space of displacements shows under a patch of load: a straight yarn, held at its ends, in small strains
-# Lengths are over the yarn's radius, stiffnesses over E times the radius. A local space shows less than is true: it has
-# no room for the indentation beneath a small patch. What is true is known from a space with far more functions, on a
-# patch that it resolves, and from the half space, which is exact for what is local:
+# What a space shows under a patch of load: a straight yarn, held at its ends, in small strains
+# Lengths are over the yarn's radius, stiffnesses over E times the radius. What is true is known from a space with far
+# more functions, on a patch that it resolves, and from the half space, which is exact for what is local:
 #
 #     C(a) = C_half(a) + C_far,   C_half(a) = 0.6 (1 - nu^2) / a for Hertz's pressure on a circle
 #
-# C_far belongs to the yarn and to how it is held. With degree 8 and spans of 0.3 it is constant within 0.5% for a from
-# 0.3 to 0.5, and it is the same for all shapes of patch. C_half: Johnson 1985, Contact Mechanics, sections 4.2 and 7.2
-# (the mean of Hertz's displacement, weighted with his pressure); what for: docs/theory.md.
+# C_far belongs to the yarn and to how it is held, and is the same for all shapes of patch: with degree 8 and spans of
+# 0.3 it is constant within 0.5% for a from 0.3 to 0.5. C_half is the mean of Hertz's displacement, weighted with his
+# pressure (Johnson 1985, Contact Mechanics, sections 4.2 and 7.2).
 
 LENGTH = 6.0  # of the yarn; what is missing in a space does not depend on it
 # Place of the patch within a span: under its ends a space shows as much more as it shows less under its middle.

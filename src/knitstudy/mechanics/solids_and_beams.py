@@ -12,27 +12,24 @@ from knitstudy.mechanics.model import Response, summed
 from knitstudy.mechanics.rotation import hat
 from knitstudy.mechanics.solid import SolidModel, SolidState
 
-# Seams: sections of solids that nodes of beams carry, without a jump in force
-# A solid yarn whose displacement is a sum over orthonormal functions of the section ends in a section whose mean
-# place is the coefficient X_0 and whose linear moments are X_1 and X_2, half the radius times the directors d_1 and
-# d_2 (`mechanics.spline_yarn`). A node with place x and rotation Q carries them:
-#
-#     X_0 = x,    X_k = Q (R/2 d_k + sum_l E_kl d_l),    E = [[e_0, e_2], [e_2, e_1]]
-#
-# so that the section's mean moves and its best plane turns with the node. Its widening E in its own plane and all
-# higher coefficients, warping among them, are its own: a rod under tension may contract where solid and beam meet.
-# All of it is eliminated, u = u(x, Q, e): forces on the section act on the node as the transposed of the derivative
-# says.
-#
-#     f_x = f_0,    m = sum_k X_k x f_k,    g_kl = f_k . Q d_l
-
 WIDTHS = 3  # unknowns e of a section [m]: how much wider it is along d_1, along d_2, and sheared in its plane
 MOTIONS = 9  # place, spin and widths of a seam, and components of its three coefficients
 
 
 @dataclass(frozen=True, eq=False)
 class Seams:
-    """Sections (S,) that nodes carry."""
+    """Sections (S,) of solids that nodes of beams carry, without a jump in force.
+
+    A spline yarn ends in a section whose mean place is the coefficient X_0 and whose linear moments are X_1 and X_2,
+    half the radius times the directors d_1 and d_2. A node with place x and rotation Q carries them:
+
+        X_0 = x,    X_k = Q (R/2 d_k + sum_l E_kl d_l),    E = [[e_0, e_2], [e_2, e_1]]
+
+    Its widening E in its own plane and all higher coefficients, warping among them, are its own: a rod under tension
+    may contract where solid and beam meet. Forces on the section act on the node as the transposed derivative says,
+
+        f_x = f_0,    m = sum_k X_k x f_k,    g_kl = f_k . Q d_l.
+    """
 
     section: np.ndarray  # int (S, 3), nodes of the solids: mean and linear moments of every section
     node: np.ndarray  # int (S,), nodes of the beams
@@ -91,11 +88,6 @@ class Seams:
 _WIDENING = np.array([[[1.0, 0.0], [0.0, 0.0]], [[0.0, 0.0], [0.0, 1.0]], [[0.0, 1.0], [1.0, 0.0]]])
 
 
-# Solids and beams as one model: sections of the solids are carried by nodes of the beams (`Seams`)
-# Unknowns are those of the solids that belong to no seam, the widths of the seams, then those of the beams. What the
-# elements of either side resist is summed up at the unknowns of both: a balanced state has no jump in force or moment.
-
-
 @dataclass(frozen=True)
 class MixedState:
     """State of solids and beams."""
@@ -106,7 +98,10 @@ class MixedState:
 
 
 class SolidsAndBeams:
-    """Solids, and beams whose nodes carry sections of them."""
+    """Solids, and beams whose nodes carry sections of them.
+
+    Unknowns are those of the solids that belong to no seam, the widths of the seams, then those of the beams.
+    """
 
     block = 1  # two kinds of nodes have no common block
 

@@ -107,10 +107,13 @@ class Spacing:
     grading: Grading = UNIFORM  # how much finer it is at the crossings
 
     def __post_init__(self):
-        if not self.size > 0:
-            raise MeshError(f"mesh size: {self.size} m is not allowed; it must be positive")
-        if not self.growth >= 1:
-            raise MeshError(f"mesh growth: {self.growth} is not allowed; it must be at least 1")
+        for name, value, fits, allowed in (
+            ("size", f"{self.size} m", 0 < self.size < np.inf, "positive"),
+            ("growth", f"{self.growth}", 1 <= self.growth < np.inf, "at least 1"),
+            ("ramp", f"{self.ramp} m", self.ramp > 0, "positive"),
+        ):
+            if not fits:
+                raise MeshError(f"mesh {name}: {value} is not allowed; it must be {allowed}")
 
     def __call__(self, s: np.ndarray) -> np.ndarray:
         """Spacing in m at arc lengths ``s`` (k,) in m."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
@@ -30,34 +31,27 @@ def reference_files(config: Path) -> dict[str, Path]:
     }
 
 
+@dataclass(eq=False)
 class Displays:
-    """The figures, or the tables, of a study.
+    """The figures, or the tables, of a study."""
 
-    The scenes of `study` are in the order of the configuration, `reference` are files by their names
-    (`reference_files`), `code` are modules that all figures or tables depend on besides their own, `label` names the
-    study in messages.
-    """
+    catalogue: Catalogue
+    plan: Plan
+    study: Iterable[Scene]  # in the order of the configuration
+    reference: Mapping[str, Path | str]  # files by their names (`reference_files`)
+    code: tuple[str, ...] = ()  # modules that all depend on besides their own
+    label: str = "the study"  # names the study in messages
 
-    def __init__(
-        self,
-        catalogue: Catalogue,
-        plan: Plan,
-        study: Iterable[Scene],
-        reference: Mapping[str, Path | str],
-        code: tuple[str, ...] = (),
-        label: str = "the study",
-    ) -> None:
-        self.catalogue, self._plan, self._code = catalogue, plan, code
-        self.study = {scene.name: scene for scene in study}
-        self._label = label
-        self._reference = {name: Path(path) for name, path in reference.items()}
+    def __post_init__(self) -> None:
+        self.study = {scene.name: scene for scene in self.study}
+        self.reference = {name: Path(path) for name, path in self.reference.items()}
 
     @cached_property
     def sources(self) -> dict[str, dict[str, Source]]:
         """Sources by argument of each figure or table for which the study has all scenes."""
         found = {}
         for name, display in self.catalogue.all().items():
-            known: dict[str, Source] = dict(self._reference)
+            known: dict[str, Source] = dict(self.reference)
             for argument, results in display.results.items():
                 steps = self._steps(results)
                 if steps:
@@ -77,22 +71,20 @@ class Displays:
 
     def files(self, name: str, folder: Path | str) -> dict[str, str | list[str]]:
         """Return the files that a figure or table is made from, by argument; `folder` is that of all results."""
-        display = self.catalogue.find(name)
+        display, folder = self.catalogue.find(name), Path(folder)
         if name not in self.sources:
             needed = [
                 each for each in display.results.values() if not each.optional and not self._steps(each)
             ]
             lacking = ", ".join(f"{each.stage} of {' or '.join(each.names)}" for each in needed)
             message = f"{self.catalogue.what} {name!r} needs {lacking}"
-            raise ConfigurationError(f"{message}: {self._label} has no such scene")
+            raise ConfigurationError(f"{message}: {self.label} has no such scene")
 
         def path(source: Source) -> str | list[str]:
             if isinstance(source, list):
                 return [path(step) for step in source]
-            if isinstance(source, Path):
-                return source.as_posix()
-            stage, scene = source
-            return (Path(folder) / stage.path(scene)).as_posix()
+            file = source if isinstance(source, Path) else folder / source[0].path(source[1])
+            return file.as_posix()
 
         return {argument: path(source) for argument, source in self.sources[name].items()}
 
@@ -110,8 +102,8 @@ class Displays:
         """Return the digest of a figure or table that is up to date: of its title, scenes, code and sources."""
         scenes = {role: scene.read(scene.to_dict()) for role, scene in self.scenes(name).items()}
         reads = {"title": self.catalogue.find(name).title, "scenes": scenes}
-        code = code_digest(self.catalogue.module(name), *self._code)
-        return digest({"reads": reads, "code": code, "needs": digests_of(self.sources[name], self._plan)})
+        code = code_digest(self.catalogue.module(name), *self.code)
+        return digest({"reads": reads, "code": code, "needs": digests_of(self.sources[name], self.plan)})
 
 
 def digests_of(sources: Mapping[str, Source], plan: Plan) -> dict[str, str]:

@@ -206,9 +206,8 @@ def values_found(scenes: Mapping[str, Scene], results: Path, config: Path = CONF
 def keep_values(values: pd.DataFrame, scenes: Mapping[str, Scene], kept: Path, code: str) -> None:
     """Keep values of simulations with the code behind them and the day, and the limits of all that are kept.
 
-    A simulation's rows (`tables.reference.values_of`) replace those of before. Values of scenes whose keys have changed
-    or that the study no longer has are dropped. Rows of the reference `kept` stay if fewer than two discretisations of
-    their problem have values.
+    A simulation's rows (`tables.reference.values_of`) replace those of before; those of scenes whose keys have changed
+    are dropped. Rows of the reference `kept` stay if fewer than two discretisations of their problem have values.
     """
     if values.empty:
         raise DataFileError(f"{RESULTS}: has no simulation of the study `reference` that is up to date")
@@ -264,7 +263,6 @@ KEEPERS = {
     "trade": keep_trade,
     "extremes": keep_extremes,
 }
-
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])

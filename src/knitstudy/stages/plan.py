@@ -26,11 +26,10 @@ Step = tuple[Stage, Scene]
 
 
 def digest_of(stage: Stage, document: Mapping, scene: Scene, needed: Mapping[str, str]) -> str:
-    """Return the digest of a result: of what its stage reads, of the code behind it, and of what it is made from.
+    """Return the digest of a result, which decides whether it is up to date, for the workflow as for the command.
 
-    Two results of one digest are the same: the digest decides whether a result is up to date, for the workflow as for
-    the command. `document` is what the stage reads of the scene (`Stage.document`), `needed` the digests of what the
-    result is made from.
+    It is made of the `document` that the stage reads of the scene (`Stage.document`), the code behind the result, and
+    the digests `needed` of what it is made from.
     """
     code = code_digest(*stage.modules(scene), without=unused_code(scene))
     return digest({"stage": stage.name, "reads": document, "code": code, "needs": dict(needed)})
@@ -152,11 +151,7 @@ class Plan:
         return [stage.path(scene) for stage, scene in self.steps(scenes) if stage.wanted(scene)]
 
     def named(self, scene: Scene, key: str) -> Scene:
-        """Return the direct simulation that a key of a scene names, with the geometry of that scene.
-
-        Geometry keys that `OWN` lists for the key stay those of the direct simulation: a knit of another size has the
-        same loops.
-        """
+        """Return the direct simulation that a key of a scene names, with the geometry of that scene but for `OWN`."""
         name, scenes, own = scene.value(key), self.scenes, OWN.get(key, ())
         other = scenes.get(name)
         inputs = {name: value for name, value in scene.geometry_inputs.items() if name not in own}

@@ -73,9 +73,9 @@ def end_with_parent() -> None:
 def frame(job: Any) -> Iterator[Progress]:
     """Run the body of a Snakemake script with everything it prints in the log file of its rule; yield its progress.
 
-    Standard output and standard error go to the log at the level of file descriptors, so that messages of compiled
-    libraries are there too. The console gets a line at the start and the end, the progress, and on failure one message
-    and the name of the log; the script then ends with status 1.
+    Standard streams go to the log at the level of file descriptors, so that messages of compiled libraries are there
+    too. The console gets a line at the start and the end, the progress, and on failure one message and the name of the
+    log; the script then ends with status 1.
     """
     end_with_parent()
     label = " ".join([job.rule, *job.wildcards])

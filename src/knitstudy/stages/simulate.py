@@ -61,20 +61,15 @@ def simulate(
     folder : Path or str, optional
         Where results are kept, and taken from if they are up to date, for example ``results`` of the checkout; restart
         files of runs that were ended lie in its folder ``restart``. Without it, all stays in memory.
-    config : Path
-        Configuration folder that names of other scenes refer to.
+    config, plan
+        Configuration folder that names of other scenes refer to; its plan, where it has been read already.
     progress : callable, optional
         Called with the label of a stage, returns what its progress is reported to; for example
         `knitstudy.loading.restart.Progress`, which prints lines with the time left.
     anew : bool
         Simulate the scene even if its result is there.
-    plan : Plan, optional
-        Of that configuration, where it has been read already.
 
-    Raises
-    ------
-    KnitstudyError
-        What the stages raise; results that were there before stay.
+    Errors are those of the stages (KnitstudyError); results that were there before stay.
     """
     plan = plan or Plan.of(config)
     scene = plan.labelled(scene)

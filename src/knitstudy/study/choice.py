@@ -78,48 +78,30 @@ class Choice:
         return tuple(front(self.others, _seconds, _error))
 
     def __str__(self) -> str:
-        return (
-            f"{self.rung}: error at most {100 * self.rung.error:.2g} %, some {self.rung.seconds:.2g} s and "
-            f"{self.rung.memory:.2g} MB"
-        )
+        price = f"some {self.rung.seconds:.2g} s and {self.rung.memory:.2g} MB"
+        return f"{self.rung}: error at most {100 * self.rung.error:.2g} %, {price}"
 
 
 def choose(
     scene: Scene, ask: Ask, templates: Mapping[str, Scene], where: str, kept: Path = TRADE_KEPT
 ) -> Choice:
-    """Return the cheapest model for a scene.
+    """Return the cheapest model for a scene, which says what is to be simulated, by any model.
 
-    Parameters
-    ----------
-    scene : Scene
-        What is to be simulated, by any model.
-    templates : mapping of str to Scene
-        The scenes that the kept trade names.
-    where : str
-        Begins messages.
-    kept : Path
-        The kept trade.
-
-    Raises
-    ------
-    ConfigurationError
-        Where nothing answers, or nothing is sure, fast or small enough: what comes nearest is named.
+    `templates` are the scenes that the kept trade names; `where` begins messages.
+    Raises ConfigurationError where nothing answers, or nothing is sure, fast or small enough: what comes nearest is
+    named.
     """
+    named = f"{where}: fidelity is auto but must be named where"
     if scene.specimen != "knit":
-        raise ConfigurationError(
-            f"{where}: fidelity is auto but must be named where specimen is {scene.specimen}"
-        )
+        raise ConfigurationError(f"{named} specimen is {scene.specimen}")
     if scene.load.strain < 0:
-        raise ConfigurationError(
-            f"{where}: fidelity is auto but must be named where load.strain is {scene.load.strain:g}: what accuracy "
-            "costs was measured in tension"
-        )
+        why = "what accuracy costs was measured in tension"
+        raise ConfigurationError(f"{named} load.strain is {scene.load.strain:g}: {why}")
     cells = (scene.pattern.loops * scene.pattern.rows) ** 0.5
     measured = SMALL if cells == SMALL else LARGE
     rows = [row for row in _rows(kept) if row["question"] == ask.question and _fits(row, scene, measured)]
-    rungs = [
-        _rung(row, templates[row["scene"]], cells / measured) for row in rows if row["scene"] in templates
-    ]
+    known = [(row, templates[row["scene"]]) for row in rows if row["scene"] in templates]
+    rungs = [_rung(row, template, cells / measured) for row, template in known]
     rungs = _among([rung for rung in rungs if _goes_with(templates[rung.scene], scene)], ask, where)
     if not rungs:
         raise ConfigurationError(
@@ -209,9 +191,9 @@ def _more(ask: Ask) -> str:
 
 
 def _affordable(rung: Rung, ask: Ask) -> bool:
-    return (ask.seconds is None or rung.seconds <= ask.seconds) and (
-        ask.memory is None or rung.memory <= ask.memory
-    )
+    slow = ask.seconds is not None and rung.seconds > ask.seconds
+    large = ask.memory is not None and rung.memory > ask.memory
+    return not slow and not large
 
 
 def _fits(row: Mapping[str, str], scene: Scene, measured: int) -> bool:
@@ -253,10 +235,9 @@ def _growth(fidelity: str, growth: float) -> tuple[float, float]:
         return 1.0, 1.0
     laws = _exponents(GROWTH_KEPT)
     if fidelity not in laws:
-        raise ConfigurationError(
-            f"{GROWTH_KEPT}: has no law of fidelity {fidelity}, only of {listed(sorted(laws))}: what it costs on a"
-            " larger knit is not known; make it with `make trade`"
-        )
+        lacking = f"has no law of fidelity {fidelity}, only of {listed(sorted(laws))}"
+        what = "what it costs on a larger knit is not known; make it with `make trade`"
+        raise ConfigurationError(f"{GROWTH_KEPT}: {lacking}: {what}")
     time, memory = laws[fidelity]
     return growth**time, growth**memory
 
@@ -273,10 +254,8 @@ def _exponents(kept: Path) -> dict[str, tuple[float, float]]:
     for row in _read(kept):
         kind = next(kind for kind, words in _KINDS.items() if words in row["model"])
         time, memory = found.get(kind, (0.0, 0.0))
-        found[kind] = (
-            max(time, float(row["exponent of the time of a path [1]"])),
-            max(memory, float(row["exponent of memory growth [1]"])),
-        )
+        own = row["exponent of the time of a path [1]"], row["exponent of memory growth [1]"]
+        found[kind] = max(time, float(own[0])), max(memory, float(own[1]))
     return found
 
 
@@ -350,12 +329,8 @@ def front(
 ) -> list[Each]:
     """Return the points that no other is at most as dear as and as accurate, from the cheapest on.
 
-    Errors that differ by less than `ALIKE` are alike: what is left of a tolerance buys no place on a front.
-
-    Parameters
-    ----------
-    price, error : callable
-        Numbers of a point; the less the better.
+    `price` and `error` are numbers of a point; the less the better. Errors that differ by less than `ALIKE` are alike:
+    what is left of a tolerance buys no place on a front.
     """
     found: list[Each] = []
     for point in sorted(points, key=lambda each: (price(each), error(each))):

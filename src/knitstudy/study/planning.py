@@ -37,24 +37,14 @@ def of_model(key: str) -> bool:
 def problem_and_ask(name: str, keys: Mapping[str, Any], where: str, defaults: Mapping) -> tuple[Scene, Ask]:
     """Return what is to be simulated, by any model, and what is asked of it.
 
+    The scene sets `keys`, by dotted name, over `defaults`; `where` begins messages.
     Raises ConfigurationError where the scene sets keys of a model, or asks for nothing or nonsense.
-
-    Parameters
-    ----------
-    keys : mapping of str to value
-        What the scene sets, by dotted name.
-    where : str
-        Begins messages.
-    defaults : mapping
-        What it is laid over.
     """
     own: dict[str, Any] = {}
     for key, value in keys.items():
         if of_model(key) and key != "outputs":
-            raise ConfigurationError(
-                f"{where}: {key} is {value!r} but must be left out where fidelity is {AUTO}: it comes with the"
-                " model that is chosen"
-            )
+            of = f"where fidelity is {AUTO}: it comes with the model that is chosen"
+            raise ConfigurationError(f"{where}: {key} is {value!r} but must be left out {of}")
         if key != "fidelity" and not key.startswith("ask."):
             set_dotted(own, key, value, where)
     wish = {key.partition(".")[2]: value for key, value in keys.items() if key.startswith("ask.")}
@@ -63,17 +53,7 @@ def problem_and_ask(name: str, keys: Mapping[str, Any], where: str, defaults: Ma
 
 
 def planned(problem: Scene, ask: Ask, templates: Mapping[str, Scene], where: str) -> Planned:
-    """Return a scene with the model that is chosen for it.
-
-    Raises ConfigurationError as `knitstudy.study.choice.choose`.
-
-    Parameters
-    ----------
-    templates : mapping of str to Scene
-        The scenes that the kept trade names.
-    where : str
-        Begins messages.
-    """
+    """Return a scene with the model that is chosen for it; see `knitstudy.study.choice.choose`."""
     return _made(problem, choose(problem, ask, templates, where), templates)
 
 

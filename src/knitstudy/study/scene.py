@@ -229,16 +229,11 @@ def flat(document: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
-def flattened(scene: Scene) -> dict[str, Any]:
-    """Return the values of a scene by dotted key, in the order of its sections."""
-    return flat(scene.to_dict())
-
-
 def differences(scene: Scene, defaults: Mapping[str, Any]) -> dict[str, Any]:
     """Return those keys of a scene, but labels and outputs, whose values are not the defaults."""
     return {
         key: value
-        for key, value in flattened(scene).items()
+        for key, value in flat(scene.to_dict()).items()
         if key not in LABELS and (key not in defaults or value != defaults[key])
     }
 

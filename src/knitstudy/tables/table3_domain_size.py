@@ -12,7 +12,6 @@ from knitstudy.measures.cost import (
     domain_response,
     effort,
     memory_growth,
-    seconds_a_newton_iteration,
     series_of,
 )
 from knitstudy.measures.discretisation import is_direct
@@ -64,10 +63,12 @@ def tabulate(domain: Datasets, scenes: Scenes, paper: pd.DataFrame) -> pd.DataFr
 def _costs(series: Series, domain: Datasets) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return degrees of freedom (k,), memory growth (k,) [MB] and seconds (k,) of a Newton iteration."""
     histories = [domain[scene.name] for scene in series.scenes]
+    iterations = [max(int(history["newton_iterations"].sum()), 1) for history in histories]
+    seconds = [float(history["seconds"].sum()) for history in histories]
     return (
         np.array([float(history.attrs["dof"]) for history in histories]),
         np.array([memory_growth(history) for history in histories]) / MEGABYTE,
-        np.array([seconds_a_newton_iteration(history) for history in histories]),
+        np.divide(seconds, iterations),
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from itertools import product
 
 import numpy as np
 import pandas as pd
@@ -19,6 +19,8 @@ from knitstudy.measures.response import QUANTITIES
 from knitstudy.tables.catalogue import TABLES
 
 PERCENT = 100.0
+JUDGED = ["measured", "verdict", "uncertainty", "note"]
+COLUMNS = ["id", "where", "claim", "rule", "rule fixed", *JUDGED[:3], "hangs on inputs", "note", "see"]
 BASE = "none"  # Text in place of the key of the base
 
 
@@ -47,31 +49,16 @@ def tabulate(
 
     Raises ConfigurationError when a claim has no rule.
     """
-    evidence = Evidence(geometry, paper, reference, scenes, histories, contacts or {}, stresses or {}).named()
-    hang = _hanging(evidence)
-    return pd.DataFrame([_row_of_claim(claim, evidence, hang) for claim in claims.itertuples()])
-
-
-def _row_of_claim(claim: Any, evidence: Evidence, hang: Mapping[str, str]) -> dict[str, str]:
-    if (judge := RULES.get(claim.id)) is None:
+    if lacking := [claim for claim in claims["id"] if claim not in RULES]:
         raise ConfigurationError(
-            f"claim {claim.id!r} has no rule by which it is judged; known are {', '.join(RULES)}: take it out of "
+            f"claim {lacking[0]!r} has no rule by which it is judged; known are {', '.join(RULES)}: take it out of "
             "resources/reference/paper_claims.csv, or give it one in knitstudy.measures.claims"
         )
-    judged = decide(judge, evidence, claim.uncertainty)
-    return {
-        "id": claim.id,
-        "where": claim.where,
-        "claim": claim.claim,
-        "rule": claim.rule,
-        "rule fixed": claim.fixed,
-        "measured": judged.measured,
-        "verdict": judged.verdict,
-        "uncertainty": judged.uncertainty,
-        "hangs on inputs": hang.get(claim.id, ""),
-        "note": judged.note,
-        "see": claim.see,
-    }
+    evidence = Evidence(geometry, paper, reference, scenes, histories, contacts or {}, stresses or {}).named()
+    judged = [decide(RULES[claim.id], evidence, claim.uncertainty) for claim in claims.itertuples()]
+    said = {name: [getattr(each, name) for each in judged] for name in JUDGED}
+    said["hangs on inputs"] = claims["id"].map(_hanging(evidence)).fillna("")
+    return claims.rename(columns={"fixed": "rule fixed"}).assign(**said)[COLUMNS]
 
 
 def _hanging(evidence: Evidence) -> dict[str, str]:
@@ -128,12 +115,11 @@ def _row_of_input(
         "unit": described.unit if described else "",
         "standing": described.standing if described else "",
     }
-    for quantity in TRANSFERRED:
-        unit, _ = QUANTITIES[quantity]
-        for kind, name in INTERACTIONS.items():
-            row[f"{quantity}, {name} [{unit}]"] = finding.values.get((quantity, kind), np.nan)
-    for quantity in TRANSFERRED:
-        for kind, name in INTERACTIONS.items():
-            row[f"change of {quantity}, {name} [%]"] = PERCENT * finding.changes.get((quantity, kind), np.nan)
+    for quantity, kind in product(TRANSFERRED, INTERACTIONS):
+        column = f"{quantity}, {INTERACTIONS[kind]} [{QUANTITIES[quantity][0]}]"
+        row[column] = finding.values.get((quantity, kind), np.nan)
+    for quantity, kind in product(TRANSFERRED, INTERACTIONS):
+        change = PERCENT * finding.changes.get((quantity, kind), np.nan)
+        row[f"change of {quantity}, {INTERACTIONS[kind]} [%]"] = change
     row |= {claim: finding.judged[claim].verdict if claim in finding.judged else "" for claim in claims}
     return row | {"claims that hang on the input": ", ".join(hang.get(variation.key, ()))}

@@ -244,7 +244,7 @@ class InverseMap:
     """Material points of all yarns, by their places."""
 
     nodes: np.ndarray  # (N, 3) [m]
-    elements: np.ndarray  # int (E, a)
+    elements: np.ndarray  # int (E, a), their nodes
     yarn: np.ndarray  # int (N,), of every node
     shape: Functions  # of the elements
 
@@ -271,8 +271,7 @@ class InverseMap:
     def _nearest(self, elements: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return nodes (k, a) of the elements that points lie in, or least far out of, and where in them (k, 3)."""
         count = min(CANDIDATES, len(elements))
-        near = cKDTree(self.nodes[elements].mean(axis=1)).query(points, k=count)[1]
-        near = near.reshape(len(points), count)
+        near = cKDTree(self.nodes[elements].mean(axis=1)).query(points, k=np.arange(1, count + 1))[1]
         best, outside = np.full(points.shape, np.nan), np.full(len(points), np.inf)
         chosen = near[:, 0].copy()
         for candidate in near.T:
@@ -294,9 +293,7 @@ def natural_coordinates(
     """Return the natural coordinates (k, 3) of points in elements; nan where the iteration does not get there."""
 
     def mapped(number: np.ndarray, natural: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        own = corners[number]
-        return np.einsum("ka,kai->ki", shape(natural), own), np.swapaxes(own, 1, 2) @ shape_gradient(
-            natural, shape
-        )
+        own, gradient = corners[number], shape_gradient(natural, shape)
+        return np.einsum("ka,kai->ki", shape(natural), own), np.swapaxes(own, 1, 2) @ gradient
 
     return inverted(mapped, points, np.zeros_like(points), CLOSE * np.ptp(corners, axis=1).max(axis=1))

@@ -141,11 +141,6 @@ class Spline:
         """First function (E,) of every span; d + 1 of them do not vanish there."""
         return self._interval - self.degree
 
-    @cached_property
-    def reach(self) -> np.ndarray:
-        """Ends (J, 2) of what every function reaches over."""
-        return np.stack([self.knots[: self.size], self.knots[self.degree + 1 :]], axis=-1)
-
     def span_at(self, s: np.ndarray) -> np.ndarray:
         """Return the spans (k,) of places (k,); the nearest one outside of the yarn."""
         return np.clip(np.searchsorted(self.spans[:, 0], s, side="right") - 1, 0, len(self.spans) - 1)
