@@ -102,18 +102,6 @@ def test_an_accuracy_that_nothing_reaches_names_what_comes_nearest(choice):
         choice(question="force", accuracy=0.001)
 
 
-def test_a_model_that_cannot_answer_is_refused_with_the_reason(choice):
-    message = (
-        r"ask\.among is \[rom2d\] but must hold spline_yarns where ask\.question is stress: beams have no"
-    )
-    with pytest.raises(ConfigurationError, match=message):
-        choice(question="stress", accuracy=0.5, among=("rom2d",))
-    with pytest.raises(ConfigurationError, match="stays in its plane"):
-        choice(question="out_of_plane", accuracy=0.5, among=("rom2d",))
-    with pytest.raises(ConfigurationError, match="unknown fidelity 'rom4d'"):
-        choice(question="force", accuracy=0.5, among=("rom4d",))
-
-
 def test_what_was_not_measured_is_said(choice):
     with pytest.raises(ConfigurationError, match="nothing was measured of tie constraint in wale tension"):
         choice({"load.direction": "wale"}, question="force", accuracy=0.5)

@@ -146,15 +146,6 @@ def test_quantities_change_what_they_stand_for(campaign):
     assert fine.mesh.size == pytest.approx(1.8e-3 / 5)
 
 
-def test_draws_are_the_same_every_time_and_do_not_hang_on_how_many_there_are(campaign):
-    many, few = changes(campaign(), "together"), changes(campaign(scenes=3), "together")
-    assert many == changes(campaign(), "together")
-    for model in "abc":
-        drawn = [changed for name, changed in many if name == model]
-        assert len(drawn) == 40
-        assert drawn[:3] == [changed for name, changed in few if name == model]
-
-
 def test_draws_lie_in_their_ranges_and_are_of_keys_that_the_scene_has(campaign):
     together = changes(campaign(), "together")
     strains = [changed["load.strain"] for _, changed in together if "load.strain" in changed]

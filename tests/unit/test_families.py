@@ -109,18 +109,6 @@ def test_family_that_is_not_allowed(folder, old, new, message):
     assert message in refused(folder(family=replaced(old, new)))
 
 
-@pytest.mark.parametrize(
-    ("files", "message"),
-    [
-        ({"other": FAMILY}, "other.yaml, scene 'dns-tie-fine': is there twice, the first in the family"),
-        ({"other": "way: {left: {}}"}, "other.yaml: unknown key 'way'; allowed are studies, keys, scenes"),
-        ({"cases": "keys: {knit: a}\n" + CASES}, "cases.yaml: has studies or keys of scenes, but the key"),
-    ],
-)
-def test_families_that_do_not_go_together(folder, files, message):
-    assert message in refused(folder(**files))
-
-
 def test_examples_of_the_readme_are_families(tmp_path):
     examples = re.findall(r"```yaml\n(.*?)```", (CONFIG / "README.md").read_text(encoding="utf-8"), re.DOTALL)
     assert len(examples) == 2

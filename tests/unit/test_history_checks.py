@@ -153,16 +153,3 @@ def test_history():
     assert found["largest out-of-plane displacement of centrelines"] == (pytest.approx(2e-4), "m")
     assert found["internal energy at the end"] == (pytest.approx(0.1), "J")
     assert found["wall seconds"] == (1.5, "s")
-
-
-def test_a_word_where_nothing_touched():
-    """A gap of nan and forces of rounding say nothing by themselves."""
-    history = loaded_history()
-    assert "contact" not in said(history), "yarns that are all tied"
-    far = history.assign(smallest_gap=("increment", np.full(history.sizes["increment"], np.nan)))
-    energy = history["energy"].where(history["form"] != "penalty", 0.0)
-    assert said(far.assign(energy=energy))["smallest gap"] == ("nothing came near anything", "")
-    assert said(far.assign(energy=energy))["contact"][0].startswith("nothing touched")
-    near = history.assign(smallest_gap=("increment", [3e-6, 2e-6, np.nan]))
-    assert said(near)["smallest gap"] == (2e-6, "m")
-    assert "contact" not in said(near), "penalty energy says that something touched"

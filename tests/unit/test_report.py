@@ -11,11 +11,10 @@ import synthetic
 import yaml
 from matplotlib.figure import Figure
 
-from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import save
 from knitstudy.files import read_table
-from knitstudy.report.page import BY_MODEL, render, value
+from knitstudy.report.page import BY_MODEL, render
 from knitstudy.tables.catalogue import TABLES, tabulate
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -132,16 +131,3 @@ def test_captions_speak_of_models_that_there_are(plain_scene, captions):
     for table, row, column in asked:
         assert row in set(built[table]["model"]), (table, row)
         assert column in built[table], (table, column)
-
-
-@pytest.mark.parametrize(
-    ("place", "message"),
-    [
-        (("u", "DNS", "x"), "there is no table 'u', only t"),
-        (("t", "DNS", "y"), "row 'DNS' and column 'y'"),
-        (("t", "A", "x"), "rows are DNS"),
-    ],
-)
-def test_number_that_is_not_there_is_named(place, message):
-    with pytest.raises(ConfigurationError, match=message):
-        value({"t": pd.DataFrame({"model": ["DNS"], "x": [1.0]})}, *place)
