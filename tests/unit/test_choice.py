@@ -5,7 +5,7 @@ import pytest
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import write_table
-from knitstudy.study.choice import INTERACTIONS, Ask, choose, numerics, resolved
+from knitstudy.study.choice import INTERACTIONS, Ask, choose, resolved
 from knitstudy.study.configuration import load_scenes
 
 ROWS = [  # scene, interaction, question, error at most, seconds, memory
@@ -100,21 +100,6 @@ def test_an_accuracy_that_nothing_reaches_names_what_comes_nearest(choice):
     message = r"ask\.accuracy is 0\.001, but no model is known to be off by less than 0\.01 .* fine is .* ask for that"
     with pytest.raises(ConfigurationError, match=message):
         choice(question="force", accuracy=0.001)
-
-
-def test_what_was_not_measured_is_said(choice):
-    with pytest.raises(ConfigurationError, match="nothing was measured of tie constraint in wale tension"):
-        choice({"load.direction": "wale"}, question="force", accuracy=0.5)
-    with pytest.raises(ConfigurationError, match=r"must be named where load\.strain is -0\.01: .* in"):
-        choice({"load.strain": -0.01}, question="force", accuracy=0.5)
-
-
-def test_a_resolved_scene_is_an_ordinary_one_of_the_same_problem(choice, plain_scene, templates):
-    problem = plain_scene.vary({"name": "mine", "fidelity": "spline_yarns", "tie.radius": 0.2})
-    found = choice(question="force", accuracy=0.01)
-    scene = problem.vary(resolved(found, templates))
-    assert numerics(scene) == numerics(templates["fine"])
-    assert (scene.name, scene.tie.radius, scene.load) == ("mine", 0.2, problem.load)
 
 
 def _read(path):

@@ -3,14 +3,10 @@
 import importlib.util
 from pathlib import Path
 
-import pytest
-
 from knitstudy.measures.discretisation import HOW_FAR, physics_of
-from knitstudy.study.configuration import CONFIG, default_keys, load_scenes
+from knitstudy.study.configuration import load_scenes
 from knitstudy.study.documentation import COMMAND, KEYS, keys_page
-from knitstudy.study.documents import read_yaml
-from knitstudy.study.kinds import Labels, all_sections, defaults_of_fields, role_of
-from knitstudy.study.scene import flat
+from knitstudy.study.kinds import Labels, all_sections, role_of
 
 DESCRIBED = {name: (Labels, name) for name in Labels.model_fields} | {
     f"{section}.{name}": (described, name)
@@ -35,12 +31,6 @@ def has(scene, key):
     return not section or (section in scene.sections and name in type(scene.sections[section]).model_fields)
 
 
-def test_a_default_stands_in_one_place():
-    assert default_keys(CONFIG).keys() <= DESCRIBED.keys()
-    document = flat(read_yaml(CONFIG / "defaults.yaml"))
-    assert document.keys() & defaults_of_fields().keys() == set()
-
-
 SCRIPT = Path(__file__).parents[2] / "docs" / "columns.py"
 
 
@@ -51,5 +41,3 @@ def test_documentation_is_up_to_date():
     specification.loader.exec_module(docs)
     page = docs.PAGE.read_text(encoding="utf-8")
     assert docs.renewed(page) == page
-    with pytest.raises(ValueError, match="columns of history"):
-        docs.renewed(page.replace("<!-- end of columns of history -->", ""))

@@ -8,7 +8,7 @@ import synthetic
 import xarray as xr
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.measures.cost import contact_over_ties, fitted, series_of
+from knitstudy.measures.cost import contact_over_ties, series_of
 from knitstudy.measures.endless_knit import between_grips, held_over_free, limit, stretches
 from knitstudy.tables import catalogue as tables
 
@@ -18,26 +18,11 @@ def grown(plain_scene):
     return study.domain(plain_scene)
 
 
-def test_laws_are_found_again():
-    cells = np.array([3.0, 6.0, 8.0, 30.0])
-    law = fitted(cells, 5.0 * cells**2 + 2.0 * cells, (2, 1))
-    np.testing.assert_allclose(law.coef, [0.0, 2.0, 5.0])
-    assert law(10.0) == pytest.approx(520.0)
-
-
 def test_contact_over_ties_is_of_equal_sizes(grown):
     scenes, histories = grown
     (factors,) = contact_over_ties(series_of(scenes.values()), histories, "dof").values()
     assert list(factors) == [3, 6, 8]
     np.testing.assert_allclose(list(factors.values()), 311_913 / 189_513, rtol=1e-5)
-
-
-def test_response_is_compared_with_the_largest_knit(grown):
-    scenes, histories = grown
-    table = tables.tabulate("domain_response", domain=histories, domain_contacts={}, scenes=scenes)
-    tied = table[table["interaction"] == "tie constraint"]
-    np.testing.assert_allclose(tied["the same, over that of the largest knit [1]"], [8 / 3, 8 / 6, 1])
-    assert tied["mean normal force in the centre cell [N]"].isna().all()
 
 
 SMALL = 1e-4

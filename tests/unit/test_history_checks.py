@@ -131,25 +131,5 @@ def test_table_of_a_direct_simulation(direct):
     assert set(table["unit"]) == {"1", "m2"}
 
 
-def loaded_history(**attributes):
-    result = history(lift=1e-4, **attributes)
-    energy = np.outer(result["strain"], np.arange(1.0, 1 + len(FORMS)))
-    return result.assign(energy=(("increment", "form"), energy), form=list(FORMS))
-
-
 def said(dataset):
     return {quantity.name: (quantity.value, quantity.unit) for quantity in summarise(dataset)}
-
-
-def test_history():
-    found = said(loaded_history(scene="rom3d-a", digest="0123", fidelity="rom3d", incomplete="no way"))
-    assert found["kind"] == ("history", "")
-    assert found["scene"] == ("rom3d-a", "")
-    assert found["incomplete"] == ("no way", "")
-    assert found["dof"] == (600, "1")
-    assert found["increments"] == (2, "1")
-    assert found["force along the load at the end"] == (10.0, "N")
-    assert found["secant stiffness"] == (pytest.approx(10.0 / 0.5e-3), "N/m")
-    assert found["largest out-of-plane displacement of centrelines"] == (pytest.approx(2e-4), "m")
-    assert found["internal energy at the end"] == (pytest.approx(0.1), "J")
-    assert found["wall seconds"] == (1.5, "s")

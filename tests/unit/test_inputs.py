@@ -95,20 +95,6 @@ def test_estimate_is_as_uncertain_as_the_discretisation_is_off():
     assert not transferred_uncertainty(Reference(), base, history).known
 
 
-def test_base_has_every_verdict_and_nothing_hangs_on_inputs_without_effect(sources):
-    found = found_with(sources)
-    base = found["", None]
-    reproduced = {claim for claim, each in base.judged.items() if each.verdict == "reproduced"}
-    assert reproduced >= {"K1", "K4", "K5", "K6", "K8"}
-    assert "K7" not in base.judged
-    assert base.values[FORCE, "tie"] == pytest.approx(12.0)
-    assert found["pattern.clearance", 0.04].changes[FORCE, "rough"] == pytest.approx(0.0)
-    assert set(found["contact.friction", 0.1].changes) == {(FORCE, "isotropic"), (LARGEST_U_Z, "isotropic")}
-    # Rough contact is one value of one interaction: nothing to compare it with.
-    assert "K5" not in found["contact.friction", "rough"].judged
-    assert not any(hanging(found.values()).values())
-
-
 def test_claim_hangs_on_the_input_that_turns_its_verdict(sources):
     """11 N of rough contact and 10 N with friction, each within 2 %: 10 % less is open, 30 % more the other order."""
     factors = {

@@ -6,7 +6,6 @@ import signal
 
 import netCDF4
 import numpy as np
-import pandas as pd
 import pytest
 import xarray as xr
 
@@ -14,11 +13,9 @@ from knitstudy.errors import DataFileError
 from knitstudy.files import (
     read_dataset,
     read_result,
-    read_table,
     recorded_digest,
     replacing,
     write_dataset,
-    write_table,
 )
 from knitstudy.study.configuration import load_scene
 
@@ -115,20 +112,6 @@ def test_truncated_dataset(tmp_path, dataset, share):
     os.truncate(path, int(share * path.stat().st_size))
     with pytest.raises(DataFileError, match=r"a\.nc: is truncated or is not netCDF .* delete it"):
         read_dataset(path)
-
-
-def test_table_round_trip_and_its_errors(tmp_path):
-    path = tmp_path / "a.csv"
-    table = pd.DataFrame({"scene": ["a"], "force [N]": [1.5]})
-    write_table(table, path)
-    pd.testing.assert_frame_equal(read_table(path, needs=["force [N]"]), table)
-    with pytest.raises(DataFileError, match=r"has no column 'strain', only 'scene', 'force \[N\]'"):
-        read_table(path, needs=["strain"])
-    with pytest.raises(DataFileError, match="there is no such file"):
-        read_table(tmp_path / "b.csv")
-    path.write_text("")
-    with pytest.raises(DataFileError, match="is not a CSV table"):
-        read_table(path)
 
 
 @pytest.fixture

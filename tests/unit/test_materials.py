@@ -1,10 +1,8 @@
-"""Elements and laws of materials register themselves, from inside or outside of the package."""
+"""Laws of materials: one that registers itself from outside of the package, and Hencky's by principal stretches."""
 
 import numpy as np
 import pytest
 
-from knitstudy.mechanics.elements import ELEMENTS
-from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mechanics.materials.isotropic import Hencky, StVenantKirchhoff
 from knitstudy.mesh.mesher import mesh_fabric
@@ -12,21 +10,8 @@ from knitstudy.models.simulate import solve
 
 
 @pytest.fixture
-def toys():
-    """An element that carries nothing but forces of its neighbour's doubled, and a law twice as stiff as its like."""
-
-    @ELEMENTS.register
-    class ToyElement(OnePointHexahedron):
-        name, meaning = "toy_element", "one point, twice as stiff"
-
-        def respond(self, batch, displacement, stiffness, out=None):
-            answer = super().respond(batch, displacement, stiffness)
-            return type(answer)(
-                force=2 * answer.force,
-                internal=2 * answer.internal,
-                hourglass=2 * answer.hourglass,
-                stiffness=2 * answer.stiffness if stiffness else None,
-            )
+def toy():
+    """A law twice as stiff as its like."""
 
     @MATERIALS.register
     class ToyLaw(StVenantKirchhoff):
@@ -36,7 +21,6 @@ def toys():
             return StVenantKirchhoff(2 * self.youngs_modulus, self.poisson_ratio).respond(strain, tangent)
 
     yield
-    ELEMENTS.forget("toy_element")
     MATERIALS.forget("toy_law")
 
 
@@ -64,13 +48,7 @@ def pull(plain_scene, knit_of):
     return pull
 
 
-def test_a_toy_element_goes_through_a_simulation(toys, pull):
-    assert pull(mesh__element="toy_element") == pytest.approx(
-        2 * pull(), rel=1e-3
-    )  # springs of ties stay as they are
-
-
-def test_a_toy_law_goes_through_a_simulation(toys, pull):
+def test_a_toy_law_goes_through_a_simulation(toy, pull):
     stiff = pull(yarn__material="toy_law", solver__hourglass=0.02)
     assert stiff == pytest.approx(2 * pull(), rel=1e-3)  # springs of ties stay as they are
 

@@ -1,19 +1,14 @@
 """Tables of whole studies: responses, distances of models, beams and cost, by hand."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import study
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.files import read_table
 from knitstudy.measures.response import poisson_ratio, tangent_stiffness
 from knitstudy.tables import catalogue
 from knitstudy.tables.models import WINDOWS, contact_errors
-
-RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
 
 
 @pytest.fixture(scope="module")
@@ -67,22 +62,6 @@ def test_responses_by_hand(every, scenes):
         assert of["tangent stiffness, force per width [N/m]"] == pytest.approx(10 / 0.5e-3 * along / across)
         assert of["internal energy per area [J/m2]"] == pytest.approx(4e-3 / (width * height))
         assert of["dissipated energy per area [J/m2]"] == pytest.approx(1e-3 / (width * height))
-
-
-def test_cost_beside_the_papers_for_ties_only(every, scenes, reference):
-    paper = read_table(RESOURCES / "paper_tables.csv")
-    sources = {"models": every, "scenes": scenes, "paper": paper, "reference": reference}
-    table = catalogue.tabulate("table5_cost", **sources).set_index("model")
-    assert table.loc["3D ROM; tie constraint, wale", "force over the reference's [1]"] == pytest.approx(1.2)
-    assert len(table) == 4 * 3
-    tie, slides = (table.loc[f"3D ROM; {kind}, course"] for kind in ("tie constraint", "isotropic friction"))
-    assert tie["DNS's degrees of freedom over these [1]"] == pytest.approx(189_513 / 5_994)
-    assert tie["degrees of freedom, paper [1]"] == 5_994
-    assert tie["DNS's time over this [1]"] == pytest.approx(200)
-    assert tie["element, paper"] == "B31"
-    assert np.isnan(slides["degrees of freedom, paper [1]"])
-    assert table.loc["DNS, one-point hexahedra of 0.30 mm; tie constraint, course", "mesh size [m]"] == 0.3e-3
-    assert table.loc["2D ROM; tie constraint, wale", "mesh size [m]"] == pytest.approx(2.5e-3)
 
 
 @pytest.mark.parametrize("power", [1, 2])

@@ -226,9 +226,6 @@ def test_the_predictor_is_the_polynomial_through_the_last_states(order):
     )
 
 
-# How much of a step is taken
-
-
 def trials(force, status=None):
     """A trial at a share of a unit step in one unknown, and the shares that were asked for."""
     asked = []

@@ -10,7 +10,6 @@ from knitstudy.measures.endless_knit import moduli
 from knitstudy.mechanics.periodic import Lattice, seam
 from knitstudy.mechanics.spline_yarn.space import yarn_space
 from knitstudy.study.configuration import load_scene
-from knitstudy.tables.catalogue import tabulate
 
 BREAKS = np.array([0.0, 0.7, 1.1, 2.0, 2.6, 3.0])
 
@@ -100,35 +99,13 @@ def test_the_deck_has_the_section_column_by_column(tmp_path):
     np.testing.assert_allclose(shell_entries(matrix), numbers, rtol=1e-12)
 
 
-def test_tables_of_cells():
-    scenes = {name: load_scene(name) for name in ("cell-course", "cell-biaxial", "cell-course-2x2")}
-    histories = {name: cell_history() for name in scenes}
-    shells = tabulate("shell", cells=histories, scenes=scenes)
-    assert list(shells["scene"]) == ["cell-course", "cell-course-2x2"]  # at rest all deformations are one
-    assert {"D11 [N/m]", "D14 [N]", "D44 [N m]"} <= set(shells.columns)
-    matrix = random_stiffness()
-    assert shells["D36 [N]"][0] == pytest.approx(matrix[2, 5])
-    cells = tabulate("cell", cells=histories, scenes=scenes)
-    assert cells["secant modulus [N/m]"][0] == pytest.approx(10)
-    assert cells["Poisson's ratio, secant [1]"][0] == pytest.approx(0.2)
-    assert np.isnan(cells["Poisson's ratio, secant [1]"][1])
-    assert cells["tangent modulus [N/m]"][0] == pytest.approx(
-        moduli(matrix[:3, :3])["course modulus at rest [N/m]"]
-    )
-    shear_free = matrix[:2, :2] - np.outer(matrix[:2, 2], matrix[2, :2]) / matrix[2, 2]
-    assert cells["tangent modulus [N/m]"][1] == pytest.approx(shear_free[0].sum())
-
-
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
         ({"load.deformation": "twist"}, "is 'twist' but must be course, wale, biaxial or shear"),
-        ({"load.direction": "course"}, "load.direction is no key of a scene whose specimen is cell"),
         ({"fidelity": "rom3d"}, "'rom3d' but must be spline_yarns where specimen is cell"),
         ({"interaction": "rough"}, "contact.tied_edges is 'outer' but must be none where specimen is cell"),
         ({"outputs": ["vtu"]}, r"outputs is \['vtu'\] but must be a list out of \[deck\]"),
-        ({"solver.linear": "amg"}, "solver.linear is 'amg' but must be auto or lu where specimen is cell"),
-        ({"solver.stabilisation": 1e-8}, "is 1e-08 but must be 0 where specimen is cell"),
     ],
 )
 def test_what_a_cell_cannot_be_is_refused_by_name(changes, message):

@@ -120,9 +120,7 @@ def test_what_cannot_be_read_is_marked(history, plan, tmp_path, caplog):
 MEASURED = {
     "dns-tie-course": (193_848, 791),
     "yarns-tie-course": (11_232, 240),
-    "yarns-isotropic-wale": (11_718, 494),
     "pair-slid-90": (10_944, 257),
-    "reference-3x3-tie-course-p4": (42_120, 542),
     "reference-3x3-rough-wale-quadratic-060": (371_532, 2_827),
     "domain-yarns-tie-course-30x30": (855_414, 4_324),
 }

@@ -1,16 +1,14 @@
 """Sweeps of course spacing and diameter: which simulations make a series, their errors, and claims K9 and K10."""
 
-import pandas as pd
 import pytest
 import study
 import sweeping
 from sweeping import LIFT, SURE, histories
 
 from knitstudy.files import read_table
-from knitstudy.geometry.lay_out import FOUND
 from knitstudy.measures.claims.evidence import Evidence
 from knitstudy.measures.claims.verdicts import RULES
-from knitstudy.measures.sweeps import SPACING, refused, sweeps_of
+from knitstudy.measures.sweeps import SPACING, sweeps_of
 from knitstudy.study.configuration import CONFIG
 
 REFERENCES = CONFIG.parent / "resources" / "reference"
@@ -74,19 +72,3 @@ def test_verdict_turns_with_the_slope_in_every_reading(scenes, reference, claim,
     found = judged(claim, scenes, reference, slopes)
     assert found.verdict == verdict, found
     assert ("hangs on what is held fixed" in found.note) == ("length" in slopes)
-
-
-LOOPS = pd.DataFrame(
-    {
-        "held fixed": ["shape", "shape", "length", "shape"],
-        "course ratio [1]": [0.7, 1.0, 1.0, 1.0],
-        "yarn diameter [m]": [1.8e-3, 1.8e-3, 1.8e-3, 2.1e-3],
-        "outcome": ["yarns overlap", FOUND, FOUND, "yarns overlap"],
-    }
-)
-
-
-def test_refused_loops_are_those_of_one_sweep():
-    found = refused(LOOPS, "course ratio [1]", 10.0)
-    assert found.to_dict("list") == {"held fixed": ["shape"], "at": [7.0]}
-    assert refused(LOOPS, "yarn diameter [m]", 1e3)["at"].tolist() == [2.1]

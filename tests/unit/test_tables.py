@@ -8,7 +8,7 @@ import pytest
 import synthetic
 import xarray as xr
 
-from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.errors import DataFileError
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
@@ -30,17 +30,6 @@ RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
 @pytest.fixture(scope="module")
 def paper():
     return read_table(RESOURCES / "paper_tables.csv")
-
-
-@pytest.fixture
-def scenes(plain_scene):
-    solid = plain_scene.vary({"fidelity": "hexahedra", "interaction": "isotropic"})
-    return {"dns": solid, "rom3d": plain_scene, "rom2d": plain_scene.replace("fidelity", "rom2d")}
-
-
-@pytest.fixture(scope="module")
-def geometry(plain_scene):
-    return synthetic.geometry(plain_knit(initial_loop(plain_scene), 2, 2))
 
 
 def contacts(rows=2, columns=2):
@@ -75,38 +64,6 @@ def test_angles_of_a_known_honeycomb(paper):
     assert table["angle to x, paper [deg]"].tolist() == [0, 66, 66, 80, 80, 0]
     assert table.loc[2, "largest difference [deg]"] == pytest.approx(66 - interlock, abs=1e-3)
     assert table["segments"].tolist() == [4, 4, 4, 2, 2, 2]
-
-
-def test_angles_by_stress_stand_below_those_of_the_geometry(paper, plain_scene):
-    knit = plain_knit(initial_loop(plain_scene), 3, 3)
-    scene = plain_scene.vary({"fidelity": "hexahedra", "mesh.size": 0.3e-3, "load.direction": "wale"})
-    given = {"stresses": {"dns-a": synthetic.stresses(knit, "wale", 80, 84)}, "scenes": {"dns-a": scene}}
-    table = catalogue.tabulate("table4_angles", contacts=contacts(), paper=paper, **given)
-    assert table["segment"].tolist() == [1, 2, 3, 4, 5, 6] * 2
-    ours, theirs = (table[name].tolist()[6:] for name in ("angle to x [deg]", "angle to x, paper [deg]"))
-    assert ours == pytest.approx([0, 80, 80, 84, 84, 0], abs=1e-6)
-    assert theirs == [1, 82, 82, 82, 82, 0]
-    assert table["segments"].tolist()[6:] == [1, 1, 1, 2, 2, 2]
-    stress = catalogue.tabulate("segment_stress", **given)
-    assert stress["segment"].tolist() == [1, 2, 3, 4, 4, 5, 5, 6, 6]
-    np.testing.assert_allclose(stress["principal stress 1 [Pa]"], 1e6)
-
-
-def test_residuals_of_the_calibration(geometry):
-    targets = {
-        "targets": {"length": {"value": 40e-3}, "interlock_angle": {"value": 66}, "leg_angle": {"value": 80}}
-    }
-    targets["targets"]["diameter"] = {"value": 1.8e-3}
-    table = catalogue.tabulate("geometry", geometry=geometry, targets=targets).set_index("quantity")
-    assert table.loc["yarn in a loop", "residual"] == pytest.approx(0.2e-3)
-    assert table.loc["angle of interlock segments to x", "residual"] == pytest.approx(0.5)
-    assert table.loc["yarn diameter", "residual"] == pytest.approx(0, abs=1e-15)
-    error = table.loc["largest |D - 2R - c0| of a crossing"]
-    assert (error["before"], error["after"]) == (pytest.approx(4e-4), pytest.approx(1e-8))
-    assert np.isnan(table.loc["smallest gap", "target"])
-    assert table.loc["F, total", "after"] == 11
-    with pytest.raises(ConfigurationError, match=r"targets\.length\.value must be there"):
-        catalogue.tabulate("geometry", geometry=geometry, targets={"targets": {}})
 
 
 def test_transverse_contraction_by_hand():

@@ -64,11 +64,10 @@ def draw(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
         surfaces.append(arrow(side.P[contact], normal, 0.06 * radius, ACCENT))
     picture = Picture(surfaces, VIEW, bounds(surfaces, VIEW, below=0.4))
     drawing, (axes,) = draw_rows([[picture]], 1.2 * SINGLE, head=0)
-    tips = side.P + ARROW * radius * side.normal
+    tips = MILLIMETRE * VIEW.project(side.P + ARROW * radius * side.normal)
     name_points(axes, VIEW, {f"$C_{i + 1}$": side.C[i % 2, i // 2] for i in range(4)}, PLACES, INK)
     name_points(axes, VIEW, {"$P_1$": side.P[0], "$P_2$": side.P[1]}, PLACES, ACCENT)
-    for i, tip in enumerate(MILLIMETRE * VIEW.project(tips), start=1):
-        name = rf"$\mathbf{{n}}_{i}$"
+    for tip, name in zip(tips, (r"$\mathbf{n}_1$", r"$\mathbf{n}_2$"), strict=True):
         label(axes, tip, name, PLACES[name], ACCENT)
     scale_bar(axes, 1, VIEW)
     return drawing

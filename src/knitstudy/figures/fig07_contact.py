@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.fig15_force_strain import strain_label
 from knitstudy.figures.picture import BAR, HALO, colour_bar, draw_rows, scale_bar, tube, window_around, write
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture, Surface
 from knitstudy.figures.style import (
@@ -32,7 +31,6 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import Snapshot, area_of_cell, centre_cell, snapshots, zones_of_cell
 
-SQUARE_MILLIMETRES = 1e6
 CURVES = 88.0  # height of (a) and (b) [mm]
 MARGIN = (1.8, 3.2)  # room around the crossings of the cell in x and y, in yarn radii
 BEYOND = 0.2  # how far the yarns are drawn beyond the cell, in loops
@@ -78,7 +76,7 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
 def _draw_curves(upper: Axes, lower: Axes, force: Axes, dns: xr.Dataset, contacts: xr.Dataset) -> None:
     """Draw number and area of contact zones one above the other, and the force beside them."""
     points, strain = snapshots(contacts), PERCENT * contacts["strain"].to_numpy()
-    area = SQUARE_MILLIMETRES * area_of_cell(contacts)
+    area = MILLIMETRE**2 * area_of_cell(contacts)
     # A number of zones holds until the next increment shows another one.
     for axes, at, value, label, steps in (
         (upper, strain, zones_of_cell(contacts), "contact zones (1)", "steps-post"),
@@ -87,7 +85,7 @@ def _draw_curves(upper: Axes, lower: Axes, force: Axes, dns: xr.Dataset, contact
     ):
         look = INTERACTIONS["isotropic"].line | {"linestyle": "-", "clip_on": False, "drawstyle": steps}
         axes.plot(at, value, **look)
-        axes.set(xlabel=strain_label("course"), ylabel=label, xlim=(0, strain[-1]), ylim=(0, None))
+        axes.set(xlabel="strain in course direction (%)", ylabel=label, xlim=(0, strain[-1]), ylim=(0, None))
         for point in points:
             axes.axvline(PERCENT * point.strain, color=FAINT, linewidth=0.7, linestyle=":", zorder=0)
     upper.set(xlabel="", xticklabels=[])

@@ -21,6 +21,7 @@ from knitstudy.study.scene import Scene
 
 COLOURS = {"wale_spacing": INK, "length": "#0072B2", "shape": "#D9740B"}  # by the quantity that is held fixed
 LOOKS = {"isotropic": ("-", "o"), "tie": ("--", "s")}  # dash and marker by interaction
+BARS = {"linewidth": 1.2, "elinewidth": 0.6, "capsize": 1.8, "clip_on": False}
 CHECKS = {True: "D", False: "^"}  # marker of other discretisations: whether of solid yarns
 
 
@@ -56,8 +57,7 @@ def draw(
         for axes, (name, quantity) in zip(panels[:, k], quantities, strict=True):
             for each in series:
                 _draw_series(axes, each, lambda point, unit=unit: unit * point.value, quantity)
-            axes.set(ylabel=name)
-            axes.set_ylim(0, None)
+            axes.set(ylabel=name, ylim=(0, None))
             _draw_refused(axes, lost)
         panels[1, k].set_xlabel(label)
         panel_letter(panels[0, k], "ab"[k])
@@ -70,13 +70,7 @@ def _draw_series(
 ) -> None:
     found = [quantity(point) for point in series.points]
     dash, marker = LOOKS[series.interaction]
-    look = {
-        "color": COLOURS[series.keep],
-        "linewidth": 1.2,
-        "elinewidth": 0.6,
-        "capsize": 1.8,
-        "clip_on": False,
-    }
+    look = {"color": COLOURS[series.keep], **BARS}
     if series.main:
         look |= {"linestyle": dash, "marker": marker, "markersize": 3.5}
         look["label"] = f"{HELD[series.keep]}, {INTERACTIONS[series.interaction]}"

@@ -88,7 +88,7 @@ def draw(
         draw_reference(axes, case.reference)
         draw_curves(axes, curves[k], "reaction force", "N", case.direction)
         panel_letter(axes, "abcd"[k], f"{INTERACTIONS[case.interaction]}, {case.direction} tension")
-        axes.legend(**BESIDE, bbox_to_anchor=(-0.15, -FOOT / HEIGHT))
+        axes.legend(**BESIDE, bbox_to_anchor=(-0.19, -FOOT / HEIGHT))
     return drawing
 
 
@@ -111,11 +111,6 @@ def _curves(case: Case) -> list[Curve]:
 
 
 # ---- curves over strain, with the value at the end of a curve beside it, and the reference's band ----
-
-
-def strain_label(direction: str) -> str:
-    """Return the label of an axis of strain in a direction, "course" or "wale"."""
-    return f"strain in {direction} direction (%)"
 
 
 @dataclass(frozen=True)
@@ -142,9 +137,8 @@ def draw_curves(
         look = curve.look.line | {"label": curve.look.label, "linewidth": 1.4 if curve.look.marker else 0.9}
         zorder = 2 if curve.named else 1.5
         axes.plot(PERCENT * curve.strain, curve.value, zorder=zorder, clip_on=False, **look)
-    axes.set(xlabel=strain_label(direction), ylabel=f"{quantity} ({unit})")
-    axes.set_xlim(0, PERCENT * max(float(curve.strain.max()) for curve in curves))
-    axes.set_ylim(0, None)
+    axes.set(xlabel=f"strain in {direction} direction (%)", ylabel=f"{quantity} ({unit})")
+    axes.set(xlim=(0, PERCENT * max(curve.strain.max() for curve in curves)), ylim=(0, None))
     # The last values stand beside the ends of the curves, apart from each other.
     apart, lowest = LINE_OF_TEXT * axes.get_ylim()[1], -np.inf
     for curve in sorted((curve for curve in curves if curve.named), key=lambda curve: curve.value[-1]):

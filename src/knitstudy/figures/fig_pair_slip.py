@@ -37,9 +37,7 @@ class Slide:
     """Forces of one pair on the lower yarn, along and across the direction in which its grips slide."""
 
     scene: Scene
-    distance: (
-        np.ndarray
-    )  # (I,) of the upper yarn's face at the crossing from the lower one's, along the slide [m]
+    distance: np.ndarray  # (I,) of the upper yarn's face from the lower one's, along the slide [m]
     tangential: np.ndarray  # (I,) friction along the slide [N]
     normal: np.ndarray  # (I,) pressure [N]
 
@@ -96,8 +94,7 @@ def _draw_angle(axes: tuple[Axes, Axes], slides: list[Slide]) -> None:
         longest = max(sliding, key=lambda slide: len(slide.distance))
         bound = longest.scene.contact.friction * longest.normal
         look = {"color": FAINT, "linewidth": 0.8, "linestyle": ":"}
-        look["label"] = ["± friction coefficient times normal force", "_"]
-        axes[0].plot(MICROMETRE * longest.distance, np.column_stack([bound, -bound]), **look)
+        labels = ["± friction coefficient times normal force", "_"]
+        axes[0].plot(MICROMETRE * longest.distance, np.column_stack([bound, -bound]), label=labels, **look)
     axes[0].axhline(0, color=FAINT, linewidth=0.6, zorder=0)
-    axes[1].set(xlabel="relative displacement along the slide (µm)")
-    axes[1].set_ylim(0, None)
+    axes[1].set(xlabel="relative displacement along the slide (µm)", ylim=(0, None))

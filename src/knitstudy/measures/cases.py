@@ -37,7 +37,7 @@ from knitstudy.measures.discretisation import (
 from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.study.scene import Scene
 
-MODELS = of_cases(CASES, (*SOLIDS, *OTHER_SOLIDS, *BEAM_MODELS, *REDUCED))  # of all simulations
+MODELS = of_cases(CASES, (*SOLIDS, *OTHER_SOLIDS, *BEAM_MODELS, *REDUCED))  # Names of all simulations
 
 # Values of keys that make a reduced model a variant, in words.
 WORDS = {

@@ -21,7 +21,7 @@ from knitstudy.measures.estimate import UNKNOWN, Estimate, Limit, limit_of_degre
 from knitstudy.study.scene import Scene, digest
 
 NEEDED = ("problem", "quantity", "strain [1]", "value", "uncertainty")  # Columns of the file that are read
-TRANSFERRED = (response.FORCE, response.LARGEST_U_Z)  # also to other problems
+TRANSFERRED = (response.FORCE, response.LARGEST_U_Z)  # Estimated for other problems too
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,7 @@ from knitstudy.measures.questions import Question
 from knitstudy.study.configuration import default_keys
 from knitstudy.study.scene import Scene
 
-# Settings that change the cost or the answer; main models have their defaults. Keys that name a model are not
-# here.
+# Settings that change the cost or the answer, defaults in main models; keys that name a model are not here.
 KNOBS = (
     "mesh.growth",
     "mesh.refinement",
@@ -42,8 +41,7 @@ KNOBS = (
 # Spans of the legs that go with a degree and its spans at crossings: higher degrees come with shorter ones.
 SPANS = {(3, 0.6): 0.9, (4, 0.5): 0.75, (5, 0.4): 0.6}
 
-# Changed settings in words; empty where another setting or the name of the model says it. Others go by their
-# keys.
+# Changed settings in words, else by their keys; empty where another setting or the model's name says it.
 WORDS = {
     "solver.increments": "increments: {}",
     "mesh.span": "spans of {} R",
@@ -96,7 +94,7 @@ def shown(value: Any) -> str:
 
 
 REFERENCE = "reference"  # Source of a true value that is in the reference
-TIES = "ties in place of contact"  # Begins names of models
+TIES = "ties in place of contact"  # Begins the name of a model
 
 
 @dataclass(frozen=True)

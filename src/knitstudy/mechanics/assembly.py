@@ -69,7 +69,9 @@ class Assembly:
         if spans:
             self._sums = [SpanSum(groups[b.group][b.part], self.indptr, self.indices) for b in self.batches]
         else:
-            self._sums = [self._pair_sum(local[b.group], b) for b in self.batches]
+            found = [self._pairs(local[b.group], b) for b in self.batches]
+            batches = np.bincount(np.concatenate([touched for touched, _ in found]), minlength=self.entries)
+            self._sums = [PairSum(touched, weights, batches[touched] == 1) for touched, weights in found]
         self._links = None if linked is None else self._linked(linked)
 
     @property
@@ -118,8 +120,8 @@ class Assembly:
             return np.empty(0, dtype=np.int64), np.empty(0)
         return _entries_at(self.indptr, self.indices, row, linked.indices), linked.data
 
-    def _pair_sum(self, local: sp.csr_matrix, batch: Batch) -> PairSum:
-        """Return the sum of a batch of any elements, from the retained nodes of its group's (E a, n)."""
+    def _pairs(self, local: sp.csr_matrix, batch: Batch) -> tuple[np.ndarray, sp.csr_matrix]:
+        """Return the entries that a batch of any elements touches, and the weights that take its blocks there."""
         a, count = self._width[batch.group], batch.count
         part = local[batch.part.start * a : batch.part.stop * a]
         element = np.repeat(np.arange(count), a * a)
@@ -136,14 +138,15 @@ class Assembly:
         weights = part.data[p] * part.data[q]
         if np.all(weights == 1):  # of most batches: an eighth of the memory
             weights = weights.astype(np.int8)
-        return PairSum(touched, sp.csr_matrix((weights, (row, pair)), shape=(len(touched), len(first))))
+        return touched, sp.csr_matrix((weights, (row, pair)), shape=(len(touched), len(first)))
 
 
 class StiffnessSum:
     """Stiffness blocks on their way into the matrix, batch by batch in any order and by any thread.
 
-    Batches are added in their order, so that rounding does not depend on who came first: what comes early waits for its
-    turn. `data` (entries, block^2) is the sum once all batches are there.
+    Entries that one batch alone touches may be written at once; all else is added in the order of the batches, so that
+    rounding does not depend on who came first: what comes early waits for its turn. `data` (entries, block^2) is the
+    sum once all batches are there.
     """
 
     def __init__(self, entries: int, block: int, sums: Sequence[PairSum | SpanSum], room: int) -> None:
@@ -155,7 +158,7 @@ class StiffnessSum:
 
     def put(self, number: int, blocks: np.ndarray) -> None:
         """Take over the stiffness blocks (e, a^2, block^2) of batch `number`, each batch once."""
-        total = self._sums[number].of(blocks.reshape(-1, self.data.shape[1]))
+        total = self._sums[number].put(self.data, blocks.reshape(-1, self.data.shape[1]))
         with self._turn:
             self._waiting[number] = total
             while self._next in self._waiting:
@@ -163,21 +166,26 @@ class StiffnessSum:
                 self._next += 1
 
 
-@dataclass(frozen=True, eq=False)
 class PairSum:
     """The sum of one batch of any elements, by the weights that take every pair of nodes to its entries."""
 
-    entries: np.ndarray  # int (k,), entries of the pattern that the batch touches, ascending
-    weights: sp.csr_matrix  # (k, e a^2)
+    def __init__(
+        self,
+        entries: np.ndarray,  # int (k,), entries of the pattern that the batch touches, ascending
+        weights: sp.csr_matrix,  # (k, e a^2)
+        alone: np.ndarray,  # bool (k,), entries that no other batch touches
+    ) -> None:
+        self._own, self._joint = entries[alone], entries[~alone]
+        self._to_own, self._to_joint = weights[alone], weights[~alone]
 
-    def of(self, blocks: np.ndarray) -> np.ndarray:
-        """Return the sums (k, b) of blocks (e a^2, b)."""
-        return self.weights @ blocks
+    def put(self, data: np.ndarray, blocks: np.ndarray) -> np.ndarray:
+        """Write entries of its own into `data` (entries, b); return what others get of blocks (e a^2, b)."""
+        data[self._own] = self._to_own @ blocks
+        return self._to_joint @ blocks
 
     def add(self, data: np.ndarray, total: np.ndarray) -> None:
-        """Add what `of` has returned to all entries (entries, b)."""
-        total += data.take(self.entries, axis=0)
-        data[self.entries] = total
+        """Add what `put` has returned."""
+        data[self._joint] += total
 
 
 class SpanSum:
@@ -208,8 +216,8 @@ class SpanSum:
             for low, high in pairwise([0, *ends, len(rows)])
         ]
 
-    def of(self, blocks: np.ndarray) -> np.ndarray:
-        """Return the sums (k, b) of blocks (e a^2, b) at the entries of the batch."""
+    def put(self, data: np.ndarray, blocks: np.ndarray) -> np.ndarray:
+        """Return the sums (k, b) of blocks (e a^2, b) at all entries of the batch: none of `data` is its own."""
         total = np.zeros((self._size, blocks.shape[1]))
         width = self._place.shape[1]
         blocks = blocks.reshape(len(self._place), -1, blocks.shape[1])
@@ -220,7 +228,7 @@ class SpanSum:
         return total
 
     def add(self, data: np.ndarray, total: np.ndarray) -> None:
-        """Add what `of` has returned to all entries (entries, b)."""
+        """Add what `put` has returned."""
         for here, there in self._runs:
             data[there] += total[here]
 

@@ -25,8 +25,6 @@ from knitstudy.mechanics.rotation import Halfway, exp, hat, log
 
 # Beyond this angle between the ends the logarithm may have taken the other way round.
 LARGEST_ANGLE = 0.95 * np.pi
-
-
 SLENDERNESS = 0.25  # slenderness compensation factor of Abaqus' B31
 
 

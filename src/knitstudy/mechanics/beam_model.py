@@ -7,12 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from knitstudy.mechanics import beam
-from knitstudy.mechanics import rotation as rigid_arm
 from knitstudy.mechanics.assembly import Assembly
 from knitstudy.mechanics.beam import LinearSprings
 from knitstudy.mechanics.beam_contact import BeamContact, BeamContactHistory
 from knitstudy.mechanics.model import Memoryless, Response
-from knitstudy.mechanics.rotation import exp
+from knitstudy.mechanics.rotation import exp, hat
 
 # Force over the axial stiffness of elements up to which a network counts as unloaded: rounding of where its nodes are
 # makes 1e-14 of it.
@@ -88,12 +87,17 @@ class BeamModel(Memoryless):
     def respond(self, state: BeamState, stiffness: bool) -> Response:
         """Return force, energy and, if asked, tangent of a state."""
         arm, chord, now, at_ends = self._evaluate(state)
-        at_nodes = rigid_arm.force_at_nodes(at_ends, arm) if self.arms_turn else at_ends
+        at_nodes = at_ends.copy()
+        if self.arms_turn:
+            at_nodes[:, 1::2] += np.cross(arm, at_ends[:, 0::2])
         pull, stretch = at_ends[self.beams :, 2], (chord - self.apart)[self.beams :]
         stored = np.sum(beam.energy(self.elements, now)) + 0.5 * np.vdot(pull, stretch)
+        # Forces, and moments over the radius: in pure bending there are no forces to measure a residual against.
+        lever = np.array([1.0, self.radius, 1.0, self.radius])[:, None]
+        magnitude = np.linalg.norm(at_ends[: self.beams] / lever, axis=2)
         response = Response(
             force=self._assembly.sum_forces([at_nodes]),
-            mean_force=max(self._mean(at_ends[: self.beams]), self._least_force),
+            mean_force=max(float(magnitude.mean()), self._least_force),
             energy={"internal": float(stored)},
             stiffness=self._tangent(now, at_ends, arm) if stiffness else None,
         )
@@ -141,16 +145,24 @@ class BeamModel(Memoryless):
         matrices = np.concatenate([beam.stiffness(self.elements, now), self.springs.stiffness_at_points()])
         if self.arms_turn:
             armed = self._armed
-            matrices[armed] = rigid_arm.stiffness_at_nodes(matrices[armed], at_ends[armed], arm[armed])
+            matrices[armed] = _about_nodes(matrices[armed], at_ends[armed], arm[armed])
         blocks = matrices.reshape(-1, 2, 6, 2, 6).swapaxes(2, 3).reshape(-1, 4, 36)
         total = self._assembly.begin_stiffness()
         total.put(0, blocks)
         return self._assembly.matrix(total)
 
-    def _mean(self, at_ends: np.ndarray) -> float:
-        """Mean magnitude [N] of end forces and of end moments over the radius.
 
-        Both count: in pure bending there are no forces to measure a residual against.
-        """
-        lever = np.array([1.0, self.radius, 1.0, self.radius])[:, None]
-        return float(np.mean(np.linalg.norm(at_ends / lever, axis=2)))
+def _about_nodes(stiffness: np.ndarray, force: np.ndarray, arm: np.ndarray) -> np.ndarray:
+    """Return the stiffness (E, 12, 12) over the motion of nodes that carry the ends by rigid arms (E, 2, 3).
+
+    The end forces (E, 4, 3), F and M, act on the node as F and M + r x F with the current arm r.
+    """
+    lever = hat(arm)  # (E, 2, 3, 3)
+    # A spin w of the node moves the end by w x r, and turns the force: d(r x F) = (w x r) x F = F^ r^ w.
+    motion = np.tile(np.eye(12), (len(arm), 1, 1))
+    motion[:, 0:3, 3:6], motion[:, 6:9, 9:12] = -lever[:, 0], -lever[:, 1]
+    turning = hat(force[:, 0::2]) @ lever
+    at_nodes = np.swapaxes(motion, 1, 2) @ stiffness @ motion
+    at_nodes[:, 3:6, 3:6] += turning[:, 0]
+    at_nodes[:, 9:12, 9:12] += turning[:, 1]
+    return at_nodes

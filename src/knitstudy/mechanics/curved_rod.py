@@ -25,7 +25,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.polynomial.legendre import leggauss
 
 from knitstudy.errors import GeometryError
 from knitstudy.mechanics.beam import SLENDERNESS
@@ -75,43 +74,38 @@ def section_compliance(
 
 
 class _Disc:
-    """Polynomials on half of the unit disc, which symmetry makes whole: cosines or sines by component (N, B, t).
+    """Polynomials on the unit disc that one symmetry has: cosines or sines by component (N, B, t).
 
     ``value``, ``along_x`` and ``along_y`` (3, q, n) at the points ``x``, ``y`` of weight ``weight`` (q,).
     """
 
     def __init__(self, degree: int, in_plane: bool) -> None:
-        radii, angles = degree + 5, 2 * degree + 8
-        u, share = leggauss(radii)
-        angle = (np.arange(angles) + 0.5) * np.pi / angles
-        r = np.sqrt(0.5 * (u + 1))[:, None]
-        self.x, self.y = (r * np.cos(angle)).ravel(), (r * np.sin(angle)).ravel()
-        self.weight = np.repeat(0.25 * np.pi / angles * share, angles)
-        value, slope = disc.gradients(degree, np.stack([self.x, self.y], axis=1))
-        parts, odd = np.stack([value, slope[..., 0], slope[..., 1]]), disc.modes(degree).sine
-        # Unknowns of component c are its own polynomials; all others are zero there.
-        own = [parts[..., odd == (in_plane == (c == 1))] for c in range(3)]
-        first = np.cumsum([0, *(each.shape[-1] for each in own)])
-        all_of_them = np.zeros((3, 3, len(self.x), first[-1]))
-        for c, each in enumerate(own):
-            all_of_them[:, c, :, first[c] : first[c + 1]] = each
-        self.value, self.along_x, self.along_y = all_of_them
+        points, mean = disc.on_rings(degree + 5, 4 * degree + 16, 0.5)
+        above = points[:, 1] > 0  # the other half does the same work
+        points, self.weight = points[above], 2 * np.pi * mean[above]
+        self.x, self.y = points.T
+        value, slope = disc.gradients(degree, points)
+        parts = np.stack([value, slope[..., 0], slope[..., 1]])
+        # Unknowns of a component are its own polynomials; all others are zero there.
+        every = np.einsum("cd,pqn->pcqdn", np.eye(3), parts).reshape(3, 3, len(points), -1)
+        kept = [disc.modes(degree).sine == (in_plane == (c == 1)) for c in range(3)]
+        self.value, self.along_x, self.along_y = every[..., np.concatenate(kept)]
 
 
-def _solve(half: _Disc, bend: float, poisson_ratio: float, forces: tuple[int, ...]) -> np.ndarray:
+def _solve(section: _Disc, bend: float, poisson_ratio: float, forces: tuple[int, ...]) -> np.ndarray:
     """Return the compliance (3, 3) of the forces that one symmetry has."""
     f = list(forces)
     T = _balance(bend)[np.ix_(f, f)]
-    of_warping, of_slope, of_strain = _strains(half, bend)
+    of_warping, of_slope, of_strain = _strains(section, bend)
     root = np.linalg.cholesky(Hencky(1.0, poisson_ratio).moduli).T
-    weigh = np.sqrt(half.weight * (1.0 - bend * half.x))[:, None, None] * root
+    weigh = np.sqrt(section.weight * (1.0 - bend * section.x))[:, None, None] * root
     B0, B1, BR = (
         (weigh @ each).reshape(-1, each.shape[-1]) for each in (of_warping, of_slope, of_strain[..., f])
     )
     # Motions of the section as a whole are no warping.
-    rigid = _rigid(half)[:, :, f].reshape(-1, 3)
-    shapes = half.value.transpose(1, 0, 2).reshape(-1, half.value.shape[-1])
-    weights = np.repeat(half.weight, 3)[:, None]
+    rigid = _rigid(section)[:, :, f].reshape(-1, 3)
+    shapes = section.value.transpose(1, 0, 2).reshape(-1, section.value.shape[-1])
+    weights = np.repeat(section.weight, 3)[:, None]
     motion = shapes.T @ (weights * rigid)
     free = np.linalg.svd(motion.T)[2][3:].T
     B0, B1 = B0 @ free, B1 @ free
@@ -125,7 +119,7 @@ def _solve(half: _Disc, bend: float, poisson_ratio: float, forces: tuple[int, ..
     solution = np.linalg.solve(system, np.concatenate([np.zeros(3 * n), one.ravel()]))
     W, P = solution[: 3 * n].reshape(n, 3), solution[3 * n :].reshape(3, 3)
     e = B1 @ (W @ T) + B0 @ W + BR @ P
-    return 0.5 * e.T @ e  # the half disc took the whole force
+    return e.T @ e
 
 
 def _balance(bend: float) -> np.ndarray:
@@ -137,24 +131,24 @@ def _balance(bend: float) -> np.ndarray:
     return T
 
 
-def _strains(half: _Disc, bend: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _strains(section: _Disc, bend: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Strains (q, 6, .) NN, BB, tt, NB, Nt, Bt by the warping, its slope along the rod, and the section's strains."""
-    (N, B, t), (N_x, B_x, t_x), (N_y, B_y, t_y) = half.value, half.along_x, half.along_y
-    g = (1.0 - bend * half.x)[:, None]
+    (N, B, t), (N_x, B_x, t_x), (N_y, B_y, t_y) = section.value, section.along_x, section.along_y
+    g = (1.0 - bend * section.x)[:, None]
     none = np.zeros_like(N)
     of_warping = np.stack([N_x, B_y, -bend / g * N, N_y + B_x, t_x + bend / g * t, t_y], axis=1)
     of_slope = np.stack([none, none, t / g, none, N / g, B / g], axis=1)
     of_strain = np.zeros((len(g), 6, 6))
-    of_strain[:, [4, 5, 2]] = _rigid(half) / g[:, :, None]
+    of_strain[:, [4, 5, 2]] = _rigid(section) / g[:, :, None]
     return of_warping, of_slope, of_strain
 
 
-def _rigid(half: _Disc) -> np.ndarray:
+def _rigid(section: _Disc) -> np.ndarray:
     """Displacements (q, 3, 6) of the section's points by its translations and rotations."""
-    rigid = np.zeros((len(half.x), 3, 6))
+    rigid = np.zeros((len(section.x), 3, 6))
     rigid[:, range(3), range(3)] = 1.0
-    rigid[:, 2, 3], rigid[:, 2, 4] = half.y, -half.x
-    rigid[:, 0, 5], rigid[:, 1, 5] = -half.y, half.x
+    rigid[:, 2, 3], rigid[:, 2, 4] = section.y, -section.x
+    rigid[:, 0, 5], rigid[:, 1, 5] = -section.y, section.x
     return rigid
 
 

@@ -80,12 +80,8 @@ class PeriodicModel:
         self.scale = np.ones(self.size)
         self.length = model.length
         # Its states are those of the model.
-        self.start, self.begin, self.settle, self.commit = (
-            model.start,
-            model.begin,
-            model.settle,
-            model.commit,
-        )
+        self.start, self.begin = model.start, model.begin
+        self.settle, self.commit = model.settle, model.commit
         last = sp.eye(self.size, 3, k=3 - self.size).toarray()
         self._measure = (spread @ factorise(self._collect @ spread).solve(last)).T
 

@@ -114,36 +114,3 @@ class Halfway:
         outer = Th[:, :, None] * Th[:, None, :]
         m_Th = m[:, :, None] * Th[:, None, :]
         return da * m_Th + dg * dot * outer + g * (dot * np.eye(3) + np.swapaxes(m_Th, 1, 2))
-
-
-# Element ends that a rigid arm ties to a node: x_end = x_node + R_node o, with the node's spin
-# The arm is eliminated: the element's forces F, M at its end act on the node as F and M + r x F with r =
-# R_node o.
-
-
-def force_at_nodes(
-    force: np.ndarray,  # (E, 4, 3), force and moment at the first end, then at the second [N, N m]
-    arm: np.ndarray,  # (E, 2, 3), current arms r from node to end [m]
-) -> np.ndarray:
-    """Return the forces and moments (E, 4, 3) on the nodes."""
-    at_nodes = force.copy()
-    at_nodes[:, 1::2] += np.cross(arm, force[:, 0::2])
-    return at_nodes
-
-
-def stiffness_at_nodes(
-    # (E, 12, 12), derivative of the end forces with respect to the motion of the ends
-    stiffness: np.ndarray,
-    force: np.ndarray,  # (E, 4, 3), the end forces
-    arm: np.ndarray,  # (E, 2, 3), current arms [m]
-) -> np.ndarray:
-    """Return the derivative (E, 12, 12) of `force_at_nodes` with respect to (u1, w1, u2, w2) of the nodes."""
-    lever = hat(arm)  # (E, 2, 3, 3)
-    # A spin w of the node moves the end by w x r, and turns the force: d(r x F) = (w x r) x F = F^ r^ w.
-    motion = np.tile(np.eye(12), (len(arm), 1, 1))
-    motion[:, 0:3, 3:6], motion[:, 6:9, 9:12] = -lever[:, 0], -lever[:, 1]
-    at_nodes = np.swapaxes(motion, 1, 2) @ stiffness @ motion
-    turning = hat(force[:, 0::2]) @ lever
-    at_nodes[:, 3:6, 3:6] += turning[:, 0]
-    at_nodes[:, 9:12, 9:12] += turning[:, 1]
-    return at_nodes

@@ -66,7 +66,7 @@ class Seams:
     def turning(self, rotation: np.ndarray, width: np.ndarray, force: np.ndarray) -> np.ndarray:
         """Return the derivative (S, 9, 9) of force, moment and g for fixed forces (S, 3, 3) on the coefficients.
 
-        As in `rigid_arm` it is not symmetric where the moment is not balanced: spins act from the left.
+        As of rigid arms it is not symmetric where the moment is not balanced: spins act from the left.
         """
         turn = np.zeros((self.count, MOTIONS, MOTIONS))
         pull = hat(force[:, 1:])  # of X_1 and X_2

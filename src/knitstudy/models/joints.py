@@ -230,7 +230,8 @@ def _cut(
     """
     curve = centreline.curve
 
-    def height(u, *plane_and_level):
+    def height(u: np.ndarray, *plane_and_level: np.ndarray) -> np.ndarray:
+        """Return the heights of the curve over the planes."""
         *across, level = plane_and_level
         return np.einsum("ki,ki->k", curve.value(u), np.column_stack(across)) - level
 

@@ -21,8 +21,7 @@ from knitstudy.tables.catalogue import TABLES
 STRAINS = ["course strain [1]", "wale strain [1]", "angle of shear [rad]"]
 
 FORCES = ["course force over width [N/m]", "wale force over width [N/m]", "shear force over width [N/m]"]
-# Strain and force of secant and tangent, by ``load.deformation``: of a biaxial stretch those in course
-# direction.
+# Strain and force of secant and tangent, by ``load.deformation``: of a biaxial stretch the course's.
 AXIS = {"course": 0, "wale": 1, "biaxial": 0, "shear": 2}
 CONTRACTS = {"course": (1, 0), "wale": (0, 1)}  # Strain across and along, of a pull
 AT_REST = ("knit", "pattern", "yarn", "mesh", "tie")  # What the stiffness at rest hangs on

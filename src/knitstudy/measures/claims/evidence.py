@@ -22,7 +22,7 @@ from knitstudy.measures.reference import Reference, reference_of
 
 # Scenes of isotropic friction in all rows, by the names of the scenes with tied outer rows.
 UNTIED = {"yarns-{case}": "inputs-untied-isotropic-course", "yarns-{case}-p3": "yarns-untied-course-p3"}
-AGAIN = ("yarns-{case}-p3", "dns-{case}", "yarns-{case}-coarse")  # These judge again
+AGAIN = ("yarns-{case}-p3", "dns-{case}", "yarns-{case}-coarse")  # Judged again by these
 _SOLIDS = of_cases((*CASES, "rough-course"), (*SOLIDS, *OTHER_SOLIDS))
 # Names of the scenes whose histories, contacts and stresses claims are judged by.
 SIMULATIONS = (*MODELS, *_SOLIDS, "yarns-untied-course-p3", "inputs-*", "sweep-*", "domain-hexahedra-*")

@@ -117,8 +117,7 @@ _JUDGES: dict[str, Judge] = {
 }
 
 RULES = {claim: withholding(judge) for claim, judge in _JUDGES.items()}  # The function that judges, by claim
-# Claims that histories and contacts of a knit in course tension decide. K7 is K5 at all coefficients of
-# friction.
+# Claims that histories and contacts of a knit in course tension decide. K7 is K5 with all frictions.
 CLAIMS = ("K1", "K2", "K3", "K4", "K5", "K6", "K8", "K11", "E1")
 
 

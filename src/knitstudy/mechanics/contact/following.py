@@ -211,26 +211,20 @@ class Following:
 
     def _begin(self, carriers: np.ndarray, before: np.ndarray, history: ContactHistory) -> None:
         """Search for all pairs that may touch now; those that a history knows keep what it remembers."""
-        found = self._search.find(carriers, self._margin)
-        arc = self._search.arc(history.surface, history.xi[:, 0])
-        same = same_pair(found.point, found.surface, found.arc, history, arc)
+        found, arc, gap = self._search.find(carriers, self._margin)
+        same = same_pair(found, arc, history, self._search.arc(history.surface, history.xi[:, 0]))
         least = np.full(len(history.point), -np.inf)
-        least[same[same >= 0]] = found.least[same >= 0]
+        least[same[same >= 0]] = gap[same >= 0]
         stays = history.pressure > 0
         stays[same[same >= 0]] = True
         stays, new = np.flatnonzero(stays), np.flatnonzero(same < 0)
-        opened = ContactHistory.of_open(
-            found.point[new], found.surface[new], found.guess[new], history.dissipated
-        )
-        every = joined(taken(history, stays), opened)
+        every = joined(taken(history, stays), taken(found, new))
         # In one order, so that sums are the same whenever was searched, after a restart too.
         order = np.lexsort((every.xi[:, 0], every.surface, every.point))
         self._source, self._before, self.history = history, before, taken(every, order)
         self.angle = np.full(len(order), np.nan)
         self._searched = self._seen = carriers  # (M, 3), at the search, and where gaps were seen last [m]
-        self._least = np.append(least[stays], found.least[new])[
-            order
-        ]  # (c,), what the gaps were at least there [m]
+        self._least = np.append(least[stays], gap[new])[order]  # (c,), what the gaps were at least there [m]
         self._neighbourhoods = Neighbourhoods(self._search.surfaces, carriers, self._search.reach)
         cell = self.history.point // self._search.quadrature.per_cell
         self._box = self._neighbourhoods.of_ring[self._search.ring(cell)]  # (c,), box that a pair lies in

@@ -103,29 +103,24 @@ class ContactHistory:
 
 def taken(history: ContactHistory, chosen: np.ndarray) -> ContactHistory:
     """Return the history of some pairs."""
-    arrays = {name: value[chosen] for name, value in vars(history).items() if name != "dissipated"}
+    arrays = {name: value[chosen] for name, value in vars(history).items() if value.ndim}
     return ContactHistory(**arrays, dissipated=history.dissipated)
 
 
 def joined(one: ContactHistory, other: ContactHistory) -> ContactHistory:
     """Return the history of the pairs of both."""
-    arrays = {
-        name: np.concatenate([value, getattr(other, name)])
-        for name, value in vars(one).items()
-        if name != "dissipated"
+    both = {
+        name: np.concatenate([value, vars(other)[name]]) for name, value in vars(one).items() if value.ndim
     }
-    return ContactHistory(**arrays, dissipated=one.dissipated)
+    return ContactHistory(**both, dissipated=one.dissipated)
 
 
-def same_pair(
-    point: np.ndarray,  # int (k,)
-    surface: np.ndarray,  # int (k,)
-    # (k,), arc lengths of their closest points, in units of what two pieces of a surface are apart at least
-    arc: np.ndarray,
-    old: ContactHistory,
-    old_arc: np.ndarray,  # (c,), arc lengths of its closest points likewise
-) -> np.ndarray:
-    """Return for pairs found anew the same pair of an older history, or -1: the same point on the same piece."""
+def same_pair(found: ContactHistory, arc: np.ndarray, old: ContactHistory, old_arc: np.ndarray) -> np.ndarray:
+    """Return for pairs found anew the same pair of an older history, or -1: the same point on the same piece.
+
+    Arc lengths (k,) and (c,) are those of their closest points, over what two pieces of a surface are apart at least.
+    """
+    point, surface = found.point, found.surface
     if not len(old.point) or not len(point):
         return np.full(len(point), -1)
     count = 1 + max(surface.max(), old.surface.max())

@@ -6,8 +6,6 @@ distance changes by no more than the way between two points, and where their clo
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -19,20 +17,8 @@ from knitstudy.mechanics.contact.tangent import CHUNK, Quadrature
 # Cells or rings whose neighbours are held at a time: of each some tens are near, nearly all on its own yarn.
 AT_ONCE = 16_384
 
-
 # Parameters by which closest places of a cell's points may be guessed apart from that of its middle.
 FARTHEST = 2.0
-
-
-@dataclass(frozen=True, eq=False)
-class Candidates:
-    """Pairs that may touch, by point, surface and place."""
-
-    point: np.ndarray  # int (c,), Gauss points
-    surface: np.ndarray  # int (c,), surfaces that they face
-    guess: np.ndarray  # (c, 2), guesses of the closest places
-    arc: np.ndarray  # (c,), what `Search.arc` is there
-    least: np.ndarray  # (c,), what the gaps are at least [m]
 
 
 class Search:
@@ -49,7 +35,7 @@ class Search:
         quadrature: Quadrature,
         carriers: np.ndarray,  # (M, 3), of the undeformed surfaces [m]
         meets: np.ndarray,  # bool (G, G), which surfaces may touch; symmetric
-        # int (R,), A number for every ring: those with the same one, unless it is negative, do not touch
+        # int (R,), a number for every ring: those with the same one, unless it is negative, do not touch
         pieces: np.ndarray | None = None,
     ) -> None:
         self.surfaces, self.quadrature, self.meets = surfaces, quadrature, meets
@@ -70,8 +56,11 @@ class Search:
         self._cell_row = quadrature.cell[:: quadrature.per_cell, 0]
         self._middle = quadrature.xi.reshape(-1, quadrature.per_cell, 2).mean(axis=1)
 
-    def find(self, carriers: np.ndarray, margin: float) -> Candidates:
-        """Return all pairs whose distance may be below `margin` [m] where the carriers (M, 3) are now."""
+    def find(self, carriers: np.ndarray, margin: float) -> tuple[ContactHistory, np.ndarray, np.ndarray]:
+        """Return all pairs whose distance may be below `margin` [m] where the carriers (M, 3) are now, as open ones.
+
+        And their arcs (c,), as of `arc`, and what their gaps (c,) are at least [m].
+        """
         cell, size, row = self._near_cells(carriers, margin)
         surface, middle = self._surface[row], self._middles(cell, carriers)
         guess = np.empty((len(row), 2))
@@ -96,7 +85,8 @@ class Search:
         once = once[np.lexsort((arc[once], surface[once], point[once]))]
         # Two pieces of a surface that meet have one closest place.
         once = once[_changes(point[once]) | _changes(surface[once]) | _changes(arc[once], least=1)]
-        return Candidates(point[once], surface[once], guess[once], arc[once], least[once])
+        pairs = ContactHistory.of_open(point[once], surface[once], guess[once], np.zeros(()))
+        return pairs, arc[once], least[once]
 
     def closest(
         self, pairs: ContactHistory, position: np.ndarray, carriers: np.ndarray
@@ -234,7 +224,7 @@ class Search:
         gap: np.ndarray,
         carriers: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return what `Candidates` has, of all points of cells (k,) whose middles' closest places are known."""
+        """Return numbers, surfaces, guesses and least gaps of all points of cells (k,) whose middles are projected."""
         many = self.quadrature.per_cell
         number = np.repeat(np.arange(len(cell)), many)
         point = many * cell[number] + np.tile(np.arange(many), len(cell))

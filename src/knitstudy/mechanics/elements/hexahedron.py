@@ -186,7 +186,10 @@ class OnePointHexahedron(Hexahedra):
     ) -> ElementResponse:
         """Return the response of the elements `batch` to their displacements (e, 8, 3) [m]."""
         answer = super().respond(batch, displacement, stiffness, out)
-        gamma, hourglass = self._hourglass_vectors(batch), self.hourglass_stiffness[batch]
+        hourglass = self.hourglass_stiffness[batch]
+        # gamma_m = (Gamma_m - (Gamma_m . X_i) dN_i) / sqrt(8), (e, 4, 8): orthogonal to linear fields
+        linear = self.tilt[batch] @ np.swapaxes(self.gradient[batch, :, 0], 1, 2)
+        gamma = (HOURGLASS - linear) / np.sqrt(8)
         mode = gamma @ displacement  # (e, 4, 3)
         control = np.swapaxes(hourglass[:, None, None] * gamma, 1, 2)
         answer.force[:] += control @ mode
@@ -195,11 +198,6 @@ class OnePointHexahedron(Hexahedra):
             for diagonal in (0, 4, 8):
                 answer.stiffness[:, :, diagonal] += (control @ gamma).reshape(-1, 64)
         return answer
-
-    def _hourglass_vectors(self, batch: slice) -> np.ndarray:
-        """Return gamma_m = (Gamma_m - (Gamma_m . X_i) dN_i) / sqrt(8), shape (e, 4, 8): orthogonal to linear fields."""
-        linear = self.tilt[batch] @ np.swapaxes(self.gradient[batch, :, 0], 1, 2)
-        return (HOURGLASS - linear) / np.sqrt(8)
 
 
 # Which material point lies at a place: the inverse of a map, by Newton's method in batches

@@ -174,10 +174,7 @@ class Spline:
 
     def matrix(self, s: np.ndarray) -> sp.csr_matrix:
         """Return the values (k, J) at places (k,)."""
-        first, values = self.basis(s)
-        column = first[:, None] + np.arange(self.degree + 1)
-        indptr = np.arange(len(s) + 1) * (self.degree + 1)
-        return sp.csr_matrix((values[0].ravel(), column.ravel(), indptr), shape=(len(s), self.size))
+        return sp.csr_matrix(BSpline.design_matrix(s, self.knots, self.degree, extrapolate=True))
 
     def fit(self, s: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Return the coefficients (J, m) of values (k, m) at rising places (k,) from end to end.
