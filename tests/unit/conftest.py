@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import study
 import yaml
-from small_scenes import DEFAULTS
 
 from knitstudy.files import read_table
 
@@ -37,7 +36,7 @@ def loop_points(count: int = 8) -> np.ndarray:
 
 
 @pytest.fixture
-def config(tmp_path):
+def config(tmp_path, defaults_with):
     """Folder with defaults, a family of one solid and one reduced scene, and a loop."""
     loop = {
         "control_points": loop_points().tolist(),
@@ -47,7 +46,7 @@ def config(tmp_path):
         "free": ["z"] * 8,
     }
     (tmp_path / "loop.yaml").write_text(yaml.safe_dump(loop))
-    (tmp_path / "defaults.yaml").write_text(yaml.safe_dump(DEFAULTS))
+    (tmp_path / "defaults.yaml").write_text(yaml.safe_dump(defaults_with(pattern={"loop": "loop.yaml"})))
     (tmp_path / "scenes").mkdir()
     (tmp_path / "scenes" / "small.yaml").write_text(FAMILY)
     return tmp_path

@@ -166,20 +166,6 @@ def test_run(knitstudy, config, simulated, monkeypatch):
     assert (str(simulated["folder"]), simulated["config"], simulated["anew"]) == ("mine", config, False)
 
 
-def test_ended_run_says_how_to_go_on(knitstudy, config, monkeypatch):
-    def end(*arguments, **options):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("knitstudy.stages.simulate.simulate", end)
-    result = knitstudy("run", "dns-a", "--config", config)
-    assert result.exit_code == 130
-    (line,) = result.stderr.splitlines()
-    assert line == (
-        "error: stopped; stages that were done and the last converged increment are kept in results: the same command "
-        "goes on from there"
-    )
-
-
 def test_show(knitstudy, knit, tmp_path):
     write_dataset(geometry(knit), "knit.nc")
     result = knitstudy("show", "knit.nc", "--plot", "knit.png")

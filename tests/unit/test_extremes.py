@@ -132,12 +132,6 @@ def test_one_thing_at_a_time(campaign):
     assert changes(campaign, "both") == [("c", both)]
 
 
-def test_a_value_that_no_scene_may_have_is_refused_when_the_scene_is_asked_for(campaign):
-    (first,) = (trial for trial in campaign if trial.name == "strain a 1")
-    with pytest.raises(ConfigurationError, match=r"load\.strain is -1 but must be"):
-        first.scene()
-
-
 def test_quantities_change_what_they_stand_for(campaign):
     scenes = {trial.group: trial.scene() for trial in campaign if trial.group in ("size", *QUANTITIES)}
     large, soft, fine = (scenes[name] for name in ("size", "stiffness", "across"))

@@ -12,13 +12,13 @@ from matplotlib.image import imread
 from PIL import Image
 
 from knitstudy.contacts.contacts import extract
-from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.errors import DataFileError
 from knitstudy.figures import catalogue, picture, renderer, style
 from knitstudy.figures.fig10_kinematics import QUANTITIES, SIDES, ZONES
 from knitstudy.figures.fig_pair_slip import Slide
 from knitstudy.figures.picture import arrow, sphere, tube
 from knitstudy.figures.renderer import Picture, RenderingError, Surface, View
-from knitstudy.figures.style import describe, resolution, save
+from knitstudy.figures.style import describe, save
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
@@ -181,13 +181,6 @@ def test_every_figure_is_written_with_units_and_its_origin(drawn, results, name,
     assert all("(" in label for label in labels if label), "units"
 
 
-def test_unknown_figure_names_the_known_ones():
-    with pytest.raises(
-        ConfigurationError, match=r"unknown figure 'fig15'; allowed are fig15_force_strain.*fig01_unit_cell"
-    ):
-        catalogue.draw("fig15")
-
-
 def test_figure_that_cannot_be_rendered_is_left_out_with_a_note(results, monkeypatch, caplog):
     def fail(picture):
         raise RenderingError("VTK cannot render here")
@@ -259,15 +252,6 @@ def test_surfaces_are_closed_and_look_outward():
     }
     for name, (surface, exact) in bodies.items():
         assert 0.985 * exact < volume(surface) < exact, name
-
-
-@pytest.mark.parametrize("said", ["30", "fine", "99999"])
-def test_resolution_out_of_bounds_is_refused(said, monkeypatch):
-    monkeypatch.setenv("KNITSTUDY_DPI", said)
-    with pytest.raises(
-        ConfigurationError, match=rf"KNITSTUDY_DPI is '{said}': allowed are whole numbers from 50"
-    ):
-        resolution()
 
 
 @pytest.mark.parametrize("opacity", [1.0, 0.5])

@@ -75,9 +75,7 @@ def test_every_value_of_an_input_is_a_variation_of_the_base(scenes):
     assert found[1].described.standing == "stated"
     assert variations([scenes["yarns-tie-course"], scenes["yarns-rough-course"]]) == []
     same = scenes["yarns-tie-course"].replace("name", "inputs-same-tie-course")
-    with pytest.raises(
-        ConfigurationError, match=r"'inputs-same-tie-course' changes none of contact\.friction"
-    ):
+    with pytest.raises(ConfigurationError, match=r"'inputs-same-tie-course' changes none of"):
         variations([*scenes.values(), same])
 
 

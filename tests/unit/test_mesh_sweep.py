@@ -7,11 +7,10 @@ import pytest
 from curves import Arc, Helix, Straight
 
 from knitstudy.errors import MeshError
-from knitstudy.files import read_dataset, write_dataset
 from knitstudy.mesh import quality
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing, place_slices
-from knitstudy.mesh.sweep import SweptMesh, Targets, roll_towards, rotation_minimising, sweep
+from knitstudy.mesh.sweep import Targets, roll_towards, rotation_minimising, sweep
 
 
 def volumes(mesh):
@@ -77,14 +76,6 @@ def test_frames_turn_about_a_helix_by_its_total_torsion():
         errors.append(abs(np.angle(np.exp(1j * (end - start + torsion * helix.length)))))
     assert errors[1] < 1e-5
     assert errors[0] / errors[1] > 2**3.5  # fourth order
-
-
-def test_a_mesh_survives_its_file(two_yarns, tmp_path):
-    write_dataset(two_yarns.to_dataset(), tmp_path / "mesh.nc")
-    again = SweptMesh.from_dataset(read_dataset(tmp_path / "mesh.nc"))
-    np.testing.assert_array_equal(again.nodes, two_yarns.nodes)
-    np.testing.assert_array_equal(again.hexahedra, two_yarns.hexahedra)
-    assert again.hexahedra.dtype == np.int32
 
 
 @pytest.mark.parametrize(

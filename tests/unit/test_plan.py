@@ -57,14 +57,14 @@ def digests(plan, scene):
     return {stage.name: plan.digest(stage, scene) for stage, scene in plan.steps([scene])}
 
 
-OF_THE_LOAD = {"simulation", "contacts", "stress", "deformed_vtu", "deck_abaqus", "deck_calculix"}
+SIMULATED = {"simulation", "contacts", "stress", "deformed_vtu", "deck_abaqus", "deck_calculix"}
 
 
 @pytest.mark.parametrize(
     ("key", "value", "changed"),
     [
-        ("load.strain", 0.01, OF_THE_LOAD),
-        ("mesh.size", 0.4e-3, OF_THE_LOAD | {"mesh", "mesh_vtu"}),
+        ("load.strain", 0.01, SIMULATED),
+        ("mesh.size", 0.4e-3, SIMULATED | {"mesh", "mesh_vtu"}),
         ("geometry.alpha", 2.0, None),
         ("outputs", ["vtu", "fields", "deck"], set()),
     ],

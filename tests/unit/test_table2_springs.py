@@ -5,7 +5,6 @@ import pytest
 import study
 import synthetic
 
-from knitstudy.errors import DataFileError
 from knitstudy.tables.table2_springs import AVERAGES, STATISTICS, tabulate
 
 STIFFNESS = np.array([80e3, 60e3, 900e3])
@@ -49,27 +48,3 @@ def test_numbers_of_the_paper_stand_beside_averages_along_its_axes(touching, sce
     assert rows_of(table, statistic="largest F / d")["paper [N/m]"].isna().all()
     rough = {"course": scenes["course"].replace("interaction", "rough")}
     assert tabulate({"course": touching}, paper, rough)["paper [N/m]"].isna().all()
-
-
-def test_spread_and_counts(touching, scenes, paper):
-    force = touching["force"].to_numpy().copy()
-    force[-1, 12] *= [3.0, -1.0, 1.0]
-    displacement = touching["relative_displacement"].to_numpy().copy()
-    displacement[:, 13, 2] = 0.0
-    changed = touching.assign(
-        force=(touching["force"].dims, force),
-        relative_displacement=(touching["relative_displacement"].dims, displacement),
-    )
-    table = tabulate({"course": changed}, paper, scenes).set_index(["statistic", "axis"])
-    value = table["stiffness [N/m]"]
-    assert value["largest F / d", "x"] == pytest.approx(3 * STIFFNESS[0])
-    assert value["smallest F / d", "y"] == pytest.approx(-STIFFNESS[1])
-    assert value["averaged, mean of F / d", "x"] == pytest.approx(14 / 12 * STIFFNESS[0])
-    counts = table.loc["smallest F / d", ["crossings [1]", "negative [1]", "undefined [1]", "open [1]"]]
-    np.testing.assert_array_equal(counts.loc[["x", "y", "z"]], [[12, 0, 0, 0], [12, 1, 0, 0], [11, 0, 1, 0]])
-
-
-def test_ties_are_refused(touching, scenes, paper):
-    tied = touching.assign(tied=("crossing", np.ones(touching.sizes["crossing"], dtype=np.int8)))
-    with pytest.raises(DataFileError, match="'course' are all tied"):
-        tabulate({"course": tied}, paper, scenes)
