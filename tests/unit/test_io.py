@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.files import read_dataset, read_result, recorded_digest, replacing, write_dataset
+from knitstudy.files import read_dataset, read_result, read_table, recorded_digest, replacing, write_dataset
 from knitstudy.study.configuration import load_scene
 
 
@@ -156,3 +156,13 @@ def test_what_is_marked_incomplete_is_no_result(tmp_path, history):
     with pytest.raises(DataFileError, match=r"a\.nc: is incomplete \(no balance\)"):
         read_result(tmp_path / "a.nc")
     assert read_dataset(tmp_path / "a.nc").force[-1] == 2, "what had converged can be looked at"
+
+
+def test_tables_that_cannot_be_used_are_refused(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("scene,force [N]\na,1.5\n")
+    with pytest.raises(DataFileError, match=r"has no column 'strain', only 'scene', 'force \[N\]'"):
+        read_table(path, needs=["strain"])
+    path.write_text("")
+    with pytest.raises(DataFileError, match="is not a CSV table"):
+        read_table(path)
