@@ -39,8 +39,7 @@ class Pattern(Section):
     control_points: tuple[Point, ...] = physics(
         "calibrated", unit="m", allowed="a list of at least 4 points x, y, z in m", min_length=4
     )
-    """Not printed; fitted to the angles of Table 4 and 55.5 mm of yarn a cell (Table 5). Checked: loops of 55.5 and 41.6
-    mm."""
+    """Not printed; fitted to the angles of Table 4 and 55.5 mm of yarn a cell (Table 5). Checked: 55.5 and 41.6 mm."""
     clearance: float = physics("assumed", unit="yarn radii", ge=0, le=1)
     """Not printed; Fig. 7 shows no contact at 0.05 % strain, and symmetric contact by 0.45 %. Checked: 0.005 to 0.04:
     force -2.3 % at 0.04 (docs/notes/sensitivity.md)."""
