@@ -71,6 +71,8 @@ class Evidence:
     again: Mapping[str, Evidence] = field(default_factory=dict)
     geometries: Datasets = field(default_factory=dict)  # of other knits than the base's
     held: str = "shape"  # what sweeps hold fixed (``pattern.keep``)
+    axes: str = "local"  # of springs (``rom.axes``)
+    normal: str = "normal_resultant"  # of contacts (``rom.normal``)
     base: Evidence | None = None  # what the reference knows; None of the base itself
 
     @classmethod

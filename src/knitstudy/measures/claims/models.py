@@ -6,7 +6,6 @@ import fnmatch
 from collections.abc import Callable, Iterable
 
 import numpy as np
-import xarray as xr
 
 from knitstudy.measures import response
 from knitstudy.measures.cases import Case, Simulation, is_plain
@@ -17,7 +16,7 @@ from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.estimate import UNKNOWN, Estimate, all_hold
 from knitstudy.measures.paper_values import REPORTED
 from knitstudy.measures.reference import transferred_uncertainty
-from knitstudy.models.joints import AXES, springs
+from knitstudy.models.joints import springs
 
 MUCH_CLOSER = 0.25  # Claim R1: "much closer" is at most a quarter of the distance
 GOOD, COMPARABLE = 0.1, 0.25  # Claims R7, R8: largest distance of F(strain)
@@ -124,21 +123,16 @@ def judge_springs(evidence: Evidence) -> Judgement:
     said, holds = [], []
     for case in cases:
         way = case.direction
-        if "rom3d" not in case.main:
-            raise NotRun("the study has no 3D ROM with isotropic friction, whose axes springs have")
-        axes = case.main["rom3d"].scene.rom.axes
-        axes = axes if len(AXES[axes]) == 3 else "global"
-        (kx, ky, kz), (normal, tangential) = _springs(evidence.contacts[case.dns.scene.name], axes)
+        (kx, ky, kz), along_knit = _springs(evidence, case.dns.scene.name)
         larger = kx > ky if way == "course" else ky > kx
         holds.append(min(kx, ky, kz) > 0 and larger and kz >= BY_FAR * max(kx, ky))
         said.append(
-            f"{way}, {axes} axes, kx {kx:.3g}, ky {ky:.3g}, kz {kz:.3g} kN/m "
-            f"(paper {_printed(evidence, way)}), normal to contact {normal:.3g} and "
-            f"along it {tangential:.3g} kN/m{_by_penalty(evidence, way)}"
+            f"{way} kx {kx:.3g}, ky {ky:.3g}, kz {kz:.3g} kN/m (paper {_printed(evidence, way)}), along the knit's "
+            f"axes {', '.join(f'{k:.3g}' for k in along_knit)} kN/m{_by_penalty(evidence, way)}"
         )
     of_one = all(holds) and len(cases) < 2
     return Judgement(
-        f"averaged secants of interfaces: {'; '.join(said)}",
+        f"averaged secants of interfaces along {evidence.axes} axes: {'; '.join(said)}",
         NOT_RUN if of_one else verdict(all(holds)),
         f"by far: {BY_FAR:g} times the others{'; of one direction only' if of_one else ''}",
         _names(case.dns for case in cases),
@@ -154,18 +148,22 @@ def _printed(evidence: Evidence, direction: str) -> str:
 
 
 def _by_penalty(evidence: Evidence, direction: str) -> str:
-    """Return kz and the stiffness normal to contact with penalties alone, by the contact stiffness, in words."""
+    """Return kz with penalties alone, along local axes and those of the knit, by the contact stiffness, in words."""
     found = {}
     for name in fnmatch.filter(evidence.contacts, PENALTIES.format(direction)):
-        (_, _, kz), (normal, _) = _springs(evidence.contacts[name])
-        found[evidence.scenes[name].contact.normal_stiffness] = f"{kz:.3g} and {normal:.3g}"
+        (_, _, kz), (_, _, of_knit) = _springs(evidence, name)
+        found[evidence.scenes[name].contact.normal_stiffness] = f"{kz:.3g} and {of_knit:.3g}"
     listed = ", ".join(f"{found[stiffness]} with {stiffness:g} E / h" for stiffness in sorted(found))
-    return f" (penalties alone, kz and normal: {listed})" if listed else ""
+    return f" (penalties alone, both kz: {listed})" if listed else ""
 
 
-def _springs(contacts: xr.Dataset, axes: str = "global") -> tuple[np.ndarray, np.ndarray]:
-    """Return averaged springs of interfaces [kN/m]: along three axes; normal to and along contact."""
-    return tuple(springs(contacts, "interface", each).averaged / 1e3 for each in (axes, "contact"))
+def _springs(evidence: Evidence, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return averaged springs of interfaces [kN/m] along the axes of the reading, and along those of the knit."""
+    contacts = evidence.contacts[name]
+    return tuple(
+        springs(contacts, "interface", axes, evidence.normal).averaged / 1e3
+        for axes in (evidence.axes, "global")
+    )
 
 
 def judge_cost(evidence: Evidence) -> Judgement:

@@ -84,7 +84,9 @@ class Reading:
     against: str = ""
     changes: str = ""
     becomes: str = ""
-    held: str = "shape"  # what sweeps hold fixed
+    held: str = "shape"  # as in `Evidence`, like the next two
+    axes: str = "local"
+    normal: str = "normal_resultant"
 
     def scene_of(self, name: str) -> str:
         """Return the name of the scene that judges in place of one of the base."""
@@ -124,6 +126,8 @@ class Reading:
             contacts=contacts,
             stresses=stresses,
             held=self.held,
+            axes=self.axes,
+            normal=self.normal,
             base=base,
         ).named()
 
