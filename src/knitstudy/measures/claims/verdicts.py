@@ -93,8 +93,15 @@ class Reading:
         return re.sub(self.changes, self.becomes, name, count=1) if self.changes else name
 
     def evidence(self, base: Evidence) -> Evidence | None:
-        """Return the evidence under the reading by the names of the base; None without the geometry of its knit."""
+        """Return the evidence under the reading by the names of the base; None without its scenes or geometry."""
         instead = {name: self.scene_of(name) for name in base.scenes}
+        alone = (self.held, self.axes, self.normal) == (
+            base.held,
+            base.axes,
+            base.normal,
+        )  # scenes differ alone
+        if alone and not any(new != name and new in base.histories for name, new in instead.items()):
+            return None
         if self.kind == INPUT:  # other models have the base's inputs
             instead = {name: new for name, new in instead.items() if new != name or name.startswith("yarns-")}
 
@@ -116,7 +123,7 @@ class Reading:
             geometry = next((known[knit] for knit in knits[0] if knit in known), None)
         results = (renamed(each) for each in (base.histories, base.contacts, base.stresses))
         histories, contacts, stresses = results
-        if geometry is None or not histories:
+        if geometry is None:
             return None
         return replace(
             base,
