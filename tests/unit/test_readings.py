@@ -36,7 +36,7 @@ def table(kind=READING, against=""):
 
 
 @pytest.fixture(scope="module")
-def sources(plain_scene, knit):
+def sources(plain_scene, knit, paper, cases):
     """Sources of table and figure: the reference is of the base alone, and all histories are as there."""
     history, scenes = synthetic.contact_history(knit), study.varied(plain_scene)
     contacts = synthetic.with_kinematics(extract(knit, history))
@@ -45,8 +45,8 @@ def sources(plain_scene, knit):
         "contacts": dict.fromkeys(scenes, contacts),
         "geometry": synthetic.geometry(plain_knit(initial_loop(plain_scene), 2, 2)),
         "scenes": scenes,
-        "paper": read_table(RESOURCES / "paper_tables.csv"),
-        "reference": study.reference(study.scenes(plain_scene)),
+        "paper": paper,
+        "reference": study.reference(cases),
     }
 
 
