@@ -91,7 +91,6 @@ def plain_scene():
             "rom": {
                 "joint": "rigid",
                 "springs_from": None,
-                "springs": "averaged",
                 "stiffness": [],
                 "axes": "local",
                 "displacement": "interface",
