@@ -36,11 +36,9 @@ COST = {
     "beam": {"dof": 5_994, "memory_growth": 9e6, "wall_seconds": 4.0},
 }
 
-ENERGY = {"external": 5e-3, "internal": 4e-3, "friction": 1e-3, "stabilisation": 0.0}
-"""At full load [J]."""
+ENERGY = {"external": 5e-3, "internal": 4e-3, "friction": 1e-3, "stabilisation": 0.0}  # at full load [J]
 
-SPRINGS = {"course": (84.5e3, 67.6e3, 952.1e3), "wale": (73.4e3, 233.2e3, 600e3)}
-"""The paper's [N/m]."""
+SPRINGS = {"course": (84.5e3, 67.6e3, 952.1e3), "wale": (73.4e3, 233.2e3, 600e3)}  # the paper's [N/m]
 
 
 def domain(plain):
@@ -103,8 +101,10 @@ def history(**arguments):
     return made.assign(energy=(("increment", "form"), energy), form=list(ENERGY))
 
 
-ROUGH = 11.0, 3e-4
-"""Force and out-of-plane displacement with rough contact, of which only the reference speaks."""
+ROUGH = (
+    11.0,
+    3e-4,
+)  # force and out-of-plane displacement with rough contact, of which only the reference speaks
 
 
 def reference(scenes, uncertainty=0.02):

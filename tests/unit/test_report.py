@@ -9,10 +9,9 @@ import synthetic
 import yaml
 from matplotlib.figure import Figure
 
-from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import save
-from knitstudy.report.page import render, value
+from knitstudy.report.page import render
 from knitstudy.tables.catalogue import TABLES
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -81,12 +80,6 @@ def page(pictures, results):
     TABLES.forget("t")
 
 
-def render_tables(tables, pictures=(), captions=CAPTIONS):
-    """Return a page of some tables and pictures."""
-    provenance = pd.DataFrame({"file": ["a.nc"]})
-    return render(REPORT / "template.html", captions, pictures, tables, provenance, "ci")
-
-
 def test_page_holds_every_figure_and_table_in_order_and_nothing_from_elsewhere(page):
     pictures = re.findall(r'<img src="data:image/webp;base64,[\w+/=]+" [^>]*alt="sight of (\w+)"', page)
     assert pictures == list(FIGURES.names()) == re.findall(r'<a href="figures/(\w+)\.png"><img ', page)
@@ -107,24 +100,3 @@ def test_captions_name_all_figures_and_tables(captions):
     assert set(captions["tables"]) == set(TABLES.names())
     for texts in captions["figures"].values():
         assert set(texts) == {"alt", "caption", "paper", "ours"}
-
-
-def test_missing_caption_is_named(pictures, results):
-    captions = {"figures": {"fig15_force_strain": {"alt": "", "caption": ""}}}
-    with pytest.raises(
-        ConfigurationError, match=r"figures\.fig15_force_strain must have the texts alt, .*'paper' is"
-    ):
-        render_tables(results, pictures, captions)
-
-
-@pytest.mark.parametrize(
-    ("place", "message"),
-    [
-        (("u", "DNS", "x"), "there is no table 'u', only t"),
-        (("t", "DNS", "y"), "row 'DNS' and column 'y'"),
-        (("t", "A", "x"), "rows are DNS"),
-    ],
-)
-def test_number_that_is_not_there_is_named(place, message):
-    with pytest.raises(ConfigurationError, match=message):
-        value({"t": pd.DataFrame({"model": ["DNS"], "x": [1.0]})}, *place)

@@ -8,8 +8,7 @@ from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.models.joints import Joints, contact_normals, joint_points, spring_axes, spring_joints, springs
 from knitstudy.models.simulate import build
 
-STIFFNESS = np.array([80e3, 60e3, 900e3])
-"""Of the contacts below along x, y and z [N/m]."""
+STIFFNESS = np.array([80e3, 60e3, 900e3])  # of the contacts below along x, y and z [N/m]
 
 
 @pytest.fixture
