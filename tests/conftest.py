@@ -63,7 +63,6 @@ DEFAULTS = {
     "rom": {
         "joint": "rigid",
         "springs_from": None,
-        "springs": "averaged",
         "stiffness": [],
         "axes": "local",
         "displacement": "interface",

@@ -106,11 +106,13 @@ def results(knit, plain_scene, touching, pairs, paper, cases):
     }
     # All rows of a knit of 2 x 2 are outer ones.
     inputs = {name: scene for name, scene in varied.items() if "untied" not in name}
-    variations = {
-        "variations": {
+    judged = {
+        "histories": {
             name: study.in_contact(touching["dns"], scene.interaction) for name, scene in inputs.items()
         },
-        "variations_contacts": dict.fromkeys(inputs, touching["contacts"]),
+        "contacts": dict.fromkeys(inputs, touching["contacts"]),
+        "claims": read_table(LOOPS.with_name("paper_claims.csv")),
+        "readings": read_table(LOOPS.with_name("readings.csv")),
     }
     beams = {
         f"beam-{kind}isotropic-course": synthetic.history(force=(0, 4, 8))
@@ -128,7 +130,7 @@ def results(knit, plain_scene, touching, pairs, paper, cases):
         "fig16_out_of_plane": tied
         | models
         | {"scenes": {f"{kind}_dns": scenes[f"dns-{kind}-course"] for kind in ("tie", "isotropic")}},
-        "fig_inputs": tied | variations,
+        "fig_readings": tied | judged,
         "fig_cut_rows": friction | {"dns": synthetic.history(force=(0, 4, 8))},
         "fig_pair_slip": pairs,
     }

@@ -104,8 +104,6 @@ def test_springs_are_measured_or_given(scene, sprung):
     for name, value in (("rom.stiffness", [1e3]), ("rom.springs_from", "dns-b")):
         with pytest.raises(ConfigurationError, match=r"rom\.(stiffness|springs_from) is"):
             given.replace(name, value)
-    with pytest.raises(ConfigurationError, match=r"rom\.springs_from is 'dns-b' but must be empty where"):
-        sprung.vary({"rom.springs": "zones", "rom.springs_from": "dns-b"})
 
 
 LENGTHS = (
