@@ -369,8 +369,8 @@ class BesideTies:
             overlap=np.inf,
         )
         self._labels, self._rings, self._ties, self._nodes = labels, yarns.rings, ties, yarns.nodes
-        # Undeformed surfaces are up to a^2 / R apart at the edge of a tied disc of radius a; flattening the disc indents
-        # them as deep.
+        # Undeformed surfaces are up to a^2 / R apart at the edge of a tied disc of radius a; flattening it indents them
+        # as deep.
         self.overlap = ties.discs.radius**2 / mesh.radius
         # With the same empty history all along, pairs of a search stay followed.
         self._history = ContactHistory.empty()
