@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,12 +12,13 @@ from matplotlib.figure import Figure
 
 from knitstudy.errors import DataFileError
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.picture import arrow, bounds, draw_rows, label, scale_bar, tube
+from knitstudy.figures.picture import arrow, bounds, draw_rows, label, scale_bar, tube, yarn_colours
 from knitstudy.figures.renderer import MILLIMETRE, Picture, Surface, View
-from knitstudy.figures.style import ACCENT, INK, PAPER, SINGLE, YARNS
-from knitstudy.geometry.fabric import Fabric
+from knitstudy.figures.style import ACCENT, INK, PAPER, SINGLE
+from knitstudy.geometry.fabric import Fabric, fabric_of
 from knitstudy.measures.catalogue import solid
 from knitstudy.models.joints import contact_normal_planes, joint_points
+from knitstudy.study.scene import Scene
 
 VIEW = View.orbit(turn=-12, tilt=-36)  # from below: here planes and normals part most in the picture
 REACH = 2.0  # how much of the yarns is shown beyond the contacts, in radii
@@ -46,9 +48,9 @@ PLACES = {
         "contacts": solid("contacts", "tie-course"),
     },
 )
-def draw(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
+def draw(geometry: xr.Dataset, contacts: xr.Dataset, scenes: Mapping[str, Scene]) -> Figure:
     """Draw the left side of the middle interlock, with translucent yarns."""
-    knit = Fabric.from_dataset(geometry)
+    knit = fabric_of(scenes["geometry"], geometry)
     side, radius = InterlockSide.in_the_middle(knit, contacts), knit.radius
     surfaces = [tube(side.P, 0.05 * radius, ACCENT)]
     for yarn, s, colour in zip(side.yarn, side.arc_length.T, side.colours, strict=True):
@@ -117,6 +119,7 @@ class InterlockSide:
     arc_length: np.ndarray  # (2, 2) of the points C on their centrelines [m]
     normal: np.ndarray  # (2, 3) contact normals, from yarn 0 to yarn 1
     plane: np.ndarray  # (2, 3) unit normals of the contact normal planes
+    colours: list[str]  # of the two yarns, the same as in pictures of the whole knit
 
     @classmethod
     def in_the_middle(cls, knit: Fabric, contacts: xr.Dataset) -> InterlockSide:
@@ -132,12 +135,9 @@ class InterlockSide:
         points, normal = joint_points(knit, contacts), contacts["normal"].to_numpy()
         plane = contact_normal_planes(contacts)
         of_pair = (points.centroid, points.point, points.arc_length, normal, plane)
-        return cls(points.yarn[pair[0]], *(each[pair] for each in of_pair))
-
-    @property
-    def colours(self) -> list[str]:
-        """Colours of the two yarns, the same as in pictures of the whole knit."""
-        return [YARNS[yarn % len(YARNS)] for yarn in self.yarn]
+        yarn = points.yarn[pair[0]]
+        colours = [yarn_colours(knit)[number] for number in yarn]
+        return cls(yarn, *(each[pair] for each in of_pair), colours)
 
 
 def piece(
