@@ -5,6 +5,8 @@ import pytest
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import cut_cells, middles_of_legs
+from knitstudy.mechanics.newton import trace
+from knitstudy.mesh.mesher import mesh_scene
 from knitstudy.models.simulate import build
 
 
@@ -75,12 +77,51 @@ def test_grips_in_wale_tension_hold_the_cut_legs(scene, pieces):
     assert not driven[8, 1]
 
 
-def test_stations_are_places_on_the_yarns_of_the_knit(scene, knit, pieces):
-    stations = build(scene, pieces).stations
-    for yarn in range(knit.cells[1] + 1):
+@pytest.mark.parametrize("fidelity", ["hexahedra", "spline_yarns", "rom3d", "beam"])
+def test_stations_of_all_models_are_places_on_the_pieces(scene, pieces, fidelity):
+    """Histories and contacts number yarns alike: as the fabric does."""
+    changes = {"fidelity": fidelity, "interaction": "isotropic" if fidelity == "beam" else "tie"}
+    one = scene.vary(changes)
+    mesh = {"mesh": mesh_scene(one, pieces)} if fidelity == "hexahedra" else {}
+    stations = build(one, pieces, **mesh).stations
+    for yarn, line in enumerate(pieces.centrelines):
         here = stations.yarn == yarn
-        place = knit.centrelines[yarn].position(stations.arc_length[here])
-        np.testing.assert_allclose(stations.position[here], place, atol=1e-6 * knit.radius)
+        place = line.position(stations.arc_length[here])
+        np.testing.assert_allclose(stations.position[here], place, atol=1e-6 * pieces.radius)
+
+
+@pytest.mark.parametrize(("direction", "loops", "rows"), [("course", 1, 3), ("wale", 3, 1)])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"fidelity": "hexahedra", "interaction": "tie", "mesh.size": 0.6e-3},
+        {"fidelity": "hexahedra", "interaction": "isotropic", "mesh.size": 0.6e-3},
+        {"fidelity": "spline_yarns", "interaction": "tie"},
+        {"fidelity": "spline_yarns", "interaction": "isotropic"},
+        {"fidelity": "rom3d", "interaction": "tie"},
+        {"fidelity": "rom2d", "interaction": "tie"},
+        {"fidelity": "beam", "interaction": "isotropic"},
+    ],
+    ids=lambda changes: "-".join(map(str, changes.values())),
+)
+def test_grips_of_every_model_balance(plain_scene, knit_of, changes, direction, loops, rows):
+    """What the driven grips pull the held ones hold, also where the middle cell is in contact."""
+    size = {"pattern.loops": loops, "pattern.rows": rows, "load.strain": 2e-3, "solver.increments": 1}
+    scene = plain_scene.vary({"specimen": "cut_knit", **changes, **size, "load.direction": direction})
+    fabric = cut_cells(knit_of(scene).loop, loops, rows)
+    problem = build(scene, fabric, mesh=mesh_scene(scene, fabric) if "mesh.size" in changes else None)
+    *_, last = trace(problem.model, problem.prescribed, problem.settings, problem.solver)
+    force = problem.model.respond(last.state, stiffness=False).force
+    pull = force[problem.driven].sum(axis=0)
+    given = np.zeros(len(force), dtype=bool)
+    given[problem.prescribed.fixed] = True
+    given[problem.driven] = False
+    unknowns = 3 if scene.kind.fidelity.solid else 6
+    yarns = getattr(problem.observer, "yarns", None)
+    weight = np.ones(len(force) // unknowns) if yarns is None else yarns.parts.unity[yarns.retained]
+    held = (force * given).reshape(-1, unknowns)[:, :3] * weight[:, None]
+    assert pull[problem.motion.axis] > 1e-3
+    np.testing.assert_allclose(held.sum(axis=0), -pull, atol=1e-5 * np.abs(pull).max())
 
 
 def test_yarns_are_watched_beside_every_tie(scene, knit, pieces):
@@ -104,10 +145,6 @@ def test_yarns_are_watched_beside_every_tie(scene, knit, pieces):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        (
-            {"fidelity": "hexahedra"},
-            "fidelity is 'hexahedra' but must be spline_yarns where specimen is cut_knit",
-        ),
         (
             {"interaction": "rough", "contact.tied_edges": "outer", "pattern.rows": 2},
             "contact.tied_edges is 'outer' but must be none where pattern.rows is 2",

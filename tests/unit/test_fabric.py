@@ -133,7 +133,12 @@ def test_the_crossing_of_a_pair(angle):
 
 
 def test_a_fabric_comes_back_from_its_dataset(loop):
-    for fabric in (plain_knit(loop, 2, 3), yarn_pair(RADIUS, 60.0, 9e-3, 0.02)):
+    for fabric in (
+        plain_knit(loop, 2, 3),
+        cut_cells(loop, 2, 3),
+        endless_cell(loop, 1, 1),
+        yarn_pair(RADIUS, 60.0, 9e-3, 0.02),
+    ):
         again = Fabric.from_dataset(fabric.to_dataset())
         np.testing.assert_array_equal(again.crossings.point, fabric.crossings.point)
         assert again.specimen == fabric.specimen
@@ -165,7 +170,7 @@ def test_files_that_describe_no_fabric_are_refused(loop):
     dataset = plain_knit(loop, 1, 1).to_dataset()
     with pytest.raises(DataFileError, match=r"\['loops'\] are missing"):
         Fabric.from_dataset(dataset.drop_vars("loops"))
-    with pytest.raises(DataFileError, match=r"specimen is 'sock'; allowed are knit, pair"):
+    with pytest.raises(DataFileError, match=r"specimen is 'sock'; allowed are knit, cut_knit, cell, pair"):
         Fabric.from_dataset(dataset.assign_attrs(specimen="sock"))
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from knitstudy.geometry.fabric import fabric_of
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.solve import solve_load_path
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
@@ -31,7 +31,7 @@ def scene():
 
 @pytest.fixture(scope="module")
 def knit(scene):
-    return fabric_of(scene, lay_out(scene))
+    return Fabric.from_dataset(lay_out(scene))
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ import xarray as xr
 from knitstudy.contacts.facets import count_zones
 from knitstudy.contacts.kinematics import Axes, kinematics
 from knitstudy.errors import DataFileError
-from knitstudy.geometry.fabric import Fabric, fabric_of
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.columns import CONTACTS
 from knitstudy.mechanics.contact.indentation import Crossing
 from knitstudy.mechanics.contact.interaction import PASS_SHARE
@@ -33,7 +33,7 @@ BY_NEIGHBOURS = "segment_contraction"  # needs the neighbours of a crossing: unk
 
 def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
     """Return the contacts of a scene from its geometry and its history; see `extract`."""
-    return extract(fabric_of(scene, geometry), history)
+    return extract(Fabric.from_dataset(geometry), history)
 
 
 def extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:

@@ -1,6 +1,6 @@
 """Fig. 16: out-of-plane displacement along the yarns, of the DNS and of the 3D reduced model.
 
-A figure of its own sets a knit of whole yarns beside cells cut out of a knit (docs/notes/sensitivity.md).
+A figure of its own sets cells cut out of a knit beside a knit of whole yarns (docs/notes/sensitivity.md).
 """
 
 from __future__ import annotations
@@ -84,16 +84,16 @@ def _titles(kind: str, dns: xr.Dataset, rom3d: xr.Dataset, true: Reference) -> l
     results={
         "geometry": solid("geometry", "isotropic-course"),
         "dns": solid("simulation", "isotropic-course"),
-        "cut": one("simulation", "inputs-cut-isotropic-course"),
+        "whole": one("simulation", "reading-whole-yarns-isotropic-course"),
     },
 )
-def draw_cut(geometry: xr.Dataset, dns: xr.Dataset, cut: xr.Dataset) -> Figure:
+def draw_cut(geometry: xr.Dataset, dns: xr.Dataset, whole: xr.Dataset) -> Figure:
     """Draw both at full load, displacements true to scale, coloured on one scale."""
     titles = []
-    for name, history in (("whole yarns", dns), ("cells cut out", cut)):
+    for name, history in (("cells cut out", dns), ("whole yarns", whole)):
         strain, force = float(history["strain"][-1]), float(history["force"][-1])
         titles.append(f"{name}\n{strain:.2%} strain: {force:.3g} N, {_largest(history)}")
-    return draw_elevations([(dns, cut)], titles, float(geometry["radius"]))
+    return draw_elevations([(dns, whole)], titles, float(geometry["radius"]))
 
 
 def _largest(history: xr.Dataset) -> str:

@@ -156,10 +156,9 @@ class Fabric:
         )
 
     @classmethod
-    def from_dataset(cls, dataset: xr.Dataset, specimen: str | None = None) -> Fabric:
+    def from_dataset(cls, dataset: xr.Dataset) -> Fabric:
         """Return the fabric that a dataset of `to_dataset` describes; crossings are found again.
 
-        Of a knit's loops it is the specimen "knit", "cut_knit" or "cell"; as the dataset says if left out.
         Raises DataFileError when the dataset describes no fabric, or a variable is missing.
         """
         kind = dataset.attrs.get("specimen")
@@ -176,8 +175,7 @@ class Fabric:
         if kind == "pair":
             return yarn_pair(float(points), *map(float, numbers))
         *lengths, loops, rows = numbers
-        make = {"cut_knit": cut_cells, "cell": endless_cell}.get(specimen or kind, plain_knit)
-        return make(Loop(points, *map(float, lengths)), int(loops), int(rows))
+        return KNITS[kind](Loop(points, *map(float, lengths)), int(loops), int(rows))
 
 
 _ONE = {"units": "1"}
@@ -192,15 +190,11 @@ _VARIABLES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
     "angle": ((), {"units": "degree", "long_name": "between the yarns"}),
     "length": ((), metre("of each yarn")),
 }
+_OF_KNITS = ("control_points", "wale_spacing", "course_spacing", "radius", "clearance", "loops", "rows")
 _NEEDED = {
-    "knit": ("control_points", "wale_spacing", "course_spacing", "radius", "clearance", "loops", "rows"),
+    **dict.fromkeys(("knit", "cut_knit", "cell"), _OF_KNITS),
     "pair": ("radius", "angle", "length", "clearance"),
 }
-
-
-def fabric_of(scene: Any, geometry: xr.Dataset) -> Fabric:
-    """Return the fabric of a scene from its geometry: the knit, cut cells, endless cell or pair that it simulates."""
-    return Fabric.from_dataset(geometry, scene.specimen)
 
 
 def of_curves(
@@ -319,7 +313,9 @@ def endless_cell(loop: Loop, loops: int, rows: int) -> Fabric:
     Every crossing is there once. Nothing is gripped.
     """
     knit = plain_knit(loop, loops, rows)
-    return replace(knit, grips={}, periods=np.array([[knit.width, 0, 0], [0, knit.height, 0]]))
+    return replace(
+        knit, grips={}, specimen="cell", periods=np.array([[knit.width, 0, 0], [0, knit.height, 0]])
+    )
 
 
 def cut_cells(loop: Loop, loops: int, rows: int) -> Fabric:
@@ -350,7 +346,10 @@ def cut_cells(loop: Loop, loops: int, rows: int) -> Fabric:
         "course": (ends(first, none), ends(none, last)),
         "wale": (ends(lowest & ~first, lowest & ~last), ends(highest & ~first, highest & ~last)),
     }
-    return replace(found, grips=grips)
+    return replace(found, grips=grips, specimen="cut_knit")
+
+
+KNITS = {"knit": plain_knit, "cut_knit": cut_cells, "cell": endless_cell}
 
 
 def middles_of_legs(knit: Fabric) -> np.ndarray:

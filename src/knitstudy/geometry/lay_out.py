@@ -24,7 +24,7 @@ from scipy.optimize import brentq
 from knitstudy.errors import GeometryError, KnitstudyError
 from knitstudy.files import write_table
 from knitstudy.geometry.crossings import metre
-from knitstudy.geometry.fabric import plain_knit, yarn_pair
+from knitstudy.geometry.fabric import KNITS, plain_knit, yarn_pair
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.optimise import CONTACT_TOLERANCE, optimise
 from knitstudy.geometry.survey import check_yarns, survey
@@ -65,7 +65,7 @@ def lay_out(scene):
             "pattern.course_ratio nearer to 1, or a smaller pattern.clearance: docs/notes/geometry.md lists what is "
             "found"
         ) from error
-    knit = plain_knit(loop, pattern.loops, pattern.rows)
+    knit = KNITS.get(scene.specimen, plain_knit)(loop, pattern.loops, pattern.rows)
     return knit.to_dataset().merge(_report(initial, optimum, surveys))
 
 

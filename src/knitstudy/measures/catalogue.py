@@ -114,8 +114,8 @@ def several(stage: str, *patterns: str, **said: Any) -> Results:
 
 
 def is_whole_knit(scene: Scene) -> bool:
-    """Whether a scene is a knit with whole yarns in one model: no window, pair, endless or cut knit."""
-    return scene.specimen == "knit" and scene.value("window") is None
+    """Whether a scene is a knit that ends, in one model: no window, pair or endless knit."""
+    return scene.is_knit and scene.value("window") is None
 
 
 @dataclass(frozen=True)

@@ -86,7 +86,6 @@ SERIES = {
     "domain-hexahedra-isotropic-course": None,
     "domain-yarns-isotropic-course": None,
     "domain-yarns-untied-course": None,
-    "domain-cut-tie-wale": None,
 }
 
 FEWEST = 3  # Sizes that make a series
@@ -109,8 +108,6 @@ class Series:
     def model(self) -> str:
         """Model in words."""
         scene = self.scenes[0]
-        if scene.specimen == "cut_knit":
-            return f"{made_of(scene)}, cells cut out"
         return made_of(scene) if is_direct(scene) else NAMES[scene.fidelity]
 
     @property

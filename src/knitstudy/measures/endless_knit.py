@@ -124,7 +124,6 @@ MOST = 4  # Number of the largest knits through which a limit is sought
 CELLS = {
     "domain-yarns-tie-course": "cell-course",
     "domain-yarns-tie-wale": "cell-wale",
-    "domain-cut-tie-wale": "cell-wale",
 }
 
 

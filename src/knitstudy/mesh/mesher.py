@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import MeshError
-from knitstudy.geometry.fabric import Fabric, fabric_of
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.mesh.quality import check_bending, check_folding, check_overlap, require_memory_to_mesh
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import UNIFORM, Grading, Spacing
@@ -132,7 +132,7 @@ def mesh(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
 
     Yarns without elements across are sampled instead.
     """
-    fabric = fabric_of(scene, geometry)
+    fabric = Fabric.from_dataset(geometry)
     swept = sampled_sections(fabric) if scene.value("mesh.size") is None else mesh_scene(scene, fabric)
     return swept.to_dataset()
 

@@ -67,7 +67,7 @@ def problem(scene: Scene, fabric: Fabric, parts: Discretisation) -> Problem:
         settings=settings_of(scene, yarns.touches),
         motion=Motion(end[None], (1.0,), stops, axis, float(lattice.lengths[axis])),
         driven=model.lattice[None],
-        stations=solids.stations_of(parts.mesh, fabric.arcs),
+        stations=solids.stations_of(parts.mesh),
         observer=cell,
         checks=(partial(require_sound, scene, yarns.model.loaded),),
         constants=yarns.ties.constants() | ({} if yarns.touches else cell.shell()),

@@ -4,9 +4,10 @@ A node in a contact zone is shared by both yarns. Between the lower and the uppe
 yarns run along the same segment, which has the section of one yarn (or of both, as a variant). All crossings are shared
 nodes, whatever the interaction.
 
-The feet of the bottom yarn and the heads of the top yarn meet no other yarn. Their corners stand where the contact
-zones of the next row would be: the zones of the outermost row of interlocks, one course away. The ends of yarns lie in
-the cut through the centres of the sinkers, on the line through the zones that the sinker would join.
+The feet of the bottom yarn and the heads of the top yarn, where these are whole, meet no other yarn. Their corners
+stand where the contact zones of the next row would be: the zones of the outermost row of interlocks, one course away. A
+yarn that ends in a sinker ends on the line through the zones that the sinker would join; a cut leg ends half way to the
+zone that it would lead to.
 
 Segments may lie along the maximum principal stress of the deformed knit instead (Fig. 14, Table 4), averaged over the
 segments that end in the centre cell. The paper keeps the distances between contact zones and positions the segments by
@@ -126,7 +127,7 @@ def planar_network(
     if stresses is not None:
         rows = heights_by_stress(fabric, contacts, stresses)
         contacts, course = moved(fabric, contacts, rows), rows.course
-    corners = _end_in_cut(fabric, _corners(fabric, contacts, course))
+    corners = _with_ends(fabric, _corners(fabric, contacts, course), contacts, course)
     first = np.flatnonzero(corners.yarn[1:] == corners.yarn[:-1])  # passages from which the yarn goes on
     legs = np.column_stack([corners.number[first], corners.number[first + 1]])
     segments, yarns = np.unique(np.sort(legs, axis=1), axis=0, return_counts=True)
@@ -164,12 +165,13 @@ class _Corners:
 
 
 def _corners(fabric: Fabric, contacts: xr.Dataset, spacing: float) -> _Corners:
-    """Return corners in contact zones, and where the zones of the rows beyond the edges would be."""
+    """Return corners in contact zones, and where whole yarns would have zones with the rows beyond the edges."""
     zone = contacts["centroid"].to_numpy() * [1.0, 1.0, 0.0]
     row = contacts["row"].to_numpy()
     yarn, arc_length = contacts["yarn"].to_numpy().astype(int), contacts["arc_length"].to_numpy()
     course = np.array([0.0, spacing, 0.0])
-    feet, heads = np.flatnonzero(row == 0), np.flatnonzero(row == fabric.cells[1] - 1)
+    whole = fabric.arcs is None
+    feet, heads = (np.flatnonzero((row == edge) & whole) for edge in (0, fabric.cells[1] - 1))
     passed = _Corners(yarn.T.ravel(), arc_length.T.ravel(), np.tile(np.arange(len(zone)), 2), zone)
     # All yarns have one shape: the bottom yarn's feet are where yarn 1 has them, the top yarn's heads where
     # the yarn below it has them.
@@ -181,17 +183,30 @@ def _corners(fabric: Fabric, contacts: xr.Dataset, spacing: float) -> _Corners:
     )
 
 
-def _end_in_cut(fabric: Fabric, corners: _Corners) -> _Corners:
-    """Add the ends of the yarns."""
+def _with_ends(fabric: Fabric, corners: _Corners, contacts: xr.Dataset, course: float) -> _Corners:
+    """Add the ends of the yarns, in sinkers or half way up a leg; rows are `course` apart [m]."""
     start = np.flatnonzero(np.append(True, np.diff(corners.yarn) != 0))
     stop = np.append(start[1:], len(corners.yarn)) - 1
     length = np.array([centreline.length for centreline in fabric.centrelines])
-    tips = np.stack([c.position(np.array([0.0, c.length])) for c in fabric.centrelines], axis=1)  # (2, Y, 3)
-    end = corners.point[corners.number[np.append(start, stop)]]
-    end[:, 0] = tips[..., 0].ravel()
+    ends = np.stack([np.zeros(len(length)), length], axis=1)
+    tips, ways = (
+        np.concatenate(
+            np.stack([getattr(c, of)(s) for c, s in zip(fabric.centrelines, ends, strict=True)], axis=1)
+        )
+        for of in ("position", "tangent")
+    )
+    number = corners.number[np.append(start, stop)]
+    end = corners.point[number]
+    in_leg = np.abs(ways[:, 1]) > np.abs(ways[:, 0])
+    end[~in_leg, 0] = tips[~in_leg, 0]
+    # A leg leads from an upper zone to the lower one of the next row, on the same side; crossings stand in fours.
+    number = number[in_leg]
+    up = np.where(contacts["zone"].to_numpy()[number] >= 2, 1, -1)
+    end[in_leg] = 0.5 * (end[in_leg] + corners.point[number - 2 * up])
+    end[in_leg, 1] += 0.5 * up * course
     return corners.and_more(
         corners.yarn[np.append(start, stop)],
-        np.append(np.zeros(len(length)), length),
+        ends.T.ravel(),
         len(corners.point) + np.arange(len(end)),
         end,
     )

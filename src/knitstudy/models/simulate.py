@@ -12,7 +12,7 @@ from typing import Any
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.geometry.fabric import Fabric, fabric_of
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.history import Meter
 from knitstudy.loading.restart import IN_MEMORY, Run
 from knitstudy.loading.solve import Problem, solve_load_path
@@ -72,4 +72,4 @@ def simulate(
     """
     swept = None if mesh is None else SweptMesh.from_dataset(mesh)
     data = {"mesh": swept, "contacts": contacts, "springs": springs, "stresses": stresses}
-    return solve(scene, fabric_of(scene, geometry), run, **data)
+    return solve(scene, Fabric.from_dataset(geometry), run, **data)

@@ -172,7 +172,7 @@ def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns) -> Problem:
         settings=settings_of(scene, yarns.touches, stride),
         motion=motion,
         driven=driven,
-        stations=stations_of(yarns.parts.mesh, fabric.arcs),
+        stations=stations_of(yarns.parts.mesh),
         observer=SolidObserver(yarns),
         checks=(
             partial(require_sound, scene, model.loaded),
@@ -184,8 +184,8 @@ def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns) -> Problem:
     )
 
 
-def stations_of(mesh: SweptMesh, arcs: Arcs | None) -> Stations:
-    """Return the centres of sections, on whole yarns where a fabric's yarns are arcs of them."""
+def stations_of(mesh: SweptMesh, arcs: Arcs | None = None) -> Stations:
+    """Return the centres of sections, on the yarns that the mesh's are arcs of if these are given."""
     yarn, arc_length = mesh.yarn_of_slice, mesh.arc_length
     if arcs is not None:
         yarn, arc_length = arcs.yarn[yarn], arcs.arc[yarn, 0] + arc_length

@@ -65,5 +65,5 @@ def _yarn(scene: Scene) -> float:
     """Return the length of all yarns as they are drawn [m]."""
     if scene.specimen == "pair":
         return 2 * scene.pair.length
-    pattern = scene.pattern
-    return initial_loop(scene).curve.segment_lengths().sum() * pattern.loops * (pattern.rows + 1)
+    pattern, cut = scene.pattern, scene.specimen == "cut_knit"
+    return initial_loop(scene).curve.segment_lengths().sum() * pattern.loops * (pattern.rows + (not cut))

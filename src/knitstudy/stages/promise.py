@@ -67,7 +67,7 @@ def promises(plan: Plan, results: Path, seconds: float = float("inf")) -> Iterat
     table = read_table(REFERENCE / "reference.csv")
     there = [scene for scene in plan.scenes.values() if scene.name.startswith(UNSEEN)]
     there = plan.up_to_date(there, results, SIMULATED)
-    unseen = [scene for scene in there if scene.specimen == "knit" and made_of(scene) == BY]
+    unseen = [scene for scene in there if scene.is_knit and made_of(scene) == BY]
     truths = {}
     for scene in sorted(unseen, key=lambda scene: scene.interaction != "tie"):
         if (pair := _pair(scene, plan, results)) is not None:

@@ -226,7 +226,7 @@ _STAGES = (
         path_pattern="stress/{scene}.nc",
         function=stress.stress,
         reads=MODEL_KEYS,
-        of=lambda scene: has_mesh(scene) and scene.specimen == "knit" and "fields" in scene.outputs,
+        of=lambda scene: has_mesh(scene) and scene.is_knit and "fields" in scene.outputs,
         needs=_fields,
         code=lambda scene: (stress.__name__, *_model_code(scene)),
         memory=lambda scene: 1000 + expected_memory(scene) // 2,

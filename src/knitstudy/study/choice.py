@@ -92,7 +92,7 @@ def choose(
     named.
     """
     named = f"{where}: fidelity is auto but must be named where"
-    if scene.specimen != "knit":
+    if not scene.is_knit:
         raise ConfigurationError(f"{named} specimen is {scene.specimen}")
     if scene.load.strain < 0:
         why = "what accuracy costs was measured in tension"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from math import ceil
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, field_validator, model_validator
@@ -175,9 +176,28 @@ class Tension(Section):
     """Prescribed displacements on the driven side; lateral components held, a variant leaves them free. Checked: fixed;
     free: force -3.3 % (docs/notes/sensitivity.md)."""
     stops: tuple[float, ...] = output(
-        "choice", allowed="a list of strains on the way, for example [0.01, 0.02], or []"
+        "choice",
+        allowed="a list of strains on the way, for example [0.01, 0.02], in which [0.006, 0.0002] stands for even "
+        "steps of at most 0.0002 from the stop before to 0.006; or []",
     )
-    """Numerical; where increments end, so that figures show the strains of Fig. 7c."""
+    """Numerical; where increments end, so that figures show the strains of Fig. 7c and the onset of contact."""
+
+    @field_validator("stops", mode="before")
+    @classmethod
+    def _graded(cls, stops: object) -> object:
+        """Return stops with the even steps that pairs [end, largest step] stand for."""
+        if not isinstance(stops, list | tuple):
+            return stops
+        found: list = []
+        for stop in stops:
+            match stop:
+                case [float() | int() as end, float() | int() as step] if 0 < step <= end:
+                    last = max((each for each in found if isinstance(each, float | int)), default=0.0)
+                    parts = max(ceil((end - last) / step - 1e-9), 1)
+                    found += [last + (end - last) * part / parts for part in range(1, parts + 1)]
+                case _:
+                    found.append(stop)
+        return tuple(found)
 
     @field_validator("strain")
     @classmethod

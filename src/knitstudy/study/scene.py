@@ -187,6 +187,11 @@ class Scene:
         return Scene.from_dict(document, f"scene {self.name!r}")
 
     @property
+    def is_knit(self) -> bool:
+        """Whether it is a knit that ends: rows of loops, or cells cut out of one."""
+        return self.specimen in ("knit", "cut_knit")
+
+    @property
     def geometry_inputs(self) -> dict[str, Any]:
         """All that the geometry depends on, by dotted key."""
         return {"specimen": self.specimen} | flat(self.read(self.kind.specimen.geometry))
@@ -276,7 +281,7 @@ def _contradictions(scene: Scene) -> Iterator[str]:
     if "pair" in scene.sections and scene.pair.length <= 2 * scene.yarn.diameter:
         least = f"twice yarn.diameter, {scene.yarn.diameter:g} m"
         yield f"pair.length is {scene.pair.length:g} m but must exceed {least}"
-    if specimen.name in ("knit", "cut_knit") and scene.value("contact.tied_edges") == "outer":
+    if scene.is_knit and scene.value("contact.tied_edges") == "outer":
         name = "rows" if scene.load.direction == "course" else "loops"
         count = getattr(scene.pattern, name)
         if count < 3:
