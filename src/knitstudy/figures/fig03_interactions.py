@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -13,9 +11,8 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import bounds, draw_arrow, draw_rows, scale_bar, yarn_colours, yarn_tubes
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture
 from knitstudy.figures.style import ACCENT, INK, PAPER, panel_letter, shared_legend, tint
-from knitstudy.geometry.fabric import Fabric, fabric_of
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
-from knitstudy.study.scene import Scene
 
 TIED = {"marker": "s", "s": 20, "facecolor": ACCENT, "edgecolor": PAPER, "label": "tied"}
 FRICTION = {"marker": "o", "s": 25, "facecolor": PAPER, "edgecolor": INK, "label": "contact with friction"}
@@ -34,9 +31,9 @@ PULL = 2.2  # length of the arrows of the load [mm]
         "wale": solid("contacts", "isotropic-wale"),
     },
 )
-def draw(geometry: xr.Dataset, course: xr.Dataset, wale: xr.Dataset, scenes: Mapping[str, Scene]) -> Figure:
+def draw(geometry: xr.Dataset, course: xr.Dataset, wale: xr.Dataset) -> Figure:
     """Draw the undeformed knit with a mark at every crossing and its grips, in course and in wale tension."""
-    knit = fabric_of(scenes["geometry"], geometry)
+    knit = Fabric.from_dataset(geometry)
     surfaces = yarn_tubes(knit, [tint(colour) for colour in yarn_colours(knit)])
     left, right, bottom, top = bounds(surfaces)
     picture = Picture(surfaces, FRONT, (left, right + 0.7 * PULL, bottom, top + 0.7 * PULL))

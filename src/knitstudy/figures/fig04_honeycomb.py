@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import xarray as xr
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
@@ -12,11 +10,10 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import HALO, bounds, draw_rows, scale_bar, yarn_colours, yarn_of_mesh
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture
 from knitstudy.figures.style import ACCENT, INK, MODELS, PAPER, SINGLE, shared_legend, tint
-from knitstudy.geometry.fabric import fabric_of
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models import network_2d
-from knitstudy.study.scene import Scene
 
 BEAM = {"linewidths": 2.2, "capstyle": "round", "path_effects": HALO, "zorder": 5}
 ZONE = {"s": 26, "facecolor": PAPER, "edgecolor": ACCENT, "linewidth": 1.4, "zorder": 6}
@@ -31,9 +28,9 @@ ZONE = {"s": 26, "facecolor": PAPER, "edgecolor": ACCENT, "linewidth": 1.4, "zor
         "contacts": solid("contacts", "tie-course"),
     },
 )
-def draw(geometry: xr.Dataset, mesh: xr.Dataset, contacts: xr.Dataset, scenes: Mapping[str, Scene]) -> Figure:
+def draw(geometry: xr.Dataset, mesh: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw the honeycomb over the undeformed mesh, with the contact zones that are its joints."""
-    knit, swept = fabric_of(scenes["geometry"], geometry), SweptMesh.from_dataset(mesh)
+    knit, swept = Fabric.from_dataset(geometry), SweptMesh.from_dataset(mesh)
     surfaces = [yarn_of_mesh(swept, i, tint(colour)) for i, colour in enumerate(yarn_colours(knit))]
     picture = Picture(surfaces, FRONT, bounds(surfaces))
     drawing, (axes,) = draw_rows([[picture]], 1.5 * SINGLE, head=0, foot=9.0)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,10 +14,9 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import arrow, bounds, draw_rows, label, scale_bar, tube, yarn_colours
 from knitstudy.figures.renderer import MILLIMETRE, Picture, Surface, View
 from knitstudy.figures.style import ACCENT, INK, PAPER, SINGLE
-from knitstudy.geometry.fabric import Fabric, fabric_of
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 from knitstudy.models.joints import contact_normal_planes, joint_points
-from knitstudy.study.scene import Scene
 
 VIEW = View.orbit(turn=-12, tilt=-36)  # from below: here planes and normals part most in the picture
 REACH = 2.0  # how much of the yarns is shown beyond the contacts, in radii
@@ -48,9 +46,9 @@ PLACES = {
         "contacts": solid("contacts", "tie-course"),
     },
 )
-def draw(geometry: xr.Dataset, contacts: xr.Dataset, scenes: Mapping[str, Scene]) -> Figure:
+def draw(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw the left side of the middle interlock, with translucent yarns."""
-    knit = fabric_of(scenes["geometry"], geometry)
+    knit = Fabric.from_dataset(geometry)
     side, radius = InterlockSide.in_the_middle(knit, contacts), knit.radius
     surfaces = [tube(side.P, 0.05 * radius, ACCENT)]
     for yarn, s, colour in zip(side.yarn, side.arc_length.T, side.colours, strict=True):

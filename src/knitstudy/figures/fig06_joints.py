@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -13,10 +11,9 @@ from knitstudy.figures.fig05_contact_points import InterlockSide, name_points, p
 from knitstudy.figures.picture import arrow, bounds, draw_rows, scale_bar, sphere, tube, write, yarn_colours
 from knitstudy.figures.renderer import MILLIMETRE, Picture, Surface, View
 from knitstudy.figures.style import ACCENT, INK, panel_letter
-from knitstudy.geometry.fabric import Fabric, fabric_of
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import network, solid
 from knitstudy.models.joints import joint_points
-from knitstudy.study.scene import Scene
 
 WHOLE, DETAIL = View.orbit(turn=-18, tilt=16), View.orbit(turn=34, tilt=-37)
 BEAM, ARM = 0.26, 0.16  # radii in which beams and joints are drawn, over the yarn's
@@ -34,11 +31,9 @@ PLACES = {"$C_1$": (-32, -10), "$C_3$": (34, 8), "$P_1$": (0, -30)}  # offsets o
         "rom3d": network("rom3d", "tie-course"),
     },
 )
-def draw(
-    geometry: xr.Dataset, contacts: xr.Dataset, rom3d: xr.Dataset, scenes: Mapping[str, Scene]
-) -> Figure:
+def draw(geometry: xr.Dataset, contacts: xr.Dataset, rom3d: xr.Dataset) -> Figure:
     """Draw the beams of the model between their nodes with the arms that join them, and the joint at P1."""
-    knit = fabric_of(scenes["geometry"], geometry)
+    knit = Fabric.from_dataset(geometry)
     side, radius = InterlockSide.in_the_middle(knit, contacts), knit.radius
     whole, joint = _whole(knit, contacts, rom3d), _joint(knit, side, rom3d)
     pictures = [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import xarray as xr
@@ -36,10 +36,9 @@ from knitstudy.figures.style import (
     place,
     tint,
 )
-from knitstudy.geometry.fabric import Fabric, fabric_of
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import Snapshot, area_of_cell, centre_cell, snapshots, zones_of_cell
-from knitstudy.study.scene import Scene
 
 CURVES = 88.0  # height of (a) and (b) [mm]
 MARGIN = (1.8, 3.2)  # room around the crossings of the cell in x and y, in yarn radii
@@ -55,9 +54,9 @@ ARROW = 19.0  # from a contact to the tail of the arrow to it [points]
         "contacts": solid("contacts", "isotropic-course"),
     },
 )
-def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset, scenes: Mapping[str, Scene]) -> Figure:
+def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw number and area of the contact zones and the force over strain, and the deformed cell at four strains."""
-    knit, cell, points = fabric_of(scenes["geometry"], geometry), centre_cell(contacts), snapshots(dns)
+    knit, cell, points = Fabric.from_dataset(geometry), centre_cell(contacts), snapshots(dns)
     room = MILLIMETRE * knit.radius * np.array(MARGIN)
     window = window_around(knit.crossings.point[cell].reshape(-1, 3), room)
     passing = np.unique(contacts["yarn"].to_numpy()[cell])

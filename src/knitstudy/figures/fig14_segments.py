@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -24,11 +22,10 @@ from knitstudy.figures.picture import (
 )
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture
 from knitstudy.figures.style import INK, MODELS, PAPER, panel_letter, shared_legend
-from knitstudy.geometry.fabric import Fabric, fabric_of
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import SEGMENT, central, centre_cell
 from knitstudy.models.network_2d import heights_by_stress, zone_places
-from knitstudy.study.scene import Scene
 
 TENSION = {"course": "#0072B2", "wale": "#8E1B5A"}  # colours of the axes in course and in wale tension
 YARNS = ("#D8D4CC", "#EFECE6")  # of neighbouring yarns, pale below the segments
@@ -49,11 +46,9 @@ SEGMENTS = {KINDS[kind]: ends for ends, (kind, _) in BETWEEN.items()}
         "isotropic_wale_dns_stress": solid("stress", "isotropic-wale"),
     },
 )
-def draw(
-    geometry: xr.Dataset, contacts: xr.Dataset, scenes: Mapping[str, Scene], **stresses: xr.Dataset
-) -> Figure:
+def draw(geometry: xr.Dataset, contacts: xr.Dataset, **stresses: xr.Dataset) -> Figure:
     """Draw the undeformed centre cell with its segments and axes, and beside it the three honeycombs on one scale."""
-    knit = fabric_of(scenes["geometry"], geometry)
+    knit = Fabric.from_dataset(geometry)
     found = {way: stresses[f"isotropic_{way}_dns_stress"] for way in TENSION}
     centroid = contacts["centroid"].to_numpy()
     window = window_around(centroid[centre_cell(contacts)], MILLIMETRE * knit.radius * np.array(MARGIN))
