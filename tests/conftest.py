@@ -93,7 +93,7 @@ def plain_scene():
                 "springs_from": None,
                 "springs": "averaged",
                 "stiffness": [],
-                "axes": "contact",
+                "axes": "local",
                 "displacement": "interface",
                 "section": "single",
             },

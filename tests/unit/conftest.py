@@ -46,7 +46,7 @@ DEFAULTS = {
         "springs_from": None,
         "springs": "averaged",
         "stiffness": [],
-        "axes": "contact",
+        "axes": "local",
         "displacement": "interface",
         "section": "single",
     },

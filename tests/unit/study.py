@@ -163,6 +163,6 @@ NO_REFERENCE = pd.DataFrame(columns=NEEDED)
 def sprung(contacts):
     """Return the contacts of the direct simulations with friction, with the paper's springs."""
     return {
-        f"dns-isotropic-{way}": synthetic.contacts_with_springs(contacts, np.array(stiffness))
+        f"dns-isotropic-{way}": synthetic.contacts_with_springs(contacts, np.array(stiffness), "local")
         for way, stiffness in SPRINGS.items()
     }

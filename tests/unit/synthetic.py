@@ -6,6 +6,7 @@ import xarray as xr
 from knitstudy.contacts.segments import KINDS, segments
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.columns import STRESSES
+from knitstudy.models.joints import spring_axes
 
 TERMS = ("distance", "continuous", "join", "bending", "length", "total")
 
@@ -208,23 +209,29 @@ def contacts_of_slide(distance, friction=0.5, normal=4.0, **attributes):
     )
 
 
-def contacts_with_springs(contacts, stiffness):
+def contacts_with_springs(contacts, stiffness, axes="global"):
     """Contacts of a 3 x 3 knit whose middle row touches from the second of three states on, with given springs.
 
     The sides of a crossing move apart evenly in time, each crossing in its own direction; the force grows from first
-    contact on with the displacement since then times `stiffness` (3,) [N/m]. Other rows are tied.
+    contact on with the displacement since then times `stiffness` (3,) [N/m] along `axes`. Other rows are tied.
     """
     count = contacts.sizes["crossing"]
     tied = contacts["row"].to_numpy() != 1
     end = 1e-5 * np.random.default_rng(3).uniform(0.5, 1.5, size=(count, 3))
     displacement = np.linspace(0, 1, 3)[:, None, None] * end
-    force = np.maximum(displacement - displacement[1], 0) * stiffness
+    unit = spring_axes(contacts["normal"].to_numpy(), axes)
+    force = np.einsum(
+        "kai,a,kaj,tkj->tki", unit, stiffness, unit, np.maximum(displacement - displacement[1], 0)
+    )
+    size = np.linalg.norm(force, axis=-1, keepdims=True)
+    direction = -force / np.where(size == 0, 1, size)
     zones = np.ones((3, count), dtype=int)
     zones[0, ~tied] = 0
     return contacts.assign(
         tied=("crossing", tied.astype(np.int8)),
         zones=(("increment", "crossing"), zones),
         force=(("increment", "crossing", "xyz"), force),
+        resultant_direction=(("increment", "crossing", "xyz"), np.where(size == 0, np.nan, direction)),
         relative_displacement=(("increment", "crossing", "xyz"), displacement),
     )
 

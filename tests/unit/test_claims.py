@@ -218,7 +218,7 @@ def with_still(evidence, name):
 def with_springs(evidence, direction, *stiffness):
     """Return the evidence with other springs (3,) [N/m] in one direction."""
     name = f"dns-isotropic-{direction}"
-    other = synthetic.contacts_with_springs(evidence.contacts[name], np.array(stiffness))
+    other = synthetic.contacts_with_springs(evidence.contacts[name], np.array(stiffness), "local")
     return replace(evidence, contacts={**evidence.contacts, name: other})
 
 

@@ -1,5 +1,7 @@
 """Networks of beams: nodes, joints, segments and ends of both reduced models."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -64,6 +66,6 @@ class TestSpatial:
     def test_two_joints_at_one_point_are_refused(self, knit, points):
         arc_length = points.arc_length.copy()
         arc_length[2, 0] = arc_length[0, 0]
-        twice = type(points)(points.yarn, arc_length, points.point, points.centroid)
+        twice = replace(points, arc_length=arc_length)
         with pytest.raises(GeometryError, match="yarn 0 has two joints"):
             network_3d.spatial_network(knit, twice, 1e-3)

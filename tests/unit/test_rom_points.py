@@ -51,6 +51,15 @@ def test_contact_without_partner_is_refused(contacts):
         contact_normal_planes(contacts.isel(crossing=slice(1, None)))
 
 
-def test_contact_far_from_its_yarns_is_refused(knit, contacts):
-    with pytest.raises(GeometryError, match="row 0, column 0, zone 0 on yarn 0"):
-        joint_points(knit, contacts.assign(centroid=contacts["centroid"] + [0, 5e-3, 0]))
+def test_plane_that_misses_a_yarn_leaves_the_closest_point(knit, contacts):
+    """Off by the height over the plane; a normal along P1 P2 spans no plane."""
+    normal, centroid = contacts["normal"].to_numpy().copy(), contacts["centroid"].to_numpy()
+    normal[0], normal[1] = centroid[2] - centroid[0], [0, 0, 1]
+    normal[2] = np.cross(normal[0], [0, 0, 1])  # the plane is z = 0: yarns pass P2 above and below it
+    points = joint_points(knit, contacts.assign(normal=(contacts["normal"].dims, normal)))
+    for k in (0, 2):
+        np.testing.assert_allclose(points.point[k], knit.crossings.point[k], atol=1e-15)
+    assert np.isnan(points.off_plane[0]).all()
+    height = np.abs(knit.crossings.point[2, :, 2] - centroid[2, 2])
+    np.testing.assert_allclose(points.off_plane[2], height, rtol=1e-6)
+    np.testing.assert_allclose(np.delete(points.off_plane, [0, 2], axis=0), 0, atol=1e-11)

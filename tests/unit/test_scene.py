@@ -132,9 +132,9 @@ def test_springs_are_measured_or_given(scene, sprung):
     ):
         scene.vary({"fidelity": "rom3d", "interaction": "isotropic"})
     assert scene.replace("fidelity", "rom3d").rom.contacts_from is None, "ties hang on the geometry alone"
-    given = sprung.vary({"rom.axes": "global", "rom.stiffness": [1e3, 2e3, 3e3]})
+    given = sprung.vary({"rom.stiffness": [1e3, 2e3, 3e3]})
     assert given.scaled(length=1e3, stiffness=1e-6).rom.stiffness == pytest.approx((1.0, 2.0, 3.0))
-    for name, value in (("rom.stiffness", [1e3]), ("rom.axes", "contact"), ("rom.springs_from", "dns-b")):
+    for name, value in (("rom.stiffness", [1e3]), ("rom.springs_from", "dns-b")):
         with pytest.raises(ConfigurationError, match=r"rom\.(stiffness|springs_from) is"):
             given.replace(name, value)
     with pytest.raises(ConfigurationError, match=r"rom\.springs_from is 'dns-b' but must be empty where"):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import synthetic
 
-from knitstudy.errors import ConfigurationError
-from knitstudy.models.joints import Joints, joint_points, spring_joints, springs
+from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.models.joints import Joints, contact_normals, joint_points, spring_axes, spring_joints, springs
 from knitstudy.models.simulate import build
 
 STIFFNESS = np.array([80e3, 60e3, 900e3])
@@ -29,7 +29,7 @@ def with_values(contacts, name, values):
 
 
 def test_secant_counts_from_first_contact(touching):
-    found = springs(touching, "interface")
+    found = springs(touching, "interface", "global")
     inner = touching["row"].to_numpy() == 1
     np.testing.assert_allclose(found.stiffness[inner], np.tile(STIFFNESS, (12, 1)))
     assert np.isnan(found.stiffness[~inner]).all()
@@ -39,27 +39,65 @@ def test_secant_counts_from_first_contact(touching):
     np.testing.assert_array_equal(found.used, 12)
 
 
-def test_contact_askew_to_the_axes_has_springs_of_its_own(touching):
-    """Stiff along the normal and soft across: along an axis it may move against the force."""
-    normal = touching["normal"].to_numpy()
+def test_contact_askew_to_the_axes_has_springs_of_its_own(scene, touching):
+    """Stiff along the normal and soft across: along an axis of the knit it may move against the force."""
+    axes = spring_axes(touching["normal"].to_numpy(), "local")
+    stiffness = np.einsum("kai,a,kaj->kij", axes, [20e3, 40e3, 700e3], axes)
     displacement = touching["relative_displacement"].to_numpy()
     since = displacement - displacement[1]
-    along = np.einsum("tki,ki->tk", since, normal)[..., None] * normal
-    askew = with_values(touching, "force", 700e3 * along + 30e3 * (since - along))
-    found = springs(askew, "interface", "contact")
-    np.testing.assert_allclose(found.stiffness[12:24], np.tile([700e3, 30e3], (12, 1)))
-    np.testing.assert_allclose(found.averaged, [700e3, 30e3])
-    assert springs(askew, "interface").negative.sum() > 0
-    joints = spring_joints(askew, "interface", "contact")
-    force = np.einsum("kij,kj->ki", joints.stiffness[12:24], found.displacement[12:24])
-    np.testing.assert_allclose(force, found.force[12:24])
+    askew = with_values(touching, "force", np.einsum("kij,tkj->tki", stiffness, since))
+    found = springs(askew, "interface")
+    np.testing.assert_allclose(found.stiffness[12:24], np.tile([20e3, 40e3, 700e3], (12, 1)))
+    np.testing.assert_allclose(found.averaged, [20e3, 40e3, 700e3])
+    assert springs(askew, "interface", "global").negative.sum() > 0
+    joints = spring_joints(askew, scene.replace("rom.axes", "local").rom)
+    np.testing.assert_allclose(joints.stiffness[12:24], stiffness[12:24], rtol=1e-9, atol=1e-3)
+    turned = springs(askew, "interface", "local, turned 90")
+    np.testing.assert_allclose(turned.averaged, [40e3, 20e3, 700e3])
+    assert turned.tangential == pytest.approx(found.tangential)
+    assert 20e3 < found.tangential < 40e3
+
+
+def test_normals_follow_the_forces(touching):
+    """The pressure along a, the force along b; P1 and P2 may share their mean; open contacts keep their line."""
+    line = touching["normal"].to_numpy()
+    rng = np.random.default_rng(5)
+    a, b = (line + 0.3 * rng.normal(size=(3, *line.shape)) for _ in range(2))
+    a, b = (v / np.linalg.norm(v, axis=-1, keepdims=True) for v in (a, b))
+    a[-1, 3] = np.nan
+    dims = ("increment", *touching["normal"].dims)
+    given = touching.assign(contact_normal=(dims, a), resultant_direction=(dims, b))
+    last = np.where(np.isnan(a[-1]), line, a[-1])
+    np.testing.assert_allclose(contact_normals(given), last)
+    np.testing.assert_allclose(contact_normals(given, "resultant"), b[-1])
+    np.testing.assert_allclose(contact_normals(given, "closest_points"), line)
+    shared, sum_of_both = contact_normals(given, "mean_resultant"), b[-1, 0] + b[-1, 2]  # zones 0 and 2
+    np.testing.assert_allclose(shared[[0, 2]], 2 * [sum_of_both / np.linalg.norm(sum_of_both)])
+    np.testing.assert_allclose(contact_normals(touching), line)
+    with pytest.raises(DataFileError, match=r"no resultant_direction: rom\.normal resultant needs"):
+        contact_normals(touching.drop_vars("resultant_direction"), "resultant")
+
+
+def test_no_force_is_left_across_the_resultant(touching):
+    force = touching["force"]
+    direction = -force / np.sqrt((force**2).sum("xyz"))
+    found = springs(touching.assign(resultant_direction=direction), "interface", normal="resultant")
+    np.testing.assert_allclose(found.averaged[:2] / found.averaged[2], 0, atol=1e-12)
+
+
+def test_axes_where_the_normal_lies_along_the_course():
+    normal = np.array([[1.0, 0, 0], [0, 0, 1], [0, 0, -1]])
+    axes = spring_axes(normal, "local")
+    np.testing.assert_allclose(axes[:, 0], [[0, 1, 0], [1, 0, 0], [1, 0, 0]])
+    np.testing.assert_allclose(axes[:, 1], [[0, 0, 1], [0, 1, 0], [0, -1, 0]])
+    np.testing.assert_allclose(np.linalg.det(axes), 1)
 
 
 def test_crossing_that_hardly_moves_has_no_weight_in_the_average(touching):
     """Its own secant is a thousandfold, and so is the mean of the ratios; the average stays where the others are."""
     displacement = touching["relative_displacement"].to_numpy().copy()
     displacement[2:, 12] = displacement[1, 12] + 1e-3 * (displacement[2:, 12] - displacement[1, 12])
-    found = springs(with_values(touching, "relative_displacement", displacement), "interface")
+    found = springs(with_values(touching, "relative_displacement", displacement), "interface", "global")
     np.testing.assert_allclose(found.stiffness[12], 1e3 * STIFFNESS, rtol=1e-6)
     np.testing.assert_allclose(found.averaged, STIFFNESS, rtol=1e-2)
 
@@ -67,27 +105,27 @@ def test_crossing_that_hardly_moves_has_no_weight_in_the_average(touching):
 def test_crossing_open_at_the_end_has_no_spring(touching):
     zones = touching["zones"].to_numpy().copy()
     zones[:, 13], zones[-1, 14] = 0, 0
-    found = springs(with_values(touching, "zones", zones), "interface")
+    found = springs(with_values(touching, "zones", zones), "interface", "global")
     np.testing.assert_array_equal(np.flatnonzero(found.open), [13, 14])
     assert np.isnan(found.stiffness[13:15]).all()
     np.testing.assert_array_equal(found.undefined, 0)
 
 
-def test_crossing_that_has_not_moved_has_no_secant(touching):
+def test_crossing_that_has_not_moved_has_no_secant(scene, touching):
     displacement = touching["relative_displacement"].to_numpy().copy()
     displacement[:, 15, 2] = 0.0
     still = with_values(touching, "relative_displacement", displacement)
-    found = springs(still, "interface")
+    found = springs(still, "interface", "global")
     np.testing.assert_array_equal(found.undefined, [0, 0, 1])
     with pytest.raises(ConfigurationError, match="row 1, column 0, zone 3 has not moved along z"):
-        spring_joints(still, "interface", each=True)
-    np.testing.assert_allclose(spring_joints(still, "interface").stiffness[15], np.diag(found.averaged))
+        spring_joints(still, scene.replace("rom.springs", "zones").rom)
+    np.testing.assert_allclose(spring_joints(still, scene.rom).stiffness[15], np.diag(found.averaged))
 
 
-def test_negative_secants_are_reported_and_not_averaged_away(touching):
+def test_negative_secants_are_reported_and_not_averaged_away(scene, touching):
     force = touching["force"].to_numpy().copy()
     force[:, 12:17, 1] *= -1
-    found = springs(with_values(touching, "force", force), "interface")
+    found = springs(with_values(touching, "force", force), "interface", "global")
     np.testing.assert_array_equal(found.negative, [0, 5, 0])
     assert found.stiffness[12, 1] == pytest.approx(-STIFFNESS[1])
     weight = found.displacement[12:24, 1] ** 2
@@ -95,7 +133,7 @@ def test_negative_secants_are_reported_and_not_averaged_away(touching):
     assert found.averaged[1] == pytest.approx((1 - 2 * share) * STIFFNESS[1])
     force[:, 12:24, 1] = -np.abs(force[:, 12:24, 1])
     with pytest.raises(ConfigurationError, match=r"spring of the contacts along y is -6e\+04 N/m \(12 of 12"):
-        spring_joints(with_values(touching, "force", force), "interface")
+        spring_joints(with_values(touching, "force", force), scene.rom)
 
 
 @pytest.mark.parametrize("joint", ["rigid", "printed"])
@@ -124,14 +162,12 @@ def test_springs_and_points_of_the_model_follow_the_contacts(scene, knit, touchi
 
 
 def test_axes_of_the_springs_are_those_of_the_scene(scene, knit, touching):
-    stiffness = build(
-        scene.replace("rom.axes", "contact"), knit, contacts=touching
-    ).observer.network.springs.stiffness
-    normal = touching["normal"].to_numpy()[12:24]
-    along = np.einsum("kij,kj->ki", stiffness, normal)
-    level = np.abs(stiffness).max()
-    np.testing.assert_allclose(np.cross(along, normal), 0, atol=1e-12 * level)
-    assert np.abs(stiffness[:, 0, 2]).min() > 1e-3 * level  # no axis of the contact is a global one
+    local = scene.vary({"rom.axes": "local", "rom.stiffness": [1e3, 2e3, 3e3]})
+    stiffness = build(local, knit, contacts=touching).observer.network.springs.stiffness
+    axes = spring_axes(touching["normal"].to_numpy()[12:24], "local")
+    force = np.einsum("kij,kaj->kai", stiffness, axes)
+    np.testing.assert_allclose(force, axes * [[1e3], [2e3], [3e3]], atol=1e-9)
+    assert np.abs(stiffness[:, 0, 2]).min() > 1  # no axis of the contact is one of the knit
 
 
 def test_pins_take_the_place_of_ties_alone():

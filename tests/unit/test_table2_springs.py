@@ -9,7 +9,7 @@ import synthetic
 
 from knitstudy.errors import DataFileError
 from knitstudy.files import read_table
-from knitstudy.tables.table2_springs import AVERAGES, STATISTICS, tabulate
+from knitstudy.tables.table2_springs import AVERAGES, READINGS, STATISTICS, tabulate, tabulate_averages
 
 PAPER = Path(__file__).resolve().parents[2] / "resources" / "reference" / "paper_tables.csv"
 STIFFNESS = np.array([80e3, 60e3, 900e3])
@@ -31,16 +31,16 @@ def touching(contacts):
     return synthetic.contacts_with_springs(contacts, STIFFNESS)
 
 
-def rows_of(table, **values):
+def rows_of(table, axes="global", **values):
     for column, value in values.items():
         table = table[table[column] == value]
-    return table.set_index("axis")
+    return table[table["axes"] == axes].set_index("axis")
 
 
 def test_one_row_a_scene_measure_statistic_and_axis(touching, scenes, paper):
     both = touching.assign(centreline_relative_displacement=2 * touching["relative_displacement"])
     table = tabulate({"course": touching, "wale": both}, paper, scenes)
-    assert len(table) == (1 + 2) * len(STATISTICS) * (3 + 2)
+    assert len(table) == (1 + 2) * len(READINGS) * len(STATISTICS) * 3
     for statistic in AVERAGES:
         rows = rows_of(table, scene="wale", displacement="centreline", statistic=statistic)
         np.testing.assert_allclose(rows.loc[list("xyz"), "stiffness [N/m]"], STIFFNESS / 2)
@@ -54,7 +54,6 @@ def test_numbers_of_the_paper_stand_beside_averages_along_its_axes(touching, sce
         rows = rows_of(table, load=load, statistic=AVERAGES[0])
         np.testing.assert_array_equal(rows.loc[list("xyz"), "paper [N/m]"], printed)
         np.testing.assert_allclose(rows.loc[list("xyz"), "over paper's [1]"], STIFFNESS / printed)
-        assert rows.loc[["normal", "tangential"], "paper [N/m]"].isna().all()
     assert rows_of(table, statistic="largest F / d")["paper [N/m]"].isna().all()
     rough = {"course": scenes["course"].replace("interaction", "rough")}
     assert tabulate({"course": touching}, paper, rough)["paper [N/m]"].isna().all()
@@ -69,13 +68,23 @@ def test_spread_and_counts(touching, scenes, paper):
         force=(touching["force"].dims, force),
         relative_displacement=(touching["relative_displacement"].dims, displacement),
     )
-    table = tabulate({"course": changed}, paper, scenes).set_index(["statistic", "axis"])
+    table = tabulate({"course": changed}, paper, scenes)
+    table = table[table["axes"] == "global"].set_index(["statistic", "axis"])
     value = table["stiffness [N/m]"]
     assert value["largest F / d", "x"] == pytest.approx(3 * STIFFNESS[0])
     assert value["smallest F / d", "y"] == pytest.approx(-STIFFNESS[1])
     assert value["averaged, mean of F / d", "x"] == pytest.approx(14 / 12 * STIFFNESS[0])
     counts = table.loc["smallest F / d", ["crossings [1]", "negative [1]", "undefined [1]", "open [1]"]]
     np.testing.assert_array_equal(counts.loc[["x", "y", "z"]], [[12, 0, 0, 0], [12, 1, 0, 0], [11, 0, 1, 0]])
+
+
+def test_both_systems_of_axes_stand_beside_the_paper_at_a_glance(touching, scenes, paper):
+    table = tabulate_averages({"course": touching}, paper, scenes).set_index("axes")
+    assert list(table.index) == ["global", "local"]
+    row = table.loc["global"]
+    np.testing.assert_allclose(row[["kx [N/m]", "ky [N/m]", "kz [N/m]"]].astype(float), STIFFNESS)
+    assert row["kz / kx [1]"] == pytest.approx(900 / 80)
+    assert row["kz / kx, paper [1]"] == pytest.approx(952.1 / 84.5)
 
 
 def test_ties_are_refused(touching, scenes, paper):

@@ -1,8 +1,8 @@
 """Contacts of a simulation that keeps its points in contact: areas, forces, motions, by crossing and increment.
 
-The normal that reduced models use is the line of the closest points, not the direction of the resultant that section
-2.5 of the paper names: a tie also carries shear, and the plane of P1, P2 and its resultant misses the centrelines that
-it should cut in C1 to C4.
+Section 2.5 of the paper takes the direction of the resultant contact force for the normal of a contact:
+`contact_normal` is that of the pressure, `resultant_direction` that of pressure and friction. `normal` is the line of
+the closest points.
 
 Where the local indentation is a law of contact, area and pressure are Hertz's, from the force at the crossing: the
 points that touch lie on the depth that the law stands for, which is not the area of contact.
@@ -82,6 +82,10 @@ def extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:
     if windowed:
         values.pop(BY_NEIGHBOURS, None)
     _put_ties(values, history, tied)
+    with np.errstate(invalid="ignore"):  # an open crossing has no direction: 0 / 0
+        values["resultant_direction"] = -values["force"] / np.linalg.norm(
+            values["force"], axis=-1, keepdims=True
+        )
     values |= {name: history[name].to_numpy() for name in ("yarn_force", "yarn_moment") if name in history}
     return xr.Dataset(
         {"strain": history["strain"]} | CONTACTS.variables(values),

@@ -48,9 +48,19 @@ WORDS = {
     "centreline": "springs of centrelines",
     "doubled": "doubled segments",
     "straight": "sections of straight rods",
+    "resultant": "normals with friction",
+    "mean_resultant": "shared normals with friction",
+    "mean_normal_resultant": "shared normals",
+    "closest_points": "normals of closest points",
 }
 
-CARRIED, GIVEN, ALONG_AXES = "springs of other tension", "springs of Table 2", "springs along x, y, z"
+CARRIED = "springs of other tension"
+# Springs by whether their stiffness is given, and by their axes
+SPRINGS = {
+    (True, "global"): "springs of Table 2",
+    (True, "local"): "springs of Table 2, local axes",
+    (False, "global"): "springs along x, y, z",
+}
 SECTIONS = {"rigid": "rigid", "hertz": "Hertzian"}  # Sections of beams in contact, by ``beam.section``
 TIES = {"pinned": "pinned", "patch": "yielding ties"}  # Ties that are not rigid, by ``beam.tie``
 PLAIN = ("rigid", "rigid")  # Section and ties of the simplest model of beams in contact
@@ -64,13 +74,19 @@ def label_of(scene: Scene) -> str:
         words = ["point contact", SECTIONS[scene.beam.section], TIES.get(scene.beam.tie)]
         words.append(WORDS.get(scene.mesh.section_law))
     else:
-        keys = ("rom.joint", "rom.springs", "rom.displacement", "rom.section", "mesh.section_law")
+        keys = (
+            "rom.joint",
+            "rom.normal",
+            "rom.springs",
+            "rom.displacement",
+            "rom.section",
+            "mesh.section_law",
+        )
         words = [WORDS.get(scene.value(key)) for key in keys]
         if source := scene.value("rom.stress_from"):
             words.append(f"by principal stress of {source}")
         words.append(CARRIED if scene.value("rom.springs_from") else None)
-        along_axes = ALONG_AXES if scene.value("rom.axes") == "global" else None
-        words.append(GIVEN if scene.value("rom.stiffness") else along_axes)
+        words.append(SPRINGS.get((bool(scene.value("rom.stiffness")), scene.value("rom.axes"))))
     name = NAMES.get(scene.fidelity) or scene.kind.fidelity.meaning
     return ", ".join(filter(None, [name, *words]))
 

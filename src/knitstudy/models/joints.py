@@ -14,23 +14,58 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.spline import Centreline
 from knitstudy.loading.columns import CONTACTS
 from knitstudy.mechanics.patch_compliance import local_compliance
+from knitstudy.study.model_sections import Springs as SpringKeys
 from knitstudy.study.problem_sections import Yarn
+
+# The normal of a contact (section 2.5): "a contact normal vector was defined in the direction of the resultant contact
+# force on the yarn interface". Section 4 says of which force: "contact forces along the contact normal direction, as
+# well as frictional forces in the corresponding tangent plane". So the main reading is the resultant of the pressure.
+# Along the resultant of pressure and friction no force is left in the tangent plane, and k_x = k_y = 0. "The normal
+# direction at points P1 and P2 is the same since loops are assumed symmetric": in the main reading the two are mirror
+# images in the plane of the fabric; the readings "mean" take one direction for both.
+
+MAIN = "normal_resultant"
+
+# Variable of the contacts that holds the directions, and whether P1 and P2 share their mean
+NORMALS = {
+    MAIN: ("contact_normal", False),
+    "mean_normal_resultant": ("contact_normal", True),
+    "resultant": ("resultant_direction", False),
+    "mean_resultant": ("resultant_direction", True),
+    "closest_points": ("normal", False),
+}
+
+
+def contact_normals(contacts: xr.Dataset, reading: str = MAIN) -> np.ndarray:
+    """Return unit normals (K, 3) by a reading of `NORMALS`, at the last increment.
+
+    Contacts without a force have the line of the closest points, and so do contacts that geometry alone predicts.
+    Raises DataFileError if the reading needs forces that the contacts do not hold.
+    """
+    name, shared = NORMALS[reading]
+    line = contacts["normal"].to_numpy()
+    if name == "resultant_direction" and name not in contacts:
+        raise DataFileError(
+            f"the contacts hold no {name}: rom.normal {reading} needs rom.contacts_from a scene of solid yarns"
+        )
+    found = contacts[name].to_numpy() if name in contacts else line
+    last = found.reshape(-1, *line.shape)[-1]
+    normal = np.where(np.isfinite(last), last, line)
+    if shared:
+        normal = normal + normal[partners(contacts)]
+    return normal / np.linalg.norm(normal, axis=1, keepdims=True)
+
 
 # Springs that stand for contact, from a direct simulation (Table 2 and section 2.6 of the paper)
 #
 # At every crossing that is not tied, the net force F on the lower row's yarn over the displacement d of the upper row's
-# side to the lower row's, both at the last increment and d from first contact on. They are set against each other part
-# by part: with the projections P of the axes asked for,
+# side to the lower row's, both at the last increment and d from first contact on, along x, y and z. Table 2 does not
+# say of which system: "local" axes have z along the contact normal and x and y in the tangent plane; "global" axes are
+# those of the knit. Along these a crossing that slides down its tangent plane moves against the force: its secant is
+# negative.
 #
-#     k = F . P d / d . P d
-#
-# Along x, y and z, the paper's axes, that is the ratio of the components. In the axes of the contact the parts are the
-# component along the contact normal and the component in the tangent plane.
-#
-# A contact resists along its normal far more than across it. Where the normal is askew to x, y and z, secants along
-# these are coupled, and may be negative; those in the axes of the contact are positive, and alike at all crossings.
-# The average is the one stiffness that comes nearest to all forces, sum(F . P d) / sum(d . P d): a mean of the ratios
-# has no bound where a crossing hardly moves.
+# The average is the one stiffness that comes nearest to all forces, sum(F d) / sum(d d): a mean of the ratios has no
+# bound where a crossing hardly moves.
 
 # Displacement variables of the contacts: of the facets that face each other, or of the yarns' centrelines
 MEASURES = {
@@ -38,34 +73,60 @@ MEASURES = {
     "centreline": "centreline_relative_displacement",
 }
 
-# The a parts that force and displacement are divided into
-AXES = {"global": ("x", "y", "z"), "contact": ("normal", "tangential")}
+# Angle [deg] by which x is turned in the tangent plane from the projection of the course direction, the other way round
+# on the other side of a loop; none for the axes of the knit
+AXES = {
+    "global": None,
+    "local": 0.0,
+    "local, turned 30": 30.0,
+    "local, turned 60": 60.0,
+    "local, turned 90": 90.0,
+}
+STEEP = 0.1  # length of that projection below which the wale direction is projected instead
+
+
+def spring_axes(normal: np.ndarray, axes: str) -> np.ndarray:
+    """Return the unit vectors x, y and z (K, 3, 3) of springs at contacts with normals (K, 3)."""
+    turn = AXES[axes]
+    if turn is None:
+        return np.broadcast_to(np.eye(3), (len(normal), 3, 3))
+    course, wale = (direction - normal * (normal @ direction)[:, None] for direction in np.eye(3)[:2])
+    x = np.where(np.linalg.norm(course, axis=1, keepdims=True) > STEEP, course, wale)
+    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    angle = np.radians(turn) * np.copysign(1.0, normal[:, :1])
+    x = np.cos(angle) * x + np.sin(angle) * np.cross(normal, x)
+    return np.stack([x, np.cross(normal, x), normal], axis=1)
 
 
 @dataclass(frozen=True)
 class Springs:
-    """Secants of K crossings in a axes; nan where there is none."""
+    """Secants of K crossings along x, y and z; nan where there is none."""
 
-    axes: tuple[str, ...]  # names of the axes
-    projection: np.ndarray  # (K, a, 3, 3) onto every axis
+    axes: np.ndarray  # (K, 3, 3) unit vectors x, y and z
     tied: np.ndarray  # (K,) crossings that are tied instead
     open: np.ndarray  # (K,) crossings that are neither tied nor in contact at the last increment
-    force: np.ndarray  # (K, 3) net force on the lower row's yarn at the last increment [N]
-    displacement: np.ndarray  # (K, 3) of the upper row's side to the lower row's since first contact [m]
+    force: np.ndarray  # (K, 3) net force on the lower row's yarn at the last increment, along the axes [N]
+    displacement: (
+        np.ndarray
+    )  # (K, 3) of the upper row's side to the lower row's since first contact, along them [m]
 
     @property
     def stiffness(self) -> np.ndarray:
-        """Secants (K, a) [N/m]; nan as well where the displacement along an axis is zero."""
-        square = self._along(self.displacement)
-        return self._along(self.force) / np.where(square == 0, np.nan, square)
+        """Secants (K, 3) [N/m]; nan as well where the displacement along an axis is zero."""
+        return self.force / np.where(self.displacement == 0, np.nan, self.displacement)
 
     @property
     def averaged(self) -> np.ndarray:
-        """The stiffness (a,) [N/m] of all crossings that comes nearest to their forces."""
+        """The stiffness (3,) [N/m] of all crossings that comes nearest to their forces."""
+        work, square = np.nansum([self.force * self.displacement, self.displacement**2], axis=1)
         with np.errstate(invalid="ignore"):  # 0 / 0 where nothing is in contact
-            return np.nansum(self._along(self.force), axis=0) / np.nansum(
-                self._along(self.displacement), axis=0
-            )
+            return work / square
+
+    @property
+    def tangential(self) -> float:
+        """The same of one stiffness for x and y together, which no turn of the axes changes [N/m]."""
+        force, displacement = self.force[:, :2], self.displacement[:, :2]
+        return float(np.nansum(force * displacement) / np.nansum(displacement**2))
 
     @property
     def bridged(self) -> np.ndarray:
@@ -74,28 +135,25 @@ class Springs:
 
     @property
     def used(self) -> np.ndarray:
-        """Number (a,) of crossings with a secant."""
+        """Number (3,) of crossings with a secant."""
         return np.isfinite(self.stiffness).sum(axis=0)
 
     @property
     def negative(self) -> np.ndarray:
-        """Number (a,) of crossings whose secant is negative."""
+        """Number (3,) of crossings whose secant is negative."""
         return (self.stiffness < 0).sum(axis=0)
 
     @property
     def undefined(self) -> np.ndarray:
-        """Number (a,) of crossings in contact without a secant."""
+        """Number (3,) of crossings in contact without a secant."""
         return np.count_nonzero(self.bridged) - self.used
-
-    def _along(self, vector: np.ndarray) -> np.ndarray:
-        """Return products v . P d (K, a) of vectors v (K, 3)."""
-        return np.einsum("ki,kaij,kj->ka", vector, self.projection, self.displacement)
 
 
 def springs(
     contacts: xr.Dataset,  # of a simulation with contact
     measure: str,  # of `MEASURES`: whose displacement is taken
-    axes: str = "global",  # of `AXES`; those of the contact are along the undeformed normal and across it
+    axes: str = "local",  # of `AXES`
+    normal: str = MAIN,  # of `NORMALS`
 ) -> Springs:
     """Return the springs of a direct simulation.
 
@@ -113,32 +171,20 @@ def springs(
     displacement = contacts[MEASURES[measure]].to_numpy()
     first = np.argmax(in_contact, axis=0)
     since = displacement[-1] - displacement[first, np.arange(len(first))]
-    none = (tied | opened)[:, None]
-    return Springs(
-        axes=AXES[axes],
-        projection=_projections(axes, contacts["normal"].to_numpy()),
-        tied=tied,
-        open=opened,
-        force=np.where(none, np.nan, contacts["force"].to_numpy()[-1]),
-        displacement=np.where(none, np.nan, since),
+    frame = spring_axes(contact_normals(contacts, normal), axes)
+    force, moved = (
+        np.where((tied | opened)[:, None], np.nan, np.einsum("kai,ki->ka", frame, vector))
+        for vector in (contacts["force"].to_numpy()[-1], since)
     )
-
-
-def _projections(axes: str, normal: np.ndarray) -> np.ndarray:
-    """Return the projections (K, a, 3, 3) for unit normals (K, 3)."""
-    if axes == "global":
-        unit = np.eye(3)
-        return np.broadcast_to(unit[:, :, None] * unit[:, None, :], (len(normal), 3, 3, 3))
-    along = normal[:, :, None] * normal[:, None, :]
-    return np.stack([along, np.eye(3) - along], axis=1)
+    return Springs(frame, tied, opened, force, moved)
 
 
 # Joints of the 3D network: the points C1 to C4 where yarns are joined, and ties and springs (section 2.5, Fig. 5)
 #
 # P1 and P2 are the centroids of the lower and the upper contact on one side of an interlock. The line P1 P2 and the
 # contact normal at P1 span the contact normal plane of P1, which cuts the centrelines of the two yarns near P1 in C1
-# and C3; the normal at P2 gives C2 and C4. The paper takes one normal for both points; here each has its own: the two
-# differ by some 90 degrees on a loop with the angles of Table 4.
+# and C3; the normal at P2 gives C2 and C4. Where a plane misses a centreline within a diameter of the crossing, or the
+# normal lies along P1 P2, C is the closest point of the crossing, some way off the plane.
 
 SAMPLES = 40  # intervals of the search for the cut, over a diameter to either side of the crossing
 
@@ -151,49 +197,38 @@ class JointPoints:
     arc_length: np.ndarray  # (K, 2) of the points C on their centrelines [m]
     point: np.ndarray  # (K, 2, 3) the points C [m]
     centroid: np.ndarray  # (K, 3) the points P [m]
+    off_plane: np.ndarray  # (K, 2) distance of the points C from their contact normal plane [m]
 
     @classmethod
     def at_crossings(cls, crossings: Crossings, chosen: np.ndarray) -> JointPoints:
         """Return the closest points of chosen crossings as C, and their middles as P."""
         point = crossings.point[chosen]
-        return cls(crossings.yarn[chosen], crossings.arc_length[chosen], point, point.mean(axis=1))
+        yarn, arc_length = crossings.yarn[chosen], crossings.arc_length[chosen]
+        return cls(yarn, arc_length, point, point.mean(axis=1), np.zeros(yarn.shape))
 
 
-def joint_points(fabric: Fabric, contacts: xr.Dataset) -> JointPoints:
-    """Return points P and C of all crossings of a fabric.
+def joint_points(fabric: Fabric, contacts: xr.Dataset, reading: str = MAIN) -> JointPoints:
+    """Return points P and C of all crossings of a fabric, with normals by a reading of `NORMALS`.
 
-    Raises GeometryError if a contact has no partner on its side of the interlock, the normal lies along the line P1 P2,
-    or a centreline does not cut the plane within a diameter of its crossing.
+    Raises GeometryError if a contact has no partner on its side of the interlock.
     """
     yarn, near = contacts["yarn"].to_numpy().astype(int), contacts["arc_length"].to_numpy()
     centroid = contacts["centroid"].to_numpy()
-    plane = contact_normal_planes(contacts)
+    plane = contact_normal_planes(contacts, reading)
     arc_length, point = np.empty(yarn.shape), np.empty((*yarn.shape, 3))
     for number, line in enumerate(fabric.centrelines):
         on_yarn = yarn == number
         crossing = np.nonzero(on_yarn)[0]
         found = _cut(line, near[on_yarn], plane[crossing], centroid[crossing], 2 * fabric.radius)
-        if np.isnan(found).any():
-            row, column, zone = _labels(contacts, crossing[int(np.argmax(np.isnan(found)))])
-            raise GeometryError(
-                f"contact of row {row}, column {column}, zone {zone} on yarn {number}: the centreline does not cut the "
-                f"contact normal plane within a yarn diameter ({2 * fabric.radius:.3g} m) of the crossing; contact "
-                "and centreline do not belong together"
-            )
         arc_length[on_yarn], point[on_yarn] = found, line.position(found)
-    return JointPoints(yarn, arc_length, point, centroid)
+    off = np.abs(np.einsum("ksi,ki->ks", point - centroid[:, None], plane))
+    return JointPoints(yarn, arc_length, point, centroid, off)
 
 
-def _labels(contacts: xr.Dataset, k: int) -> tuple[int, int, int]:
-    """Return row, column and zone of a contact."""
-    return tuple(int(contacts[name][k]) for name in ("row", "column", "zone"))
+def partners(contacts: xr.Dataset) -> np.ndarray:
+    """Return the other contact (K,) on the side of the interlock of every contact.
 
-
-def contact_normal_planes(contacts: xr.Dataset) -> np.ndarray:
-    """Return the unit normals (K, 3) of the contact normal planes, which hold P1, P2 and the contact normal.
-
-    Raises GeometryError if a contact has no partner on its side of the interlock, or its normal lies along the line P1
-    P2.
+    Raises GeometryError if a contact has none.
     """
     row, column, zone = (contacts[name].to_numpy().astype(int) for name in ("row", "column", "zone"))
     place = {key: k for k, key in enumerate(zip(row, column, zone, strict=True))}
@@ -207,18 +242,19 @@ def contact_normal_planes(contacts: xr.Dataset) -> np.ndarray:
             f"contacts: row {row[k]}, column {column[k]} has zone {zone[k]} but not zone {(zone[k] + 2) % 4} on "
             "the same side of the interlock; the contact normal plane needs both"
         )
-    centroid, normal = contacts["centroid"].to_numpy(), contacts["normal"].to_numpy()
-    line = centroid[partner] - centroid
-    line /= np.linalg.norm(line, axis=1, keepdims=True)
-    across = np.cross(line, normal)
-    sine = np.linalg.norm(across, axis=1)
-    if np.any(~(sine > 1e-3)):
-        k = int(np.argmin(np.nan_to_num(sine)))
-        raise GeometryError(
-            f"contacts: the normal {normal[k]} at row {row[k]}, column {column[k]}, zone {zone[k]} lies "
-            "along the line between the two contacts of its side; together they must span a plane"
-        )
-    return across / sine[:, None]
+    return partner
+
+
+def contact_normal_planes(contacts: xr.Dataset, reading: str = MAIN) -> np.ndarray:
+    """Return the unit normals (K, 3) of the contact normal planes, which hold P1, P2 and the contact normal.
+
+    They are nan where the contact normal lies along the line P1 P2.
+    """
+    centroid, normal = contacts["centroid"].to_numpy(), contact_normals(contacts, reading)
+    line = centroid[partners(contacts)] - centroid
+    across = np.cross(line / np.linalg.norm(line, axis=1, keepdims=True), normal)
+    sine = np.linalg.norm(across, axis=1, keepdims=True)
+    return across / np.where(sine > 1e-3, sine, np.nan)
 
 
 def _cut(
@@ -226,7 +262,7 @@ def _cut(
 ) -> np.ndarray:
     """Return the arc lengths (k,) nearest to `start` where a centreline cuts planes (k, 3) through centroids (k, 3).
 
-    They are nan where it does not do so within a `reach` [m].
+    They are `start` where it does not do so within a `reach` [m], or a plane is nan.
     """
     curve = centreline.curve
 
@@ -247,7 +283,7 @@ def _cut(
     bracket = (u[each, nearest], u[each, nearest + 1])
     cut = elementwise.find_root(height, bracket, args=(*plane.T, level), tolerances={"xatol": 1e-12})
     hit = changes.any(axis=1)
-    return np.where(hit, centreline.arc_length(np.where(hit, cut.x, 0.0)), np.nan)
+    return np.where(hit, centreline.arc_length(np.where(hit, cut.x, 0.0)), start)
 
 
 def contacts_of_crossings(fabric: Fabric, tied: float = 0.0) -> xr.Dataset:
@@ -342,29 +378,25 @@ class Joints:
 
 def spring_joints(
     contacts: xr.Dataset,  # of a simulation with contact
-    measure: str,
-    axes: str = "global",
-    each: bool = False,  # whether every crossing has its own springs, or all have the average
+    rom: SpringKeys,  # of the scene that is simulated
     springs_from: xr.Dataset | None = None,  # contacts of another simulation whose averaged springs are taken
-    given: tuple[
-        float, ...
-    ] = (),  # stiffness along every axis that all springs have [N/m]; measured if empty
 ) -> Joints:
     """Return the joints of a knit in contact: ties where it is tied, springs where yarns touch at full load.
 
     Raises ConfigurationError if the average is not positive along all axes, or a crossing has no secant of its own;
     DataFileError if the contacts are not of a simulation with contact.
     """
-    own = springs(contacts, measure, axes)
-    if given:
-        stiffness = np.array(given)
-    elif each:
+    kind = rom.displacement, rom.axes, rom.normal
+    own = springs(contacts, *kind)
+    if rom.stiffness:
+        stiffness = np.array(rom.stiffness)
+    elif rom.springs == "zones":
         stiffness = _of_each(own, contacts)
     else:
         source = contacts if springs_from is None else springs_from
-        stiffness = _averaged(springs(source, measure, axes), source)
-    along = np.broadcast_to(stiffness, own.projection.shape[:2])
-    matrices = np.einsum("ka,kaij->kij", along, own.projection)
+        stiffness = _averaged(springs(source, *kind), source)
+    along = np.broadcast_to(stiffness, own.force.shape)
+    matrices = np.einsum("ka,kai,kaj->kij", along, own.axes, own.axes)
     return Joints(own.open, np.where(own.bridged[:, None, None], matrices, np.nan))
 
 
@@ -375,9 +407,9 @@ def _averaged(measured: Springs, contacts: xr.Dataset) -> np.ndarray:
         axis = int(np.argmin(np.nan_to_num(averaged, nan=-np.inf)))
         scene = contacts.attrs.get("scene", "the contacts")
         raise ConfigurationError(
-            f"the averaged spring of {scene} along {measured.axes[axis]} is {averaged[axis]:.4g} N/m "
+            f"the averaged spring of {scene} along {'xyz'[axis]} is {averaged[axis]:.4g} N/m "
             f"({measured.negative[axis]} of {measured.used[axis]} crossings have a negative secant) but must be "
-            "positive; rom.axes contact, the other rom.displacement or rom.springs_from another scene may do"
+            "positive; rom.axes local, rom.normal normal_resultant or rom.springs_from another scene may do"
         )
     return averaged
 
@@ -388,8 +420,8 @@ def _of_each(measured: Springs, contacts: xr.Dataset) -> np.ndarray:
     lost = measured.bridged & ~np.isfinite(stiffness).all(axis=1)
     if np.any(lost):
         k = int(np.argmax(lost))
-        row, column, zone = _labels(contacts, k)
-        axis = measured.axes[int(np.argmin(np.isfinite(stiffness[k])))]
+        row, column, zone = (int(contacts[name][k]) for name in ("row", "column", "zone"))
+        axis = "xyz"[int(np.argmin(np.isfinite(stiffness[k])))]
         raise ConfigurationError(
             f"rom.springs is 'zones': the crossing of row {row}, column {column}, zone {zone} has not moved along "
             f"{axis} since first contact, so that it has no spring there; rom.springs averaged is defined"

@@ -123,8 +123,10 @@ def require_named(scene: Scene, key: str, what: str, given: xr.Dataset | None) -
         )
 
 
-def problem(scene: Scene, fabric: Fabric, network: Network) -> Problem:
-    """Return joined beams with the load of a scene."""
+def problem(
+    scene: Scene, fabric: Fabric, network: Network, constants: Mapping[str, np.ndarray] | None = None
+) -> Problem:
+    """Return joined beams with the load of a scene, and constants for its history."""
     model = network.model(scene.yarn, scene.value("mesh.section_law") or "straight")
     joints = network.joints
     return loaded(
@@ -134,7 +136,7 @@ def problem(scene: Scene, fabric: Fabric, network: Network) -> Problem:
         model=model,
         observer=NetworkObserver(network, model),
         settings=settings_of(scene, touches=False),
-        constants={"joint_stiffness": joints.stiffness} if joints else {},
+        constants={"joint_stiffness": joints.stiffness, **(constants or {})} if joints else {},
         attributes={"open_crossings": int(joints.open.sum())} if joints else {},
     )
 
@@ -207,13 +209,13 @@ def build(
     are those of another fabric, or not all crossings have one; GeometryError if no joints can be made of the contacts.
     """
     contacts = contacts_of(scene, fabric, contacts)
-    points, rom = joint_points(fabric, contacts), scene.rom
+    rom = scene.rom
+    points = joint_points(fabric, contacts, rom.normal)
     if scene.interaction == "tie":
         joints = Joints.all_tied(len(points.yarn))
     else:
         require_named(scene, "rom.springs_from", "springs", springs)
-        each = rom.springs == "zones"
-        joints = spring_joints(contacts, rom.displacement, rom.axes, each, springs, rom.stiffness)
+        joints = spring_joints(contacts, rom, springs)
     if rom.joint == "pinned":
         joints = joints.pinned(PIN * scene.yarn.youngs_modulus * scene.yarn.radius)
     elif rom.joint == "patch":
@@ -221,7 +223,7 @@ def build(
     stops = fabric.grip_ends(scene.load.direction)
     arms = "printed" if rom.joint == "printed" else "rigid"
     beams = spatial_network(fabric, points, scene.mesh.beam_size, arms, joints, stops)
-    return problem(scene, fabric, beams)
+    return problem(scene, fabric, beams, {"joint_off_plane": points.off_plane})
 
 
 def contacts_of(scene: Scene, fabric: Fabric, contacts: xr.Dataset | None) -> xr.Dataset:

@@ -33,6 +33,7 @@ from knitstudy.models.joints import (
     Joints,
     contacts_of_crossings,
     patch_stiffness,
+    spring_axes,
     springs,
 )
 from knitstudy.models.network_3d import Network, loaded, spatial_network
@@ -172,15 +173,15 @@ def _joints(
 
 
 def _measured(scene: Scene, contacts: xr.Dataset, normal: np.ndarray) -> np.ndarray:
-    """Return springs (K, 3, 3) [N/m] along normals (K, 3) and across: those that contacts of a smaller knit measure."""
-    along, across = springs(contacts, "interface", "contact").averaged
-    if not (along > 0 and across > 0):
+    """Return springs (K, 3, 3) [N/m] at contacts with normals (K, 3), that contacts of a smaller knit measure."""
+    stiffness = springs(contacts, "interface").averaged
+    if not np.all(stiffness > 0):
         raise ConfigurationError(
             f"scene {scene.name!r}: window.springs_from is {scene.window.springs_from!r}, whose averaged springs are "
-            f"{along:.4g} and {across:.4g} N/m along and across the contact but must be positive: name another scene"
+            f"{', '.join(f'{k:.4g}' for k in stiffness)} N/m along x, y, z but must be positive: name another scene"
         )
-    outer = normal[:, :, None] * normal[:, None, :]
-    return along * outer + across * (np.eye(3) - outer)
+    axes = spring_axes(normal, "local")
+    return np.einsum("a,kai,kaj->kij", stiffness, axes, axes)
 
 
 def _without_arcs(whole: Network, window: Window) -> Network:

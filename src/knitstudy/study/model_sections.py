@@ -331,14 +331,23 @@ class SpatialJoints(Joints):
     )
     """Table 2: u_T = 0, u_R = 0, and springs between the points, which no arms is to the letter. Checked: all four
     (scenes rom3d-pinned-*, rom3d-patch-*, rom3d-printed-*)."""
+    normal: Literal[
+        "normal_resultant", "mean_normal_resultant", "resultant", "mean_resultant", "closest_points"
+    ] = numerics(
+        "inferred",
+        allowed="normal_resultant (of the pressure), resultant (of pressure and friction), mean_normal_resultant or "
+        "mean_resultant (one for P1 and P2), or closest_points (their line)",
+        default="normal_resultant",
+    )
+    """Section 2.5: the resultant contact force; section 4: contact forces along the normal, frictional forces in the
+    tangent plane. Checked: all five (table2_springs, scenes rom3d-normal-*)."""
 
 
 class Springs(SpatialJoints):
     """Springs where yarns are not tied (Table 2).
 
     They are averaged or of each crossing's own "zones", secants of the relative `displacement` of interfaces or
-    centrelines along the `axes` of the contact or the global ones; or those of another scene, or of given `stiffness`
-    along x, y and z.
+    centrelines along the `axes`; or those of another scene, or of given `stiffness` along x, y and z.
     """
 
     springs_from: SceneName | None = numerics(
@@ -357,12 +366,12 @@ class Springs(SpatialJoints):
         max_length=3,
     )
     """Table 2; none: the springs are measured. Checked: those of Table 2 (scenes rom3d-table2-*)."""
-    axes: Literal["contact", "global"] = numerics(
+    axes: Literal["local", "global"] = numerics(
         "inferred",
-        allowed="contact (springs along the normal and in the tangent plane) or global (along x, y and z)",
+        allowed="local (z along the contact normal, x the course direction in the tangent plane) or global",
     )
-    """Table 2 lists x, y and z, along which many secants are negative (table2_springs). Checked: contact; global with
-    the stiffnesses of Table 2 (scenes rom3d-table2-*)."""
+    """Table 2 lists x, y and z; Fig. 6b: points and directions of springs. Along global z all measured secants are
+    negative (table2_springs). Checked: both with the stiffnesses of Table 2 (scenes rom3d-table2-*)."""
     displacement: Literal["interface", "centreline"] = numerics(
         "stated", meaning="the relative displacement whose secants the springs are"
     )
@@ -381,8 +390,8 @@ class Springs(SpatialJoints):
             if value and self.springs != "averaged":
                 of = f"where rom.springs is {self.springs}: every crossing's own springs are measured there"
                 raise ValueError(f"{name} is {value!r} but must be {empty} {of}")
-        if given and (len(given) != 3 or self.axes != "global" or self.springs_from):
-            wanted = "[] or three values, along x, y and z, which takes rom.axes global and an empty rom.springs_from"
+        if given and (len(given) != 3 or self.springs_from):
+            wanted = "[] or three values, along x, y and z, which takes an empty rom.springs_from"
             raise ValueError(f"stiffness is {given} but must be {wanted}")
         return self
 

@@ -32,6 +32,7 @@ KEYS = {
     "augmentations allowed [1]": "contact.augmentations",
     "contacts from": "rom.contacts_from",
     "joint": "rom.joint",
+    "normal": "rom.normal",
     "springs": "",
     "springs from": "",
     "axes of springs": "rom.axes",

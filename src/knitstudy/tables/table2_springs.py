@@ -12,7 +12,7 @@ import xarray as xr
 from knitstudy.errors import DataFileError
 from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, Datasets, Scenes, of_cases, several
 from knitstudy.measures.paper_values import number
-from knitstudy.models.joints import AXES, MEASURES, Springs, springs
+from knitstudy.models.joints import AXES, MAIN, MEASURES, NORMALS, Springs, springs
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
@@ -33,8 +33,9 @@ STATISTICS = {
 AVERAGES = tuple(STATISTICS)[:2]  # Statistics that the paper's numbers may be
 
 DISPLACEMENT, STATISTIC = "interface", next(iter(STATISTICS))  # Of the main reduced models
-# Columns of the table at a glance by axis.
-COLUMNS = {"x": "kx", "y": "ky", "z": "kz", "normal": "normal to contact", "tangential": "along contact"}
+# Normals and axes of the springs: main normal along all axes, other normals along local axes.
+SHOWN = ("local", "global")  # of the table at a glance
+READINGS = [(MAIN, axes) for axes in AXES] + [(normal, "local") for normal in NORMALS if normal != MAIN]
 
 
 @TABLES.add(
@@ -44,7 +45,7 @@ COLUMNS = {"x": "kx", "y": "ky", "z": "kz", "normal": "normal to contact", "tang
     order=5,
 )
 def tabulate(contacts: Datasets, paper: pd.DataFrame, scenes: Scenes) -> pd.DataFrame:
-    """Return one row a scene, displacement measure that it has recorded, statistic and axis.
+    """Return one row a scene, displacement measure that it has recorded, normal, axes, statistic and axis.
 
     Raises DataFileError if all crossings of a simulation are tied.
     """
@@ -60,12 +61,12 @@ def _rows(scene: Scene, contacts: xr.Dataset, paper: pd.DataFrame) -> Iterator[d
         )
     direction = scene.load.direction
     measures = [measure for measure, variable in MEASURES.items() if variable in contacts]
-    for measure, axes in product(measures, AXES):
-        found = springs(contacts, measure, axes)
+    for measure, (normal, axes) in product(measures, READINGS):
+        found = springs(contacts, measure, axes, normal)
         for statistic, of in STATISTICS.items():
-            comparable = axes == "global" and statistic in AVERAGES and scene.interaction == "isotropic"
+            comparable = statistic in AVERAGES and scene.interaction == "isotropic"
             for place, value in enumerate(_over_crossings(of, found)):
-                axis = found.axes[place]
+                axis = "xyz"[place]
                 theirs = number(paper, "2", direction, f"spring stiffness k{axis}") if comparable else np.nan
                 yield {
                     "scene": scene.name,
@@ -73,6 +74,8 @@ def _rows(scene: Scene, contacts: xr.Dataset, paper: pd.DataFrame) -> Iterator[d
                     "interaction": scene.interaction,
                     "contact stiffness over E / h [1]": scene.contact.normal_stiffness,
                     "displacement": measure,
+                    "normal": normal,
+                    "axes": axes,
                     "statistic": statistic,
                     "axis": axis,
                     "stiffness [N/m]": value,
@@ -86,7 +89,7 @@ def _rows(scene: Scene, contacts: xr.Dataset, paper: pd.DataFrame) -> Iterator[d
 
 
 def _over_crossings(statistic: str, found: Springs) -> np.ndarray:
-    """Return a statistic (a,) of the crossings that have a secant; nan where none has."""
+    """Return a statistic (3,) of the crossings that have a secant; nan where none has."""
     if not statistic:
         return found.averaged
     secants = np.ma.masked_invalid(found.stiffness)
@@ -97,12 +100,18 @@ def _over_crossings(statistic: str, found: Springs) -> np.ndarray:
     "springs", "Table 2 at a glance: springs", results={"contacts": several("contacts", *TOUCHING)}, order=4
 )
 def tabulate_averages(contacts: Datasets, paper: pd.DataFrame, scenes: Scenes) -> pd.DataFrame:
-    """Return one row a simulation: the averaged springs of interfaces beside the paper's."""
+    """Return one row a simulation and axes: the averaged springs of interfaces beside the paper's."""
     found = tabulate(contacts, paper, scenes)
-    shown = found[(found["displacement"] == DISPLACEMENT) & (found["statistic"] == STATISTIC)]
+    shown = found[
+        (found["displacement"] == DISPLACEMENT)
+        & (found["statistic"] == STATISTIC)
+        & (found["normal"] == MAIN)
+        & found["axes"].isin(SHOWN)
+    ]
     rows = []
-    for name, of in shown.groupby("scene", sort=False):
-        scene, axes = scenes[name], of.set_index("axis")
+    for (name, axes), of in shown.groupby(["scene", "axes"], sort=False):
+        scene, by_axis = scenes[name], of.set_index("axis")
+        measured, theirs = (by_axis[column] for column in ("stiffness [N/m]", "paper [N/m]"))
         row = {
             "scene": name,
             "load": scene.load.direction,
@@ -110,9 +119,16 @@ def tabulate_averages(contacts: Datasets, paper: pd.DataFrame, scenes: Scenes) -
             "mesh size [m]": scene.value("mesh.size"),
             "contact stiffness over E / h [1]": scene.contact.normal_stiffness,
             "penalty alone": scene.contact.augmentations == 0,
+            "axes": axes,
         }
-        row |= {f"{column} [N/m]": axes.loc[axis, "stiffness [N/m]"] for axis, column in COLUMNS.items()}
-        row |= {f"k{axis}, paper [N/m]": axes.loc[axis, "paper [N/m]"] for axis in "xyz"}
-        row |= {f"k{axis} negative at crossings [1]": int(axes.loc[axis, "negative [1]"]) for axis in "xyz"}
+        row |= {f"k{axis} [N/m]": measured[axis] for axis in "xyz"}
+        row |= {f"k{axis}, paper [N/m]": theirs[axis] for axis in "xyz"}
+        for above, below in ("zx", "xy"):
+            row[f"k{above} / k{below} [1]"] = measured[above] / measured[below]
+            row[f"k{above} / k{below}, paper [1]"] = theirs[above] / theirs[below]
+        row |= {
+            f"k{axis} negative at crossings [1]": int(by_axis.loc[axis, "negative [1]"]) for axis in "xyz"
+        }
+        row["x and y alike [N/m]"] = springs(contacts[name], DISPLACEMENT, axes).tangential
         rows.append(row | {"crossings [1]": int(of.iloc[0]["crossings [1]"])})
     return pd.DataFrame(rows)

@@ -111,16 +111,16 @@ def judge_springs(evidence: Evidence) -> Judgement:
     said, holds = [], []
     for case in cases:
         way = case.direction
-        (kx, ky, kz), (normal, tangential) = _springs(evidence.contacts[case.dns.scene.name])
+        (kx, ky, kz), along_knit = _springs(evidence.contacts[case.dns.scene.name])
         larger = kx > ky if way == "course" else ky > kx
         holds.append(min(kx, ky, kz) > 0 and larger and kz >= BY_FAR * max(kx, ky))
         said.append(
-            f"{way} kx {kx:.3g}, ky {ky:.3g}, kz {kz:.3g} kN/m, normal to contact {normal:.3g} and "
-            f"along it {tangential:.3g} kN/m{_by_penalty(evidence, way)}"
+            f"{way} kx {kx:.3g}, ky {ky:.3g}, kz {kz:.3g} kN/m, along the knit's axes "
+            f"{', '.join(f'{k:.3g}' for k in along_knit)} kN/m{_by_penalty(evidence, way)}"
         )
     of_one = all(holds) and len(cases) < 2
     return Judgement(
-        f"averaged secants of interfaces: {'; '.join(said)}",
+        f"averaged secants of interfaces along local axes: {'; '.join(said)}",
         NOT_RUN if of_one else verdict(all(holds)),
         f"by far: {BY_FAR:g} times the others{'; of one direction only' if of_one else ''}",
         _names(case.dns for case in cases),
@@ -128,18 +128,18 @@ def judge_springs(evidence: Evidence) -> Judgement:
 
 
 def _by_penalty(evidence: Evidence, direction: str) -> str:
-    """Return kz and the stiffness normal to contact with penalties alone, by the contact stiffness, in words."""
+    """Return kz with penalties alone, along local axes and those of the knit, by the contact stiffness, in words."""
     found = {}
     for name in fnmatch.filter(evidence.contacts, PENALTIES.format(direction)):
-        (_, _, kz), (normal, _) = _springs(evidence.contacts[name])
-        found[evidence.scenes[name].contact.normal_stiffness] = f"{kz:.3g} and {normal:.3g}"
+        (_, _, kz), (_, _, of_knit) = _springs(evidence.contacts[name])
+        found[evidence.scenes[name].contact.normal_stiffness] = f"{kz:.3g} and {of_knit:.3g}"
     listed = ", ".join(f"{found[stiffness]} with {stiffness:g} E / h" for stiffness in sorted(found))
-    return f" (penalties alone, kz and normal: {listed})" if listed else ""
+    return f" (penalties alone, both kz: {listed})" if listed else ""
 
 
 def _springs(contacts: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Return averaged springs of interfaces [kN/m]: along x, y and z; normal to and along contact."""
-    return tuple(springs(contacts, "interface", axes).averaged / 1e3 for axes in ("global", "contact"))
+    """Return averaged springs of interfaces [kN/m] along local axes x, y and z, and along those of the knit."""
+    return tuple(springs(contacts, "interface", axes).averaged / 1e3 for axes in ("local", "global"))
 
 
 def judge_cost(evidence: Evidence) -> Judgement:
