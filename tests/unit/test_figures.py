@@ -81,7 +81,7 @@ def results(knit, plain_scene, touching, pairs):
     }
     friction = tied | {
         **touching,
-        "cut": synthetic.history(force=(0, 5, 10), lift=1e-4),
+        "whole": synthetic.history(force=(0, 5, 10), lift=1e-4),
         "squares": histories,
         "squares_contacts": {},
         "rom3d": synthetic.history(force=(0, 6, 12)),

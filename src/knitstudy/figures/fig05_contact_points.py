@@ -16,7 +16,7 @@ from knitstudy.figures.renderer import MILLIMETRE, Picture, Surface, View
 from knitstudy.figures.style import ACCENT, INK, PAPER, SINGLE
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
-from knitstudy.models.joints import contact_normal_planes, joint_points
+from knitstudy.models.joints import contact_normal_planes, contact_normals, joint_points
 
 VIEW = View.orbit(turn=-12, tilt=-36)  # from below: here planes and normals part most in the picture
 REACH = 2.0  # how much of the yarns is shown beyond the contacts, in radii
@@ -42,8 +42,8 @@ PLACES = {
     "fig05_contact_points",
     "Fig. 5: points of the 3D reduced model",
     results={
-        "geometry": solid("geometry", "tie-course"),
-        "contacts": solid("contacts", "tie-course"),
+        "geometry": solid("geometry", "isotropic-course"),
+        "contacts": solid("contacts", "isotropic-course"),
     },
 )
 def draw(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
@@ -130,7 +130,7 @@ class InterlockSide:
                 f"contacts: row {row}, column {column} must have the zones {LEFT_ZONES}, once each"
             )
         pair = np.concatenate(found)
-        points, normal = joint_points(knit, contacts), contacts["normal"].to_numpy()
+        points, normal = joint_points(knit, contacts), contact_normals(contacts)
         plane = contact_normal_planes(contacts)
         of_pair = (points.centroid, points.point, points.arc_length, normal, plane)
         yarn = points.yarn[pair[0]]
