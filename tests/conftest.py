@@ -27,80 +27,80 @@ def pytest_collection_modifyitems(items):
     items.sort(key=place)
 
 
+DEFAULTS = {
+    "specimen": "knit",
+    "fidelity": "hexahedra",
+    "interaction": "tie",
+    "pattern": {"loops": 3, "rows": 3, "clearance": 0.01},
+    "pair": {"angle": 90.0, "length": 10e-3, "clearance": 0.01, "support": "back"},
+    "yarn": {"youngs_modulus": 1.3e9, "poisson_ratio": 0.42, "material": "hencky"},
+    "geometry": {"alpha": 1.0, "beta": 1.0, "gamma": 1.0, "beta_0": 1.0, "samples": 50},
+    "load": {"direction": "course", "strain": 0.05, "lateral": "fixed", "stops": []},
+    "mesh": {
+        "size": 0.3e-3,
+        "growth": 1.2,
+        "element": "one_point",
+        "beam_size": 0.5e-3,
+        "section_law": "curved",
+    },
+    "contact": {
+        "friction": 0.76,
+        "normal_stiffness": 10.0,
+        "tangential_stiffness": 10.0,
+        "penetration": 0.01,
+        "augmentations": 10,
+        "points": 2,
+        "tied_edges": "outer",
+    },
+    "solver": {
+        "increments": 10,
+        "residual_tolerance": 1e-6,
+        "correction_tolerance": 1e-6,
+        "hourglass": 0.005,
+        "stabilisation": 0.0,
+        "linear": "auto",
+    },
+    "rom": {
+        "joint": "rigid",
+        "springs_from": None,
+        "stiffness": [],
+        "axes": "local",
+        "displacement": "interface",
+        "section": "single",
+    },
+    "beam": {"section": "rigid", "tie": "rigid", "stiffness": 10.0},
+    "outputs": [],
+}
+
+
 @pytest.fixture(scope="session")
-def plain_scene():
+def defaults_with():
+    """Function that returns the defaults of small configurations with other keys in some sections."""
+    return lambda **sections: (
+        DEFAULTS
+        | {name: DEFAULTS[name] | keys if isinstance(keys, dict) else keys for name, keys in sections.items()}
+    )
+
+
+@pytest.fixture(scope="session")
+def plain_scene(defaults_with):
     """Scene of a 3 x 3 knit whose yarns just do not touch: an analytic loop of 39.3 mm of 1.8 mm yarn."""
     t = 2 * np.pi * np.arange(12) / 12
     wale, course, height = 10.15e-3, 7.85e-3, 13.52e-3
     x = wale * (t / (2 * np.pi) + 0.24 * np.sin(2 * t))
     points = np.column_stack([x, -height / 2 * np.cos(t), -1.135e-3 * np.cos(2 * t)])
-    return Scene.from_dict(
-        {"name": "plain-rom3d", "knit": "plain", "rom": {"contacts_from": "plain-dns"}},
-        defaults={
-            "specimen": "knit",
-            "fidelity": "rom3d",
-            "interaction": "tie",
-            "pattern": {
-                "loops": 3,
-                "rows": 3,
-                "course_spacing": course,
-                "wale_spacing": wale,
-                "control_points": points.tolist(),
-                "clearance": 0.02,
-            },
-            "pair": {"angle": 90.0, "length": 10e-3, "clearance": 0.02, "support": "back"},
-            "yarn": {
-                "diameter": 1.8e-3,
-                "youngs_modulus": 1.3e9,
-                "poisson_ratio": 0.42,
-                "material": "hencky",
-            },
-            "geometry": {
-                "alpha": 1.0,
-                "beta": 1e-3,
-                "gamma": 1.0,
-                "beta_0": 1.0,
-                "free": [""] * 12,
-                "samples": 100,
-            },
-            "load": {"direction": "course", "strain": 0.05, "lateral": "fixed", "stops": []},
-            "mesh": {
-                "size": 0.45e-3,
-                "growth": 1.2,
-                "element": "one_point",
-                "beam_size": 0.5e-3,
-                "section_law": "curved",
-            },
-            "contact": {
-                "friction": 0.76,
-                "normal_stiffness": 10.0,
-                "tangential_stiffness": 10.0,
-                "penetration": 0.01,
-                "augmentations": 10,
-                "points": 2,
-                "tied_edges": "outer",
-            },
-            "solver": {
-                "increments": 4,
-                "residual_tolerance": 1e-6,
-                "correction_tolerance": 1e-6,
-                "hourglass": 0.005,
-                "stabilisation": 0.0,
-                "linear": "auto",
-            },
-            "rom": {
-                "joint": "rigid",
-                "springs_from": None,
-                "springs": "averaged",
-                "stiffness": [],
-                "axes": "local",
-                "displacement": "interface",
-                "section": "single",
-            },
-            "beam": {"section": "rigid", "tie": "rigid", "stiffness": 10.0},
-            "outputs": [],
-        },
+    loop = {"course_spacing": course, "wale_spacing": wale, "control_points": points.tolist()}
+    defaults = defaults_with(
+        fidelity="rom3d",
+        pattern=loop | {"clearance": 0.02},
+        pair={"clearance": 0.02},
+        yarn={"diameter": 1.8e-3},
+        geometry={"beta": 1e-3, "free": [""] * 12, "samples": 100},
+        mesh={"size": 0.45e-3},
+        solver={"increments": 4},
     )
+    own = {"name": "plain-rom3d", "knit": "plain", "rom": {"contacts_from": "plain-dns"}}
+    return Scene.from_dict(own, defaults=defaults)
 
 
 @pytest.fixture(scope="session")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.errors import ConfigurationError, GeometryError
+from knitstudy.errors import GeometryError
 from knitstudy.mechanics import beam
 from knitstudy.mechanics.beam import Elements, Section
 from knitstudy.mechanics.curved_rod import CurvedSection
@@ -16,14 +16,6 @@ def test_circular_section():
     assert section.EI == pytest.approx(100 * np.pi / 4)
     assert section.GJ == pytest.approx(40 * np.pi / 2)
     assert section.kGA == pytest.approx(0.89 * 40 * np.pi)
-
-
-@pytest.mark.parametrize(
-    ("diameter", "modulus"), [(0.0, 1e9), (-1e-3, 1e9), (1e-3, 0.0), (float("nan"), 1e9)]
-)
-def test_section_without_size_or_stiffness_is_refused(diameter, modulus):
-    with pytest.raises(ConfigurationError, match=r"yarn\.diameter"):
-        Section.circular(diameter, modulus, 0.4)
 
 
 def test_full_slenderness_compensation_gives_one_element_the_exact_s_bending_stiffness():
@@ -66,7 +58,5 @@ def test_law_of_a_curved_rod_turns_with_the_rod():
 @pytest.mark.parametrize("bend", [0.81, float("nan")])
 def test_rod_bent_too_tightly_is_refused(bend):
     curvature = np.array([[0.0, 0.0, 0.3], [bend, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    with pytest.raises(
-        GeometryError, match=r"element 1 is bent to .* 1\.25 yarn radii: take straight sections"
-    ):
+    with pytest.raises(GeometryError, match=r"element 1 is bent to .* 1\.25 yarn radii: take straight"):
         CurvedSection(1.0, 1.0, 0.3, curvature).stiffness(np.eye(3))

@@ -12,16 +12,9 @@ from knitstudy.models.simulate import solve
 
 
 @pytest.fixture(scope="module")
-def beam_scene(plain_scene):
-    """Scene of one cell of beams, untied and flattened until its yarns nearly touch."""
-    flat = np.array(plain_scene.pattern.control_points) * [1, 1, 0.985]
-    cell = {"pattern.control_points": flat.tolist(), "pattern.loops": 1, "pattern.rows": 1}
-    contact = {"fidelity": "beam", "interaction": "isotropic", "name": "beam", "contact.tied_edges": "none"}
-    return plain_scene.vary(
-        cell
-        | contact
-        | {"mesh.beam_size": 1e-3, "load.strain": 0.03, "solver.increments": 3, "gates.ledger": 0.2}
-    )
+def beam_scene(touching_cell):
+    keys = {"name": "beam", "mesh.beam_size": 1e-3, "load.strain": 0.03}
+    return touching_cell.vary(keys | {"solver.increments": 3, "gates.ledger": 0.2})
 
 
 @pytest.fixture(scope="module")
@@ -80,9 +73,7 @@ def test_penetration_that_contact_does_not_see_is_refused(beam_scene, cell):
     beams.gaps = seen
     beams.require_seen(increment, recorder)
     beams.gaps = Gaps(np.full(4, -2e-6), -2 * UNSEEN * radius, (0, 1), (1e-3, 2e-3))
-    with pytest.raises(
-        ConvergenceError, match=r"increment 3: yarns 0 and 1 at arc lengths 0.001 and 0.002 m"
-    ):
+    with pytest.raises(ConvergenceError, match=r"increment 3: yarns 0 and 1 at arc lengths 0.001 and 0.002"):
         beams.require_seen(increment, recorder)
     beams.gaps = Gaps(np.array([0, 0, -3e-5, 0]), np.inf, (-1, -1), (np.nan, np.nan))
     with pytest.raises(ConvergenceError, match="the yarns of crossing 2, beside the touching points"):

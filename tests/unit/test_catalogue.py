@@ -92,9 +92,7 @@ def test_they_are_planned_from_the_scenes_of_a_study(toy, scenes):
     assert tables.scenes("toy_stiffness") == {}
     alone = displays(TABLES, [scene for scene in scenes if "wale" not in scene.name])
     assert "toy_stiffness" not in alone.names()
-    with pytest.raises(
-        ConfigurationError, match=r"'toy_stiffness' needs contacts of yarns-tie-wale or .*: the study has no"
-    ):
+    with pytest.raises(ConfigurationError, match=r"'toy_stiffness' needs contacts of yarns-tie-wale or"):
         alone.files("toy_stiffness", "out")
 
 
@@ -142,13 +140,9 @@ def test_an_interaction_brings_its_keys(plugin, config):
     assert sticky.contact.points == scene.replace("interaction", "rough").contact.points
     assert sticky.scaled(stiffness=1e-6).contact.adhesion == pytest.approx(0.1)
     assert Scene.from_dict(sticky.to_dict()) == sticky
-    with pytest.raises(
-        ConfigurationError, match=r"contact\.adhesion is -1 but must be a number from 0 to 1e9, in Pa"
-    ):
+    with pytest.raises(ConfigurationError, match=r"contact\.adhesion is -1 but must be a number from 0 to"):
         sticky.replace("contact.adhesion", -1)
-    with pytest.raises(
-        ConfigurationError, match=r"contact\.adhesion is no key of a scene whose .* interaction rough"
-    ):
+    with pytest.raises(ConfigurationError, match=r"contact\.adhesion is no key of a scene whose"):
         scene.vary({"interaction": "rough", "contact.adhesion": 1e5})
     having = "fidelity beam, hexahedra, spline_yarns or window; interaction sticky"
     assert f"| {having} | physics | assumed |" in keys_page()

@@ -108,6 +108,9 @@ def test_plugins_of_the_configuration_are_imported(knitstudy, config, monkeypatc
     [
         (("dns-b",), "unknown scene 'dns-b' (did you mean 'dns-a'?)"),
         (("dns-a", "--set", "mesh.sice=1"), "unknown key 'mesh.sice' (did you mean 'size'?)"),
+        (("dns-a", "--set", "load.strain=5%"), "load.strain is '5%' but must be a number from -0.2 to 0.5"),
+        (("dns-a", "--set", "load.strain=.nan"), "load.strain is nan but must be a finite number"),
+        (("dns-a", "--set", "mesh.size=0.3 mm"), "mesh.size is '0.3 mm' but must be a number > 0"),
         (("dns-a", "--config", "nowhere"), "nowhere/defaults.yaml: is missing"),
     ],
 )
@@ -164,20 +167,6 @@ def test_run(knitstudy, config, simulated, monkeypatch):
     assert "mine/simulation/a.nc:" in result.stderr
     assert simulated["scene"].load.strain == 0.01
     assert (str(simulated["folder"]), simulated["config"], simulated["anew"]) == ("mine", config, False)
-
-
-def test_ended_run_says_how_to_go_on(knitstudy, config, monkeypatch):
-    def end(*arguments, **options):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("knitstudy.stages.simulate.simulate", end)
-    result = knitstudy("run", "dns-a", "--config", config)
-    assert result.exit_code == 130
-    (line,) = result.stderr.splitlines()
-    assert line == (
-        "error: stopped; stages that were done and the last converged increment are kept in results: the same command "
-        "goes on from there"
-    )
 
 
 def test_show(knitstudy, knit, tmp_path):

@@ -1,20 +1,12 @@
 """Configuration files become scenes, or one message that names file, key, value and what is allowed."""
 
-from typing import get_args
-
 import pytest
 import yaml
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.study.configuration import (
-    CONFIG,
-    STUDIES,
-    Workflow,
-    knits_of,
     load_scenes,
-    workflow_configuration,
 )
-from knitstudy.study.documents import read_yaml
 
 FAMILY = "scenes/small.yaml"
 
@@ -65,28 +57,3 @@ def test_file_that_is_missing_or_broken(config, file, content, message):
         (config / file).write_text(content)
     with pytest.raises(ConfigurationError, match=message):
         load_scenes(config)
-
-
-def test_geometry_does_not_see_other_changes_of_a_scene(config):
-    before = knits_of(load_scenes(config))["plain"]
-    rewrite(config / FAMILY, "load.strain: 2e-2", "mesh.beam_size: 2e-4")
-    assert knits_of(load_scenes(config))["plain"].geometry_key == before.geometry_key
-    set_default(config, "pattern.clearance", 0.02)
-    assert knits_of(load_scenes(config))["plain"].geometry_key != before.geometry_key
-
-
-def test_configuration_of_the_workflow():
-    given = {"study": "ci", "folder": "config"}
-    assert get_args(Workflow.model_fields["study"].annotation) == STUDIES
-    assert workflow_configuration(given).plugins == ()
-    assert workflow_configuration(read_yaml(CONFIG / "config.yaml")).folder == "config"
-    for changes, message in [
-        ({"study": "tiny"}, "study is 'tiny' but must be ci, reduced, full, reference or trade"),
-        (
-            {"plugins": ["toys.py/"]},
-            "plugins has the entry 'toys.py/' but must be a list of the dotted names",
-        ),
-    ]:
-        with pytest.raises(ConfigurationError) as caught:
-            workflow_configuration(given | changes)
-        assert str(caught.value).startswith(f"the workflow's configuration: {message}")

@@ -3,12 +3,9 @@
 import importlib.util
 from pathlib import Path
 
-import pytest
-
 from knitstudy.measures.discretisation import HOW_FAR, physics_of
 from knitstudy.study.configuration import load_scenes
 from knitstudy.study.documentation import COMMAND, KEYS, keys_page
-from knitstudy.study.keys import ROLES, allowed_values, describe
 from knitstudy.study.kinds import Labels, all_sections, role_of
 
 DESCRIBED = {name: (Labels, name) for name in Labels.model_fields} | {
@@ -20,14 +17,6 @@ DESCRIBED = {name: (Labels, name) for name in Labels.model_fields} | {
 
 def test_page_is_up_to_date():
     assert KEYS.read_text(encoding="utf-8") == keys_page(), f"{KEYS.name} is not up to date: run {COMMAND}"
-
-
-@pytest.mark.parametrize("key", DESCRIBED)
-def test_every_key_is_described(key):
-    said = describe(*DESCRIBED[key])
-    assert all((said.unit, said.standing, said.source, said.checked, allowed_values(*DESCRIBED[key])))
-    assert role_of(key) == said.role in ROLES
-    assert f"| `{key}` |" in keys_page()
 
 
 def test_every_physical_key_enters_the_problem_and_no_other():

@@ -18,11 +18,6 @@ def grown(plain_scene):
     return study.domain(plain_scene)
 
 
-def test_growth_is_the_exponent_of_the_knits_from_three_cells_on(grown):
-    (series, *_) = series_of(grown[0].values())
-    assert series.growth(5.0 * series.cells**2.1) == pytest.approx(2.1)
-
-
 def test_contact_over_ties_is_of_equal_sizes(grown):
     scenes, histories = grown
     (factors,) = contact_over_ties(series_of(scenes.values()), histories, "dof").values()

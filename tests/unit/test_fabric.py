@@ -121,17 +121,6 @@ def test_cut_cells_have_the_yarn_of_an_endless_knit(loop):
     np.testing.assert_allclose(cell.periods, [[3 * loop.wale_spacing, 0, 0], [0, 2 * loop.course_spacing, 0]])
 
 
-@pytest.mark.parametrize("angle", [12.0, 47.0, 90.0])
-def test_the_crossing_of_a_pair(angle):
-    fabric = yarn_pair(RADIUS, angle, 9e-3, 0.02)
-    crossings = fabric.crossings
-    np.testing.assert_allclose(
-        crossings.point[0], [[0, 0, -1.01 * RADIUS], [0, 0, 1.01 * RADIUS]], atol=1e-15
-    )
-    np.testing.assert_allclose(crossings.arc_length, [[4.5e-3, 4.5e-3]])
-    np.testing.assert_allclose(crossings.distance, 2.02 * RADIUS)
-
-
 def test_a_fabric_comes_back_from_its_dataset(loop):
     for fabric in (
         plain_knit(loop, 2, 3),
@@ -155,10 +144,7 @@ def test_a_fabric_comes_back_from_its_dataset(loop):
         (lambda loop: replace(loop, course_spacing=1.7e-3), r"pattern.course_spacing"),
         (lambda loop: yarn_pair(0.0, 90.0, 9e-3), r"yarn\.diameter = 0\.0 m"),
         (lambda loop: yarn_pair(RADIUS, 0.0, 9e-3), r"pair\.angle = 0\.0 degrees: allowed is more than 0"),
-        (
-            lambda loop: yarn_pair(RADIUS, 90.0, 4 * RADIUS),
-            r"pair\.length = 0\.0036 m: allowed is more than twice",
-        ),
+        (lambda loop: yarn_pair(RADIUS, 90.0, 4 * RADIUS), r"pair\.length = 0\.0036 m: allowed is more"),
     ],
 )
 def test_what_is_not_allowed_is_refused(loop, make, message):
@@ -210,3 +196,14 @@ def test_models_take_any_fabric(weave, plain_scene):
     solids = solve_load_path(spline_yarns.build(solid, fabric, sampled_sections(fabric)))
     touching = solve_load_path(beams_in_contact.build(beams, fabric))
     assert float(solids["force"][-1]) == pytest.approx(float(touching["force"][-1]), rel=0.1), "of 25 N"
+
+
+@pytest.mark.parametrize("angle", [12.0, 47.0, 90.0])
+def test_the_crossing_of_a_pair(angle):
+    fabric = yarn_pair(RADIUS, angle, 9e-3, 0.02)
+    crossings = fabric.crossings
+    np.testing.assert_allclose(
+        crossings.point[0], [[0, 0, -1.01 * RADIUS], [0, 0, 1.01 * RADIUS]], atol=1e-15
+    )
+    np.testing.assert_allclose(crossings.arc_length, [[4.5e-3, 4.5e-3]])
+    np.testing.assert_allclose(crossings.distance, 2.02 * RADIUS)

@@ -104,26 +104,6 @@ def test_family_that_is_not_allowed(folder, old, new, message):
     assert message in refused(folder(family=replaced(old, new)))
 
 
-@pytest.mark.parametrize(
-    ("files", "message"),
-    [
-        (
-            {"other": FAMILY},
-            "other.yaml, scene 'dns-tie-fine': is there twice, the first in the family 'family'",
-        ),
-    ],
-)
-def test_families_that_do_not_go_together(folder, files, message):
-    assert message in refused(folder(**files))
-
-
-def test_folder_that_is_missing_empty_or_has_files_that_are_not_read(tmp_path):
-    assert "scenes: is missing" in refused(tmp_path / "scenes")
-    assert "must hold a family of scenes or more" in refused(tmp_path)
-    (tmp_path / "own.yml").write_text(FAMILY)
-    assert "own.yml: is not read as a family; call it own.yaml" in refused(tmp_path)
-
-
 def test_examples_of_the_readme_are_families(tmp_path):
     examples = re.findall(r"```yaml\n(.*?)```", (CONFIG / "README.md").read_text(encoding="utf-8"), re.DOTALL)
     assert len(examples) == 2

@@ -63,8 +63,7 @@ def test_yarns_that_overlap_are_refused(surveyed, gap, other_gap):
         check_yarns(overlapping, loop, 0.001)
 
 
-COARSE = 12
-"""Samples a Bezier curve: closest points are refined from them, fewer only cost less."""
+COARSE = 12  # samples a Bezier curve: closest points are refined from them, fewer only cost less
 
 
 @pytest.fixture(scope="module")

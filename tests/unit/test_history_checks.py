@@ -7,7 +7,6 @@ import pytest
 import xarray as xr
 from synthetic import history
 
-from knitstudy.errors import DataFileError
 from knitstudy.loading.history import FORMS
 from knitstudy.measures.history_checks import (
     DEEPEST,
@@ -21,8 +20,7 @@ from knitstudy.measures.history_checks import (
 from knitstudy.measures.summary import summarise
 from knitstudy.tables import catalogue
 
-WORK = 1e-3
-"""External work at full load [J]."""
+WORK = 1e-3  # external work at full load [J]
 
 
 def energies(**shares):
@@ -133,40 +131,5 @@ def test_table_of_a_direct_simulation(direct):
     assert set(table["unit"]) == {"1", "m2"}
 
 
-def loaded_history(**attributes):
-    result = history(lift=1e-4, **attributes)
-    energy = np.outer(result["strain"], np.arange(1.0, 1 + len(FORMS)))
-    return result.assign(energy=(("increment", "form"), energy), form=list(FORMS))
-
-
 def said(dataset):
     return {quantity.name: (quantity.value, quantity.unit) for quantity in summarise(dataset)}
-
-
-WRONG = {
-    "no increments": (lambda d: d.isel(increment=slice(0, 0)), "history: there is no increment in it"),
-    "other dimensions": (
-        lambda d: d.rename(increment="step"),
-        r"variable 'force' has the dimensions \(step\) but must have \(increment\)",
-    ),
-}
-
-
-@pytest.mark.parametrize("case", WRONG)
-def test_histories_that_are_laid_out_otherwise_are_refused(case):
-    change, said = WRONG[case]
-    with pytest.raises(DataFileError, match=said):
-        summarise(change(loaded_history()))
-
-
-def test_a_word_where_nothing_touched():
-    """A gap of nan and forces of rounding say nothing by themselves."""
-    history = loaded_history()
-    assert "contact" not in said(history), "yarns that are all tied"
-    far = history.assign(smallest_gap=("increment", np.full(history.sizes["increment"], np.nan)))
-    energy = history["energy"].where(history["form"] != "penalty", 0.0)
-    assert said(far.assign(energy=energy))["smallest gap"] == ("nothing came near anything", "")
-    assert said(far.assign(energy=energy))["contact"][0].startswith("nothing touched")
-    near = history.assign(smallest_gap=("increment", [3e-6, 2e-6, np.nan]))
-    assert said(near)["smallest gap"] == (2e-6, "m")
-    assert "contact" not in said(near), "penalty energy says that something touched"

@@ -9,8 +9,7 @@ from knitstudy.mesh.mesher import mesh_fabric
 GROWTH = 1.2
 SIZES = [0.6e-3, 0.45e-3]
 
-EXACT = 1e-6
-"""Share of the element size: crossings are refined to about 1e-8 of it."""
+EXACT = 1e-6  # share of the element size: crossings are refined to about 1e-8 of it
 
 
 @pytest.fixture(scope="module")

@@ -6,11 +6,6 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import cut_cells
 from knitstudy.models import hexahedra, network_3d
 from knitstudy.models.simulate import MODELS, build
-from knitstudy.study.kinds import FIDELITIES
-
-
-def test_every_fidelity_has_a_model():
-    assert set(MODELS) == set(FIDELITIES)
 
 
 def test_a_model_from_outside_is_an_entry_and_gets_the_data_that_are_given(

@@ -57,28 +57,14 @@ def digests(plan, scene):
     return {stage.name: plan.digest(stage, scene) for stage, scene in plan.steps([scene])}
 
 
+SIMULATED = {"simulation", "contacts", "stress", "deformed_vtu", "deck_abaqus", "deck_calculix"}
+
+
 @pytest.mark.parametrize(
     ("key", "value", "changed"),
     [
-        (
-            "load.strain",
-            0.01,
-            {"simulation", "contacts", "stress", "deformed_vtu", "deck_abaqus", "deck_calculix"},
-        ),
-        (
-            "mesh.size",
-            0.4e-3,
-            {
-                "mesh",
-                "mesh_vtu",
-                "simulation",
-                "contacts",
-                "stress",
-                "deformed_vtu",
-                "deck_abaqus",
-                "deck_calculix",
-            },
-        ),
+        ("load.strain", 0.01, SIMULATED),
+        ("mesh.size", 0.4e-3, SIMULATED | {"mesh", "mesh_vtu"}),
         ("geometry.alpha", 2.0, None),
         ("outputs", ["vtu", "fields", "deck"], set()),
     ],

@@ -1,7 +1,5 @@
 """What is promised of other knits: what a model is off there, and when that counts as held; the page about it."""
 
-from pathlib import Path
-
 import pytest
 import study
 from click.testing import CliRunner
@@ -11,11 +9,7 @@ from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.promises import corrected
 from knitstudy.measures.reference import Reference
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
-from knitstudy.report.kept_pages import BEGIN, END, insert_between_marks, trade_summary
 from knitstudy.stages.simulate import Results
-from knitstudy.tables import catalogue as tables
-
-TEMPLATE = Path(__file__).resolve().parents[2] / "workflow" / "report" / "accuracy.j2"
 
 
 def of(force):
@@ -39,25 +33,6 @@ def test_an_error_is_taken_over_and_half_of_it_is_left_open(reference):
     force = corrected_force(reference, 12.0, 24.0)
     assert force.value == pytest.approx(20.0)
     assert force.uncertainty == pytest.approx(20.0 * (0.01 + 0.5 / 6))
-
-
-@pytest.fixture(scope="module")
-def table(plain_scene):
-    scenes = study.scenes(plain_scene)
-    every = {name: each for name, each in study.histories(scenes).items() if scenes[name].fidelity != "beam"}
-    sources = {"every": every, "every_contacts": {}, "scenes": scenes, "reference": study.reference(scenes)}
-    return tables.tabulate("trade", **sources).assign(simulations="36 of 40", made="2026-11-21")
-
-
-def test_the_page_is_written_from_the_table(table):
-    page = insert_between_marks(f"before\n{BEGIN}\nold\n{END}\nafter\n", trade_summary(TEMPLATE, table))
-    assert page.startswith(f"before\n{BEGIN}\n")
-    assert page.endswith(f"{END}\nafter\n")
-    assert "old" not in page
-    assert "36 of 40 of the study" in page
-    assert "**3 x 3 cells, tie constraint, course tension.** For 5 % in force take" in page
-    assert page.count("| force | 3 x 3,") == 4
-    assert "### On other knits" not in page
 
 
 ASKS = ("--set", "fidelity=auto", "--set", "ask.question=force", "--set", "ask.accuracy=0.05")

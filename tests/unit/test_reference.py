@@ -1,25 +1,15 @@
 """The reference: which simulations it is made from, how models find it, and that it is kept with its code."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import study
 import synthetic
 
 from knitstudy.contacts.contacts import extract
-from knitstudy.files import read_table, write_dataset
 from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.reference import reference_of
-from knitstudy.measures.response import FORCE, LARGEST_U_Z, STRAINS, rms_out_of_plane
-from knitstudy.stages import kept_tables as kept
-from knitstudy.stages.plan import Plan
-from knitstudy.stages.table import STAGES
-from knitstudy.study.configuration import load_scenes
+from knitstudy.measures.response import FORCE, STRAINS, rms_out_of_plane
 from knitstudy.tables import catalogue
-from knitstudy.tables.reference import values_of
-
-KEPT = Path(__file__).resolve().parents[2] / "resources" / "reference" / "reference.csv"
 
 SIZES = (0.45e-3, 0.3e-3)
 
@@ -36,7 +26,7 @@ def way(solid, element, sizes=SIZES, **keys):
     return {name: solid.vary(keys | {"name": name, "mesh.size": size}) for name, size in named.items()}
 
 
-def results(knit, scenes, force):
+def results(knit, cases, force):
     """Return histories and contacts by scene; `force` gives the force at full load from element and size."""
     whole = synthetic.contact_history(knit)
     base, contacts = (
@@ -45,9 +35,9 @@ def results(knit, scenes, force):
     )
     histories = {
         name: base.assign(force=20 * force(scene.mesh.element, scene.mesh.size) * base["strain"])
-        for name, scene in scenes.items()
+        for name, scene in cases.items()
     }
-    return {"histories": histories, "contacts": dict.fromkeys(scenes, contacts), "scenes": scenes}
+    return {"histories": histories, "contacts": dict.fromkeys(cases, contacts), "scenes": cases}
 
 
 @pytest.fixture(scope="module")
@@ -84,13 +74,8 @@ def test_one_way_or_one_mesh_makes_no_reference(knit, solid):
         assert catalogue.tabulate("reference", **alone).empty
 
 
-@pytest.fixture(scope="module")
-def scenes(plain_scene):
-    return study.scenes(plain_scene)
-
-
-def test_models_are_compared_at_the_largest_strain_that_both_reach(scenes):
-    reference = reference_of(study.reference(scenes), scenes["dns-tie-course"])
+def test_models_are_compared_at_the_largest_strain_that_both_reach(cases):
+    reference = reference_of(study.reference(cases), cases["dns-tie-course"])
     full = reference.force_ratio(study.history(force=(0, 9, 18)))
     assert full.value == pytest.approx(18 / 12)
     assert full.uncertainty == pytest.approx(18 / (0.98 * 12) - 1.5)
@@ -99,8 +84,8 @@ def test_models_are_compared_at_the_largest_strain_that_both_reach(scenes):
     assert part.value == pytest.approx(6 / 4.8)
 
 
-def test_what_the_reference_does_not_speak_of_is_unknown(scenes):
-    table, solid = study.reference(scenes), scenes["dns-isotropic-course"]
+def test_what_the_reference_does_not_speak_of_is_unknown(cases):
+    table, solid = study.reference(cases), cases["dns-isotropic-course"]
     slippery = reference_of(table, solid.replace("contact.friction", 0.1))
     assert not slippery.known
     known = reference_of(table, solid)
@@ -124,57 +109,3 @@ def test_root_mean_square_does_not_depend_on_stations():
     uneven = even.isel(station=(s < 5e-3) | (np.arange(len(s)) % 4 == 0))
     for history in (even, uneven):
         assert rms_out_of_plane(history)[-1] == pytest.approx(2e-3 / np.sqrt(2), rel=1e-3)
-
-
-@pytest.fixture
-def copy(tmp_path, sources):
-    """What is kept of all simulations of two ways, made by code ab12."""
-    path = tmp_path / "reference.csv"
-    kept.keep_values(values_of(sources["histories"], sources["contacts"]), sources["scenes"], path, "ab12")
-    return path
-
-
-def test_what_was_not_simulated_anew_stays(copy, sources):
-    """One mesh of one way is: its rows and the limits change, and these name both codes."""
-    name = "reference-one-point-00003"
-    changed = sources["histories"][name].assign(force=sources["histories"][name]["force"] * 1.01)
-    few = values_of({name: changed}, {name: sources["contacts"][name]})
-    before, values = read_table(copy), read_table(kept.values_beside(copy))
-    kept.keep_values(few, sources["scenes"], copy, "cd34")
-    after, anew = read_table(copy), read_table(kept.values_beside(copy))
-    assert list(anew["scene"]) == list(values["scene"])
-    assert set(anew[anew["code"] == "cd34"]["scene"]) == {name}
-    np.testing.assert_array_equal(
-        anew["value"] != values["value"], (values["scene"] == name) & forces(values)
-    )
-    assert set(after["code"]) == {"ab12 cd34"}
-    np.testing.assert_array_equal(after["value"] != before["value"], forces(before))
-
-
-def forces(table):
-    """Return which rows are forces of the knit."""
-    return (table["quantity"] == FORCE).to_numpy()
-
-
-def test_only_simulations_that_are_up_to_date_are_kept(config, sources, tmp_path):
-    """Their digests say so: one of the history and one of the contacts."""
-    history, contacts = (next(iter(sources[name].values())) for name in ("histories", "contacts"))
-    plan, steps = Plan.of(config), [STAGES["simulation"], STAGES["contacts"]]
-    scenes = {"dns-a": plan.scenes["dns-a"]}
-    assert kept.values_found(scenes, tmp_path, config).empty
-    for digests, there in (([None, "old"], False), ([None, None], True), (["old", None], False)):
-        for stage, dataset, digest in zip(steps, (history, contacts), digests, strict=True):
-            of = scenes["dns-a"]
-            write_dataset(dataset, tmp_path / stage.path(of), of, digest or plan.digest(stage, of))
-        assert set(kept.values_found(scenes, tmp_path, config)["scene"]) == (set(scenes) if there else set())
-
-
-def test_the_kept_reference_speaks_of_the_cases_of_the_study():
-    """It must parse; how old it is the report says."""
-    table, scenes = read_table(KEPT, needs=("code", "made")), load_scenes()
-    for kind in ("tie", "rough", "isotropic"):
-        for direction in ("course", "wale"):
-            reference = reference_of(table, scenes[f"dns-{kind}-{direction}"])
-            assert reference.strains(FORCE) == reference.strains(LARGEST_U_Z) == list(STRAINS)
-            assert all(reference.at(FORCE, strain).uncertainty > 0 for strain in STRAINS)
-    assert not table["value"].isna().any()

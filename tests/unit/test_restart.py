@@ -121,10 +121,7 @@ def rewritten(file, **changes):
     ("changes", "said"),
     [
         ({"key": "other"}, "another scene"),
-        (
-            {"state.displacement": np.full((1, 3), np.nan)},
-            r"state\.displacement holds values that are not numbers",
-        ),
+        ({"state.displacement": np.full((1, 3), np.nan)}, r"state\.displacement holds values that are not"),
         ({"column.energy": np.full((3, 6), np.nan)}, r"column\.energy holds values that are not numbers"),
         ({"column.force": np.zeros(2)}, r"column\.force has 2 increments and must have 3"),
         ({"rate.0": np.ones(4)}, r"rate\.0 has the shape \(4,\) and must have \(3,\)"),

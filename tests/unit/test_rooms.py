@@ -29,8 +29,7 @@ ROOMS = (
 
 LEVEL = {room: level for level, rooms in enumerate(ROOMS) for room in rooms}
 
-AT_THE_TOP = {"__init__", "__main__", "errors", "files", "registry"}
-"""Modules that a newcomer sees first."""
+AT_THE_TOP = {"__init__", "__main__", "errors", "files", "registry"}  # modules that a newcomer sees first
 
 MODULES = {
     ".".join(("knitstudy", *path.relative_to(PACKAGE).with_suffix("").parts)).removesuffix(".__init__"): path

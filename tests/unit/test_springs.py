@@ -8,8 +8,7 @@ from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.models.joints import Joints, contact_normals, joint_points, spring_axes, spring_joints, springs
 from knitstudy.models.simulate import build
 
-STIFFNESS = np.array([80e3, 60e3, 900e3])
-"""Of the contacts below along x, y and z [N/m]."""
+STIFFNESS = np.array([80e3, 60e3, 900e3])  # of the contacts below along x, y and z [N/m]
 
 
 @pytest.fixture
@@ -117,8 +116,6 @@ def test_crossing_that_has_not_moved_has_no_secant(scene, touching):
     still = with_values(touching, "relative_displacement", displacement)
     found = springs(still, "interface", "global")
     np.testing.assert_array_equal(found.undefined, [0, 0, 1])
-    with pytest.raises(ConfigurationError, match="row 1, column 0, zone 3 has not moved along z"):
-        spring_joints(still, scene.replace("rom.springs", "zones").rom)
     np.testing.assert_allclose(spring_joints(still, scene.rom).stiffness[15], np.diag(found.averaged))
 
 
@@ -138,11 +135,10 @@ def test_negative_secants_are_reported_and_not_averaged_away(scene, touching):
 
 @pytest.mark.parametrize("joint", ["rigid", "printed"])
 def test_springs_and_points_of_the_model_follow_the_contacts(scene, knit, touching, joint):
-    """What moves in the contacts moves in the model, and nothing else does."""
-    scene = scene.replace("rom.joint", joint).replace("rom.springs", "zones")
+    """A contact that moves takes its points along and no others; forces change the springs of all."""
+    scene = scene.replace("rom.joint", joint)
     before = build(scene, knit, contacts=touching).observer.network
-    force = touching["force"].to_numpy().copy()
-    force[-1, 14] *= [2.0, 3.0, 4.0]
+    force = touching["force"].to_numpy() * [2.0, 3.0, 4.0]
     centroid = touching["centroid"].to_numpy().copy()
     centroid[14] += [5e-5, -3e-5, 4e-5]
     moved = with_values(with_values(touching, "force", force), "centroid", centroid)
@@ -150,8 +146,7 @@ def test_springs_and_points_of_the_model_follow_the_contacts(scene, knit, touchi
 
     number = int(np.flatnonzero(np.flatnonzero(before.joints.sprung) == 14)[0])
     ratio = np.divide(*(np.diagonal(model.springs.stiffness, axis1=1, axis2=2) for model in (after, before)))
-    np.testing.assert_allclose(ratio[number], [2.0, 3.0, 4.0])
-    np.testing.assert_allclose(np.delete(ratio, number, axis=0), 1.0)
+    np.testing.assert_allclose(ratio, np.tile([2.0, 3.0, 4.0], (12, 1)))
     points = joint_points(knit, moved)
     nodes = after.nodes[after.springs.ends[number]]
     np.testing.assert_allclose(nodes, points.point[14], atol=1e-15)

@@ -6,7 +6,6 @@ import pytest
 import vtk
 import xarray as xr
 
-from knitstudy.errors import DataFileError
 from knitstudy.exchange.vtu import write_spline_yarns, write_vtu
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
@@ -134,13 +133,3 @@ def test_pressure_is_on_the_surface_and_adds_up(pair, space, tmp_path):
         along = np.convolve(np.diff(stations), [0.5, 0.5])[np.searchsorted(stations, arc_length[touched])]
         carried = along * specimen.radius * np.radians(15.0)
         assert (pressure[touched] * carried).sum() == pytest.approx(force, rel=1e-6)
-
-
-def test_a_history_of_another_discretisation_is_refused(pair, space, tmp_path):
-    scene, specimen = pair
-    other = history(space, specimen).isel(node=slice(9))
-    with pytest.raises(
-        DataFileError, match=r"shape \(9, 3\), but the yarns .* coefficients: run the scene again"
-    ):
-        write_spline_yarns(scene, tmp_path / "yarns.vtu", specimen, other)
-    assert not list(tmp_path.iterdir())

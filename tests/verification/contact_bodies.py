@@ -13,7 +13,6 @@ from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement
 from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mechanics.solid import Penetration, SolidModel
-from knitstudy.mesh.mesher import crossing_grading
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing
 from knitstudy.mesh.sweep import Targets, sweep
@@ -50,20 +49,18 @@ class Body:
         return replace(self, nodes=self.nodes + shift)
 
 
-def yarn(curve, radius, section, size, facing=None, refinement=1.0):
+def yarn(curve, radius, section, size, facing=None):
     """A swept yarn of circular section; a facet's middle faces the point `facing` from the middle of the curve."""
     middle = 0.5 * curve.length
     targets = None if facing is None else [Targets(np.array([middle]), np.array([facing]))]
-    grading = crossing_grading(radius, refinement)
-    spacing = Spacing(size, stations=(middle,), grading=grading)
-    mesh = sweep([curve], section, radius, spacing, targets=targets, grading=grading)
+    mesh = sweep([curve], section, radius, Spacing(size, stations=(middle,)), targets=targets)
     return Body(mesh.nodes, mesh.hexahedra, yarn_surfaces(mesh)[0])
 
 
-def crossed_yarns(core, rings, *, radius=1.0, length=6.0, angle=90.0, gap=0.0, refinement=1.0):
+def crossed_yarns(core, rings, *, radius=1.0, length=6.0, angle=90.0, gap=0.0):
     """Two straight yarns: the lower one along x, the upper one turned by `angle` degrees, `gap` apart.
 
-    Elements are as long as they are wide, and smaller by `refinement` where the yarns cross.
+    Elements are as long as they are wide.
     """
     section, size = Section.butterfly(core, rings), 2 * radius / (core + 2 * rings)
     turn = np.radians(angle)
@@ -71,7 +68,7 @@ def crossed_yarns(core, rings, *, radius=1.0, length=6.0, angle=90.0, gap=0.0, r
     for side, along in ((-1, np.array([1.0, 0, 0])), (1, np.array([np.cos(turn), np.sin(turn), 0]))):
         middle = np.array([0, 0, side * (radius + 0.5 * gap)])
         curve = Straight(middle - 0.5 * length * along, along, length)
-        bodies.append(yarn(curve, radius, section, size, facing=np.zeros(3), refinement=refinement))
+        bodies.append(yarn(curve, radius, section, size, facing=np.zeros(3)))
     return bodies
 
 
@@ -117,7 +114,6 @@ def together(
     poisson=POISSON,
     material="hencky",
     points=3,
-    margin=None,
     overlap=None,
     **options,
 ):
@@ -125,20 +121,19 @@ def together(
 
     Further options are those of SolidModel.
     """
-    nodes, hexahedra, grids, first = joined(bodies)
-    meets = ~np.eye(len(bodies), dtype=bool)
-    contact = Contact(
-        nodes,
-        Grids(grids),
-        law,
-        meets=meets,
-        points=points,
-        margin=margin or 0.5 * size,
-        overlap=overlap or 1e-3 * size,
+    nodes, hexahedra, first, contact = touching(
+        bodies, law, points=points, margin=0.5 * size, overlap=overlap or 1e-3 * size
     )
     elements = OnePointHexahedron(nodes[hexahedra], MATERIALS.find(material)(modulus, poisson))
     options = {"penetration": Penetration(0.1 * size)} | options
     return SolidModel(nodes, [ElementGroup(hexahedra, elements)], size, contact=contact, **options), first
+
+
+def touching(bodies, law, **options):
+    """Nodes, hexahedra and first nodes of bodies, and the contact of each with all others."""
+    nodes, hexahedra, grids, first = joined(bodies)
+    apart = ~np.eye(len(bodies), dtype=bool)
+    return nodes, hexahedra, first, Contact(nodes, Grids(grids), law, meets=apart, **options)
 
 
 def joined(bodies):

@@ -13,20 +13,16 @@ from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
 
-THICKNESS, WIDTH = 0.01, 0.1
-"""Of the belt, over the radius of the drum."""
+THICKNESS, WIDTH = 0.01, 0.1  # of the belt, over the radius of the drum
 
-FACETS = 60
-"""Facets of belt and drum along half a turn."""
+FACETS = 60  # facets of belt and drum along half a turn
 
-FREE = 4
-"""Facets of the belt beyond the drum at each end."""
+FREE = 4  # facets of the belt beyond the drum at each end
 
 SOFT = 0.2
 """Contact stiffness over E / h: so soft that the belt's pressure does not feel how two grids of facets differ."""
 
-TOUCH = 1e-7
-"""Initial overlap: without any, nothing would hold the belt on the drum to begin with."""
+TOUCH = 1e-7  # initial overlap: without any, nothing would hold the belt on the drum to begin with
 
 STRETCH, SLIDE = 5e-3, 2e-2
 """Mean strain by which the belt is tightened, and how far it is moved then, over the radius."""

@@ -1,15 +1,13 @@
 """Contact forces in balance, in a rotated frame, and with the yarns exchanged."""
 
 import numpy as np
-from contact_bodies import crossed_yarns, joined, law
+from contact_bodies import crossed_yarns, law, touching
 
 from knitstudy.mechanics.contact.friction import SLIP, STICK, ContactHistory
-from knitstudy.mechanics.contact.grids import Grids
-from knitstudy.mechanics.contact.interaction import PASS_SHARE, Contact
+from knitstudy.mechanics.contact.interaction import PASS_SHARE
 from knitstudy.mechanics.rotation import exp
 
-SIZE = 0.4
-"""Element size of the yarns, whose radius is 1."""
+SIZE = 0.4  # element size of the yarns, whose radius is 1
 
 
 def sliding(rotation=None):
@@ -18,9 +16,8 @@ def sliding(rotation=None):
     Both configurations are turned by `rotation` (3, 3).
     """
     rotation = np.eye(3) if rotation is None else rotation
-    nodes, _, grids, first = joined(crossed_yarns(3, 1, gap=0.02, angle=60))
-    apart = ~np.eye(2, dtype=bool)
-    contact = Contact(nodes, Grids(grids), law(SIZE, 1.0), meets=apart, margin=0.3, overlap=1e-3)
+    bodies = crossed_yarns(3, 1, gap=0.02, angle=60)
+    nodes, _, first, contact = touching(bodies, law(SIZE, 1.0), margin=0.3, overlap=1e-3)
     noise = 0.01 * np.random.default_rng(0).normal(size=nodes.shape)
     upper = (np.arange(len(nodes)) >= first[1])[:, None]
     one, two = (

@@ -4,12 +4,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from contact_bodies import MODULUS, POISSON, back, crossed_yarns, joined, law
+from contact_bodies import MODULUS, POISSON, back, crossed_yarns, law, touching
 from hexahedral_block import unknowns
 
 from knitstudy.mechanics.contact.friction import ContactHistory
-from knitstudy.mechanics.contact.grids import Grids
-from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
@@ -28,8 +26,7 @@ Extrapolated with the square of the element size from 12, 16 and 24 elements acr
 the first and the last, 9.55 from the last two.
 """
 
-REACH = 0.42
-"""Distance from the crossing up to which surface nodes can move; the contact's radius is 0.16."""
+REACH = 0.42  # distance from the crossing up to which surface nodes can move; the contact's radius is 0.16.
 
 
 @dataclass(frozen=True)
@@ -80,16 +77,8 @@ class Cylinders:
     def __init__(self, core, rings, *, limit, augmentations, points):
         self.length = DIAMETER / (core + 2 * rings)
         bodies = crossed_yarns(core, rings, radius=0.5 * DIAMETER, length=LENGTH)
-        self.nodes, _, grids, first = joined(bodies)
-        self.contact = Contact(
-            self.nodes,
-            Grids(grids),
-            law(self.length),
-            meets=~np.eye(2, dtype=bool),
-            points=points,
-            margin=0.5 * self.length,
-            overlap=1e-3 * self.length,
-        )
+        gaps = {"margin": 0.5 * self.length, "overlap": 1e-3 * self.length}
+        self.nodes, _, first, self.contact = touching(bodies, law(self.length), points=points, **gaps)
         self.penetration = Penetration(limit, augmentations)
         self.size = self.nodes.size
         self.scale = np.ones(self.size)

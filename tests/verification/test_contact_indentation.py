@@ -7,11 +7,11 @@ from crossed_solid_yarns import CrossedYarns, converged, stuck
 CASES = [(90, 0.4), (45, 0.0), (30, 0.45)]
 PRESS = 0.1
 
-FINE_CELL = 0.0625
-"""Of contact points, over the radius: where contact ends the stiffness of sticking begins steeply."""
+FINE_CELL = (
+    0.0625  # of contact points, over the radius: where contact ends the stiffness of sticking begins steeply
+)
 
-SPACES = {2: 1.0, 3: 0.9, 4: 0.6}
-"""Spans by degree, over the radius."""
+SPACES = {2: 1.0, 3: 0.9, 4: 0.6}  # spans by degree, over the radius
 
 
 @pytest.fixture

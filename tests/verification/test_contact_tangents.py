@@ -2,14 +2,11 @@
 
 import numpy as np
 import pytest
-from contact_bodies import crossed_yarns, joined, law
+from contact_bodies import crossed_yarns, law, touching
 
 from knitstudy.mechanics.contact.friction import SLIP, STICK, ContactHistory
-from knitstudy.mechanics.contact.grids import Grids
-from knitstudy.mechanics.contact.interaction import Contact
 
-SIZE = 0.4
-"""Element size of the yarns, whose radius is 1."""
+SIZE = 0.4  # element size of the yarns, whose radius is 1
 
 ROUGH = np.inf
 
@@ -18,15 +15,9 @@ class Crossing:
     """Two crossing yarns whose surface nodes go wherever a case puts them."""
 
     def __init__(self, friction):
-        self.nodes, _, grids, first = joined(crossed_yarns(3, 1, gap=0.02))
-        apart = ~np.eye(2, dtype=bool)
-        self.contact = Contact(
-            self.nodes,
-            Grids(grids),
-            law(SIZE, friction, tangential=7.0),
-            meets=apart,
-            margin=0.3,
-            overlap=1e-3,
+        coulomb = law(SIZE, friction, tangential=7.0)
+        self.nodes, _, first, self.contact = touching(
+            crossed_yarns(3, 1, gap=0.02), coulomb, margin=0.3, overlap=1e-3
         )
         self.upper = np.arange(len(self.nodes)) >= first[1]
         self.noise = 0.01 * np.random.default_rng(0).normal(size=self.nodes.shape)

@@ -17,8 +17,7 @@ from periodic_sheets import (
 
 from knitstudy.mechanics.periodic import Lattice
 
-FIRST, SECOND = 30.0, 24.0
-"""Edges of the cell."""
+FIRST, SECOND = 30.0, 24.0  # edges of the cell
 
 HEIGHT = 0.4
 

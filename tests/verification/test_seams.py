@@ -13,11 +13,9 @@ from knitstudy.mechanics.rotation import exp
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mechanics.solids_and_beams import Seams, SolidsAndBeams
 
-LENGTH = 12.0
-"""A third of it is solid."""
+LENGTH = 12.0  # A third of it is solid
 
-PIECES = 4
-"""Beams on either side."""
+PIECES = 4  # beams on either side
 
 
 class Joined:

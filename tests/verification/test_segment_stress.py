@@ -19,8 +19,7 @@ from knitstudy.models.stress import spline_cell_stress as polynomial
 from knitstudy.models.stress import stress
 from knitstudy.study.configuration import load_scene
 
-SMALL = 1e-5
-"""Largest strain of the closed forms: what is not linear in it turns no axis by more than this."""
+SMALL = 1e-5  # largest strain of the closed forms: what is not linear in it turns no axis by more than this
 
 DISCRETISE = {"hexahedra": hexahedra.discretise, "spline_yarns": spline_yarns.discretise}
 

@@ -14,10 +14,17 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-DOTS_PER_INCH = "75"
-"""Of figures: what is drawn and from what is tested here, not how fine."""
+DOTS_PER_INCH = "75"  # of figures: what is drawn and from what is tested here, not how fine
 
 PARTS = ("Snakefile", "config", "profiles", "resources", "src", "workflow", "pyproject.toml")
+FAMILIES = re.compile(r"[0-7]-|13-")
+"""Families of scenes that tests of the workflow need: every start of Snakemake reads all that there are."""
+
+
+def left_out(folder, names):
+    """What no copy has."""
+    families = [name for name in names if Path(folder).name == "scenes" and not FAMILIES.match(name)]
+    return {"__pycache__", "extremes.yaml", *families} & set(names)
 
 
 def interruptible():
@@ -48,18 +55,19 @@ class Checkout:
         # Every job imports the same modules: what is kept of them lies in the copy.
         return {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"} | own
 
+    def run(self, *arguments):
+        """Run Python in the copy."""
+        options = {"cwd": self.folder, "env": self.environment, "capture_output": True, "text": True}
+        return subprocess.run([self.python, *arguments], **options)
+
     def study(self, *arguments):
         """Run what `make study` runs."""
-        command = [self.python, "workflow/study.py", *arguments]
-        return subprocess.run(
-            command, cwd=self.folder, env=self.environment, capture_output=True, text=True, check=False
-        )
+        return self.run("workflow/study.py", *arguments)
 
     def start_study(self, *arguments, output=subprocess.DEVNULL):
         """Start what `make study` runs in a process group of its own, and return at once."""
-        command = [self.python, "workflow/study.py", *arguments]
         return subprocess.Popen(
-            command,
+            [self.python, "workflow/study.py", *arguments],
             cwd=self.folder,
             env=self.environment,
             start_new_session=True,
@@ -71,18 +79,7 @@ class Checkout:
 
     def snakemake(self, *arguments):
         """Run plain snakemake."""
-        command = [self.python, "-m", "snakemake", *arguments]
-        return subprocess.run(
-            command, cwd=self.folder, env=self.environment, capture_output=True, text=True, check=False
-        )
-
-    def planned(self, *arguments):
-        """Return the jobs that Snakemake would run, as a set of rule names."""
-        ended = self.snakemake(*arguments, "--dry-run", "--config", "study=ci")
-        assert ended.returncode == 0, ended.stderr
-        lines = (ended.stdout + ended.stderr).splitlines()
-        rows = [line.split() for line in lines]
-        return {row[0] for row in rows if len(row) == 2 and row[1].isdigit()} - {"total", "all"}
+        return self.run("-m", "snakemake", *arguments)
 
     def jobs(self, *arguments):
         """Return what Snakemake would do, as a set of the messages of its jobs."""
@@ -99,7 +96,7 @@ def checkout_copy(tmp_path_factory):
     for part in PARTS:
         source, target = ROOT / part, folder / part
         if source.is_dir():
-            shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
+            shutil.copytree(source, target, ignore=left_out)
         else:
             shutil.copy2(source, target)
     (folder / ".venv").symlink_to(sys.prefix)

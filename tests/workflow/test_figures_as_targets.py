@@ -1,7 +1,5 @@
 """Figures asked for by name: those that exist, and those that do not."""
 
-import re
-
 import pytest
 
 from knitstudy.figures.catalogue import FIGURES
@@ -9,13 +7,6 @@ from knitstudy.stages.displays import Displays, reference_files
 from knitstudy.stages.plan import Plan
 from knitstudy.study.configuration import CONFIG, STUDIES, load_study
 from knitstudy.tables.catalogue import TABLES
-
-
-def test_every_figure_is_a_target_of_a_study_of_all_scenes(fresh):
-    for family in (fresh.folder / "config" / "scenes").iterdir():
-        family.write_text(re.sub(r"studies: (full|\[.*?\])", "studies: ci", family.read_text()))
-    files = [f"results/figures/{name}.png" for name in FIGURES.names()]
-    assert {"figure", "simulation", "geometry"} <= fresh.planned(*files)
 
 
 def test_figure_that_the_study_has_no_scene_for(fresh):

@@ -8,12 +8,10 @@ import numpy as np
 
 from knitstudy.files import read_dataset
 
-LOG = "logs/simulation/pair-slid-90.log"
-HISTORY = "results/simulation/pair-slid-90.nc"
-SLIDING = 12
-"""An increment in which the upper yarn slides on the lower one."""
-PATIENCE = 120
-"""Seconds until a simulation that reports no increment counts as failed."""
+LOG = "logs/simulation/pair-slid-coarse.log"
+HISTORY = "results/simulation/pair-slid-coarse.nc"
+SLIDING = 8  # an increment in which the upper yarn slides on the lower one
+PATIENCE = 120  # seconds until a simulation that reports no increment counts as failed
 
 
 def wait_until(holds, what):

@@ -54,11 +54,15 @@ def test_tutorial(fresh, tmp_path):
 
 
 def test_snakemake_commands_of_the_readme(fresh):
+    """The targets of all commands at once, and the other study."""
     (commands,) = blocks(README, "bash")
     lines = [line.split("#")[0].split() for line in commands.splitlines()]
     tried = [words[1:] for words in lines if words[0] == "snakemake"]
-    assert len(tried) == 4
-    for words in tried:
+    (study,) = [words for words in tried if "--configfile" in words]
+    tried.remove(study)
+    assert len(tried) == 3
+    together = dict.fromkeys(word for words in tried for word in words)
+    for words in (together, study):
         ended = fresh.snakemake(*words, "--dry-run")
         assert ended.returncode == 0, (words, ended.stdout, ended.stderr)
 

@@ -1,7 +1,6 @@
 """A change runs what depends on it, and nothing else; the command and the workflow mean the same by that."""
 
 import re
-import subprocess
 
 import netCDF4
 import pytest
@@ -41,37 +40,21 @@ def data(jobs):
     return {job for job in jobs if not job.startswith(SHOWN)}
 
 
-def test_comments_and_a_new_key_with_a_default_run_nothing(checkout, edited):
-    for module in ("mechanics/newton.py", "mechanics/contact/friction.py", "figures/style.py"):
-        edited(f"src/knitstudy/{module}", '"""', '"""Better said: ')
-        edited(f"src/knitstudy/{module}", "\n\n\n", "\n\n\n# A better comment.\n")
-    edited("src/knitstudy/study/scene.py", "\n\n\n", "\n\n\nEDITED = True\n\n\n")
-    assert checkout.jobs() == set()
-
-
-def test_values_run_the_scenes_that_read_them(checkout, edited):
+def test_changes_run_what_reads_them(checkout, edited):
+    """Values of keys, a scene that is changed and one that is added, and the code of all figures."""
     edited("config/defaults.yaml", "stiffness: 10               # E R", "stiffness: 11               # E R")
-    edited("config/scenes/3-pairs.yaml", "[318e-6, 318e-6", "[319e-6, 318e-6")
-    jobs = data(checkout.jobs())
-    assert {"Simulate beam-isotropic-course-coarse", "Simulate pair-slid-90"} <= jobs
-    assert all(re.search(r"beam-|pair-slid-90", job) for job in jobs), jobs
-    assert not any(job.startswith(("Mesh", "Lay")) for job in jobs)
-
-
-def test_scene_that_is_added_or_changed_runs_itself_and_what_lists_it(checkout, edited):
-    edited(
-        "config/scenes/6-beams.yaml",
-        "scenes:\n",
-        "scenes:\n- {name: beam-added, studies: ci, keys: {interaction: rough, load.strain: 0.003}}\n",
-    )
-    edited(
-        "config/scenes/7-coarse.yaml",
-        "rom2d: {fidelity: rom2d}",
-        "rom2d: {fidelity: rom2d, rom.section: doubled}",
-    )
+    edited("config/scenes/7-coarse-pair.yaml", "[318e-6, 318e-6", "[319e-6, 318e-6")
+    added = "scenes:\n- {name: beam-added, studies: ci, keys: {interaction: rough, load.strain: 0.003}}\n"
+    edited("config/scenes/6-beams.yaml", "scenes:\n", added)
+    doubled = "rom2d: {fidelity: rom2d, rom.section: doubled}"
+    edited("config/scenes/7-coarse.yaml", "rom2d: {fidelity: rom2d}", doubled)
+    edited("src/knitstudy/figures/style.py", "\n\n\n", "\n\nEDITED = True\n\n\n")
     jobs = checkout.jobs()
-    assert "Simulate beam-added" in jobs
-    assert all(re.match(r"Simulate (beam-added|rom2d-)", job) for job in data(jobs))
+    wanted = ("beam-isotropic-course-coarse", "pair-slid-coarse", "beam-added", "rom2d-tie-course-coarse")
+    assert {f"Simulate {name}" for name in wanted} == {job for job in jobs if job.startswith("Simulate")}
+    assert all(re.search(r"beam-|pair-slid|rom2d-", job) for job in data(jobs)), jobs
+    assert not any(job.startswith(("Mesh", "Lay")) for job in jobs)
+    assert "Draw fig02_interfaces" in jobs
 
 
 def test_friction_law_runs_no_tied_model_and_no_mesh(checkout, edited):
@@ -81,15 +64,12 @@ def test_friction_law_runs_no_tied_model_and_no_mesh(checkout, edited):
     assert not [job for job in jobs if TIED.search(job) or job.startswith(("Mesh", "Lay"))]
 
 
-def test_edited_figure_runs_no_simulation(checkout, edited):
-    edited("src/knitstudy/figures/style.py", "\n\n\n", "\n\nEDITED = True\n\n\n")
-    jobs = checkout.jobs()
-    assert any(job.startswith("Draw") for job in jobs)
-    assert data(jobs) == set()
-
-
-def test_nothing_to_do_at_last(checkout):
-    """What was planned and undone has left nothing behind."""
+def test_comments_and_a_new_key_with_a_default_run_nothing(checkout, edited):
+    """What was planned and undone before has left nothing behind either."""
+    for module in ("mechanics/newton.py", "mechanics/contact/friction.py", "figures/style.py"):
+        edited(f"src/knitstudy/{module}", '"""', '"""Better said: ')
+        edited(f"src/knitstudy/{module}", "\n\n\n", "\n\n\n# A better comment.\n")
+    edited("src/knitstudy/study/scene.py", "\n\n\n", "\n\n\nEDITED = True\n\n\n")
     ended = checkout.study("ci")
     assert ended.returncode == 0
     assert ended.stdout.startswith("Study ci: nothing to do, everything is up to date.")
@@ -97,12 +77,8 @@ def test_nothing_to_do_at_last(checkout):
 
 def knitstudy(checkout, *arguments):
     """Run the command in the checkout."""
-    command = [checkout.python, "-m", "knitstudy", *arguments]
-    ended = subprocess.run(
-        command, cwd=checkout.folder, env=checkout.environment, capture_output=True, text=True
-    )
+    ended = checkout.run("-m", "knitstudy", *arguments)
     assert ended.returncode == 0, ended.stderr
-    return ended
 
 
 def test_command_and_workflow_share_results(finished_copy):
@@ -118,44 +94,36 @@ def test_command_and_workflow_share_results(finished_copy):
     knitstudy(finished_copy, "run", name)
     second = recorded_digest(path)
     assert second != first
-    jobs = finished_copy.jobs()
-    assert f"Simulate {name}" not in jobs or takes_over(finished_copy, path), "the workflow uses it as well"
-    assert "Simulate rom3d-tie-wale-coarse" in jobs
+    made = read_dataset(path)
+    targets = [
+        str(path.with_name(f"{model}-tie-course-coarse.nc").relative_to(folder))
+        for model in ("rom3d", "rom2d")
+    ]
+    ended = finished_copy.snakemake(*targets, "--config", "study=ci")
+    assert ended.returncode == 0, ended.stderr
+    assert read_dataset(path).identical(made), "the workflow uses it as well"
+    assert "Simulate rom2d-tie-course-coarse" in ended.stderr
 
     defaults.write_text(before)
-    assert f"Simulate {name}" in finished_copy.jobs(), "what the command made is of the other value"
-
-
-def takes_over(checkout, path):
-    """Whether a job for a result leaves the result of the command as it is."""
-    before = read_dataset(path)
-    ended = checkout.snakemake(str(path.relative_to(checkout.folder)), "--config", "study=ci")
-    assert ended.returncode == 0, ended.stderr
-    return read_dataset(path).identical(before)
+    assert f"Simulate {name}" in finished_copy.jobs(*targets), "what the command made is of the other value"
 
 
 def test_spoilt_results_are_made_again_or_refused(finished_copy):
     """A truncated and an incomplete file are made again; who needs an edited one says so."""
     results = finished_copy.folder / "results"
-    mesh, history, edited = (
-        results / name
-        for name in (
-            "mesh/pair-slid-90.nc",
-            "simulation/pair-slid-90.nc",
-            "geometry/pair90.nc",
-        )
-    )
+    mesh, history = results / "mesh/pair-slid-coarse.nc", results / "simulation/pair-slid-coarse.nc"
+    edited = results / "geometry/pair90.nc"
     earlier = read_dataset(mesh)
     mesh.write_bytes(mesh.read_bytes()[:-1000])
     with netCDF4.Dataset(history, "a") as file:
         file.incomplete = "no balance"
     assert data(finished_copy.jobs(str(history.relative_to(finished_copy.folder)))) == {
-        "Mesh pair-slid-90",
-        "Simulate pair-slid-90",
+        "Mesh pair-slid-coarse",
+        "Simulate pair-slid-coarse",
     }
-    ended = finished_copy.snakemake("results/mesh/pair-slid-90.nc", "--config", "study=ci")
+    ended = finished_copy.snakemake("results/mesh/pair-slid-coarse.nc", "--config", "study=ci")
     assert ended.returncode == 0, ended.stderr
-    said = r"results/mesh/pair-slid-90.nc: is truncated or is not netCDF .*; it will be made again"
+    said = r"results/mesh/pair-slid-coarse.nc: is truncated or is not netCDF .*; it will be made again"
     assert re.search(said, ended.stdout + ended.stderr)
     assert read_dataset(mesh).equals(earlier)  # its time, and with it its checksum, is another
 
@@ -164,6 +132,6 @@ def test_spoilt_results_are_made_again_or_refused(finished_copy):
             name for name, values in file.variables.items() if values.dtype == float and values.size > 1
         )
         file[name][...] = 1.01 * file[name][...]
-    ended = finished_copy.snakemake("results/simulation/pair-slid-90.nc", "--config", "study=ci")
+    ended = finished_copy.snakemake("results/simulation/pair-slid-coarse.nc", "--config", "study=ci")
     assert ended.returncode == 1
     assert "results/geometry/pair90.nc: was changed after it was written; delete it" in ended.stderr

@@ -44,7 +44,6 @@ WORDS = {
     "printed": "printed joints",
     "pinned": "pinned joints",
     "patch": "yielding joints",
-    "zones": "springs by crossing",
     "centreline": "springs of centrelines",
     "doubled": "doubled segments",
     "straight": "sections of straight rods",
@@ -77,7 +76,6 @@ def label_of(scene: Scene) -> str:
         keys = (
             "rom.joint",
             "rom.normal",
-            "rom.springs",
             "rom.displacement",
             "rom.section",
             "mesh.section_law",

@@ -383,25 +383,19 @@ def spring_joints(
 ) -> Joints:
     """Return the joints of a knit in contact: ties where it is tied, springs where yarns touch at full load.
 
-    Raises ConfigurationError if the average is not positive along all axes, or a crossing has no secant of its own;
-    DataFileError if the contacts are not of a simulation with contact.
+    Raises ConfigurationError if the average is not positive along all axes; DataFileError if the contacts are not of a
+    simulation with contact.
     """
     kind = rom.displacement, rom.axes, rom.normal
     own = springs(contacts, *kind)
-    if rom.stiffness:
-        stiffness = np.array(rom.stiffness)
-    elif rom.springs == "zones":
-        stiffness = _of_each(own, contacts)
-    else:
-        source = contacts if springs_from is None else springs_from
-        stiffness = _averaged(springs(source, *kind), source)
-    along = np.broadcast_to(stiffness, own.force.shape)
-    matrices = np.einsum("ka,kai,kaj->kij", along, own.axes, own.axes)
+    source = contacts if springs_from is None else springs_from
+    stiffness = rom.stiffness or _averaged(springs(source, *kind), source)
+    matrices = np.einsum("a,kai,kaj->kij", stiffness, own.axes, own.axes)
     return Joints(own.open, np.where(own.bridged[:, None, None], matrices, np.nan))
 
 
-def _averaged(measured: Springs, contacts: xr.Dataset) -> np.ndarray:
-    """Return the averaged stiffness (a,); refuse one that is not positive."""
+def _averaged(measured: Springs, contacts: xr.Dataset) -> tuple[float, ...]:
+    """Return the averaged stiffness along x, y and z; refuse one that is not positive."""
     averaged = measured.averaged
     if not np.all(averaged > 0):
         axis = int(np.argmin(np.nan_to_num(averaged, nan=-np.inf)))
@@ -411,19 +405,4 @@ def _averaged(measured: Springs, contacts: xr.Dataset) -> np.ndarray:
             f"({measured.negative[axis]} of {measured.used[axis]} crossings have a negative secant) but must be "
             "positive; rom.axes local, rom.normal normal_resultant or rom.springs_from another scene may do"
         )
-    return averaged
-
-
-def _of_each(measured: Springs, contacts: xr.Dataset) -> np.ndarray:
-    """Return the stiffness (K, a) of every crossing; refuse contacts without a secant."""
-    stiffness = measured.stiffness
-    lost = measured.bridged & ~np.isfinite(stiffness).all(axis=1)
-    if np.any(lost):
-        k = int(np.argmax(lost))
-        row, column, zone = (int(contacts[name][k]) for name in ("row", "column", "zone"))
-        axis = "xyz"[int(np.argmin(np.isfinite(stiffness[k])))]
-        raise ConfigurationError(
-            f"rom.springs is 'zones': the crossing of row {row}, column {column}, zone {zone} has not moved along "
-            f"{axis} since first contact, so that it has no spring there; rom.springs averaged is defined"
-        )
-    return stiffness
+    return tuple(averaged)

@@ -346,8 +346,8 @@ class SpatialJoints(Joints):
 class Springs(SpatialJoints):
     """Springs where yarns are not tied (Table 2).
 
-    They are averaged or of each crossing's own "zones", secants of the relative `displacement` of interfaces or
-    centrelines along the `axes`; or those of another scene, or of given `stiffness` along x, y and z.
+    All have one stiffness: the average over crossings of the secants of the relative `displacement` of interfaces or
+    centrelines along the `axes`, here or in another scene, or a given `stiffness` along x, y and z.
     """
 
     springs_from: SceneName | None = numerics(
@@ -355,10 +355,6 @@ class Springs(SpatialJoints):
     )
     """Springs of another simulation test what carries over from one load to another. Checked: course springs in wale
     tension and the other way round (scenes rom3d-carried-*)."""
-    springs: Literal["averaged", "zones"] = numerics(
-        "stated", allowed="averaged (one stiffness for all crossings) or zones (each crossing its own)"
-    )
-    """Table 2 prints one stiffness a direction; a variant gives every crossing its own. Checked: both."""
     stiffness: tuple[Annotated[float, Field(gt=0)], ...] = numerics(
         "stated",
         unit="N/m",
@@ -386,10 +382,6 @@ class Springs(SpatialJoints):
                 f"contacts_from is empty but must name a scene of solid yarns where yarns touch: {why}"
             )
         given = list(self.stiffness)
-        for name, value, empty in (("springs_from", self.springs_from, "empty"), ("stiffness", given, "[]")):
-            if value and self.springs != "averaged":
-                of = f"where rom.springs is {self.springs}: every crossing's own springs are measured there"
-                raise ValueError(f"{name} is {value!r} but must be {empty} {of}")
         if given and (len(given) != 3 or self.springs_from):
             wanted = "[] or three values, along x, y and z, which takes an empty rom.springs_from"
             raise ValueError(f"stiffness is {given} but must be {wanted}")

@@ -30,15 +30,16 @@ class Pattern(Section):
     loops: Count = physics("stated")
     """Sections 3.1 and 3.5: 3 x 3 unit cells. Checked: 3."""
     rows: Count = physics("inferred")
-    """DOF(n) = n^2 [21057 + 40700 (1 - 2/n)] fits Table 3 within 0.4 %: n rows; edge yarns whole. Checked: 3."""
+    """DOF(n) = n^2 [21057 + 40700 (1 - 2/n)] fits Table 3 within 0.4 %: n rows of cells with as much yarn each, all but
+    the outer ones in contact. Checked: 3 and, as another reading, 4."""
     course_spacing: Length = physics("calibrated", unit="m")
-    """Not printed; fitted with the control points. Checked: one value."""
+    """Not printed; fitted with the control points. Checked: two values."""
     wale_spacing: Length = physics("calibrated", unit="m")
-    """Not printed; fitted with the control points. Checked: one value."""
+    """Not printed; fitted with the control points. Checked: two values."""
     control_points: tuple[Point, ...] = physics(
         "calibrated", unit="m", allowed="a list of at least 4 points x, y, z in m", min_length=4
     )
-    """Not printed; fitted to the angles of Table 4 and 41.6 mm of yarn a loop (Table 5). Checked: one loop shape."""
+    """Not printed; fitted to the angles of Table 4 and 55.5 mm of yarn a cell (Table 5). Checked: 55.5 and 41.6 mm."""
     clearance: float = physics("assumed", unit="yarn radii", ge=0, le=1)
     """Not printed; Fig. 7 shows no contact at 0.05 % strain, and symmetric contact by 0.45 %. Checked: 0.005 to 0.04:
     force -2.3 % at 0.04 (docs/notes/sensitivity.md)."""

@@ -75,11 +75,11 @@ def tabulate_responses(every: Datasets, scenes: Scenes) -> pd.DataFrame:
 
 def _keys(scene: Scene, history: xr.Dataset) -> dict:
     given = " ".join(f"{each:g}" for each in scene.value("rom.stiffness") or ())
-    measured = scene.value("rom.springs") is not None and not given
+    measured = scene.value("rom.axes") is not None and not given
     return {
         "specimen": f"{scene.pattern.loops} x {scene.pattern.rows} knit",
         **{column: scene.value(key) if key else None for column, key in KEYS.items()},
-        "springs": f"{given} N/m" if given else scene.value("rom.springs"),
+        "springs": f"{given} N/m" if given else "averaged" if measured else None,
         "springs from": (scene.rom.springs_from or scene.rom.contacts_from) if measured else None,
         "mesh size [m]": scene.value("mesh.size") or scene.value("mesh.beam_size") or element_length(history),
     }
