@@ -56,7 +56,7 @@ def domain(plain):
             }
             size = {"knit": f"plain{cells}", "pattern.loops": cells, "pattern.rows": cells}
             scenes[name] = plain.vary(keys | size)
-            cost = {"dof": unknowns * cells**2 // 9, "memory_growth": 3e3 * unknowns * cells**2 / 9}
+            cost = {"dof": unknowns * cells**2 // 9, "memory_growth": 1158e6 * (cells / 3) ** 2.13}
             history = synthetic.history(lift=1e-4 * cells, scene=name, interaction=kind, **cost)
             seconds = np.full((3, 1), 0.1 * cells**2)
             histories[name] = history.assign(seconds=(("increment", "phase"), seconds))

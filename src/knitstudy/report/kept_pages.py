@@ -21,7 +21,7 @@ BEGIN, END = "<!-- what the kept trade says: make trade -->", "<!-- end of what 
 
 
 def summarise(
-    template: Path, verdicts: pd.DataFrame, drawn: Collection[str], folder: str
+    template: Path, verdicts: pd.DataFrame, readings: pd.DataFrame, drawn: Collection[str], folder: str
 ) -> tuple[str, list[str]]:
     """Return the page of verdicts, and the figures that it shows.
 
@@ -32,6 +32,8 @@ def summarise(
         ``picture(name)`` a figure, or nothing where that is not drawn.
     verdicts : DataFrame
         The kept verdicts, with the day ``made`` and the number of ``simulations`` behind them.
+    readings : DataFrame
+        Readings of the paper and values of inputs, ``resources/reference/readings.csv``.
     drawn : collection of str
         Names of figures.
     folder : str
@@ -52,6 +54,7 @@ def summarise(
         picture=picture,
         claims=lambda letters: [row for row in rows if row["id"][0] in letters],
         verdicts=rows,
+        readings=readings[readings["kind"] == "reading"].fillna("").to_dict("records"),
         made=rows[0]["made"],
         simulations=rows[0]["simulations"],
     )

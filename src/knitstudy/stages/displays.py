@@ -25,6 +25,7 @@ def reference_files(config: Path) -> dict[str, Path]:
     return {
         "paper": REFERENCE / "paper_tables.csv",
         "claims": REFERENCE / "paper_claims.csv",
+        "readings": REFERENCE / "readings.csv",
         "reference": REFERENCE / "reference.csv",
         "loops": REFERENCE / "loops.csv",
         "targets": config / "calibration.yaml",

@@ -1,8 +1,8 @@
 """Evidence for the paper's claims, by the names of scenes, and how a claim is judged.
 
-``resources/reference/paper_claims.csv`` says of every claim what has to hold (rule), when that was fixed, where the
-uncertainty of the verdict comes from, and which figures and tables show it. What was not simulated, or not to the
-paper's strain, decides nothing.
+``resources/reference/paper_claims.csv`` says of every claim which sentence of the paper it is, what has to hold (rule),
+when that was fixed, where the uncertainty of the verdict comes from, and which figures and tables show it. What was not
+simulated, or not to the paper's strain, decides nothing.
 """
 
 from __future__ import annotations
@@ -10,24 +10,37 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.cases import MODELS, Case, cases_of
-from knitstudy.measures.catalogue import CASES, OTHER_SOLIDS, SOLIDS, Datasets, Scenes, of_cases
+from knitstudy.measures.catalogue import CASES, OTHER_SOLIDS, SOLIDS, Datasets, Scenes, of_cases, one, several
 from knitstudy.measures.discretisation import INTERACTIONS, made_of
 from knitstudy.measures.paper_values import number
-from knitstudy.measures.reference import Reference, reference_of
+from knitstudy.measures.reference import Reference, reference_of, transferred_uncertainty
 
 # Scenes of isotropic friction in all rows, by the names of the scenes with tied outer rows.
 UNTIED = {"yarns-{case}": "inputs-untied-isotropic-course", "yarns-{case}-p3": "yarns-untied-course-p3"}
 AGAIN = ("yarns-{case}-p3", "dns-{case}", "yarns-{case}-coarse")  # Judged again by these
 _SOLIDS = of_cases((*CASES, "rough-course"), (*SOLIDS, *OTHER_SOLIDS))
 # Names of the scenes whose histories, contacts and stresses claims are judged by.
-SIMULATIONS = (*MODELS, *_SOLIDS, "yarns-untied-course-p3", "inputs-*", "sweep-*", "domain-hexahedra-*")
-CONTACTS = (*_SOLIDS, "yarns-untied-course-p3", "inputs-*", "dns-isotropic-*-penalty*")
-STRESSES = tuple(name for name in _SOLIDS if name.startswith(("yarns-isotropic", "dns-isotropic")))
+_VARIED = ("yarns-untied-course-p3", "inputs-*", "reading-*")
+SIMULATIONS = (*MODELS, *_SOLIDS, *_VARIED, "sweep-*", "domain-hexahedra-*")
+CONTACTS = (*_SOLIDS, *_VARIED, "dns-isotropic-*-penalty*")
+STRESSES = (
+    *(name for name in _SOLIDS if name.startswith(("yarns-isotropic", "dns-isotropic"))),
+    "reading-*-yarns-isotropic-*",
+)
+# What claims are judged by, for tables and figures of them.
+SOURCES = {
+    "geometry": one("geometry", *of_cases(("tie-course", "isotropic-course"), SOLIDS)),
+    "histories": several("simulation", *SIMULATIONS),
+    "contacts": several("contacts", *CONTACTS, optional=True),
+    "stresses": several("stress", *STRESSES, optional=True),
+    "geometries": several("geometry", "reading-*-yarns-tie-course", "inputs-*-tie-course", optional=True),
+}
 
 NO_DIRECT = "the study has no direct simulation with"
 
@@ -56,8 +69,16 @@ class Evidence:
     direct: Mapping[str, str] = field(default_factory=dict)
     # The same with `direct` of another discretisation, by the discretisation in words
     again: Mapping[str, Evidence] = field(default_factory=dict)
-    # Values that stand for the reference, by the keys of `direct`
-    estimates: Mapping[str, Reference] = field(default_factory=dict)
+    geometries: Datasets = field(default_factory=dict)  # of other knits than the base's
+    held: str = "shape"  # what sweeps hold fixed (``pattern.keep``)
+    axes: str = "local"  # of springs (``rom.axes``)
+    normal: str = "normal_resultant"  # of contacts (``rom.normal``)
+    base: Evidence | None = None  # what the reference knows; None of the base itself
+
+    @classmethod
+    def of(cls, paper: pd.DataFrame, reference: pd.DataFrame, scenes: Scenes, **results: Any) -> Evidence:
+        """Return the evidence of results by the names of `SOURCES`."""
+        return cls(paper=paper, reference=reference, scenes=scenes, **results).named()
 
     def named(self) -> Evidence:
         """Return the evidence with `direct` by the names of `SOLIDS`, and `again` by those of `AGAIN`."""
@@ -99,15 +120,32 @@ class Evidence:
 
     def reference_of(self, kind: str) -> Reference:
         """Return the reference of the problem of one of `direct`; empty where there is none."""
-        return self.estimates.get(kind) or reference_of(self.reference, self.scenes[self.direct[kind]])
+        return self.reference_for(self.direct[kind])
+
+    def reference_for(self, name: str) -> Reference:
+        """Return the reference of the problem of a scene.
+
+        Where it knows the base alone, the scene's own history stands for it, as uncertain as its discretisation is at
+        the base.
+        """
+        known = reference_of(self.reference, self.scenes[name])
+        if known.known or self.base is None or name not in self.base.histories:
+            return known
+        return transferred_uncertainty(
+            self.base.reference_for(name), self.base.histories[name], self.histories[name]
+        )
 
     @cached_property
     def cases(self) -> tuple[Case, ...]:
         """Direct simulations with the models that are compared with them, in course and wale tension."""
-        return tuple(cases_of(self.histories, self.scenes, self.reference))
+        found = cases_of(self.histories, self.scenes, self.reference)
+        return tuple(replace(case, reference=self.reference_for(case.dns.scene.name)) for case in found)
 
 
 REPRODUCED, NOT_REPRODUCED, OPEN = "reproduced", "not reproduced", "not decidable"
+REPRODUCED_IF = (
+    "reproduced if"  # another reading of the paper than the base's, or that of the base alone, holds
+)
 NOT_RUN = "not yet run"
 
 

@@ -1,98 +1,41 @@
-"""Variations of inputs, all rules by claim, and claims judged at other values of inputs."""
+"""All rules by claim, readings of the paper, and the verdicts on claims under every reading.
+
+A reading is a row of ``resources/reference/readings.csv``: what the paper may mean where the base takes something else
+(kind "reading"), or another value of an input (kind "input"), and which scenes judge a claim in place of the base's.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from functools import partial
-from typing import Any
 
-from knitstudy.errors import ConfigurationError
-from knitstudy.measures.catalogue import Scenes
+import pandas as pd
+import xarray as xr
+
+from knitstudy.errors import DataFileError
+from knitstudy.measures.catalogue import CASES, SOLIDS, Datasets, of_cases
 from knitstudy.measures.claims import contact, fabric, models
-from knitstudy.measures.claims.evidence import NOT_RUN, OPEN, Evidence, Judge, Judgement, withholding
-from knitstudy.measures.discretisation import INTERACTIONS
-from knitstudy.measures.reference import TRANSFERRED, reference_of, transferred_uncertainty
-from knitstudy.measures.response import QUANTITIES
+from knitstudy.measures.claims.evidence import (
+    NOT_REPRODUCED,
+    NOT_RUN,
+    REPRODUCED,
+    REPRODUCED_IF,
+    Evidence,
+    Judge,
+    Judgement,
+    decide,
+    withholding,
+)
 from knitstudy.measures.sweeps import DIAMETER, SPACING
-from knitstudy.study.keys import Description, describe
-from knitstudy.study.kinds import Labels, all_sections
-from knitstudy.study.scene import Scene
-
-# Knits in which one input is changed at a time: "inputs-{what}-{interaction}-course".
-
-# Inputs that are changed one at a time, by key, in words.
-INPUTS = {
-    "contact.friction": "coefficient of friction",
-    "contact.tied_edges": "rows that stay tied",
-    "specimen": "specimen",
-    "pattern.clearance": "clearance of the yarns",
-    "tie.radius": "radius of a tie",
-    "yarn.youngs_modulus": "Young's modulus",
-    "yarn.poisson_ratio": "Poisson's ratio",
-    "yarn.material": "material law",
-    "load.lateral": "driven ends sideways",
-}
-
-# Names of the scenes with all inputs as usual, by interaction, and of those with one input changed.
-BASE, CHANGED = "yarns-{}-course", re.compile(r"inputs-(.+)-(tie|rough|isotropic)-course")
-COEFFICIENT, WITHOUT_LIMIT = "contact.friction", "rough"  # Rough contact is one more value
-
-
-@dataclass(frozen=True)
-class Variation:
-    """One key of `INPUTS` at another value than usual; the base, whose key is empty, has all inputs as usual.
-
-    `scenes` go by interaction: those of the base for interactions that the input does not concern. `varied` are the
-    interactions whose scenes are not those of the base.
-    """
-
-    key: str
-    value: Any
-    scenes: Scenes
-    varied: tuple[str, ...] = ()
-
-    @property
-    def described(self) -> Description:
-        """Unit, standing and source of the input."""
-        section, dot, field = self.key.partition(".")
-        return describe(all_sections()[section][field], field) if dot else describe(Labels, section)
-
-
-def variations(scenes: Iterable[Scene]) -> list[Variation]:
-    """Return the base and every other value of every input, in the order of `INPUTS` and of the values.
-
-    Raises ConfigurationError if a scene of a varied input changes none of them.
-    """
-    scenes = {scene.name: scene for scene in scenes}
-    base = {kind: scenes[BASE.format(kind)] for kind in INTERACTIONS if BASE.format(kind) in scenes}
-    changed: dict[str, dict[str, Scene]] = {}
-    for name, scene in scenes.items():
-        if (parts := CHANGED.fullmatch(name)) and parts[2] in base:
-            changed.setdefault(parts[1], {})[parts[2]] = scene
-    found = [_variation(base, changes) for changes in changed.values()]
-    if any(each.key == COEFFICIENT for each in found) and "rough" in base:
-        found.append(Variation(COEFFICIENT, WITHOUT_LIMIT, {"isotropic": base["rough"]}, ("isotropic",)))
-    order = list(INPUTS)
-    found.sort(key=lambda each: (order.index(each.key), each.value == WITHOUT_LIMIT, each.value))
-    return [Variation("", None, base), *found] if found else []
-
-
-def _variation(base: Scenes, changed: Scenes) -> Variation:
-    kind, scene = next(iter(changed.items()))
-    key = next((key for key in INPUTS if scene.value(key) != base[kind].value(key)), None)
-    if key is None:
-        raise ConfigurationError(
-            f"scene {scene.name!r} changes none of {', '.join(INPUTS)}: give it another name"
-        )
-    return Variation(key, scene.value(key), {**base, **changed}, tuple(k for k in base if k in changed))
-
 
 _JUDGES: dict[str, Judge] = {
     "G1": fabric.judge_penetration,
     "G2": fabric.judge_length,
-    "S1": fabric.judge_size,
+    "S1": fabric.judge_ties_growth,
+    "S2": fabric.judge_contact_memory,
+    "S3": fabric.judge_contact_unknowns,
     "K1": contact.judge_no_contact,
     "K2": contact.judge_zones,
     "K3": contact.judge_slope,
@@ -104,82 +47,173 @@ _JUDGES: dict[str, Judge] = {
     "K9": partial(fabric.judge_sweep, SPACING, 1),
     "K10": partial(fabric.judge_sweep, DIAMETER, -1),
     "K11": contact.judge_untied_rows,
+    "K12": contact.judge_order_of_motions,
     "E1": contact.judge_stabilisation,
     "M1": fabric.judge_directions,
     "M2": fabric.judge_heights,
+    "M3": fabric.judge_ligaments,
     "R1": models.judge_forces,
     "R2": models.judge_out_of_plane,
     "R3": models.judge_motion_order,
     "R4": models.judge_springs,
     "R5": models.judge_cost,
     "R6": models.judge_cost_with_friction,
+    "R7": partial(models.judge_agreement, models.GOOD),
+    "R8": partial(models.judge_agreement, models.COMPARABLE),
     "B1": models.judge_beams,
 }
 
 RULES = {claim: withholding(judge) for claim, judge in _JUDGES.items()}  # The function that judges, by claim
-# Claims that histories and contacts of a knit in course tension decide. K7 is K5 with all frictions.
-CLAIMS = ("K1", "K2", "K3", "K4", "K5", "K6", "K8", "K11", "E1")
+
+READING, INPUT = "reading", "input"  # Kinds of readings
+DECIDED = {REPRODUCED, NOT_REPRODUCED}
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What the paper may mean, or another value of an input, beside what the base has.
+
+    Scenes whose names match the expression `changes` give way to those with `becomes` in place of the match; without an
+    expression scenes are the base's. Where the paper speaks for the base, `against` says how.
+    """
+
+    name: str = "base"
+    kind: str = READING
+    reading: str = "base"  # in words
+    base: str = ""  # what the base has instead, in words
+    against: str = ""
+    changes: str = ""
+    becomes: str = ""
+    held: str = "shape"  # as in `Evidence`, like the next two
+    axes: str = "local"
+    normal: str = "normal_resultant"
+
+    def scene_of(self, name: str) -> str:
+        """Return the name of the scene that judges in place of one of the base."""
+        return re.sub(self.changes, self.becomes, name, count=1) if self.changes else name
+
+    def evidence(self, base: Evidence) -> Evidence | None:
+        """Return the evidence under the reading by the names of the base; None without its scenes or geometry."""
+        instead = {name: self.scene_of(name) for name in base.scenes}
+        alone = (self.held, self.axes, self.normal) == (
+            base.held,
+            base.axes,
+            base.normal,
+        )  # scenes differ alone
+        if alone and not any(new != name and new in base.histories for name, new in instead.items()):
+            return None
+        if self.kind == INPUT:  # other models have the base's inputs
+            instead = {name: new for name, new in instead.items() if new != name or name.startswith("yarns-")}
+
+        def renamed(results: Datasets) -> dict[str, xr.Dataset]:
+            return {name: results[new] for name, new in instead.items() if new in results}
+
+        scenes = {
+            name: base.scenes[name] if new == name else base.scenes[new].replace("name", name)
+            for name, new in instead.items()
+            if new in base.scenes
+        }
+        knits = [
+            {each.knit for name in of_cases(CASES, SOLIDS) if (each := found.get(name))}
+            for found in (scenes, base.scenes)
+        ]
+        geometry = base.geometry
+        if knits[0] - knits[1]:
+            known = {base.scenes[each.attrs["scene"]].knit: each for each in base.geometries.values()}
+            geometry = next((known[knit] for knit in knits[0] if knit in known), None)
+        results = (renamed(each) for each in (base.histories, base.contacts, base.stresses))
+        histories, contacts, stresses = results
+        if geometry is None:
+            return None
+        return replace(
+            base,
+            geometry=geometry,
+            scenes=scenes,
+            histories=histories,
+            contacts=contacts,
+            stresses=stresses,
+            held=self.held,
+            axes=self.axes,
+            normal=self.normal,
+            base=base,
+        ).named()
+
+
+def readings_of(table: pd.DataFrame) -> list[Reading]:
+    """Return the base and all readings of a table; DataFileError when a column is missing."""
+    names = [each.name for each in fields(Reading)]
+    if missing := [name for name in names if name not in table]:
+        raise DataFileError(
+            f"the table of readings has no column {missing[0]!r}; needed are {', '.join(names)}"
+        )
+    return [Reading(), *(Reading(**row) for row in table[names].fillna("").to_dict("records"))]
 
 
 @dataclass(frozen=True)
 class Finding:
-    """Responses and judgements at one value of one input.
+    """Judgements under one reading by claim, and the evidence.
 
-    `values` at full strain and their relative `changes` from the base go by quantity and interaction, judgements by
-    claim; `turned` are the claims with another verdict than the base's, where the base decides.
+    `touched` are the claims that are judged by other numbers than at the base, `turned` those of them that are decided
+    otherwise than there.
     """
 
-    variation: Variation
-    values: Mapping[tuple[str, str], float]
-    changes: Mapping[tuple[str, str], float]
+    reading: Reading
+    evidence: Evidence | None
     judged: Mapping[str, Judgement]
-    turned: tuple[str, ...]
+    touched: frozenset[str] = frozenset()
+    turned: tuple[str, ...] = ()
 
 
-def findings(evidence: Evidence) -> list[Finding]:
-    """Return the findings at every value of every input (`variations`) among the histories, the base first.
+def findings(evidence: Evidence, table: pd.DataFrame) -> list[Finding]:
+    """Return the findings under the base and every reading of a table.
 
-    The reference knows the base alone. All are therefore judged by their own histories, with the uncertainty of their
-    discretisation at the base (`transferred_uncertainty`), so that verdicts differ by the input only. The geometry
-    gives the diameter of the yarn, which is the same in all.
+    Where the reference knows the base alone, the histories of a reading stand for it (`Evidence.reference_for`).
     """
-    histories, result = evidence.histories, []
-    found = variations(evidence.scenes[name] for name in histories)
-    untied = next((each for each in found if (each.key, each.value) == ("contact.tied_edges", "none")), None)
-    for each in found:
-        base = found[0].scenes
-        direct = {kind: scene.name for kind, scene in each.scenes.items()}
-        estimates = {
-            kind: transferred_uncertainty(
-                reference_of(evidence.reference, base[kind]), histories[base[kind].name], histories[name]
-            )
-            for kind, name in direct.items()
-        }
-        if each is found[0] and untied and "isotropic" in untied.scenes:
-            direct["untied"] = untied.scenes["isotropic"].name
-        here = replace(evidence, direct=direct, estimates=estimates)
-        judged = {claim: RULES[claim](here) for claim in CLAIMS}
-        judged = {claim: of for claim, of in judged.items() if of.verdict != NOT_RUN}
-        values = {
-            (quantity, kind): float(QUANTITIES[quantity][1](history, history)[-1])
-            for quantity in TRANSFERRED
-            for kind in each.varied or base
-            for history in [histories[direct[kind]]]
-        }
-        first = result[0] if result else Finding(each, {}, {}, {}, ())
-        changes = {place: value / first.values[place] - 1 for place, value in values.items() if first.values}
-        decided = {claim: of.verdict for claim, of in first.judged.items() if of.verdict != OPEN}
-        turned = tuple(
-            claim for claim in judged if judged[claim].verdict != decided.get(claim, judged[claim].verdict)
-        )
-        result.append(Finding(each, values, changes, judged, turned))
-    return result
+    base, *others = readings_of(table)
+    usual = {claim: rule(evidence) for claim, rule in RULES.items()}
+    found = [Finding(base, evidence, usual)]
+    for reading in others:
+        if (here := reading.evidence(evidence)) is None:
+            none = Judgement("", NOT_RUN, f"the study has no scenes of {reading.name!r}")
+            found.append(Finding(reading, None, dict.fromkeys(RULES, none), frozenset(RULES)))
+            continue
+        judged = {claim: rule(here) for claim, rule in RULES.items()}
+        touched = frozenset(claim for claim in RULES if judged[claim] != usual[claim])
+        verdicts = {claim: {usual[claim].verdict, judged[claim].verdict} for claim in RULES}
+        turned = tuple(claim for claim, each in verdicts.items() if each == DECIDED)
+        found.append(Finding(reading, here, judged, touched, turned))
+    return found
 
 
-def hanging(found: Iterable[Finding]) -> dict[str, tuple[str, ...]]:
-    """Return by input the claims with another verdict than the base's at one of its values."""
-    hang: dict[str, dict[str, None]] = {}
-    for each in found:
-        if each.variation.key:
-            hang.setdefault(each.variation.key, {}).update(dict.fromkeys(each.turned))
-    return {key: tuple(claim for claim in CLAIMS if claim in claims) for key, claims in hang.items()}
+@dataclass(frozen=True)
+class Conclusion:
+    """The verdict on a claim, the condition of `REPRODUCED_IF` in words, and what the claim hangs on in words."""
+
+    judgement: Judgement
+    condition: str = ""
+    hangs_on: str = ""
+
+
+def conclude(claim: str, uncertainty: str, found: Sequence[Finding]) -> Conclusion:
+    """Return the verdict on a claim from the findings under the base, which come first, and all readings.
+
+    "Reproduced if" another reading holds where the base does not; or if the base's holds and another one, against which
+    the paper says nothing, does not.
+    """
+    first, *others = found
+    judged = decide(RULES[claim], first.evidence, uncertainty)
+    if judged.verdict == NOT_RUN:
+        return Conclusion(judged)
+    decides = [each for each in others if claim in each.touched and each.judged[claim].verdict in DECIDED]
+    turned = [each.reading for each in decides if claim in each.turned]
+    if judged.verdict == REPRODUCED:
+        conditions = [each.base for each in turned if each.kind == READING and not each.against]
+    else:
+        holds = [each.reading for each in decides if each.judged[claim].verdict == REPRODUCED]
+        conditions = [each.reading for each in holds if each.kind == READING]
+    if conditions:
+        judged = replace(judged, verdict=REPRODUCED_IF)
+    said = ", ".join(each.reading for each in turned)
+    return Conclusion(
+        judged, "; ".join(dict.fromkeys(conditions)), said or (f"none of {len(decides)}" if decides else "")
+    )

@@ -1,0 +1,96 @@
+"""Claims of the paper under every reading of the paper and other values of inputs: a verdict a cell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch, Rectangle
+
+from knitstudy.figures.catalogue import FIGURES
+from knitstudy.figures.style import DOUBLE, INK, PAPER, figure
+from knitstudy.measures.catalogue import Scenes
+from knitstudy.measures.claims.evidence import (
+    NOT_REPRODUCED,
+    NOT_RUN,
+    OPEN,
+    REPRODUCED,
+    SOURCES,
+    Evidence,
+)
+from knitstudy.measures.claims.verdicts import Finding, findings
+
+# Colour and letter of a verdict: colours differ in lightness as well.
+VERDICTS = {
+    REPRODUCED: ("#A6DBF5", "R"),
+    NOT_REPRODUCED: ("#C1440E", "N"),
+    OPEN: ("#D9D9D9", "?"),
+    NOT_RUN: (PAPER, "\u2013"),
+}
+UNTOUCHED = 0.3  # Opacity of cells that a reading does not change
+ROW, HEAD, FOOT, LEFT = 4.2, 50.0, 9.0, 50.0  # Height of a row, room above, below and for the claims [mm]
+SMALL = 6.0  # Size of letters
+
+
+@FIGURES.add("fig_readings", "Verdicts under every reading of the paper", results=SOURCES)
+def draw(
+    paper: pd.DataFrame,
+    reference: pd.DataFrame,
+    claims: pd.DataFrame,
+    readings: pd.DataFrame,
+    scenes: Scenes,
+    **results: Any,  # by the names of `SOURCES`
+) -> Figure:
+    """Draw claims down and readings across."""
+    found = findings(Evidence.of(paper, reference, scenes, **results), readings)
+    height = HEAD + ROW * len(claims) + FOOT
+    drawing = figure(DOUBLE, height)
+    axes = drawing.subplots()
+    drawing.subplots_adjust(left=LEFT / DOUBLE, right=0.86, bottom=FOOT / height, top=1 - HEAD / height)
+    for column, finding in enumerate(found):
+        for row, claim in enumerate(claims["id"]):
+            _draw_cell(axes, column, row, finding, claim)
+    _label(axes, claims, found)
+    patches = [
+        Patch(facecolor=colour, edgecolor=INK, linewidth=0.4, label=f"{letter}  {name}")
+        for name, (colour, letter) in VERDICTS.items()
+    ]
+    patches.append(Patch(facecolor="none", edgecolor=INK, label="decided otherwise than at the base"))
+    patches.append(
+        Patch(facecolor=VERDICTS[REPRODUCED][0], alpha=UNTOUCHED, label="pale: numbers of the base")
+    )
+    drawing.legend(handles=patches, loc="lower center", ncols=3, fontsize=SMALL, bbox_to_anchor=(0.5, 0.0))
+    return drawing
+
+
+def _draw_cell(axes: Axes, column: int, row: int, finding: Finding, claim: str) -> None:
+    """Draw a verdict; pale where the reading changes none of its numbers, framed where it is decided otherwise."""
+    colour, letter = VERDICTS[finding.judged[claim].verdict]
+    own = claim in finding.touched or not column
+    look = {"facecolor": colour, "edgecolor": PAPER, "linewidth": 0.8, "alpha": 1 if own else UNTOUCHED}
+    axes.add_patch(Rectangle((column, row), 1, 1, **look))
+    if own:
+        ink = PAPER if finding.judged[claim].verdict == NOT_REPRODUCED else INK
+        axes.text(column + 0.5, row + 0.52, letter, ha="center", va="center", fontsize=SMALL, color=ink)
+    if claim in finding.turned:
+        axes.add_patch(Rectangle((column, row), 1, 1, facecolor="none", edgecolor=INK, zorder=3))
+
+
+def _label(axes: Axes, claims: pd.DataFrame, found: Sequence[Finding]) -> None:
+    """Write claims beside the rows and readings above the columns; a line where inputs begin."""
+    axes.set(xlim=(0, len(found)), ylim=(len(claims), 0))
+    look = {"rotation": 60, "ha": "left", "rotation_mode": "anchor", "fontsize": SMALL}
+    axes.set_xticks(np.arange(len(found)) + 0.5, [each.reading.reading for each in found], **look)
+    axes.xaxis.tick_top()
+    names = [f"{claim.short}  {claim.id}" for claim in claims.itertuples()]
+    axes.set_yticks(np.arange(len(claims)) + 0.5, names, fontsize=SMALL)
+    axes.tick_params(length=0)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    kinds = [each.reading.kind for each in found]
+    for column in (1, *(i for i in range(1, len(kinds)) if kinds[i] != kinds[i - 1])):
+        axes.axvline(column, color=INK, linewidth=0.8, zorder=2)
