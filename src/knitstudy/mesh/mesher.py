@@ -11,7 +11,7 @@ from knitstudy.errors import MeshError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.mesh.quality import check_bending, check_folding, check_overlap, require_memory_to_mesh
 from knitstudy.mesh.section import Section
-from knitstudy.mesh.spacing import UNIFORM, Grading, Spacing
+from knitstudy.mesh.spacing import UNIFORM, Grading, Spacing, place_slices
 from knitstudy.mesh.sweep import SweptMesh, Targets, sweep
 from knitstudy.study.scene import Scene
 
@@ -84,6 +84,15 @@ def crossing_spacing(
     radius, period = fabric.radius, fabric.centrelines[yarn].length / fabric.repeats
     stations = tuple(fabric.places_of_a_repeat(yarn).tolist())
     return Spacing(size, growth, stations, period, REACH * radius, RAMP * radius, grading)
+
+
+def slices_of(fabric: Fabric, size: float, growth: float = 1.0) -> int:
+    """Return how many slices `mesh_fabric` gives a fabric that is gripped at ends alone, without refinement."""
+    spacings = [crossing_spacing(fabric, yarn, size, growth) for yarn in range(len(fabric.centrelines))]
+    return sum(
+        len(place_slices(curve.length, spacing, fabric.repeats, fabric.places(yarn)[0]))
+        for yarn, (curve, spacing) in enumerate(zip(fabric.centrelines, spacings, strict=True))
+    )
 
 
 def sampled_sections(fabric: Fabric) -> SweptMesh:

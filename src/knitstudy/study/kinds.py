@@ -225,8 +225,8 @@ class Labels(Section):
         "choice", allowed="a name like that of a scene; scenes with one label share one geometry"
     )
     """Names files."""
-    specimen: str = physics("choice", allowed=lambda: meanings(SPECIMENS))
-    """The paper simulates knits; a cut_knit has cut outer yarns, a pair serves verification. Checked: all."""
+    specimen: str = physics("inferred", allowed=lambda: meanings(SPECIMENS))
+    """Section 3.1: unit cells; Tables 3 and 5 divide by nine of them, cut out of a knit. Checked: all."""
     fidelity: str = numerics("choice", allowed=lambda: meanings(FIDELITIES))
     """Sections 2.3 to 2.6 of the paper: DNS, 3D ROM, 2D ROM; section 3.3: beams in contact. Checked: all."""
     interaction: str = physics("stated", allowed=lambda: meanings(INTERACTIONS))
@@ -282,7 +282,7 @@ class Kind:
 
     @property
     def direct(self) -> bool:
-        """Whether a scene is a direct simulation: whole yarns, all of them solids."""
+        """Whether a scene is a direct simulation: of a fabric that ends, all of its yarns solids."""
         return self.fidelity.solid and self.specimen.whole
 
     @property
