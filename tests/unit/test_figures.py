@@ -15,6 +15,7 @@ from knitstudy.contacts.contacts import extract
 from knitstudy.errors import DataFileError
 from knitstudy.figures import catalogue, picture, renderer, style
 from knitstudy.figures.fig10_kinematics import QUANTITIES, SIDES, ZONES
+from knitstudy.figures.fig15_force_strain import CUT
 from knitstudy.figures.fig_pair_slip import Slide
 from knitstudy.figures.picture import arrow, sphere, tube
 from knitstudy.figures.renderer import Picture, RenderingError, Surface, View
@@ -81,7 +82,7 @@ def results(knit, plain_scene, touching, pairs, paper, cases):
     }
     friction = tied | {
         **touching,
-        "cut": synthetic.history(force=(0, 5, 10), lift=1e-4),
+        "whole": synthetic.history(force=(0, 5, 10), lift=1e-4),
         "squares": histories,
         "squares_contacts": {},
         "rom3d": synthetic.history(force=(0, 6, 12)),
@@ -195,13 +196,20 @@ def test_figure_that_cannot_be_rendered_is_left_out_with_a_note(results, monkeyp
     assert caplog.messages == ["fig01_unit_cell is left out: VTK cannot render here"]
 
 
-def test_force_curves(drawn, cases):
-    axes = drawn("fig15_force_strain").axes[0]
-    histories = study.histories(cases)
+def test_force_curves_end_with_their_names_and_the_highest_is_cut(drawn, cases):
+    *panels, others = drawn("fig15_force_strain").axes
+    axes, histories = panels[0], study.histories(cases)
     for model in ("dns", "rom3d", "rom2d"):
         history = histories[f"{model}-tie-course"]
         curve = np.column_stack([100 * history["strain"], history["force"]])
         assert any(np.array_equal(line.get_xydata(), curve) for line in axes.get_lines())
+    assert [text.get_text() for text in axes.texts] == [
+        "DNS\n12 N\n(1.00 ± 0.02)",
+        "3D ROM\n14.4 N\n(1.20 ± 0.02)",
+        "2D ROM\n↑ 24 N\n(2.00 ± 0.04)",
+    ]
+    assert axes.get_ylim()[1] == pytest.approx(CUT * 14.4)
+    assert "3D ROM, pinned joints" in [label.get_text() for label in others.get_yticklabels()]
 
 
 def test_every_crossing_of_the_centre_cell_has_its_kinematics(drawn, touching):

@@ -1,4 +1,7 @@
-"""Fig. 1: the unit cell before and after optimisation; white spheres where yarns penetrate each other."""
+"""Fig. 1: the unit cell before and after optimisation; white spheres where yarns penetrate each other.
+
+The cell is cut through the legs of its loops: one head (blue) between two feet (red and green), as in the paper.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +12,13 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import bounds, draw_rows, scale_bar, sphere, yarn_tubes
 from knitstudy.figures.renderer import MILLIMETRE, Picture, Surface, View
 from knitstudy.figures.style import PAPER, YARNS, panel_letter
-from knitstudy.geometry.fabric import Fabric, plain_knit
+from knitstudy.geometry.fabric import Fabric, cut_cells
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import loop_of
 
 WIDTH = 120.0  # of the figure [mm]
 VIEW = View.orbit(turn=-24, tilt=14)
-COLOURS = (YARNS[0], YARNS[2], YARNS[1])  # the middle one of three is blue, as in the paper
+COLOURS = (YARNS[2], YARNS[0], YARNS[1])  # of the head, the left foot and the right one
 BULGE = 1.7  # radius of a sphere over the yarn's: it must show outside of both yarns that it marks
 STATES = ("before", "after")
 
@@ -26,8 +29,8 @@ STATES = ("before", "after")
     results={"geometry": solid("geometry", "tie-course")},
 )
 def draw(geometry: xr.Dataset) -> Figure:
-    """Draw three yarns of one loop, the middle one with both its neighbours."""
-    knits = [plain_knit(loop_of(geometry, state), loops=1, rows=2) for state in STATES]
+    """Draw the three pieces of yarn of a cell."""
+    knits = [cut_cells(loop_of(geometry, state), loops=1, rows=1) for state in STATES]
     yarns = [yarn_tubes(knit, COLOURS) for knit in knits]
     window = bounds([*yarns[0], *yarns[1]], VIEW)
     pictures = [

@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.picture import bounds, draw_arrow, draw_rows, scale_bar, yarn_tubes
+from knitstudy.figures.picture import bounds, draw_arrow, draw_rows, scale_bar, yarn_colours, yarn_tubes
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture
-from knitstudy.figures.style import ACCENT, INK, PAPER, YARNS, panel_letter, shared_legend, tint
+from knitstudy.figures.style import ACCENT, INK, PAPER, panel_letter, shared_legend, tint
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 
@@ -34,7 +34,7 @@ PULL = 2.2  # length of the arrows of the load [mm]
 def draw(geometry: xr.Dataset, course: xr.Dataset, wale: xr.Dataset) -> Figure:
     """Draw the undeformed knit with a mark at every crossing and its grips, in course and in wale tension."""
     knit = Fabric.from_dataset(geometry)
-    surfaces = yarn_tubes(knit, [tint(colour) for colour in YARNS])
+    surfaces = yarn_tubes(knit, [tint(colour) for colour in yarn_colours(knit)])
     left, right, bottom, top = bounds(surfaces)
     picture = Picture(surfaces, FRONT, (left, right + 0.7 * PULL, bottom, top + 0.7 * PULL))
     drawing, panels = draw_rows([(picture, picture)], foot=9.0)
@@ -63,5 +63,4 @@ def _draw_grips(axes: Axes, knit: Fabric, direction: str) -> None:
             line = MILLIMETRE * FRONT.project(curve.position(np.linspace(*np.clip(arc, 0, curve.length), 40)))
             axes.plot(*line.T, **look, marker="", solid_capstyle="butt", zorder=5)
             if look is DRIVEN:
-                tail = line[-1] if direction == "course" else line[len(line) // 2]
-                draw_arrow(axes, tail, pull, DRIVEN["color"], 1.4)
+                draw_arrow(axes, line[np.argmax(line @ pull)], pull, DRIVEN["color"], 1.4)

@@ -7,9 +7,9 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.picture import HALO, bounds, draw_rows, scale_bar, yarn_of_mesh
+from knitstudy.figures.picture import HALO, bounds, draw_rows, scale_bar, yarn_colours, yarn_of_mesh
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture
-from knitstudy.figures.style import ACCENT, INK, MODELS, PAPER, SINGLE, YARNS, shared_legend, tint
+from knitstudy.figures.style import ACCENT, INK, MODELS, PAPER, SINGLE, shared_legend, tint
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 from knitstudy.mesh.sweep import SweptMesh
@@ -30,12 +30,12 @@ ZONE = {"s": 26, "facecolor": PAPER, "edgecolor": ACCENT, "linewidth": 1.4, "zor
 )
 def draw(geometry: xr.Dataset, mesh: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw the honeycomb over the undeformed mesh, with the contact zones that are its joints."""
-    swept = SweptMesh.from_dataset(mesh)
-    surfaces = [yarn_of_mesh(swept, i, tint(YARNS[i % len(YARNS)])) for i in range(swept.yarns)]
+    knit, swept = Fabric.from_dataset(geometry), SweptMesh.from_dataset(mesh)
+    surfaces = [yarn_of_mesh(swept, i, tint(colour)) for i, colour in enumerate(yarn_colours(knit))]
     picture = Picture(surfaces, FRONT, bounds(surfaces))
     drawing, (axes,) = draw_rows([[picture]], 1.5 * SINGLE, head=0, foot=9.0)
     scale_bar(axes, 5, FRONT)
-    network = network_2d.planar_network(Fabric.from_dataset(geometry), contacts)
+    network = network_2d.planar_network(knit, contacts)
     nodes, colour = MILLIMETRE * FRONT.project(network.nodes), MODELS["rom2d"].colour
     beams = LineCollection(nodes[network.ends], colors=colour, label="beam of the 2D ROM", **BEAM)
     axes.add_collection(beams, autolim=False)

@@ -11,12 +11,12 @@ from matplotlib.figure import Figure
 
 from knitstudy.errors import DataFileError
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.picture import arrow, bounds, draw_rows, label, scale_bar, tube
+from knitstudy.figures.picture import arrow, bounds, draw_rows, label, scale_bar, tube, yarn_colours
 from knitstudy.figures.renderer import MILLIMETRE, Picture, Surface, View
-from knitstudy.figures.style import ACCENT, INK, PAPER, SINGLE, YARNS
+from knitstudy.figures.style import ACCENT, INK, PAPER, SINGLE
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
-from knitstudy.models.joints import contact_normal_planes, joint_points
+from knitstudy.models.joints import contact_normal_planes, contact_normals, joint_points
 
 VIEW = View.orbit(turn=-12, tilt=-36)  # from below: here planes and normals part most in the picture
 REACH = 2.0  # how much of the yarns is shown beyond the contacts, in radii
@@ -42,8 +42,8 @@ PLACES = {
     "fig05_contact_points",
     "Fig. 5: points of the 3D reduced model",
     results={
-        "geometry": solid("geometry", "tie-course"),
-        "contacts": solid("contacts", "tie-course"),
+        "geometry": solid("geometry", "isotropic-course"),
+        "contacts": solid("contacts", "isotropic-course"),
     },
 )
 def draw(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
@@ -117,6 +117,7 @@ class InterlockSide:
     arc_length: np.ndarray  # (2, 2) of the points C on their centrelines [m]
     normal: np.ndarray  # (2, 3) contact normals, from yarn 0 to yarn 1
     plane: np.ndarray  # (2, 3) unit normals of the contact normal planes
+    colours: list[str]  # of the two yarns, the same as in pictures of the whole knit
 
     @classmethod
     def in_the_middle(cls, knit: Fabric, contacts: xr.Dataset) -> InterlockSide:
@@ -129,15 +130,12 @@ class InterlockSide:
                 f"contacts: row {row}, column {column} must have the zones {LEFT_ZONES}, once each"
             )
         pair = np.concatenate(found)
-        points, normal = joint_points(knit, contacts), contacts["normal"].to_numpy()
+        points, normal = joint_points(knit, contacts), contact_normals(contacts)
         plane = contact_normal_planes(contacts)
         of_pair = (points.centroid, points.point, points.arc_length, normal, plane)
-        return cls(points.yarn[pair[0]], *(each[pair] for each in of_pair))
-
-    @property
-    def colours(self) -> list[str]:
-        """Colours of the two yarns, the same as in pictures of the whole knit."""
-        return [YARNS[yarn % len(YARNS)] for yarn in self.yarn]
+        yarn = points.yarn[pair[0]]
+        colours = [yarn_colours(knit)[number] for number in yarn]
+        return cls(yarn, *(each[pair] for each in of_pair), colours)
 
 
 def piece(

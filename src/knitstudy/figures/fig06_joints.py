@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.fig05_contact_points import InterlockSide, name_points, piece
-from knitstudy.figures.picture import arrow, bounds, draw_rows, scale_bar, sphere, tube, write
+from knitstudy.figures.picture import arrow, bounds, draw_rows, scale_bar, sphere, tube, write, yarn_colours
 from knitstudy.figures.renderer import MILLIMETRE, Picture, Surface, View
-from knitstudy.figures.style import ACCENT, INK, YARNS, panel_letter
+from knitstudy.figures.style import ACCENT, INK, panel_letter
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import network, solid
 from knitstudy.models.joints import joint_points
@@ -57,7 +57,9 @@ def _whole(knit: Fabric, contacts: xr.Dataset, rom3d: xr.Dataset) -> list[Surfac
     """Return every yarn's chain of straight beams, the arms from the points C to P, and the points C."""
     yarn, position = rom3d["yarn"].to_numpy(), rom3d["centreline"].to_numpy()
     points, radius = joint_points(knit, contacts), knit.radius
-    surfaces = [tube(position[yarn == i], BEAM * radius, YARNS[i % len(YARNS)]) for i in np.unique(yarn)]
+    surfaces = [
+        tube(position[yarn == i], BEAM * radius, colour) for i, colour in enumerate(yarn_colours(knit))
+    ]
     for pair, centroid in zip(points.point, points.centroid, strict=True):
         for end in pair:
             surfaces.append(tube([end, centroid], ARM * radius, ACCENT))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import xarray as xr
@@ -13,7 +13,17 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.picture import BAR, HALO, colour_bar, draw_rows, scale_bar, tube, window_around, write
+from knitstudy.figures.picture import (
+    BAR,
+    HALO,
+    colour_bar,
+    draw_rows,
+    scale_bar,
+    tube,
+    window_around,
+    write,
+    yarn_colours,
+)
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture, Surface
 from knitstudy.figures.style import (
     ACCENT,
@@ -22,7 +32,6 @@ from knitstudy.figures.style import (
     INTERACTIONS,
     MEGAPASCAL,
     PERCENT,
-    YARNS,
     panel_letter,
     place,
     tint,
@@ -33,7 +42,6 @@ from knitstudy.measures.centre_cell import Snapshot, area_of_cell, centre_cell, 
 
 CURVES = 88.0  # height of (a) and (b) [mm]
 MARGIN = (1.8, 3.2)  # room around the crossings of the cell in x and y, in yarn radii
-BEYOND = 0.2  # how far the yarns are drawn beyond the cell, in loops
 ARROW = 19.0  # from a contact to the tail of the arrow to it [points]
 
 
@@ -51,7 +59,8 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     knit, cell, points = Fabric.from_dataset(geometry), centre_cell(contacts), snapshots(dns)
     room = MILLIMETRE * knit.radius * np.array(MARGIN)
     window = window_around(knit.crossings.point[cell].reshape(-1, 3), room)
-    yarns = [_yarns(knit, dns, contacts, cell, point.increment) for point in points]
+    passing = np.unique(contacts["yarn"].to_numpy()[cell])
+    yarns = [deformed_yarns(knit, dns, passing, point.increment) for point in points]
     pictures = [Picture(surfaces, FRONT, window) for surfaces in yarns]
     drawing, panels = draw_rows([pictures], foot=BAR, above=CURVES)
     foot = INCH * drawing.get_figheight() - CURVES
@@ -108,18 +117,11 @@ def _number(axes: Axes, points: Sequence[Snapshot]) -> None:
         axes.annotate(str(point.number), (x, 1.0), (at, 1.06), arrowprops=line, **look, **frames)
 
 
-def _yarns(
-    knit: Fabric, dns: xr.Dataset, contacts: xr.Dataset, cell: np.ndarray, increment: int
-) -> list[Surface]:
-    """Return the two yarns of the cell, deformed."""
-    column, surfaces = int(contacts["column"][cell[0]]), []
+def deformed_yarns(knit: Fabric, dns: xr.Dataset, numbers: Iterable[int], increment: int) -> list[Surface]:
+    """Return some yarns of a knit at an increment, displacements true to scale, in pale colours."""
     position = dns["centreline"].to_numpy() + dns["centreline_displacement"].to_numpy()[increment]
-    yarn, s = dns["yarn"].to_numpy(), dns["arc_length"].to_numpy()
-    for number in contacts["yarn"].to_numpy()[cell[0]]:
-        loop = knit.centrelines[number].length / knit.repeats
-        here = (yarn == number) & (s >= (column - BEYOND) * loop) & (s <= (column + 1 + BEYOND) * loop)
-        surfaces.append(tube(position[here], knit.radius, tint(YARNS[number % len(YARNS)])))
-    return surfaces
+    yarn, colours = dns["yarn"].to_numpy(), yarn_colours(knit)
+    return [tube(position[yarn == number], knit.radius, tint(colours[number])) for number in numbers]
 
 
 def _touching(dns: xr.Dataset, cell: np.ndarray, increment: int) -> list[np.ndarray]:

@@ -11,11 +11,12 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.fig16_out_of_plane import colour_scale, elevated_yarns, elevation, elevation_bar
 from knitstudy.figures.picture import BAR, HALO, bounds, draw_rows, scale_bar, tube, write
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture, View
-from knitstudy.figures.style import ACCENT, FAINT, INK, panel_letter, tint
+from knitstudy.figures.style import ACCENT, FAINT, INCH, INK, INTERACTIONS, PERCENT, panel_letter, place, tint
 from knitstudy.measures.catalogue import solid
-from knitstudy.measures.response import transverse_contraction
+from knitstudy.measures.response import Z, transverse_contraction
 
 OBLIQUE = View.orbit(turn=-28, tilt=24)
+CURVES = 52.0  # height of (a) and (b) [mm]
 LONGEST = 4.0  # length at which the largest force is drawn [mm of the knit]
 
 
@@ -29,18 +30,19 @@ LONGEST = 4.0  # length at which the largest force is drawn [mm of the knit]
     },
 )
 def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
-    """Draw the knit at full load: displacements true to scale over the undeformed knit, and forces on lower yarns."""
-    radius, scale = float(geometry["radius"]), colour_scale(elevation(dns))
-    place, motion = dns["centreline"].to_numpy(), dns["centreline_displacement"].to_numpy()[-1]
+    """Draw contraction and motion over strain, and the knit at full load with the forces on lower yarns."""
+    radius = float(geometry["radius"])
+    scale = colour_scale(elevation(dns), radius)
+    start, motion = dns["centreline"].to_numpy(), dns["centreline_displacement"].to_numpy()[-1]
     yarns = [dns["yarn"].to_numpy() == i for i in np.unique(dns["yarn"])]
-    before = [tube(place[yarn], radius, tint(FAINT, 0.5), 0.35) for yarn in yarns]
-    pale = [tube((place + motion)[yarn], radius, tint(FAINT, 0.35)) for yarn in yarns]
+    before = [tube(start[yarn], radius, tint(FAINT, 0.5), 0.35) for yarn in yarns]
+    pale = [tube((start + motion)[yarn], radius, tint(FAINT, 0.35)) for yarn in yarns]
     shown = ((before + elevated_yarns(dns, radius, scale), FRONT), (pale, OBLIQUE))
     pictures = [Picture(surfaces, view, bounds(surfaces, view)) for surfaces, view in shown]
-    drawing, panels = draw_rows([pictures], foot=BAR)
-    strain, contraction = float(dns["strain"][-1]), transverse_contraction(dns)
-    panel_letter(panels[0], "a", f"{strain:.2%} strain, {contraction:.2%} transverse contraction")
-    panel_letter(panels[1], "b", "interfacial forces on the lower rows' yarns")
+    drawing, panels = draw_rows([pictures], foot=BAR, above=CURVES)
+    _draw_curves(drawing, dns)
+    panel_letter(panels[0], "c", f"out-of-plane motion at {float(dns['strain'][-1]):.2%} strain")
+    panel_letter(panels[1], "d", "interfacial forces on the lower rows' yarns")
     for axes, (_, view) in zip(panels, shown, strict=True):
         scale_bar(axes, 5, view)
     elevation_bar(drawing, scale, 0.08, 0.36)
@@ -48,18 +50,44 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     return drawing
 
 
+def _draw_curves(drawing: Figure, dns: xr.Dataset) -> None:
+    """Draw transverse contraction, and the largest displacements to either side of the fabric, over strain."""
+    u_z = MILLIMETRE * dns["centreline_displacement"].to_numpy()[..., Z]
+    shrunk = [transverse_contraction(dns.isel(increment=slice(k + 1))) for k in range(len(u_z))]
+    curves = (
+        ("a", "transverse contraction (%)", {"": PERCENT * np.array(shrunk)}),
+        (
+            "b",
+            "out-of-plane displacement $u_z$ (mm)",
+            {"highest": u_z.max(axis=1), "lowest": u_z.min(axis=1)},
+        ),
+    )
+    strain = PERCENT * dns["strain"].to_numpy()
+    for k, (letter, label, values) in enumerate(curves):
+        axes = place(
+            drawing, 0.085 + 0.5 * k, INCH * drawing.get_figheight() - CURVES + 12, 0.33, CURVES - 18
+        )
+        axes.axhline(0, color=FAINT, linewidth=0.6, zorder=0)
+        for name, value in values.items():
+            axes.plot(strain, value, **INTERACTIONS["isotropic"].line | {"linestyle": "-", "clip_on": False})
+            end = {"xytext": (6, 0), "textcoords": "offset points", "va": "center", "annotation_clip": False}
+            axes.annotate(f"{name}\n{value[-1]:.3g}".strip(), (strain[-1], value[-1]), **end)
+        axes.set(xlabel="strain in course direction (%)", ylabel=label, xlim=(0, strain[-1]))
+        panel_letter(axes, letter)
+
+
 def _draw_forces(axes: Axes, contacts: xr.Dataset) -> None:
     """Draw the force at the end of the load at every crossing that touches or is tied."""
     last = contacts.isel(increment=-1)
-    force, place = last["force"].to_numpy(), last["contact_centroid"].to_numpy()
+    force, spot = last["force"].to_numpy(), last["contact_centroid"].to_numpy()
     size = np.linalg.norm(force, axis=1)
-    acting = (size > 0) & np.isfinite(place).all(axis=1)
+    acting = (size > 0) & np.isfinite(spot).all(axis=1)
     if not acting.any():
         return
     scale = LONGEST / size[acting].max()
     tied = last["tied"].to_numpy().astype(bool)
     for which, colour, text in ((~tied, ACCENT, "contact with friction"), (tied, INK, "tied")):
-        tail = MILLIMETRE * OBLIQUE.project(place[acting & which])
+        tail = MILLIMETRE * OBLIQUE.project(spot[acting & which])
         arm = scale * OBLIQUE.project(force[acting & which])
         look = {"color": colour, "width": 0.006, "zorder": 6, "path_effects": HALO, "label": text}
         axes.quiver(*tail.T, *arm.T, angles="xy", scale_units="xy", scale=1, **look)

@@ -30,12 +30,11 @@ def draw(**histories: xr.Dataset) -> Figure:
         ("largest out-of-plane motion $|u_z|$", "mm", lambda history: MILLIMETRE * out_of_plane(history)),
     )
     for k, (quantity, unit, value) in enumerate(quantities):
-        axes = drawing.add_axes((0.065 + 0.5 * k, 0.15, 0.325, 0.75))
+        axes = drawing.add_axes((0.08 + 0.5 * k, 0.15, 0.27, 0.75))
         curves = [
             Curve(INTERACTIONS[name], history["strain"].to_numpy(), value(history))
             for name, history in histories.items()
         ]
         draw_curves(axes, curves, quantity, unit)
         panel_letter(axes, "ab"[k])
-    drawing.axes[0].legend(loc="upper left", handlelength=3.2)
     return drawing

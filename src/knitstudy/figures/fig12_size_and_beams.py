@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.fig15_force_strain import BESIDE, draw_curves, draw_reference, force_curve
+from knitstudy.figures.fig15_force_strain import draw_curves, draw_reference, force_curve
 from knitstudy.figures.renderer import MILLIMETRE
 from knitstudy.figures.style import (
     DIRECT,
@@ -26,8 +26,9 @@ from knitstudy.figures.style import (
     shared_legend,
 )
 from knitstudy.measures.cases import label_of
-from knitstudy.measures.catalogue import BEAM_MODELS, SQUARES, network, of_case, several, solid
+from knitstudy.measures.catalogue import BEAM_MODELS, SQUARES, of_case, several, solid
 from knitstudy.measures.cost import MEGABYTE, Series, domain_response, memory_growth, series_of
+from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.reference import reference_of
 from knitstudy.study.scene import Scene
 
@@ -35,8 +36,11 @@ SHOWN = np.geomspace(3.0, 30.0, 40)  # cells in a row between which fitted laws 
 MARKED = (1, 3, 6, 10, 20, 30)  # cells in a row that the axis names
 DASHES = {"pinned": ":", "patch": "-."}  # by ``beam.tie``; those of rigid ties are those of the section
 ABOVE, BELOW = 92.0, 82.0  # heights of the parts (a) and (b) [mm]
+UNTIED = (
+    "inputs-untied-isotropic-course",
+    "yarns-untied-course",
+)  # direct simulations of which no row is tied
 LOOSE = "v"  # marker where yarns touch and no row is tied
-TIED = Look("3D ROM, ties", "#B79BC9", ":", "s")
 BEAMS = {"rigid": Look("", "#0072B2", "-", "v"), "hertz": Look("", "#56B4E9", "--", "^")}  # by their section
 
 
@@ -46,8 +50,7 @@ BEAMS = {"rigid": Look("", "#0072B2", "-", "v"), "hertz": Look("", "#56B4E9", "-
     results={
         "dns": solid("simulation", "isotropic-course"),
         "beams": several("simulation", *of_case("isotropic-course", BEAM_MODELS)),
-        "rom3d": network("rom3d", "isotropic-course", optional=True),
-        "tied_rom3d": network("rom3d", "tie-course", optional=True),
+        "untied": several("simulation", *UNTIED, optional=True),
         "squares": several("simulation", *SQUARES, fewest=12, optional=True),
     },
 )
@@ -57,28 +60,32 @@ def draw(
     scenes: Mapping[str, Scene],
     reference: pd.DataFrame,
     paper: pd.DataFrame,
-    rom3d: xr.Dataset | None = None,
-    tied_rom3d: xr.Dataset | None = None,
+    untied: Mapping[str, xr.Dataset] | None = None,
     squares: Mapping[str, xr.Dataset] | None = None,
 ) -> Figure:
     """Draw the cost of the models above, if the study has knits of several sizes, and force against strain below."""
     drawing = figure(DOUBLE, BELOW + (ABOVE if squares else 0.0))
-    axes = place(drawing, 0.085, 13.0, 0.38, BELOW - 20.0)
-    true = reference_of(reference, scenes["dns"])
-    solids, joints = (
-        replace(each, label=f"{each.label}, isotropic friction") for each in (DIRECT, MODELS["rom3d"])
-    )
-    models = ((dns, solids), (rom3d, joints), (tied_rom3d, TIED))
-    curves = [force_curve(look, each, true) for each, look in models if each is not None]
-    for name, history in beams.items():
-        beam = scenes[name].beam
-        look = replace(BEAMS[beam.section], label=label_of(scenes[name]))
-        look = replace(look, dash=DASHES.get(beam.tie, look.dash))
-        curves.append(force_curve(look, history, true, named=False))
-    draw_reference(axes, true)
-    draw_curves(axes, curves, "reaction force", "N", scenes["dns"].load.direction)
-    axes.legend(**BESIDE, bbox_to_anchor=(1.2, 1.0))
-    panel_letter(axes, "b", "force with isotropic friction")
+    axes = place(drawing, 0.085, 13.0, 0.5, BELOW - 20.0)
+    solids = {"dns": dns} | dict(untied or {})
+    full, curves = {}, []
+    for name, history in (solids | dict(beams)).items():
+        scene = scenes[name]
+        problem, true = problem_of(scene), reference_of(reference, scene)
+        # Every problem has its own reference; without one its first direct simulation is in the place of it.
+        if problem not in full and (true.known or name in solids):
+            full[problem] = float(true.curve()[1][-1] if true.known else history["force"][-1])
+        if problem not in full:
+            continue
+        words = DIRECT.label if name in solids else label_of(scene)
+        if scene.contact.tied_edges == "none":
+            words += ", no row tied"
+        look = DIRECT if name in solids else BEAMS[scene.beam.section]
+        dash = ":" if scene.contact.tied_edges == "none" else DASHES.get(scene.value("beam.tie"), look.dash)
+        curve = force_curve(replace(look, label=words, dash=dash), history, true)
+        curves.append(replace(curve, value=curve.value / full[problem]))
+    draw_curves(axes, curves, "force over its reference's at full strain", "1", scenes["dns"].load.direction)
+    draw_reference(axes, reference_of(reference, scenes["dns"]), full[problem_of(scenes["dns"])])
+    panel_letter(axes, "b", "beams in contact, isotropic friction")
     if squares:
         _draw_cost(drawing, [scenes[name] for name in squares], squares, paper)
     return drawing

@@ -11,7 +11,15 @@ from matplotlib.figure import Figure
 from knitstudy.contacts.segments import BETWEEN, KINDS
 from knitstudy.errors import GeometryError
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.picture import HALO, draw_rows, scale_bar, window_around, write, yarn_tubes
+from knitstudy.figures.picture import (
+    HALO,
+    draw_rows,
+    scale_bar,
+    window_around,
+    write,
+    yarn_colours,
+    yarn_tubes,
+)
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture
 from knitstudy.figures.style import INK, MODELS, PAPER, panel_letter, shared_legend
 from knitstudy.geometry.fabric import Fabric
@@ -44,7 +52,7 @@ def draw(geometry: xr.Dataset, contacts: xr.Dataset, **stresses: xr.Dataset) -> 
     found = {way: stresses[f"isotropic_{way}_dns_stress"] for way in TENSION}
     centroid = contacts["centroid"].to_numpy()
     window = window_around(centroid[centre_cell(contacts)], MILLIMETRE * knit.radius * np.array(MARGIN))
-    picture = Picture(yarn_tubes(knit, YARNS), FRONT, window)
+    picture = Picture(yarn_tubes(knit, yarn_colours(knit, YARNS)), FRONT, window)
     drawing, (left, right) = draw_rows([(picture, None)], foot=14.0)
     panel_letter(left, "a", "segments and axes, undeformed cell")
     _draw_segments(left, contacts, found, knit.radius)

@@ -1,10 +1,9 @@
-"""Fig. 15: force against strain of the three models and their variants, and the reference, in four cases."""
+"""Fig. 15: force against strain of the three models and the reference in four cases, and other models beside them."""
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
@@ -17,16 +16,17 @@ from knitstudy.figures.style import (
     DIRECT,
     DOUBLE,
     FAINT,
+    INCH,
     INK,
     MODELS,
+    PAPER,
     PERCENT,
     Look,
     figure,
     panel_letter,
     place,
-    tint,
 )
-from knitstudy.measures.cases import Case, cases_of
+from knitstudy.measures.cases import Case, Simulation, cases_of
 from knitstudy.measures.catalogue import (
     CASES,
     OTHER_SOLIDS,
@@ -37,21 +37,19 @@ from knitstudy.measures.catalogue import (
     several,
     solid,
 )
-from knitstudy.measures.discretisation import INTERACTIONS, is_direct
+from knitstudy.measures.discretisation import INTERACTIONS
+from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import Reference
 from knitstudy.study.scene import Scene
-
-# Dashes of the variants of one model, in their order; further variants are lighter.
-DASHES = ((0, (1, 1.2)), (0, (4, 1.5)), (0, (6, 1.5, 1, 1.5)), (0, (2, 2.5)), (0, (3, 1, 1, 1, 1, 1)))
-SHARES = (1.0, 0.5)  # shares of a model's colour, for variants whose dashes are the same
 
 # Names of the scenes.
 SHOWN = [name for case in CASES for name in of_case(case, SOLIDS + OTHER_SOLIDS + REDUCED)]
 
-# Above the axes, their height, below them for their labels, and of a line of the legend [mm].
-HEAD, HEIGHT, FOOT, LINE = 7.0, 60.0, 11.0, 3.4
-BESIDE = {"loc": "upper left", "fontsize": 6.0, "handlelength": 3.0, "columnspacing": 1.0, "borderaxespad": 0}
-LINE_OF_TEXT = 0.055  # height of a line of text over the height of the axes
+# Above the axes, their height, below them for their labels, and of a line of (e) [mm].
+HEAD, HEIGHT, FOOT, LINE = 7.0, 60.0, 13.0, 4.2
+CUT = 1.6  # an axis ends at so much of the second largest value where the largest one lies beyond
+LINE_OF_TEXT = 3.1  # height [mm]
+CASE_LOOKS = {"tie": (INK, "s"), "isotropic": ("#D9740B", "o")}  # colour and marker in (e)
 
 
 @FIGURES.add(
@@ -71,89 +69,112 @@ def draw(
     reference: pd.DataFrame,
     **first: xr.Dataset,
 ) -> Figure:
-    """Draw a panel for each case that has all three models; legends give secant stiffnesses over the reference's.
+    """Draw a panel for each case that has all three models, and below them the stiffness of all other models.
 
     The models of the first case are asked for by themselves: a study without them has no such figure.
     """
     cases = [case for case in cases_of(every, scenes, reference) if len(case.main) == 2]
-    curves = [_curves(case) for case in cases]
-    rows = range(0, len(cases), 2)
-    lines = [2 + max(map(len, curves[first : first + 2])) for first in rows]
-    heights = [HEAD + HEIGHT + FOOT + LINE * count for count in lines]
-    drawing = figure(DOUBLE, sum(heights))
+    others = [
+        (case, model)
+        for case in cases
+        for model in (*case.others, *case.reduced)
+        if model.scene.name not in {each.scene.name for each in (case.dns, *case.main.values())}
+    ]
+    names = list(dict.fromkeys(model.label for _, model in others))
+    below = HEAD + LINE * len(names) + FOOT if names else 0.0
+    rows = -(-len(cases) // 2)
+    drawing = figure(DOUBLE, rows * (HEAD + HEIGHT + FOOT) + below)
     for k, case in enumerate(cases):
         row, column = divmod(k, 2)
-        bottom = sum(heights[row:]) - HEAD - HEIGHT
-        axes = place(drawing, 0.075 + 0.5 * column, bottom, 0.35, HEIGHT)
+        bottom = below + (rows - row) * (HEAD + HEIGHT + FOOT) - HEAD - HEIGHT
+        axes = place(drawing, 0.075 + 0.5 * column, bottom, 0.29, HEIGHT)
+        main = [(DIRECT, case.dns), *((MODELS[name], case.main[name]) for name in ("rom3d", "rom2d"))]
+        curves = [force_curve(look, model.history, case.reference) for look, model in main]
+        draw_curves(axes, curves, "reaction force", "N", case.direction)
         draw_reference(axes, case.reference)
-        draw_curves(axes, curves[k], "reaction force", "N", case.direction)
         panel_letter(axes, "abcd"[k], f"{INTERACTIONS[case.interaction]}, {case.direction} tension")
-        axes.legend(**BESIDE, bbox_to_anchor=(-0.19, -FOOT / HEIGHT))
+    if names:
+        _draw_others(place(drawing, 0.34, FOOT, 0.4, LINE * len(names)), others, names)
     return drawing
 
 
-def _curves(case: Case) -> list[Curve]:
-    """Return the curves of the main models, and thin ones in the same colours of their variants."""
-    main = [(DIRECT, case.dns), *((MODELS[fidelity], case.main[fidelity]) for fidelity in ("rom3d", "rom2d"))]
-    curves = [force_curve(look, model.history, case.reference) for look, model in main]
-    names = {model.scene.name for _, model in main}
-    drawn: Counter[str] = Counter()
-    for model in (*case.others, *case.reduced):
-        if model.scene.name in names:
-            continue
-        look = DIRECT if is_direct(model.scene) else MODELS[model.scene.fidelity]
-        lighter, dash = divmod(drawn[look.label], len(DASHES))
-        colour = tint(look.colour, SHARES[lighter % len(SHARES)])
-        variant = Look(model.label, colour, DASHES[dash], "")
-        curves.append(force_curve(variant, model.history, case.reference, named=False))
-        drawn[look.label] += 1
-    return curves
+def _draw_others(axes: Axes, others: Sequence[tuple[Case, Simulation]], names: Sequence[str]) -> None:
+    """Draw forces of other models at full strain over the reference's, a line for each and a mark for each case."""
+    for case, model in others:
+        ratio = case.reference.force_ratio(model.history)
+        if not ratio.known:
+            ratio = Estimate(float(model.history["force"][-1] / case.dns.history["force"][-1]), 0.0)
+        colour, marker = CASE_LOOKS[case.interaction]
+        filling = colour if case.direction == "course" else PAPER
+        look = {"color": colour, "marker": marker, "markerfacecolor": filling, "linestyle": "none"}
+        axes.errorbar(ratio.value, names.index(model.label), xerr=ratio.uncertainty, label=case.label, **look)
+    axes.axvline(1.0, color=FAINT, linewidth=0.8, zorder=0)
+    axes.set(xscale="log", ylim=(len(names) - 0.5, -0.5), yticks=range(len(names)), yticklabels=names)
+    axes.set_xlabel("force at full strain over the reference's, without one over the DNS's (1)")
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter("{x:g}")
+    axes.grid(axis="y", linewidth=0.4, color=FAINT, alpha=0.5)
+    panel_letter(axes, "e", "the DNS on other meshes, and variants of the reduced models")
+    unique = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
+    axes.legend(unique.values(), unique.keys(), loc="upper left", bbox_to_anchor=(1.01, 1.0), fontsize=6.5)
 
 
-# ---- curves over strain, with the value at the end of a curve beside it, and the reference's band ----
+# ---- curves over strain, with name and last value beside their ends, and the reference's band ----
 
 
 @dataclass(frozen=True)
 class Curve:
-    """A quantity over strain, drawn thin if its look has no marker."""
+    """A quantity over strain."""
 
     look: Look
     strain: np.ndarray  # (I,)
     value: np.ndarray  # (I,)
-    named: bool = True  # whether the last value stands beside the end
+    note: str = ""  # follows the last value
 
 
-def force_curve(look: Look, history: xr.Dataset, reference: Reference, named: bool = True) -> Curve:
-    """Return the force of a history, named with its secant stiffness over the reference's and the uncertainty."""
-    look = replace(look, label=f"{look.label} ({reference.force_ratio(history)})")
-    return Curve(look, history["strain"].to_numpy(), history["force"].to_numpy(), named)
+def force_curve(look: Look, history: xr.Dataset, reference: Reference) -> Curve:
+    """Return the force of a history; its note is the secant stiffness over the reference's, with the uncertainty."""
+    note = f"\n({reference.force_ratio(history)})" if reference.known else ""
+    return Curve(look, history["strain"].to_numpy(), history["force"].to_numpy(), note)
 
 
 def draw_curves(
     axes: Axes, curves: Sequence[Curve], quantity: str, unit: str, direction: str = "course"
 ) -> None:
-    """Draw curves over strain in a direction that begin at zero, without a legend."""
-    for curve in curves:
-        look = curve.look.line | {"label": curve.look.label, "linewidth": 1.4 if curve.look.marker else 0.9}
-        zorder = 2 if curve.named else 1.5
-        axes.plot(PERCENT * curve.strain, curve.value, zorder=zorder, clip_on=False, **look)
+    """Draw curves over strain in a direction that begin at zero; names and last values stand beside their ends.
+
+    Where one curve rises far above all others the axis is cut below its end.
+    """
+    top, *rest = sorted((float(curve.value.max()) for curve in curves), reverse=True)
+    limit = min(1.05 * top, CUT * max(rest, default=top))
     axes.set(xlabel=f"strain in {direction} direction (%)", ylabel=f"{quantity} ({unit})")
-    axes.set(xlim=(0, PERCENT * max(curve.strain.max() for curve in curves)), ylim=(0, None))
-    # The last values stand beside the ends of the curves, apart from each other.
-    apart, lowest = LINE_OF_TEXT * axes.get_ylim()[1], -np.inf
-    for curve in sorted((curve for curve in curves if curve.named), key=lambda curve: curve.value[-1]):
-        lowest = max(float(curve.value[-1]), lowest + apart)
-        look = {"va": "center", "color": curve.look.colour, "annotation_clip": False}
-        text, at = f"{float(curve.value[-1]):.3g} {unit}", (PERCENT * float(curve.strain[-1]), lowest)
+    axes.set(xlim=(0, PERCENT * max(curve.strain.max() for curve in curves)), ylim=(0, limit))
+    line = LINE_OF_TEXT * limit / (INCH * axes.figure.get_figheight() * axes.get_position().height)
+    lowest = -np.inf
+    for curve in sorted(curves, key=lambda curve: curve.value[-1]):
+        beyond = curve.value.max() > limit
+        axes.plot(
+            PERCENT * curve.strain, curve.value, clip_on=beyond, label=curve.look.label, **curve.look.line
+        )
+        end = f"{'↑ ' if beyond else ''}{curve.value[-1]:.3g} {unit if unit != '1' else ''}".rstrip()
+        text = f"{curve.look.label}\n{end}{curve.note}"
+        # Labels stand apart from each other.
+        high = 0.5 * line * (1 + text.count("\n"))
+        middle = max(min(float(curve.value[-1]), limit - high), lowest + high)
+        lowest = middle + high
+        look = {"va": "center", "color": curve.look.colour, "annotation_clip": False, "fontsize": 7.0}
+        at = (PERCENT * float(curve.strain[-1]), middle)
         axes.annotate(text, at, xytext=(7, 0), textcoords="offset points", **look)
 
 
-def draw_reference(axes: Axes, reference: Reference) -> None:
-    """Draw the reference's forces with their uncertainties, and the band between them; nothing where it has none."""
+def draw_reference(axes: Axes, reference: Reference, unit: float = 1.0) -> None:
+    """Draw the reference's forces over a unit [N], and the band of uncertainty; nothing where it has none."""
     if not reference.known:
         return
     strain, force, off = reference.curve()
+    force, off = force / unit, off / unit
     axes.fill_between(PERCENT * strain, force - off, force + off, color=FAINT, alpha=0.6, linewidth=0)
     look = {"color": INK, "linestyle": "none", "marker": "s", "markersize": 3.0, "markerfacecolor": "white"}
     look |= {"capsize": 2.5, "linewidth": 0.8, "label": "reference", "zorder": 3, "clip_on": False}
     axes.errorbar(PERCENT * strain[1:], force[1:], off[1:], **look)
+    axes.legend(loc="upper left", handlelength=1.0)

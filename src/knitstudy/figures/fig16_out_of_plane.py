@@ -14,7 +14,6 @@ import xarray as xr
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, to_hex
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import BAR, bounds, colour_bar, draw_rows, graded_tube, scale_bar
@@ -28,8 +27,8 @@ from knitstudy.study.scene import Scene
 
 THICKNESS = 0.62  # drawn over true diameter of the yarns, so that those behind are seen
 SHOWN = ("tie", "isotropic")  # interactions, from above
-COLOURS = "cividis"
-LEVELS = 12  # most steps of colour
+COLOURS = "RdBu_r"  # diverging: no displacement is pale
+LEVELS = 13  # steps of colour, an odd number: the middle one holds zero
 CUT = 6.0  # distance of stations along a yarn, over the radius, that says that there is no yarn between them
 
 
@@ -119,7 +118,7 @@ def draw_elevations(
     thickness : float
         Drawn over true diameter of the yarns.
     """
-    scale = colour_scale(np.concatenate([elevation(history) for row in rows for history in row]))
+    scale = colour_scale(np.concatenate([elevation(history) for row in rows for history in row]), radius)
     yarns = [[elevated_yarns(history, radius, scale, thickness) for history in row] for row in rows]
     window = bounds([surface for row in yarns for surfaces in row for surface in surfaces])
     pictures = [[Picture(surfaces, FRONT, window) for surfaces in row] for row in yarns]
@@ -151,13 +150,19 @@ def elevated_yarns(
     return surfaces
 
 
-def colour_scale(u_z: np.ndarray) -> ScalarMappable:
-    """Return colours in steps over all values of u_z (...,) [m], at round numbers of mm."""
-    ticks = MaxNLocator(LEVELS).tick_values(MILLIMETRE * u_z.min(), MILLIMETRE * u_z.max())
-    return ScalarMappable(BoundaryNorm(ticks, matplotlib.colormaps[COLOURS].N), COLOURS)
+def colour_scale(u_z: np.ndarray, radius: float) -> ScalarMappable:
+    """Return colours in steps over values of u_z (...,) [m], in mm.
+
+    The scale ends at a yarn radius on either side of zero, or at as many of them as u_z needs: it is the same in all
+    pictures of knits that move by less than a radius.
+    """
+    end = MILLIMETRE * radius * max(1.0, np.ceil(np.abs(u_z).max() / radius))
+    return ScalarMappable(
+        BoundaryNorm(np.linspace(-end, end, LEVELS + 1), matplotlib.colormaps[COLOURS].N), COLOURS
+    )
 
 
 def elevation_bar(drawing: Figure, scale: ScalarMappable, left: float, width: float) -> None:
     """Draw the colours of u_z below all panels, from a share of the figure's width on and so wide."""
     bar = colour_bar(drawing, scale, "out-of-plane displacement $u_z$ (mm)", left, width, format="%.3g")
-    bar.set_ticks(scale.norm.boundaries[::2])
+    bar.set_ticks(np.linspace(scale.norm.vmin, scale.norm.vmax, 5))

@@ -14,7 +14,7 @@ from matplotlib.patheffects import withStroke
 
 from knitstudy.figures import renderer
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture, Surface, View, Window
-from knitstudy.figures.style import DOUBLE, INCH, INK, PAPER, figure, place, resolution
+from knitstudy.figures.style import DOUBLE, INCH, INK, PAPER, YARNS, figure, place, resolution
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.mesh.sweep import SweptMesh, rotation_minimising
 
@@ -172,12 +172,18 @@ def tube(centreline: np.ndarray, radius: float | np.ndarray, colour: str, opacit
     return Surface(rings.reshape(-1, 3), faces.reshape(-1, 4), colour, opacity)
 
 
+def yarn_colours(fabric: Fabric, colours: Sequence[str] = YARNS) -> list[str]:
+    """Return a colour for every yarn, again and again from the first; all pieces of a cut yarn have the same."""
+    whole = fabric.arcs.yarn if fabric.arcs else np.arange(len(fabric.centrelines))
+    return [colours[number % len(colours)] for number in whole]
+
+
 def yarn_tubes(fabric: Fabric, colours: Sequence[str]) -> list[Surface]:
-    """Return the undeformed yarns of a fabric, whose colours follow each other again and again."""
+    """Return the undeformed yarns of a fabric in colours by yarn."""
     surfaces = []
-    for number, curve in enumerate(fabric.centrelines):
+    for curve, colour in zip(fabric.centrelines, colours, strict=True):
         s = np.linspace(0, curve.length, round(curve.length / (STEP * fabric.radius)))
-        surfaces.append(tube(curve.position(s), fabric.radius, colours[number % len(colours)]))
+        surfaces.append(tube(curve.position(s), fabric.radius, colour))
     return surfaces
 
 
