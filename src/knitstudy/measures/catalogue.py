@@ -48,7 +48,6 @@ BEAM_MODELS = ("beam-{case}", "beam-*-{case}", "beam-{case}-coarse")  # Beams in
 SQUARES = (
     "domain-*-tie-course-*",
     "domain-*-isotropic-course-*",
-    "domain-*-untied-course-*",
     *("yarns-tie-course", "rom3d-tie-course", "rom2d-tie-course", "beam-hertz-patch-isotropic-course"),
 )
 
