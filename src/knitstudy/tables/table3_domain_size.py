@@ -144,16 +144,6 @@ def law_of(count: Callable[[Fabric], int], loop: Loop) -> Polynomial:
     return Polynomial([0.0, 2 * single - four / 2, four / 2 - single])
 
 
-def nodes_2d(fabric: Fabric) -> int:
-    """Return the number of nodes of the 2D network."""
-    return planar_network(fabric, contacts_of_crossings(fabric)).beam_nodes
-
-
-def nodes_3d(fabric: Fabric, size: float) -> int:
-    """Return the number of nodes of the 3D network with elements of a size [m]."""
-    return spatial_network(fabric, joint_points(fabric, contacts_of_crossings(fabric)), size).beam_nodes
-
-
 @TABLES.add(
     "counted_unknowns",
     "Tables 3 and 5: degrees of freedom of square knits",
@@ -183,13 +173,15 @@ def tabulate_unknowns(
     multiplied = solid + 3 * len(section.ring) * slices.coef[2] * touching
     tied = number(paper, "5", "dns-tie 3x3", "degrees of freedom") / 9 * Polynomial([0, 0, 1])
     contact = (number(paper, "3", "c3w3", "degrees of freedom") - tied(3)) / 3 * touching
-    spatial, planar = (6 * law_of(count, loop) for count in (lambda fabric: nodes_3d(fabric, beam), nodes_2d))
+    at = contacts_of_crossings
+    spatial = law_of(lambda knit: spatial_network(knit, joint_points(knit, at(knit)), beam).beam_nodes, loop)
+    planar = law_of(lambda knit: planar_network(knit, at(knit)).beam_nodes, loop)
     # Model, middle of its scenes' names, counts without and with multipliers, case of printed numbers and their law
     models = (
         ("hexahedra, ties", "hexahedra-tie", solid, none, "dns-tie {n}x{n}", tied),
         ("hexahedra, contact", "hexahedra-isotropic", solid, multiplied, "c{n}w{n}", tied + contact),
-        ("3D network, ties", "rom3d-tie", spatial, none, "rom3d {n}x{n}", none),
-        ("2D network, ties", "rom2d-tie", planar, none, "rom2d {n}x{n}", none),
+        ("3D network, ties", "rom3d-tie", 6 * spatial, none, "rom3d {n}x{n}", none),
+        ("2D network, ties", "rom2d-tie", 6 * planar, none, "rom2d {n}x{n}", none),
     )
     series = {each.stem: each for each in series_of(scenes[name] for name in squares or ())}
     rows = []
