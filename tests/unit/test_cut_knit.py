@@ -1,9 +1,11 @@
 """Cells cut out of a knit: what is left of its yarns, what is gripped, and what is watched beside ties."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from knitstudy.errors import ConfigurationError
+from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.geometry.fabric import cut_cells, middles_of_legs
 from knitstudy.mechanics.newton import trace
 from knitstudy.mesh.mesher import mesh_scene
@@ -140,6 +142,24 @@ def test_yarns_are_watched_beside_every_tie(scene, knit, pieces):
             break
     else:
         pytest.fail("an arch that is moved into its neighbour is not seen")
+
+
+def test_overlap_beside_ties_is_judged_by_the_energy_of_contact(scene, pieces):
+    """24 ties, each with Hertz's 8/15 E* sqrt(R) d^2.5: 5 % of the internal energy is allowed."""
+    touching = scene.vary({"interaction": "isotropic", "contact.tied_edges": "outer", "contact.points": 2})
+    beside = build(touching, pieces).observer.yarns.beside
+    stored = 24 * 8 / 15 * 1.3e9 / 2 / (1 - 0.42**2) * pieces.radius**0.5 * 3e-5**2.5
+    recorder = SimpleNamespace(columns={"gap_beside_ties": [1.0, -3e-5]})
+
+    def judge(share):
+        response = SimpleNamespace(energy={"internal": stored / share})
+        beside.require_apart(touching, SimpleNamespace(index=7, response=response), recorder)
+
+    judge(0.0499)
+    with pytest.raises(
+        ConvergenceError, match=r"increment 7: .* by 3e-05 m .* 5\.1% of the internal energy; gates\.overlap"
+    ):
+        judge(0.051)
 
 
 @pytest.mark.parametrize(

@@ -112,18 +112,6 @@ def test_what_the_yarns_cannot_show_makes_the_tie_softer(parts, pair):
     np.testing.assert_allclose(1 / tie.stiffness, [[5 * own, 11 * own, 11 * own]])
 
 
-def test_indentation_beside_a_disc_is_that_of_a_half_space(parts, pair):
-    """One yarn is pressed towards the other: 2 / pi asin(a / r) at r; nothing where it is pulled away."""
-    tie = tie_crossings(parts, pair, np.ones(1, dtype=bool), 0.183, MODULUS)
-    a, axis = tie.discs.radius, tie.discs.axes[0, 0]
-    points = tie.discs.centre + np.outer([a, 1.6 * a, 4 * a, 1e3 * a], axis)
-    normal = np.cross(axis, tie.discs.axes[0, 1])
-    pressed = np.where(parts.yarn == 1, -1e-5, 0.0)[:, None] * normal
-    share = np.degrees(np.arcsin(1 / np.array([1.6, 4, 1e3]))) / 90
-    np.testing.assert_allclose(tie.indented(points, pressed), [np.inf, *1e-5 * share], rtol=1e-6)
-    np.testing.assert_array_equal(tie.indented(points, -pressed)[1:], 0)
-
-
 def test_discs_that_overlap_are_refused(knit_of, plain_scene):
     from knitstudy.mesh.mesher import mesh_fabric
 

@@ -49,7 +49,7 @@ def require_sound(
     require_closed_ledger(recorder, increment.index, scene.gates.ledger, unloaded)
 
 
-def _require_share(scene: Scene, key: str, part: float, whole: float, message: str, remedy: str) -> None:
+def require_share(scene: Scene, key: str, part: float, whole: float, message: str, remedy: str) -> None:
     """Refuse a part that is a larger share of a whole than a gate allows; the message has a place for the share."""
     allowed = getattr(scene.gates, key)
     if part > allowed * whole:
@@ -69,7 +69,7 @@ def require_small_hourglass(scene: Scene, increment: Increment) -> None:
     energy, coefficient = increment.response.energy, scene.solver.hourglass
     at = f", taken at the usual {USUAL_HOURGLASS}," if coefficient < USUAL_HOURGLASS else ""
     usual = "" if coefficient == USUAL_HOURGLASS else f"solver.hourglass {USUAL_HOURGLASS}, "
-    _require_share(
+    require_share(
         scene,
         "hourglass",
         energy["hourglass"] * max(1.0, USUAL_HOURGLASS / coefficient),
@@ -97,7 +97,7 @@ def require_small_stabilisation(scene: Scene, increment: Increment, reaction: np
         "viscous_force": (increment.response.viscous_force, pull, f"are {{}} the reaction, {pull:.3g} N"),
     }
     for key, (part, whole, found) in shares.items():
-        _require_share(
+        require_share(
             scene, key, part, whole, f"{what} {found}", "Use a smaller solver.stabilisation, or none"
         )
 

@@ -22,9 +22,11 @@ from scipy.linalg import qr
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from knitstudy.errors import ConvergenceError, MeshError
+from knitstudy.errors import MeshError
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.loading.gates import require_share
 from knitstudy.loading.history import Recorder
+from knitstudy.mechanics.beam_contact import hertz
 from knitstudy.mechanics.contact.friction import ContactHistory, Coulomb
 from knitstudy.mechanics.contact.indentation import Indentation, indentation
 from knitstudy.mechanics.contact.interaction import Contact
@@ -198,18 +200,9 @@ class Ties:
             master[place, : len(nodes)], weight[place, : len(nodes)] = nodes, each
         return Equations(np.concatenate([np.empty(0, dtype=np.int64), *slaves]), master, weight)
 
-    def indented(self, points: np.ndarray, displacement: np.ndarray) -> np.ndarray:
-        """Return the indentation (k,) beside the discs that the yarns do not show [m]; inf at points that are not.
-
-        A disc's springs give way by what low degrees do not show of a press on it. At a distance r from the middle of a
-        flat disc of radius a a half space is pressed in by 2 / pi asin(a / r) of that.
-        """
-        distance, disc = cKDTree(self.discs.centre).query(points)  # of undeformed points (k, 3) [m]
-        normal = np.cross(self.discs.axes[:, 0], self.discs.axes[:, 1])
-        mean = (self.moments @ displacement).reshape(-1, 3, 3)[:, 0]
-        pressed = np.maximum(-np.einsum("di,di->d", mean, normal), 0.0)
-        share = np.minimum(self.discs.radius / distance, 1.0)
-        return np.where(share < 1 / BESIDE, 2 / np.pi * np.arcsin(share) * pressed[disc], np.inf)
+    def beside(self, points: np.ndarray) -> np.ndarray:
+        """Return which undeformed points (k, 3) [m] lie beside all discs (k,)."""
+        return cKDTree(self.discs.centre).query(points)[0] > BESIDE * self.discs.radius
 
 
 def tie_crossings(
@@ -368,18 +361,13 @@ class BesideTies:
             margin=MARGIN * mesh.radius,
             overlap=np.inf,
         )
-        self._labels, self._rings, self._ties, self._nodes = labels, yarns.rings, ties, yarns.nodes
-        # Undeformed surfaces are up to a^2 / R apart at the edge of a tied disc of radius a; flattening it indents them
-        # as deep.
-        self.overlap = ties.discs.radius**2 / mesh.radius
+        self._labels, self._rings, self._ties = labels, yarns.rings, ties
+        self._hertz = hertz(*material_of(scene.yarn).across, mesh.radius)
         # With the same empty history all along, pairs of a search stay followed.
         self._history = ContactHistory.empty()
 
     def smallest_gap(self, nodes: np.ndarray) -> float:
-        """Return the smallest gap of current nodes (N, 3) beside the ties [m]; inf if nothing is near.
-
-        Where the ties press, surfaces lie deeper than the yarns show.
-        """
+        """Return the smallest gap of current nodes (N, 3) beside the ties [m]; inf if nothing is near."""
         points = self._contact.points(nodes, nodes, self._history)
         (xi, gap), pairs = self._contact.everywhere(points), points.followed
         quadrature = self._contact.quadrature
@@ -387,19 +375,25 @@ class BesideTies:
         other = self._label(pairs.surface, xi[:, 0])
         near = np.flatnonzero(np.isfinite(gap) & (own == other) & (own >= 0))
         place = self._contact.reference(pairs.point[near])
-        deeper = self._ties.indented(place, nodes - self._nodes)
-        return float((gap[near] + deeper).min(initial=np.inf))
+        return float(gap[near[self._ties.beside(place)]].min(initial=np.inf))
 
     def _label(self, yarn: np.ndarray, along: np.ndarray) -> np.ndarray:
         """Return the labels of the rings at natural coordinates along yarns."""
         return self._labels[self._rings.nearest(yarn, along)]
 
-    def require_apart(self, increment: Increment, recorder: Recorder) -> None:
-        """Refuse a state in which tied yarns penetrate each other beside their ties; ConvergenceError."""
+    def require_apart(self, scene: Scene, increment: Increment, recorder: Recorder) -> None:
+        """Refuse a state in which contact beside the ties, which is left out, would store much energy.
+
+        It is that of Hertz's contact with the deepest overlap, once for every tie: yarns that roll over a tied disc
+        overlap on one side of it. Raises ConvergenceError.
+        """
         gap = recorder.columns["gap_beside_ties"][-1]
-        if gap < -self.overlap:
-            raise ConvergenceError(
-                f"increment {increment.index}: tied yarns penetrate each other by {-gap:.3g} m beside their ties; "
-                f"tie.radius allows {self.overlap:.3g} m. Use contact.tied_edges 'none', a larger tie.radius or a "
-                "smaller load.strain"
-            )
+        require_share(
+            scene,
+            "overlap",
+            len(self._ties.discs.crossing) * float(self._hertz.energy(gap)),
+            increment.response.energy["internal"],
+            f"increment {increment.index}: tied yarns penetrate each other by {-gap:.3g} m beside their ties, where "
+            "contact would store {} the internal energy",
+            "Use contact.tied_edges 'none', a larger tie.radius or a smaller load.strain",
+        )

@@ -176,7 +176,7 @@ def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns) -> Problem:
         observer=SolidObserver(yarns),
         checks=(
             partial(require_sound, scene, model.loaded),
-            *([yarns.beside.require_apart] if yarns.beside else []),
+            *([partial(yarns.beside.require_apart, scene)] if yarns.beside else []),
         ),
         constants=yarns.ties.constants(),
         fields=yarns.fields if "fields" in scene.outputs else None,
