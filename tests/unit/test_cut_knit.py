@@ -9,6 +9,8 @@ from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.geometry.fabric import cut_cells, middles_of_legs
 from knitstudy.mechanics.newton import trace
 from knitstudy.mesh.mesher import mesh_scene
+from knitstudy.models.joints import contacts_of_crossings
+from knitstudy.models.network_2d import planar_network
 from knitstudy.models.simulate import build
 
 
@@ -124,6 +126,23 @@ def test_grips_of_every_model_balance(plain_scene, knit_of, changes, direction, 
     held = (force * given).reshape(-1, unknowns)[:, :3] * weight[:, None]
     assert pull[problem.motion.axis] > 1e-3
     np.testing.assert_allclose(held.sum(axis=0), -pull, atol=1e-5 * np.abs(pull).max())
+
+
+def test_honeycomb_of_cut_cells_ends_half_way_up_its_legs(knit, pieces):
+    """Cut legs have the slope of whole ones, end as many rows apart as there are, and yarns at the sides stay level."""
+    network = planar_network(pieces, contacts_of_crossings(pieces))
+    _, count = np.unique(network.ends, return_counts=True)
+    last = count == 1
+    y = network.nodes[last, 1]
+    cut = np.isclose(y, y.min()) | np.isclose(y, y.max())
+    assert cut.sum() == 12
+    assert np.ptp(y) == pytest.approx(knit.height)
+    along = np.diff(network.nodes[network.ends], axis=1)[:, 0, :2]
+    ends = last[network.ends].any(axis=1)
+    steep = np.abs(along[:, 1]) > 0.1 * knit.radius
+    slope = np.abs(along[:, 1] / np.where(steep, along[:, 0], 1.0)).round(6)
+    assert set(slope[ends & steep]) <= set(slope[~ends & steep])
+    assert np.all(along[ends & ~steep, 1] == 0)
 
 
 def test_yarns_are_watched_beside_every_tie(scene, knit, pieces):

@@ -118,15 +118,12 @@ class Springs:
     @property
     def averaged(self) -> np.ndarray:
         """The stiffness (3,) [N/m] of all crossings that comes nearest to their forces."""
-        work, square = np.nansum([self.force * self.displacement, self.displacement**2], axis=1)
-        with np.errstate(invalid="ignore"):  # 0 / 0 where nothing is in contact
-            return work / square
+        return _nearest(self.force, self.displacement, axis=0)
 
     @property
     def tangential(self) -> float:
         """The same of one stiffness for x and y together, which no turn of the axes changes [N/m]."""
-        force, displacement = self.force[:, :2], self.displacement[:, :2]
-        return float(np.nansum(force * displacement) / np.nansum(displacement**2))
+        return float(_nearest(self.force[:, :2], self.displacement[:, :2]))
 
     @property
     def bridged(self) -> np.ndarray:
@@ -147,6 +144,12 @@ class Springs:
     def undefined(self) -> np.ndarray:
         """Number (3,) of crossings in contact without a secant."""
         return np.count_nonzero(self.bridged) - self.used
+
+
+def _nearest(force: np.ndarray, displacement: np.ndarray, axis: int | None = None) -> np.ndarray:
+    """Return the stiffness nearest to forces by least squares; nan where nothing is in contact."""
+    with np.errstate(invalid="ignore"):
+        return np.nansum(force * displacement, axis) / np.nansum(displacement**2, axis)
 
 
 def springs(
