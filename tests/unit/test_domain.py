@@ -1,7 +1,5 @@
 """Square knits of rising size: what belongs together, how cost grows, and what the tables say of it."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import scipy.linalg
@@ -10,17 +8,12 @@ import synthetic
 import xarray as xr
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.files import read_table
 from knitstudy.geometry.fabric import cut_cells
 from knitstudy.measures.cost import contact_over_ties, series_of
 from knitstudy.measures.endless_knit import between_grips, held_over_free, limit, stretches
+from knitstudy.measures.unknowns import law_of, nodes_2d, nodes_3d
 from knitstudy.mesh.mesher import mesh_fabric, slices_of
-from knitstudy.models.joints import contacts_of_crossings, joint_points
-from knitstudy.models.network_3d import spatial_network
 from knitstudy.tables import catalogue as tables
-from knitstudy.tables.table3_domain_size import law_of
-
-RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
 
 
 @pytest.fixture(scope="module")
@@ -41,25 +34,11 @@ def test_counts_of_a_cell_are_those_of_larger_knits(plain_scene, knit_of):
     slices = law_of(lambda fabric: slices_of(fabric, 0.45e-3, 1.2), loop)
     assert slices(3) == mesh_fabric(cut_cells(loop, 3, 3), 0.45e-3, 1.2, load="course").slices
     assert slices(6) == slices_of(cut_cells(loop, 6, 6), 0.45e-3, 1.2)
-
-
-def test_counts_beside_the_paper(plain_scene, knit_of):
-    """Hexahedra of 41 nodes a section, beams of 0.5 mm, and corners of the honeycomb: 4 n^2 zones and 6 n ends."""
-    scene = plain_scene.vary({"fidelity": "hexahedra", "mesh.size": 0.3e-3})
-    loop = knit_of(scene).loop
-    geometry, paper = cut_cells(loop, 3, 3).to_dataset(), read_table(RESOURCES / "paper_tables.csv")
-    table = tables.tabulate(
-        "counted_unknowns", geometry=geometry, scenes={"dns-tie-course": scene}, paper=paper
-    ).set_index(["model", "cells in a row [1]"])
-    unknowns = table["degrees of freedom [1]"]
+    spatial, planar = law_of(lambda fabric: nodes_3d(fabric, 0.5e-3), loop), law_of(nodes_2d, loop)
     for n in (3, 6):
         fabric = cut_cells(loop, n, n)
-        assert unknowns["hexahedra, ties", n] == 3 * 41 * slices_of(fabric, 0.3e-3, 1.2)
-        beams = spatial_network(fabric, joint_points(fabric, contacts_of_crossings(fabric)), 0.5e-3)
-        assert unknowns["3D network, ties", n] == 6 * beams.beam_nodes
-        assert unknowns["2D network, ties", n] == 6 * (4 * n**2 + 6 * n)
-    law = table["the paper's law [1]"]["hexahedra, contact"]
-    np.testing.assert_allclose(law, [311_913, 1.73e6, 3.30e6, 2.31e7, 5.31e7], rtol=5e-3)
+        assert [spatial(n), planar(n)] == [nodes_3d(fabric, 0.5e-3), nodes_2d(fabric)]
+        assert planar(n) == 4 * n**2 + 6 * n, "zones, and the ends of 3 n pieces"
 
 
 SMALL = 1e-4
