@@ -48,14 +48,11 @@ BEAM_MODELS = ("beam-{case}", "beam-*-{case}", "beam-{case}-coarse")  # Beams in
 SQUARES = (
     "domain-*-tie-course-*",
     "domain-*-isotropic-course-*",
-    "domain-*-untied-course-*",
     *("yarns-tie-course", "rom3d-tie-course", "rom2d-tie-course", "beam-hertz-patch-isotropic-course"),
 )
 
 # Knits with the loop as it is drawn, beside those of other course spacings and yarn diameters.
 DRAWN = ("yarns-{case}", "yarns-{case}-p3", "dns-{case}")
-# Knits in which one input at a time is changed, and those that they are compared with.
-VARIED = ("yarns-tie-course", "yarns-rough-course", "yarns-isotropic-course", "inputs-*")
 
 
 def of_case(case: str, names: Iterable[str]) -> tuple[str, ...]:

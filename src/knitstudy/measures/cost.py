@@ -85,7 +85,6 @@ SERIES = {
     "domain-hexahedra-tie-course": None,
     "domain-hexahedra-isotropic-course": None,
     "domain-yarns-isotropic-course": None,
-    "domain-yarns-untied-course": None,
 }
 
 FEWEST = 3  # Sizes that make a series

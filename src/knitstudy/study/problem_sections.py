@@ -41,8 +41,8 @@ class Pattern(Section):
     )
     """Not printed; fitted to the angles of Table 4 and 55.5 mm of yarn a cell (Table 5). Checked: 55.5 and 41.6 mm."""
     clearance: float = physics("assumed", unit="yarn radii", ge=0, le=1)
-    """Not printed; Fig. 7 shows no contact at 0.05 % strain, and symmetric contact by 0.45 %. Checked: 0.005 to 0.04:
-    force -2.3 % at 0.04 (docs/notes/sensitivity.md)."""
+    """Not printed; Fig. 7 shows no contact at 0.05 % strain, and symmetric contact by 0.45 %: 0.005 to 0.03. Checked:
+    0.01 and 0.03: force -5 % at 1.95 % strain (docs/notes/sensitivity.md)."""
     course_ratio: float = physics(
         "choice", meaning="course spacing over the one that the loop is drawn for", default=1.0, ge=0.5, le=2
     )
