@@ -11,9 +11,9 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.geometry.fabric import cut_cells
 from knitstudy.measures.cost import contact_over_ties, series_of
 from knitstudy.measures.endless_knit import between_grips, held_over_free, limit, stretches
+from knitstudy.measures.unknowns import law_of, nodes_2d, nodes_3d
 from knitstudy.mesh.mesher import mesh_fabric, slices_of
 from knitstudy.tables import catalogue as tables
-from knitstudy.tables.table3_domain_size import law_of, nodes_2d, nodes_3d
 
 
 @pytest.fixture(scope="module")

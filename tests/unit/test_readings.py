@@ -57,7 +57,7 @@ def found_with(sources, factors=None, readings=None):
         kind = name.split("-")[-2]
         histories[name] = study.in_contact(histories[name], kind, force, lift)
     found = findings(
-        Evidence.of(**sources | {"histories": histories}), table() if readings is None else readings
+        Evidence(**sources | {"histories": histories}).named(), table() if readings is None else readings
     )
     return {each.reading.name: each for each in found}
 
@@ -127,5 +127,5 @@ def test_verdict_follows_from_all_readings(sources, base, slippery, readings, ve
     reference.loc[here & (reference["quantity"] == LARGEST_U_Z), ["value", "uncertainty"]] *= base
     found = found_with(sources | {"reference": reference}, factors, readings)
     concluded = conclude("K6", "", list(found.values()))
-    assert (concluded.judgement.verdict, concluded.condition) == (verdict, condition), concluded
+    assert (concluded.verdict, concluded.condition) == (verdict, condition), concluded
     assert ("less friction" in concluded.hangs_on) == (base != slippery)

@@ -117,11 +117,13 @@ def _number(axes: Axes, points: Sequence[Snapshot]) -> None:
         axes.annotate(str(point.number), (x, 1.0), (at, 1.06), arrowprops=line, **look, **frames)
 
 
-def deformed_yarns(knit: Fabric, dns: xr.Dataset, numbers: Iterable[int], increment: int) -> list[Surface]:
+def deformed_yarns(
+    knit: Fabric, dns: xr.Dataset, numbers: Iterable[int], increment: int, opacity: float = 1.0
+) -> list[Surface]:
     """Return some yarns of a knit at an increment, displacements true to scale, in pale colours."""
     position = dns["centreline"].to_numpy() + dns["centreline_displacement"].to_numpy()[increment]
     yarn, colours = dns["yarn"].to_numpy(), yarn_colours(knit)
-    return [tube(position[yarn == number], knit.radius, tint(colours[number])) for number in numbers]
+    return [tube(position[yarn == number], knit.radius, tint(colours[number]), opacity) for number in numbers]
 
 
 def _touching(dns: xr.Dataset, cell: np.ndarray, increment: int) -> list[np.ndarray]:

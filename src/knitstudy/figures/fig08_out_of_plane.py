@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.fig16_out_of_plane import colour_scale, elevated_yarns, elevation, elevation_bar
-from knitstudy.figures.picture import BAR, HALO, bounds, draw_rows, scale_bar, tube, write
+from knitstudy.figures.picture import BAR, HALO, bounds, draw_rows, scale_bar, tube
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture, View
 from knitstudy.figures.style import ACCENT, FAINT, INCH, INK, INTERACTIONS, PERCENT, panel_letter, place, tint
 from knitstudy.measures.catalogue import solid
@@ -46,7 +46,7 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     for axes, (_, view) in zip(panels, shown, strict=True):
         scale_bar(axes, 5, view)
     elevation_bar(drawing, scale, 0.08, 0.36)
-    _draw_forces(panels[1], contacts)
+    draw_forces(panels[1], contacts, np.ones(contacts.sizes["crossing"]))
     return drawing
 
 
@@ -58,15 +58,13 @@ def _draw_curves(drawing: Figure, dns: xr.Dataset) -> None:
         ("a", "transverse contraction (%)", {"": PERCENT * np.array(shrunk)}),
         (
             "b",
-            "out-of-plane displacement $u_z$ (mm)",
+            "displacement $u_z$ (mm)",
             {"highest": u_z.max(axis=1), "lowest": u_z.min(axis=1)},
         ),
     )
     strain = PERCENT * dns["strain"].to_numpy()
     for k, (letter, label, values) in enumerate(curves):
-        axes = place(
-            drawing, 0.085 + 0.5 * k, INCH * drawing.get_figheight() - CURVES + 12, 0.33, CURVES - 18
-        )
+        axes = place(drawing, 0.1 + 0.5 * k, INCH * drawing.get_figheight() - CURVES + 12, 0.33, CURVES - 18)
         axes.axhline(0, color=FAINT, linewidth=0.6, zorder=0)
         for name, value in values.items():
             axes.plot(strain, value, **INTERACTIONS["isotropic"].line | {"linestyle": "-", "clip_on": False})
@@ -76,10 +74,10 @@ def _draw_curves(drawing: Figure, dns: xr.Dataset) -> None:
         panel_letter(axes, letter)
 
 
-def _draw_forces(axes: Axes, contacts: xr.Dataset) -> None:
-    """Draw the force at the end of the load at every crossing that touches or is tied."""
+def draw_forces(axes: Axes, contacts: xr.Dataset, sign: np.ndarray) -> None:
+    """Draw forces at the end of the load where yarns touch or are tied, times a sign (K,); none where that is zero."""
     last = contacts.isel(increment=-1)
-    force, spot = last["force"].to_numpy(), last["contact_centroid"].to_numpy()
+    force, spot = sign[:, None] * last["force"].to_numpy(), last["contact_centroid"].to_numpy()
     size = np.linalg.norm(force, axis=1)
     acting = (size > 0) & np.isfinite(spot).all(axis=1)
     if not acting.any():
@@ -89,7 +87,7 @@ def _draw_forces(axes: Axes, contacts: xr.Dataset) -> None:
     for which, colour, text in ((~tied, ACCENT, "contact with friction"), (tied, INK, "tied")):
         tail = MILLIMETRE * OBLIQUE.project(spot[acting & which])
         arm = scale * OBLIQUE.project(force[acting & which])
-        look = {"color": colour, "width": 0.006, "zorder": 6, "path_effects": HALO, "label": text}
-        axes.quiver(*tail.T, *arm.T, angles="xy", scale_units="xy", scale=1, **look)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=2)
-    write(axes, (0.5, -0.09), f"longest arrow {size[acting].max():.3g} N", transform=axes.transAxes, va="top")
+        look = {"color": colour, "width": 0.3, "zorder": 6, "path_effects": HALO, "label": text}
+        axes.quiver(*tail.T, *arm.T, angles="xy", units="xy", scale_units="xy", scale=1, **look)
+    title = f"longest arrow {size[acting].max():.3g} N"
+    axes.legend(loc="lower center", bbox_to_anchor=(0.48, -0.03), ncols=2, title=title, title_fontsize=7.5)

@@ -61,10 +61,13 @@ def draw(**results: xr.Dataset) -> Figure:
         panel_letter(lower, "cd"[place], "the centre cell")
         scale_bar(upper, 5, FRONT)
         scale_bar(lower, 2)
-        label = "maximum principal stress (MPa)"
+        label = f"maximum principal stress in {direction} tension (MPa)"
         bar = colour_bar(drawing, scale, label, 0.11 + 0.5 * place, 0.285, extend="max")
         largest = scale.norm.vmax
-        bar.set_ticks([tick for tick in MaxNLocator(4).tick_values(0, largest) if tick <= 0.95 * largest])
+        bar.set_ticks(
+            [*(tick for tick in MaxNLocator(4).tick_values(0, largest) if tick <= 0.8 * largest), largest]
+        )
+        bar.ax.xaxis.set_major_formatter("{x:.3g}")
     return drawing
 
 

@@ -46,7 +46,7 @@ def draw(
     **results: Any,  # by the names of `SOURCES`
 ) -> Figure:
     """Draw claims down and readings across."""
-    found = findings(Evidence.of(paper, reference, scenes, **results), readings)
+    found = findings(Evidence(paper=paper, reference=reference, scenes=scenes, **results).named(), readings)
     height = HEAD + ROW * len(claims) + FOOT
     drawing = figure(DOUBLE, height)
     axes = drawing.subplots()

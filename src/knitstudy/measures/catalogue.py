@@ -53,8 +53,6 @@ SQUARES = (
 
 # Knits with the loop as it is drawn, beside those of other course spacings and yarn diameters.
 DRAWN = ("yarns-{case}", "yarns-{case}-p3", "dns-{case}")
-# Knits in which one input at a time is changed, and those that they are compared with.
-VARIED = ("yarns-tie-course", "yarns-rough-course", "yarns-isotropic-course", "inputs-*")
 
 
 def of_case(case: str, names: Iterable[str]) -> tuple[str, ...]:

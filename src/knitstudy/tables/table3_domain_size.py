@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import nan
 
 import numpy as np
 import pandas as pd
 import xarray as xr
-from numpy.polynomial import Polynomial
 
-from knitstudy.geometry.fabric import Fabric, cut_cells
-from knitstudy.geometry.loop import Loop
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import SQUARES, Datasets, Scenes, one, several
 from knitstudy.measures.cost import (
     MEGABYTE,
@@ -21,12 +18,8 @@ from knitstudy.measures.cost import (
     memory_growth,
     series_of,
 )
-from knitstudy.measures.paper_values import number, number_if_printed
-from knitstudy.mesh.mesher import slices_of
-from knitstudy.mesh.section import Section
-from knitstudy.models.joints import contacts_of_crossings, joint_points
-from knitstudy.models.network_2d import planar_network
-from knitstudy.models.network_3d import spatial_network
+from knitstudy.measures.paper_values import number_if_printed
+from knitstudy.measures.unknowns import NONE, SIZES, counted_models
 from knitstudy.tables.catalogue import TABLES
 
 KILOBYTE = 1e3
@@ -135,24 +128,6 @@ def tabulate_response(domain: Datasets, domain_contacts: Datasets, scenes: Scene
 
 # ---- Counts without a solution, beside Tables 3 and 5
 
-SIZES = (3, 6, 8, 20, 30)  # cells in a row of Table 3
-
-
-def law_of(count: Callable[[Fabric], int], loop: Loop) -> Polynomial:
-    """Return the law a n^2 + b n of what is counted in n x n cut cells, from one cell and from 2 x 2."""
-    single, four = (count(cut_cells(loop, n, n)) for n in (1, 2))
-    return Polynomial([0.0, 2 * single - four / 2, four / 2 - single])
-
-
-def nodes_2d(fabric: Fabric) -> int:
-    """Return the number of nodes of the 2D network."""
-    return planar_network(fabric, contacts_of_crossings(fabric)).beam_nodes
-
-
-def nodes_3d(fabric: Fabric, size: float) -> int:
-    """Return the number of nodes of the 3D network with elements of a size [m]."""
-    return spatial_network(fabric, joint_points(fabric, contacts_of_crossings(fabric)), size).beam_nodes
-
 
 @TABLES.add(
     "counted_unknowns",
@@ -168,50 +143,32 @@ def tabulate_unknowns(
 ) -> pd.DataFrame:
     """Return one row for every model and size of knits of cut cells, counted without a solution.
 
-    Counts are a n^2 + b n: n x n cells have n^2 times the yarn of a cell, in 3 n pieces. The paper's solver adds
-    c n (n - 2) unknowns for the rows in contact; penalties add none. Beside these counts stands what three multipliers
-    at every surface node of one yarn of each pair would add. Memory follows from its linear law in the unknowns where
-    knits of several sizes were simulated; its uncertainty is the largest distance of these from the law.
+    Memory follows from its linear law in the unknowns where knits of several sizes were simulated; its uncertainty is
+    the largest distance of these from the law.
     """
-    loop, scene = Fabric.from_dataset(geometry).loop, scenes["dns-tie-course"]
-    section, beam = (
-        Section.for_size(scene.yarn.diameter, scene.mesh.size),
-        number(paper, "5", "rom3d 3x3", "mesh size"),
-    )
-    slices = law_of(lambda fabric: slices_of(fabric, scene.mesh.size, scene.mesh.growth), loop)
-    touching, none, solid = Polynomial([0, -2, 1]), Polynomial([nan]), 3 * section.size * slices
-    multiplied = solid + 3 * len(section.ring) * slices.coef[2] * touching
-    tied = number(paper, "5", "dns-tie 3x3", "degrees of freedom") / 9 * Polynomial([0, 0, 1])
-    contact = (number(paper, "3", "c3w3", "degrees of freedom") - tied(3)) / 3 * touching
-    spatial, planar = (6 * law_of(count, loop) for count in (lambda fabric: nodes_3d(fabric, beam), nodes_2d))
-    # Model, middle of its scenes' names, counts without and with multipliers, case of printed numbers and their law
-    models = (
-        ("hexahedra, ties", "hexahedra-tie", solid, none, "dns-tie {n}x{n}", tied),
-        ("hexahedra, contact", "hexahedra-isotropic", solid, multiplied, "c{n}w{n}", tied + contact),
-        ("3D network, ties", "rom3d-tie", spatial, none, "rom3d {n}x{n}", none),
-        ("2D network, ties", "rom2d-tie", planar, none, "rom2d {n}x{n}", none),
-    )
+    models = counted_models(Fabric.from_dataset(geometry).loop, scenes["dns-tie-course"], paper)
     series = {each.stem: each for each in series_of(scenes[name] for name in squares or ())}
     rows = []
-    for name, stem, unknowns, more, case, law in models:
-        memory, uncertain = none, nan
-        if (measured := series.get(f"domain-{stem}-course")) is not None:
+    for model in models:
+        memory, uncertain = NONE, nan
+        if (measured := series.get(f"domain-{model.stem}-course")) is not None:
             dof, grown, _ = _costs(measured, squares)
             memory = measured.memory(dof, grown)
             uncertain = np.abs(grown / memory(dof) - 1).max()
         for n in SIZES:
-            of_paper = (paper, "3" if case.startswith("c") else "5", case.format(n=n))
+            of_paper = (paper, "3" if model.case.startswith("c") else "5", model.case.format(n=n))
+            unknowns, law = model.unknowns(n), model.law(n)
             printed = number_if_printed(*of_paper, "degrees of freedom")
             rows.append(
                 {
-                    "model": name,
+                    "model": model.name,
                     "cells in a row [1]": n,
-                    "degrees of freedom [1]": round(unknowns(n)),
-                    "with multipliers [1]": more(n),
+                    "degrees of freedom [1]": round(unknowns),
+                    "with multipliers [1]": model.multiplied(n),
                     "degrees of freedom, paper [1]": printed,
-                    "the paper's law [1]": law(n),
-                    "over the paper's [1]": unknowns(n) / (printed if np.isnan(law(n)) else law(n)),
-                    "memory growth, by its law [MB]": memory(unknowns(n)),
+                    "the paper's law [1]": law,
+                    "over the paper's [1]": unknowns / (printed if np.isnan(law) else law),
+                    "memory growth, by its law [MB]": memory(unknowns),
                     "uncertainty of the memory [1]": uncertain,
                     "memory, paper [MB]": number_if_printed(*of_paper, "memory"),
                 }

@@ -16,7 +16,7 @@ from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.response import FORCE, LARGEST_U_Z, QUANTITIES
 from knitstudy.tables.catalogue import TABLES
 
-JUDGED = ["measured", "verdict", "uncertainty", "note"]
+JUDGED = ["measured", "verdict", "condition", "uncertainty", "hangs_on", "note"]
 COLUMNS = [
     *("id", "where", "short", "claim", "sentence", "rule", "rule fixed", "measured", "verdict", "condition"),
     *("uncertainty", "hangs on", "note", "see"),
@@ -30,7 +30,7 @@ def tabulate(
     claims: pd.DataFrame,
     readings: pd.DataFrame,
     scenes: Scenes,
-    **results: Any,  # by the arguments of `evidence_of`
+    **results: Any,  # by the names of `SOURCES`
 ) -> pd.DataFrame:
     """Return every claim of the paper with its rule, what was measured, and the verdict, which is computed.
 
@@ -41,11 +41,9 @@ def tabulate(
             f"claim {lacking[0]!r} has no rule by which it is judged; known are {', '.join(RULES)}: take it out of "
             "resources/reference/paper_claims.csv, or give it one in knitstudy.measures.claims"
         )
-    found = findings(Evidence.of(paper, reference, scenes, **results), readings)
+    found = findings(Evidence(paper=paper, reference=reference, scenes=scenes, **results).named(), readings)
     concluded = [conclude(claim.id, claim.uncertainty, found) for claim in claims.itertuples()]
-    said = {name: [getattr(each.judgement, name) for each in concluded] for name in JUDGED}
-    said |= {"condition": [each.condition for each in concluded]}
-    said |= {"hangs on": [each.hangs_on for each in concluded]}
+    said = {name.replace("_", " "): [getattr(each, name) for each in concluded] for name in JUDGED}
     return claims.rename(columns={"fixed": "rule fixed"}).assign(**said)[COLUMNS]
 
 
@@ -58,7 +56,7 @@ def tabulate_readings(
     **results: Any,
 ) -> pd.DataFrame:
     """Return one row a reading, the base first: force, motion, verdicts, and the claims that hang on it."""
-    found = findings(Evidence.of(paper, reference, scenes, **results), readings)
+    found = findings(Evidence(paper=paper, reference=reference, scenes=scenes, **results).named(), readings)
     return pd.DataFrame([_row(each) for each in found if each.evidence])
 
 

@@ -8,12 +8,13 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures import centre_cell, response
 from knitstudy.measures.claims.evidence import NO_DIRECT, Evidence, Judgement, NotRun, verdict
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.estimate import Estimate, all_hold
 from knitstudy.measures.history_checks import stabilisation_share
-from knitstudy.measures.reference import reference_of, transferred_uncertainty
+from knitstudy.measures.reference import transferred_uncertainty
 from knitstudy.measures.sweeps import FRICTION
 
 FIRST, LAST = 1, 4  # Points of Fig. 7 that claims K1 and K2 are about
@@ -90,7 +91,9 @@ def largest_bend(history: xr.Dataset) -> float:
 def judge_motion(evidence: Evidence) -> Judgement:
     """K4: the knit contracts and moves out of its plane, symmetrically about its mid line."""
     history = evidence.history("isotropic")
-    contraction, skew = response.transverse_contraction(history), asymmetry(history)
+    arcs = Fabric.from_dataset(evidence.geometry).arcs
+    skew = asymmetry(history, None if arcs is None else arcs.yarn)
+    contraction = response.transverse_contraction(history)
     largest = response.largest_out_of_plane(history) / evidence.diameter
     return Judgement(
         f"transverse contraction {contraction:.2%}; largest |u_z| {largest:.2f} d; mirrored envelopes of "
@@ -101,9 +104,13 @@ def judge_motion(evidence: Evidence) -> Judgement:
     )
 
 
-def asymmetry(history: xr.Dataset) -> float:
-    """Return the difference of the envelopes of u_z of yarns mirrored about the mid line, over the largest |u_z|."""
+def asymmetry(history: xr.Dataset, whole: np.ndarray | None = None) -> float:
+    """Return the difference of the envelopes of u_z of yarns mirrored about the mid line, over the largest |u_z|.
+
+    `whole` (Y,) says of every yarn of the history which one it is a piece of.
+    """
     u_z, yarn = history["centreline_displacement"].to_numpy()[-1, :, response.Z], history["yarn"].to_numpy()
+    yarn = yarn if whole is None else whole[yarn]
     envelope = np.array([(u_z[yarn == i].min(), u_z[yarn == i].max()) for i in np.unique(yarn)])
     largest = np.abs(u_z).max()
     return float(np.abs(envelope - envelope[::-1]).max() / largest) if largest > 0 else 0.0
@@ -198,15 +205,15 @@ def judge_smaller_friction(evidence: Evidence) -> Judgement:
             f"{NO_DIRECT} ties, rough contact and several coefficients of friction, all else the same"
         )
     forces: dict[str, Estimate] = {}
-    for kind in INTERACTIONS:
-        base, known = evidence.direct[kind], evidence.reference_of(kind)
-        if not known.known:
+    for name in (*_three(evidence), *smaller):
+        base, of = evidence.direct[evidence.scenes[name].interaction], evidence.reference_for(name)
+        if not of.known:
+            of = transferred_uncertainty(
+                evidence.reference_for(base), evidence.histories[base], evidence.histories[name]
+            )
+        if not of.known:
             raise NotRun("there is no reference of all three interactions")
-        for name in (base, *(smaller if kind == "isotropic" else ())):
-            of = known if name == base else reference_of(evidence.reference, evidence.scenes[name])
-            if not of.known:
-                of = transferred_uncertainty(known, evidence.histories[base], evidence.histories[name])
-            forces[name] = of.at(response.FORCE, max(of.strains(response.FORCE), default=0.0))
+        forces[name] = of.at(response.FORCE, max(of.strains(response.FORCE), default=0.0))
     isotropic, tie, rough = _three(evidence)
     friction = {name: evidence.scenes[name].contact.friction for name in (isotropic, *smaller)}
     slides = sorted(friction, key=friction.__getitem__, reverse=True)
@@ -253,8 +260,11 @@ def judge_untied_rows(evidence: Evidence) -> Judgement:
 
 def judge_stabilisation(evidence: Evidence) -> Judgement:
     """E1: the energy that stabilisation dissipates is small beside the internal energy, at every increment."""
-    touching = {kind: name for kind, name in evidence.direct.items() if kind != "tie"}
-    names = {kind: name for kind, name in touching.items() if evidence.scenes[name].solver.stabilisation > 0}
+    names = {
+        kind: name
+        for kind, name in evidence.direct.items()
+        if kind != "tie" and evidence.scenes[name].solver.stabilisation > 0
+    }
     if not names:
         raise NotRun("the study has no simulation with contact that uses stabilisation")
     shares = {kind: stabilisation_share(evidence.histories[name]) for kind, name in names.items()}

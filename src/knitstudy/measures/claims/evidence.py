@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import pandas as pd
 import xarray as xr
@@ -74,11 +73,6 @@ class Evidence:
     axes: str = "local"  # of springs (``rom.axes``)
     normal: str = "normal_resultant"  # of contacts (``rom.normal``)
     base: Evidence | None = None  # what the reference knows; None of the base itself
-
-    @classmethod
-    def of(cls, paper: pd.DataFrame, reference: pd.DataFrame, scenes: Scenes, **results: Any) -> Evidence:
-        """Return the evidence of results by the names of `SOURCES`."""
-        return cls(paper=paper, reference=reference, scenes=scenes, **results).named()
 
     def named(self) -> Evidence:
         """Return the evidence with `direct` by the names of `SOLIDS`, and `again` by those of `AGAIN`."""
@@ -151,13 +145,15 @@ NOT_RUN = "not yet run"
 
 @dataclass(frozen=True)
 class Judgement:
-    """What was measured, the verdict, its limits, the scenes that decided, and the uncertainty in words."""
+    """What was measured, the verdict, its limits, the scenes that decided, and in words what follows from readings."""
 
     measured: str
     verdict: str
     note: str = ""
     scenes: tuple[str, ...] = ()  # direct simulations, the main one first, that must reach the paper's strain
     uncertainty: str = ""
+    condition: str = ""  # of `REPRODUCED_IF`
+    hangs_on: str = ""  # readings and inputs under which it is decided otherwise
 
 
 def verdict(holds: bool | None) -> str:

@@ -12,10 +12,9 @@ from dataclasses import dataclass, fields, replace
 from functools import partial
 
 import pandas as pd
-import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.measures.catalogue import CASES, SOLIDS, Datasets, of_cases
+from knitstudy.measures.catalogue import CASES, SOLIDS, of_cases
 from knitstudy.measures.claims import contact, fabric, models
 from knitstudy.measures.claims.evidence import (
     NOT_REPRODUCED,
@@ -66,6 +65,7 @@ _JUDGES: dict[str, Judge] = {
 RULES = {claim: withholding(judge) for claim, judge in _JUDGES.items()}  # The function that judges, by claim
 
 READING, INPUT = "reading", "input"  # Kinds of readings
+DIRECT = of_cases(CASES, SOLIDS)  # Scenes whose knit is the one that is judged
 DECIDED = {REPRODUCED, NOT_REPRODUCED}
 
 
@@ -95,48 +95,30 @@ class Reading:
     def evidence(self, base: Evidence) -> Evidence | None:
         """Return the evidence under the reading by the names of the base; None without its scenes or geometry."""
         instead = {name: self.scene_of(name) for name in base.scenes}
-        alone = (self.held, self.axes, self.normal) == (
-            base.held,
-            base.axes,
-            base.normal,
-        )  # scenes differ alone
-        if alone and not any(new != name and new in base.histories for name, new in instead.items()):
+        own = {name: getattr(self, name) for name in ("held", "axes", "normal")}
+        touches = any(new != name and new in base.histories for name, new in instead.items())
+        if not touches and own == {name: getattr(base, name) for name in own}:
             return None
         if self.kind == INPUT:  # other models have the base's inputs
             instead = {name: new for name, new in instead.items() if new != name or name.startswith("yarns-")}
-
-        def renamed(results: Datasets) -> dict[str, xr.Dataset]:
-            return {name: results[new] for name, new in instead.items() if new in results}
-
-        scenes = {
-            name: base.scenes[name] if new == name else base.scenes[new].replace("name", name)
-            for name, new in instead.items()
-            if new in base.scenes
-        }
-        knits = [
-            {each.knit for name in of_cases(CASES, SOLIDS) if (each := found.get(name))}
-            for found in (scenes, base.scenes)
-        ]
-        geometry = base.geometry
-        if knits[0] - knits[1]:
-            known = {base.scenes[each.attrs["scene"]].knit: each for each in base.geometries.values()}
-            geometry = next((known[knit] for knit in knits[0] if knit in known), None)
-        results = (renamed(each) for each in (base.histories, base.contacts, base.stresses))
-        histories, contacts, stresses = results
-        if geometry is None:
+        instead = {name: new for name, new in instead.items() if new in base.scenes}
+        knits = {base.scenes[new].knit for name, new in instead.items() if name in DIRECT}
+        known = {base.scenes[name].knit: base.geometry for name in DIRECT if name in base.scenes}
+        made_by = {each.attrs["scene"]: each for each in base.geometries.values()}
+        known |= {base.scenes[name].knit: each for name, each in made_by.items() if name in base.scenes}
+        if not knits <= known.keys():
             return None
-        return replace(
-            base,
-            geometry=geometry,
-            scenes=scenes,
-            histories=histories,
-            contacts=contacts,
-            stresses=stresses,
-            held=self.held,
-            axes=self.axes,
-            normal=self.normal,
-            base=base,
-        ).named()
+        results = {
+            stage: {name: found[new] for name, new in instead.items() if new in found}
+            for stage in ("histories", "contacts", "stresses")
+            for found in [getattr(base, stage)]
+        }
+        scenes = {
+            name: base.scenes[new].replace("name", name) for name, new in instead.items() if new != name
+        }
+        scenes = {name: scenes.get(name) or base.scenes[name] for name in instead}
+        geometry = known[knits.pop()] if knits else base.geometry
+        return replace(base, geometry=geometry, scenes=scenes, base=base, **results, **own).named()
 
 
 def readings_of(table: pd.DataFrame) -> list[Reading]:
@@ -185,16 +167,7 @@ def findings(evidence: Evidence, table: pd.DataFrame) -> list[Finding]:
     return found
 
 
-@dataclass(frozen=True)
-class Conclusion:
-    """The verdict on a claim, the condition of `REPRODUCED_IF` in words, and what the claim hangs on in words."""
-
-    judgement: Judgement
-    condition: str = ""
-    hangs_on: str = ""
-
-
-def conclude(claim: str, uncertainty: str, found: Sequence[Finding]) -> Conclusion:
+def conclude(claim: str, uncertainty: str, found: Sequence[Finding]) -> Judgement:
     """Return the verdict on a claim from the findings under the base, which come first, and all readings.
 
     "Reproduced if" another reading holds where the base does not; or if the base's holds and another one, against which
@@ -203,7 +176,7 @@ def conclude(claim: str, uncertainty: str, found: Sequence[Finding]) -> Conclusi
     first, *others = found
     judged = decide(RULES[claim], first.evidence, uncertainty)
     if judged.verdict == NOT_RUN:
-        return Conclusion(judged)
+        return judged
     decides = [each for each in others if claim in each.touched and each.judged[claim].verdict in DECIDED]
     turned = [each.reading for each in decides if claim in each.turned]
     if judged.verdict == REPRODUCED:
@@ -211,9 +184,9 @@ def conclude(claim: str, uncertainty: str, found: Sequence[Finding]) -> Conclusi
     else:
         holds = [each.reading for each in decides if each.judged[claim].verdict == REPRODUCED]
         conditions = [each.reading for each in holds if each.kind == READING]
-    if conditions:
-        judged = replace(judged, verdict=REPRODUCED_IF)
-    said = ", ".join(each.reading for each in turned)
-    return Conclusion(
-        judged, "; ".join(dict.fromkeys(conditions)), said or (f"none of {len(decides)}" if decides else "")
+    return replace(
+        judged,
+        verdict=REPRODUCED_IF if conditions else judged.verdict,
+        condition="; ".join(dict.fromkeys(conditions)),
+        hangs_on=", ".join(each.reading for each in turned) or (f"none of {len(decides)}" if decides else ""),
     )
