@@ -6,7 +6,7 @@ import study
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.measures.response import poisson_ratio, tangent_stiffness
+from knitstudy.measures.response import tangent_stiffness
 from knitstudy.tables import catalogue
 from knitstudy.tables.models import WINDOWS, contact_errors
 
@@ -67,38 +67,6 @@ def test_tangent_of_a_power(power):
     assert tangent_stiffness(history) == pytest.approx(power * 5 ** (power - 1) / 1e-4)
     one_increment = study.history(strain=(0, 0.05), force=(0, 10))
     assert tangent_stiffness(one_increment) == pytest.approx(10 / 0.5e-3)
-
-
-def moved(history, field):
-    """Return a history whose centreline moves at full load by a field of place (S, 3) and yarn (S,)."""
-    motion = history["centreline_displacement"].copy(deep=True)
-    motion[-1] = field(history["centreline"].to_numpy(), history["yarn"].to_numpy())
-    return history.assign(centreline_displacement=motion)
-
-
-def test_poisson_ratio_in_course_tension_is_that_of_the_middle_column():
-    """Outside the middle third of every yarn nothing counts, and no yarn between the outer two."""
-    history = study.history(yarns=4, stations=601)
-
-    def field(place, yarn):
-        middle = np.abs(place[:, 0] - 5e-3) < 10e-3 / 6
-        u_y = np.where(middle, np.array([0, 7e-3, 7e-3, -3e-4])[yarn], 1e-3 * yarn)
-        return np.column_stack([0 * u_y, u_y, 0 * u_y])
-
-    # Yarns 0 and 3 are 15 mm apart and approach by 0.3 mm.
-    assert poisson_ratio(moved(history, field), "course", 3) == pytest.approx(0.02 / 0.05, rel=0.02)
-
-
-def test_poisson_ratio_in_wale_tension_is_that_of_yarns_between_the_grips():
-    history = study.history(yarns=4, stations=601)
-
-    def field(place, yarn):
-        inner = (yarn == 1) | (yarn == 2)
-        u_x = np.where(inner, -0.02 * place[:, 0], 0.5 * place[:, 0])
-        return np.column_stack([u_x, 0 * u_x, 0 * u_x])
-
-    assert poisson_ratio(moved(history, field), "wale", 3) == pytest.approx(0.4)
-    assert np.isnan(poisson_ratio(study.history(yarns=2), "wale", 3))
 
 
 NAME, IN_FULL = "window-tie-course-3x3", WINDOWS["window-tie-course-3x3"]

@@ -17,7 +17,6 @@ from knitstudy.measures.centre_cell import centre_cell
 X, Y, Z = 0, 1, 2
 STRAINS = (0.01, 0.02, 0.05)  # Strains of the reference values
 SAME_STRAIN = 1e-3  # Relative difference up to which an increment is at a strain
-SAMPLES = 100  # Points of a loop over which a mean is taken
 
 
 def secant_stiffness(history: xr.Dataset) -> float:
@@ -126,42 +125,6 @@ def transverse_contraction(history: xr.Dataset) -> float:
     middle = np.abs(x - 0.5 * (x.min() + x.max())) <= np.ptp(x) / 6
     now = place + history["centreline_displacement"].to_numpy()[-1]
     return float(1 - np.ptp(now[middle, Y]) / np.ptp(place[middle, Y]))
-
-
-def poisson_ratio(history: xr.Dataset, direction: str, loops: int) -> float:
-    """Return the contraction across the load at full load over the strain along it [1].
-
-    Of the yarns with all of their loops; nan where two of them are too few. In course tension: of the middle column,
-    the mean of u_y over its loop in the lowest yarn less that in the highest, over their distance. In wale tension: of
-    those that are not gripped, the mean of u_x over the first loop less that over the last, over their distance. Means
-    are over the arc length of the centreline.
-    """
-    start, motion = history["centreline"].to_numpy(), history["centreline_displacement"].to_numpy()[-1]
-    start, motion = (_means_of_loops(history, values, loops) for values in (start, motion))
-    if direction == "course":
-        middle = slice((loops - 1) // 2, loops // 2 + 1)
-        place, moved = ((each[0, middle, Y], each[-1, middle, Y]) for each in (start, motion))
-    else:
-        # Of a knit that is cut no yarn with all of its loops is gripped
-        free = slice(1, -1) if len(start) == len(np.unique(history["yarn"])) else slice(None)
-        place, moved = ((each[free, 0, X], each[free, -1, X]) for each in (start, motion))
-    if len(start) < 2 or not moved[0].size:
-        return np.nan
-    contraction = (moved[0] - moved[1]) / (place[1] - place[0])
-    return float(contraction.mean() / history["strain"][-1])
-
-
-def _means_of_loops(history: xr.Dataset, values: np.ndarray, loops: int) -> np.ndarray:
-    """Return means (Y, n, 3) over the loops of every yarn of values (S, 3) of the stations."""
-    yarn, share = history["yarn"].to_numpy(), _relative_arc_length(history)
-    wanted = (np.arange(loops * SAMPLES) + 0.5) / (loops * SAMPLES)
-    length = history["arc_length"].groupby(history["yarn"]).max()
-    whole = length["yarn"].to_numpy()[length > 0.99 * length.max()]
-    found = [
-        np.column_stack([np.interp(wanted, share[yarn == i], values[yarn == i, k]) for k in range(3)])
-        for i in whole
-    ]
-    return np.array(found).reshape(len(found), loops, SAMPLES, 3).mean(axis=2)
 
 
 FORCE, LARGEST_U_Z, RMS_U_Z = "force", "largest |u_z|", "root mean square of u_z"

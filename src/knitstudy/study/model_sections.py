@@ -249,7 +249,7 @@ class SolidGates(Gates):
     )
     """Forces are wrong by about as much, docs/gates.md. Checked: 0.05."""
     overlap: float = numerics("choice", meaning="over the internal energy", default=0.05, gt=0)
-    """Where it is 3 % the force is wrong by 1 %, docs/gates.md. Checked: 0.05."""
+    """Where it is 4 % the force is wrong by 1 %, docs/notes/ties.md. Checked: 0.05."""
 
 
 class HexahedralGates(SolidGates):
@@ -368,7 +368,7 @@ class Springs(SpatialJoints):
         "inferred",
         allowed="local (z along the contact normal, x the course direction in the tangent plane) or global",
     )
-    """Table 2 lists x, y and z; Fig. 6b: points and directions of springs. Along global z all measured secants are
+    """Table 2 lists x, y and z; Fig. 6b: points and directions of springs. Along global z most measured secants are
     negative (table2_springs). Checked: both with the stiffnesses of Table 2 (scenes rom3d-table2-*)."""
     displacement: Literal["interface", "centreline"] = numerics(
         "stated", meaning="the relative displacement whose secants the springs are"

@@ -62,8 +62,7 @@ def tabulate_responses(every: Datasets, scenes: Scenes) -> pd.DataFrame:
 
     Stiffnesses are those of a cloth: force per width over strain at the largest strain, secant and tangent. The width
     is that across the load: the height of the knit (rows times course spacing) in course tension, its width (loops
-    times wale spacing) in wale tension. Energies are over the product of the two. For the contraction see
-    `poisson_ratio`.
+    times wale spacing) in wale tension. Energies are over the product of the two.
     """
     return pd.DataFrame(
         [
@@ -87,7 +86,7 @@ def _keys(scene: Scene, history: xr.Dataset) -> dict:
 
 def _response(scene: Scene, history: xr.Dataset) -> dict:
     reached, force = float(history["strain"][-1]), history["force"].to_numpy()
-    pattern, direction = scene.pattern, scene.load.direction
+    direction = scene.load.direction
     height, width = _size(scene, history)
     along, across = (width, height) if direction == "course" else (height, width)
     energy = history["energy"].isel(increment=-1)
@@ -105,7 +104,6 @@ def _response(scene: Scene, history: xr.Dataset) -> dict:
         "force per width [N/m]": force[-1] / across,
         "secant stiffness, force per width [N/m]": response.secant_stiffness(history) * along / across,
         "tangent stiffness, force per width [N/m]": response.tangent_stiffness(history) * along / across,
-        "Poisson's ratio [1]": response.poisson_ratio(history, direction, pattern.loops),
         "largest |u_z| [m]": response.largest_out_of_plane(history),
         "internal energy per area [J/m2]": float(energy.sel(form="internal")) / (width * height),
         "dissipated energy per area [J/m2]": dissipated / (width * height),
