@@ -163,6 +163,8 @@ def test_asymmetry_by_hand():
     """Two yarns bulge by 0.1 and 0.2 mm: the envelopes differ by half of the largest."""
     assert asymmetry(synthetic.history(lift=1e-4)) == pytest.approx(0.5)
     assert asymmetry(synthetic.history(lift=0.0)) == 0
+    assert asymmetry(synthetic.history(lift=1e-4, yarns=4), np.array([0, 0, 1, 1])) == pytest.approx(0.5)
+    assert asymmetry(synthetic.history(lift=1e-4), np.array([0, 0])) == 0
 
 
 @pytest.mark.parametrize("claim", ["R1", "R2", "R3", "B1", "K5", "K6", "K7"])

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures import centre_cell, response
 from knitstudy.measures.claims.evidence import NO_DIRECT, Evidence, Judgement, NotRun, verdict
 from knitstudy.measures.discretisation import INTERACTIONS
@@ -90,7 +91,9 @@ def largest_bend(history: xr.Dataset) -> float:
 def judge_motion(evidence: Evidence) -> Judgement:
     """K4: the knit contracts and moves out of its plane, symmetrically about its mid line."""
     history = evidence.history("isotropic")
-    contraction, skew = response.transverse_contraction(history), asymmetry(history)
+    arcs = Fabric.from_dataset(evidence.geometry).arcs
+    skew = asymmetry(history, None if arcs is None else arcs.yarn)
+    contraction = response.transverse_contraction(history)
     largest = response.largest_out_of_plane(history) / evidence.diameter
     return Judgement(
         f"transverse contraction {contraction:.2%}; largest |u_z| {largest:.2f} d; mirrored envelopes of "
@@ -101,9 +104,13 @@ def judge_motion(evidence: Evidence) -> Judgement:
     )
 
 
-def asymmetry(history: xr.Dataset) -> float:
-    """Return the difference of the envelopes of u_z of yarns mirrored about the mid line, over the largest |u_z|."""
+def asymmetry(history: xr.Dataset, whole: np.ndarray | None = None) -> float:
+    """Return the difference of the envelopes of u_z of yarns mirrored about the mid line, over the largest |u_z|.
+
+    `whole` (Y,) says of every yarn of the history which one it is a piece of.
+    """
     u_z, yarn = history["centreline_displacement"].to_numpy()[-1, :, response.Z], history["yarn"].to_numpy()
+    yarn = yarn if whole is None else whole[yarn]
     envelope = np.array([(u_z[yarn == i].min(), u_z[yarn == i].max()) for i in np.unique(yarn)])
     largest = np.abs(u_z).max()
     return float(np.abs(envelope - envelope[::-1]).max() / largest) if largest > 0 else 0.0
