@@ -368,7 +368,7 @@ class Springs(SpatialJoints):
         "inferred",
         allowed="local (z along the contact normal, x the course direction in the tangent plane) or global",
     )
-    """Table 2 lists x, y and z; Fig. 6b: points and directions of springs. Along global z all measured secants are
+    """Table 2 lists x, y and z; Fig. 6b: points and directions of springs. Along global z most measured secants are
     negative (table2_springs). Checked: both with the stiffnesses of Table 2 (scenes rom3d-table2-*)."""
     displacement: Literal["interface", "centreline"] = numerics(
         "stated", meaning="the relative displacement whose secants the springs are"
