@@ -30,25 +30,28 @@ FRICTION_SWEEP = "inputs-friction"  # Claim K7: scenes with other coefficients o
 def judge_no_contact(evidence: Evidence) -> Judgement:
     """K1: no zone in the centre cell at point 1."""
     wanted = evidence.printed("fig7", "course isotropic", "contact zones in the centre cell at 0.05% strain")
-    return _at_snapshot(evidence, FIRST, lambda zones, at: zones[at] == wanted)
+    return _at_snapshot(evidence, FIRST, wanted, lambda zones, at: zones[at] == wanted)
 
 
 def judge_zones(evidence: Evidence) -> Judgement:
     """K2: four zones in the centre cell from point 4 to the end, never more."""
     wanted = evidence.printed("fig7", "course isotropic", "contact zones in the centre cell at 1.95% strain")
     judged = _at_snapshot(
-        evidence, LAST, lambda zones, at: (zones[at:] == wanted).all() and zones.max() == wanted
+        evidence, LAST, wanted, lambda zones, at: (zones[at:] == wanted).all() and zones.max() == wanted
     )
     return replace(judged, scenes=(evidence.direct["isotropic"],))
 
 
-def _at_snapshot(evidence: Evidence, number: int, holds: Callable[[np.ndarray, int], bool]) -> Judgement:
+def _at_snapshot(
+    evidence: Evidence, number: int, wanted: float, holds: Callable[[np.ndarray, int], bool]
+) -> Judgement:
     """Judge the zones of the centre cell at a point of Fig. 7; withhold the verdict where no increment is there."""
     contacts = evidence.contact("isotropic")
     zones, points = centre_cell.zones_of_cell(contacts), centre_cell.snapshots(contacts)
     counts = ", ".join(f"{zones[each.increment]} at {each.strain:.2%}" for each in points)
     end = f"{zones[-1]} at the end, {float(contacts['strain'][-1]):.2%}"
-    measured = f"zones in the centre cell: {counts}; {end}"
+    paper = f"(paper {wanted:g} at {centre_cell.SNAPSHOTS[number - 1]:.2%})"
+    measured = f"zones in the centre cell: {counts}; {end} {paper}"
     point = next((each for each in points if each.number == number), None)
     if point is None or not point.exact:
         raise NotRun(f"no increment ends at the strain of point {number} of Fig. 7", measured)
@@ -68,7 +71,8 @@ def judge_slope(evidence: Evidence) -> Judgement:
     # Contact began after the increment before.
     after = strain[max(first - 1, 0)] <= bends <= strain[first] + JUST_AFTER
     return Judgement(
-        f"first symmetric contact in the centre cell at {strain[first]:.2%} strain; the {bend}",
+        f"first symmetric contact in the centre cell at {strain[first]:.2%} strain; the {bend} (paper: contact by "
+        f"{centre_cell.SNAPSHOTS[2]:.2%}, right after it the slope changes)",
         verdict(bool(after)),
         f"slopes over {SPAN:.1%} before and after; {JUST_AFTER:.1%} counts as just after",
         scenes,
