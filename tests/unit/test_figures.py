@@ -179,6 +179,8 @@ def test_every_figure_is_written_with_units_and_its_origin(drawn, results, name,
     assert ("abcd" in information["Source"]) == ("[abcd]" in describe(sources))
     labels = [label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel())]
     assert all("(" in label for label in labels if label), "units"
+    legends = [*figure.legends, *filter(None, (axes.get_legend() for axes in figure.axes))]
+    assert all(len(legend.get_texts()) <= 7 for legend in legends)
 
 
 def test_figure_that_cannot_be_rendered_is_left_out_with_a_note(results, monkeypatch, caplog):

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
+from knitstudy.figures.fig15_force_strain import Curve, draw_curves
 from knitstudy.figures.fig16_out_of_plane import colour_scale, elevated_yarns, elevation, elevation_bar
 from knitstudy.figures.picture import BAR, HALO, bounds, draw_rows, scale_bar, tube
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture, View
@@ -53,25 +56,22 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
 def _draw_curves(drawing: Figure, dns: xr.Dataset) -> None:
     """Draw transverse contraction, and the largest displacements to either side of the fabric, over strain."""
     u_z = MILLIMETRE * dns["centreline_displacement"].to_numpy()[..., Z]
-    shrunk = [transverse_contraction(dns.isel(increment=slice(k + 1))) for k in range(len(u_z))]
-    curves = (
-        ("a", "transverse contraction (%)", {"": PERCENT * np.array(shrunk)}),
-        (
-            "b",
-            "displacement $u_z$ (mm)",
-            {"highest": u_z.max(axis=1), "lowest": u_z.min(axis=1)},
-        ),
+    shrunk = [PERCENT * transverse_contraction(dns.isel(increment=slice(k + 1))) for k in range(len(u_z))]
+    motions = {"to the front": u_z.max(axis=1), "to the back": -u_z.min(axis=1)}
+    quantities = (
+        ("transverse contraction", "%", {"middle third": np.array(shrunk)}),
+        ("out-of-plane motion", "mm", motions),
     )
-    strain = PERCENT * dns["strain"].to_numpy()
-    for k, (letter, label, values) in enumerate(curves):
-        axes = place(drawing, 0.1 + 0.5 * k, INCH * drawing.get_figheight() - CURVES + 12, 0.33, CURVES - 18)
-        axes.axhline(0, color=FAINT, linewidth=0.6, zorder=0)
-        for name, value in values.items():
-            axes.plot(strain, value, **INTERACTIONS["isotropic"].line | {"linestyle": "-", "clip_on": False})
-            end = {"xytext": (6, 0), "textcoords": "offset points", "va": "center", "annotation_clip": False}
-            axes.annotate(f"{name}\n{value[-1]:.3g}".strip(), (strain[-1], value[-1]), **end)
-        axes.set(xlabel="strain in course direction (%)", ylabel=label, xlim=(0, strain[-1]))
-        panel_letter(axes, letter)
+    for k, (quantity, unit, values) in enumerate(quantities):
+        axes = place(
+            drawing, 0.085 + 0.5 * k, INCH * drawing.get_figheight() - CURVES + 12, 0.29, CURVES - 18
+        )
+        looks = [replace(INTERACTIONS["isotropic"], label=name) for name in values]
+        curves = zip(looks, values.values(), strict=True)
+        draw_curves(
+            axes, [Curve(look, dns["strain"].to_numpy(), each) for look, each in curves], quantity, unit
+        )
+        panel_letter(axes, "ab"[k])
 
 
 def draw_forces(axes: Axes, contacts: xr.Dataset, sign: np.ndarray) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -85,104 +84,89 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
             "contacts: section_rotation is missing; needed are contacts of a history with section_gradient: run the "
             "direct simulation anew"
         )
-    knit, path = Fabric.from_dataset(geometry), Path.of(contacts)
-    yarn = int(contacts["yarn"][path.crossing, path.side])
+    knit, states = Fabric.from_dataset(geometry), three_states(contacts)
+    yarn = int(states["yarn"])
     free = deformed_yarns(knit, dns, [yarn], -1)
-    whole = Picture(free, OBLIQUE, bounds(free, OBLIQUE))
-    near = [_near(knit, dns, contacts, path, increment) for increment in path.increments]
-    pictures = [picture for picture, _, _ in near]
-    drawing, (body, spin, *states) = draw_rows([[whole, None], pictures], head=12.0, foot=CURVES)
+    views = [_crossing(knit, dns, states, k) for k in range(3)]
+    rows = [[Picture(free, OBLIQUE, bounds(free, OBLIQUE)), None], [picture for picture, _, _ in views]]
+    drawing, (body, section, *panels) = draw_rows(rows, head=12.0, foot=CURVES)
     panel_letter(body, "a", "forces on one yarn, a free body, at full load")
-    side = (contacts["yarn"].to_numpy() == yarn) @ [1.0, -1.0]  # forces are on the yarn of side 0
-    draw_forces(body, contacts, side)
+    draw_forces(body, contacts, (contacts["yarn"].to_numpy() == yarn) @ [1.0, -1.0])
     scale_bar(body, 5, OBLIQUE)
-    for number, (axes, (_, section, slide)) in enumerate(zip(states, near, strict=True), start=1):
-        axes.plot(*near[0][1].T, color=FAINT, linestyle=":", linewidth=1.6, zorder=6)
-        axes.plot(*section.T, color=INK, linewidth=2.0, zorder=7, path_effects=HALO)
+    turned = np.degrees(np.linalg.norm(states["section_rotation"], axis=1))
+    said = zip(PERCENT * states["strain"], turned, MICROMETRE * np.abs(states["sliding"]), strict=True)
+    for k, (axes, (_, diameter, slide), numbers) in enumerate(zip(panels, views, said, strict=True), start=1):
+        axes.plot(*diameter.T, color=INK, linewidth=2.0, zorder=7, path_effects=HALO)
         draw_arrow(axes, *slide, ACCENT, 2.0)
-        axes.plot(*slide[0], "o", color=ACCENT, markersize=4, zorder=8)
-        panel_letter(axes, f"b{number}", path.said(contacts, number - 1))
-    scale_bar(states[0], 1)
-    _draw_spin(spin, contacts, path)
+        strain, angle, distance = map(float, numbers)
+        panel_letter(axes, f"b{k}", f"{strain:.2f} % strain\nturned {angle:.1f}°, slid {distance:.0f} µm")
+    scale_bar(panels[0], 1)
+    _draw_spin(section, np.nan_to_num(states["contact_spin"]))
     _draw_histories(drawing, contacts)
     return drawing
 
 
-@dataclass(frozen=True)
-class Path:
-    """The crossing of the centre cell that slides furthest along one of its yarns, and three states of it.
+def three_states(contacts: xr.Dataset) -> xr.Dataset:
+    """Return the crossing and side of the centre cell that slides furthest along its yarn, in three states.
 
-    1: the yarns touch for the first time; 2: half of the sliding is done; 3: full load.
+    1: the yarns touch for the first time; 2: half of the sliding is done; 3: full load. `outwards` (3,) points from the
+    yarn to the `other` one, `slide` (3, 3) is how the surface of the other one has moved to it since state 1 [m].
     """
-
-    crossing: int
-    side: int
-    increments: tuple[int, int, int]
-
-    @classmethod
-    def of(cls, contacts: xr.Dataset) -> Path:
-        """Return the path in contacts with kinematics."""
-        cell = centre_cell(contacts)
-        slid = np.abs(contacts["sliding"].to_numpy()[:, cell])
-        k, side = np.unravel_index(np.argmax(np.nan_to_num(slid[-1])), slid[-1].shape)
-        own = slid[:, k, side]
-        half = int(np.argmax(np.nan_to_num(own) >= 0.5 * np.nan_to_num(own[-1])))
-        return cls(int(cell[k]), int(side), (int(np.argmax(np.isfinite(own))), half, len(own) - 1))
-
-    def at(self, values: xr.DataArray) -> np.ndarray:
-        """Return values (3, ...) of the crossing's side in the three states, of an array (I, K, 2, ...)."""
-        return np.nan_to_num(values.to_numpy()[list(self.increments), self.crossing, self.side])
-
-    def said(self, contacts: xr.Dataset, state: int) -> str:
-        """Return strain, rotation and sliding in a state."""
-        strain = PERCENT * float(contacts["strain"][self.increments[state]])
-        turned = np.degrees(np.linalg.norm(self.at(contacts["section_rotation"])[state]))
-        slid = MICROMETRE * abs(self.at(contacts["sliding"])[state])
-        return f"{strain:.2f} % strain\nturned {turned:.1f}°, slid {slid:.0f} µm"
-
-
-def _near(
-    knit: Fabric, dns: xr.Dataset, contacts: xr.Dataset, path: Path, increment: int
-) -> tuple[Picture, np.ndarray, np.ndarray]:
-    """Return the crossing seen along its normal, the section's diameter (2, 2) and the slide (2, 2) [mm].
-
-    The slide is a place and the vector to it of the point of the other yarn that was there at first contact.
-    """
-    k, side = path.crossing, path.side
-    yarn, s = (contacts[name].to_numpy()[k, side] for name in ("yarn", "arc_length"))
-    out = contacts["normal"].to_numpy()[k] * (1 if side == 0 else -1)
-    along = knit.centrelines[yarn].tangent(np.array([s]))[0]
-    view = View(tuple(-out), tuple(along))
-    position = dns["centreline"].to_numpy() + dns["centreline_displacement"].to_numpy()[increment]
-    own = dns["yarn"].to_numpy() == yarn
-    middle = np.array([np.interp(s, dns["arc_length"].to_numpy()[own], each) for each in position[own].T])
-    other = contacts["yarn"].to_numpy()[k, 1 - side]
-    surfaces = deformed_yarns(knit, dns, [yarn], increment) + deformed_yarns(
-        knit, dns, [other], increment, 0.3
+    cell = centre_cell(contacts)
+    slid = np.abs(np.nan_to_num(contacts["sliding"].to_numpy()[:, cell]))
+    k, side = np.unravel_index(np.argmax(slid[-1]), slid[-1].shape)
+    touching = np.isfinite(contacts["sliding"].to_numpy()[:, cell[k], side])
+    times = [int(touching.argmax()), int((slid[:, k, side] >= slid[-1, k, side] / 2).argmax()), len(slid) - 1]
+    states = contacts.isel(crossing=int(cell[k]), increment=times)
+    moved = states["relative_displacement"] - states["relative_displacement"][0]
+    sign = 1 - 2 * int(side)
+    return states.isel(side=int(side)).assign(
+        outwards=sign * states["normal"],
+        slide=sign * moved,
+        other=states["yarn"][1 - side],
+        at=("increment", times),
     )
-    room = 2 * (REACH * MILLIMETRE * knit.radius,)
-    turn = Rotation.from_rotvec(MAGNIFIED * contacts["section_rotation"].to_numpy()[increment, k, side])
-    across = knit.radius * turn.apply(np.cross(along, out))
-    moved = contacts["relative_displacement"].to_numpy()[:, k] * (1 if side == 0 else -1)
-    slide = MAGNIFIED * (moved[increment] - moved[path.increments[0]])
-    start = view.project(middle)
-    ends = start + np.outer([-1, 1], view.project(across))
-    picture = Picture(surfaces, view, window_around(middle[None], room, view))
-    return picture, MILLIMETRE * ends, MILLIMETRE * np.stack([start, view.project(slide)])
 
 
-def _draw_spin(axes: Axes, contacts: xr.Dataset, path: Path) -> None:
-    """Draw the section of the yarn with the place of the contact on its rim in the three states."""
+def _crossing(
+    knit: Fabric, dns: xr.Dataset, states: xr.Dataset, k: int
+) -> tuple[Picture, np.ndarray, np.ndarray]:
+    """Return the crossing seen along its normal, a diameter (2, 2) of the section, and place and slide (2, 2) [mm]."""
+    state, yarn, s, at = (
+        states.isel(increment=k),
+        int(states["yarn"]),
+        float(states["arc_length"]),
+        int(states["at"][k]),
+    )
+    out, along = state["outwards"].to_numpy(), knit.centrelines[yarn].tangent(np.array([s]))[0]
+    view = View(tuple(-out), tuple(along))
+    own = dns.isel(station=dns["yarn"].to_numpy() == yarn)
+    position = own["centreline"].to_numpy() + own["centreline_displacement"].to_numpy()[at]
+    middle = np.array([np.interp(s, own["arc_length"], each) for each in position.T])
+    surfaces = deformed_yarns(knit, dns, [yarn], at) + deformed_yarns(
+        knit, dns, [int(state["other"])], at, 0.3
+    )
+    turn = Rotation.from_rotvec(MAGNIFIED * state["section_rotation"].to_numpy())
+    across = knit.radius * view.project(turn.apply(np.cross(along, out)))
+    start, slide = view.project(middle), MAGNIFIED * view.project(np.nan_to_num(state["slide"].to_numpy()))
+    window = window_around(middle[None], 2 * (REACH * MILLIMETRE * knit.radius,), view)
+    return (
+        Picture(surfaces, view, window),
+        MILLIMETRE * np.stack([start - across, start + across]),
+        MILLIMETRE * np.stack([start, slide]),
+    )
+
+
+def _draw_spin(axes: Axes, angles: np.ndarray) -> None:
+    """Draw the section of the yarn with the place of the contact on its rim at the angles (3,) of the states."""
     axes.add_patch(Circle((0, 0), 1, facecolor=tint(FAINT, 0.3), edgecolor=INK))
-    angles = path.at(contacts["contact_spin"])
-    for number, angle in enumerate(angles, start=1):
-        rim = np.array([np.sin(angle), np.cos(angle)])
+    for number, rim in enumerate(np.column_stack([np.sin(angles), np.cos(angles)]), start=1):
         axes.plot(*np.outer(rim, [0, 1]), color=ACCENT, linewidth=0.6 * number)
         write(axes, 1.15 * rim, str(number), color=ACCENT)
     axes.set(xlim=(-1.4, 1.4), ylim=(-1.4, 1.4), aspect="equal")
     axes.set_axis_off()
-    turned = ", ".join(f"{np.degrees(angle):.1f}°" for angle in angles)
-    panel_letter(axes, "c", f"contact, spun about the yarn by {turned}")
+    turned = ", ".join(f"{angle:.1f}°" for angle in np.degrees(angles))
+    panel_letter(axes, "c", f"place of the contact on the section\nspun about the yarn by {turned}")
 
 
 def _draw_histories(drawing: Figure, contacts: xr.Dataset) -> None:

@@ -73,7 +73,8 @@ def _draw_series(
     look = {"color": COLOURS[series.keep], **BARS}
     if series.main:
         look |= {"linestyle": dash, "marker": marker, "markersize": 3.5}
-        look["label"] = f"{HELD[series.keep]}, {INTERACTIONS[series.interaction]}"
+        held = f"{HELD[series.keep]}, {INTERACTIONS[series.interaction]}"
+        look["label"] = "the same with ties" if series.interaction == "tie" else held
     else:
         marker = CHECKS[series.made_of.startswith(SOLID_YARNS)]
         look |= {"linestyle": "none", "marker": marker, "markersize": 5.0, "markerfacecolor": "none"}
@@ -87,5 +88,4 @@ def _draw_refused(axes: Axes, loops: pd.DataFrame) -> None:
     for line, (keep, of) in enumerate(loops.groupby("held fixed", sort=False)):
         look = {"color": COLOURS[keep], "linestyle": "none", "marker": "x", "markersize": 4.0}
         height = np.full(len(of), 0.03 + 0.05 * line)
-        label = f"{HELD[keep]}: no such loop"
-        axes.plot(of["at"], height, transform=axes.get_xaxis_transform(), label=label, **look)
+        axes.plot(of["at"], height, transform=axes.get_xaxis_transform(), label="no such loop", **look)

@@ -146,7 +146,7 @@ def draw_curves(
     Where one curve rises far above all others the axis is cut below its end.
     """
     top, *rest = sorted((float(curve.value.max()) for curve in curves), reverse=True)
-    limit = min(1.05 * top, CUT * max(rest, default=top))
+    limit = min(1.05 * top, CUT * max(rest, default=top)) or 1.0
     axes.set(xlabel=f"strain in {direction} direction (%)", ylabel=f"{quantity} ({unit})")
     axes.set(xlim=(0, PERCENT * max(curve.strain.max() for curve in curves)), ylim=(0, limit))
     line = LINE_OF_TEXT * limit / (INCH * axes.figure.get_figheight() * axes.get_position().height)

@@ -134,8 +134,8 @@ def scale_bar(axes: Axes, length: float, view: View | None = None) -> None:
     """Draw a bar of a length [mm] at the lower left corner, and the directions of a view at the lower right one."""
     x, y = axes.transLimits.inverted().transform((0.03, 0.02))
     axes.plot([x, x + length], [y, y], color=INK, linewidth=2.0, solid_capstyle="butt", marker="", zorder=10)
-    look = {"ha": "center", "va": "bottom", "path_effects": HALO, "zorder": 10}
-    axes.annotate(f"{length:g} mm", (x + length / 2, y), xytext=(0, 4), textcoords="offset points", **look)
+    look = {"ha": "left", "va": "bottom", "path_effects": HALO, "zorder": 10}
+    axes.annotate(f"{length:g} mm", (x, y), xytext=(0, 4), textcoords="offset points", **look)
     if view is None:
         return
     # An axis that points to the eye is left out: it would be a dot.

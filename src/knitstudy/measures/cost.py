@@ -125,23 +125,11 @@ class Series:
         large = self.cells >= SMALLEST
         return float(np.polyfit(np.log(self.cells[large]), np.log(np.asarray(values)[large]), 1)[0])
 
-    def unknowns(self, dof: Sequence[float]) -> Polynomial:
-        """Return the law of degrees of freedom (k,): a n^2 + b n in cells n in a row."""
+    def memory(self, dof: np.ndarray, memory: np.ndarray) -> Polynomial:
+        """Return the law of memory (k,): a d + b in degrees of freedom d (k,), with the least relative squares."""
         large = self.cells >= SMALLEST
-        return fitted(self.cells[large], np.asarray(dof)[large], (2, 1))
-
-    def memory(self, dof: Sequence[float], memory: Sequence[float]) -> Polynomial:
-        """Return the law of memory (k,): a d + b in degrees of freedom d (k,)."""
-        large = self.cells >= SMALLEST
-        return fitted(np.asarray(dof)[large], np.asarray(memory)[large], (1, 0))
-
-
-def fitted(sizes: np.ndarray, values: np.ndarray, exponents: tuple[int, int]) -> Polynomial:
-    """Return the polynomial of two terms through positive values (k,), by least squares of relative distances."""
-    terms = np.stack([np.asarray(sizes, dtype=float) ** exponent for exponent in exponents], axis=1)
-    coefficients = np.zeros(max(exponents) + 1)
-    coefficients[list(exponents)] = np.linalg.lstsq(terms / values[:, None], np.ones(len(values)))[0]
-    return Polynomial(coefficients)
+        terms = np.vander(dof[large], 2, increasing=True) / memory[large, None]
+        return Polynomial(np.linalg.lstsq(terms, np.ones(len(terms)))[0])
 
 
 def series_of(scenes: Iterable[Scene]) -> list[Series]:

@@ -30,7 +30,6 @@ COLUMNS = [
     *("time of a Newton iteration [s]", "time of a path [s]", "Newton iterations [1]", "increments [1]"),
 ]
 
-LARGEST = 30  # Cells in a row of the paper's largest knit
 KNITS = several("simulation", *SQUARES, fewest=12)  # Fewer are not all of Table 3
 
 
@@ -80,7 +79,6 @@ def tabulate_growth(domain: Datasets, scenes: Scenes) -> pd.DataFrame:
     for series in series_of(scenes[name] for name in domain):
         dof, memory, seconds = _costs(series, domain)
         paths = [float(domain[scene.name].attrs["wall_seconds"]) for scene in series.scenes]
-        largest = series.memory(dof, memory)(series.unknowns(dof)(LARGEST))
         rows.append(
             {
                 "model": series.model,
@@ -90,7 +88,6 @@ def tabulate_growth(domain: Datasets, scenes: Scenes) -> pd.DataFrame:
                 "exponent of memory growth [1]": series.growth(memory),
                 "exponent of the time of a Newton iteration [1]": series.growth(seconds),
                 "exponent of the time of a path [1]": series.growth(paths),
-                "memory growth of 30 x 30 cells, by its law [MB]": largest,
             }
         )
     return pd.DataFrame(rows)
