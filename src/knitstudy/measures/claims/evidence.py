@@ -141,6 +141,7 @@ REPRODUCED_IF = (
     "reproduced if"  # another reading of the paper than the base's, or that of the base alone, holds
 )
 NOT_RUN = "not yet run"
+MISSING = "missing is"  # begins what a claim that is not decidable lacks
 
 
 @dataclass(frozen=True)
@@ -177,19 +178,24 @@ def withholding(judge: Judge) -> Judge:
             found = judge(evidence)
         except NotRun as error:
             return error.judgement
+        if found.verdict == OPEN and MISSING not in found.note:
+            found = _noted(found, f"{MISSING} a smaller uncertainty")
         return _at_full_strain(evidence, found) if found.scenes else found
 
     return judged
 
 
+def _noted(judged: Judgement, note: str) -> Judgement:
+    return replace(judged, note="; ".join(filter(None, [judged.note, note])))
+
+
 def _at_full_strain(evidence: Evidence, judged: Judgement) -> Judgement:
     wanted = evidence.printed("fig7", "course isotropic", "strain at the end") / 100
     reached = min(float(evidence.histories[name]["strain"][-1]) for name in judged.scenes)
-    notes = [judged.note, f"DNS of {made_of(evidence.scenes[judged.scenes[0]])}"]
     if reached < 0.999 * wanted:
-        judged = replace(judged, verdict=NOT_RUN)
-        notes.insert(0, f"pulled to {reached:.2%}, the paper to {wanted:.0%}")
-    return replace(judged, note="; ".join(filter(None, notes)))
+        note = "; ".join(filter(None, [f"pulled to {reached:.2%}, the paper to {wanted:.0%}", judged.note]))
+        judged = replace(judged, verdict=NOT_RUN, note=note)
+    return _noted(judged, f"DNS of {made_of(evidence.scenes[judged.scenes[0]])}")
 
 
 def decide(judge: Judge, evidence: Evidence, uncertainty: str) -> Judgement:
@@ -205,4 +211,5 @@ def decide(judge: Judge, evidence: Evidence, uncertainty: str) -> Judgement:
         return replace(judged, uncertainty="not known: one discretisation alone")
     said = "; ".join(f"{made}: {other.verdict}, {other.measured}" for made, other in others.items())
     agreed = all(other.verdict == judged.verdict for other in others.values())
-    return replace(judged, verdict=judged.verdict if agreed else OPEN, uncertainty=said)
+    judged = replace(judged, uncertainty=said)
+    return judged if agreed else _noted(replace(judged, verdict=OPEN), f"{MISSING} agreement of these")

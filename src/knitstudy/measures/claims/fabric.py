@@ -113,7 +113,7 @@ def judge_contact_unknowns(evidence: Evidence) -> Judgement:
     return Judgement(
         f"contact over ties at 3 x 3 cells: {ratio:.2f} in degrees of freedom (paper {contact / ties:.2f})",
         verdict(None if ratio == 1 else ratio >= SHARE * contact / ties),
-        "contact by penalties adds no degrees of freedom; missing is what the paper's solver counts",
+        "contact by penalties adds no degrees of freedom: missing is what the paper's solver counts",
     )
 
 
@@ -203,12 +203,9 @@ def judge_directions(evidence: Evidence) -> Judgement:
             turned.append(angle.below(line) if direction == "course" else angle.above(line))
             words.append(f"{SEGMENT[kind]} {angle} (paper {wanted:g}, geometry {line:.0f})")
         said.append(f"{direction} tension {', '.join(words)}")
-    notes = {
-        (False, True): "in tendency only",
-        (True, False): "near the printed angles, but not surely turned",
-    }
     both = (all_hold(near), all_hold(turned))
-    note = [notes.get(both), f"near: {NEAR:g} degrees", _compared(evidence, found)]
+    tends = "in tendency only: missing is how far the tendency goes" if both == (False, True) else ""
+    note = [tends, f"near: {NEAR:g} degrees", _compared(evidence, found)]
     return Judgement(
         f"angle to x of the maximum principal stress in segments 2 to 5 [deg]: {'; '.join(said)}",
         verdict(both[0] if both[0] == both[1] else None),
