@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
@@ -13,7 +12,7 @@ from knitstudy.figures.renderer import MILLIMETRE, Picture, Surface, View
 from knitstudy.figures.style import ACCENT, INK, panel_letter
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import network, solid
-from knitstudy.models.joints import joint_points
+from knitstudy.models.joints import joint_points, spring_axes
 
 WHOLE, DETAIL = View.orbit(turn=-18, tilt=16), View.orbit(turn=34, tilt=-37)
 BEAM, ARM = 0.26, 0.16  # radii in which beams and joints are drawn, over the yarn's
@@ -26,9 +25,9 @@ PLACES = {"$C_1$": (-32, -10), "$C_3$": (34, 8), "$P_1$": (0, -30)}  # offsets o
     "fig06_joints",
     "Fig. 6: 3D reduced model and its joints",
     results={
-        "geometry": solid("geometry", "tie-course"),
-        "contacts": solid("contacts", "tie-course"),
-        "rom3d": network("rom3d", "tie-course"),
+        "geometry": solid("geometry", "isotropic-course"),
+        "contacts": solid("contacts", "isotropic-course"),
+        "rom3d": network("rom3d", "isotropic-course"),
     },
 )
 def draw(geometry: xr.Dataset, contacts: xr.Dataset, rom3d: xr.Dataset) -> Figure:
@@ -45,7 +44,7 @@ def draw(geometry: xr.Dataset, contacts: xr.Dataset, rom3d: xr.Dataset) -> Figur
     panel_letter(left, "a", "beams and joints")
     points = {"$C_1$": side.C[0, 0], "$C_3$": side.C[0, 1], "$P_1$": side.P[0]}
     name_points(right, DETAIL, points, PLACES, ACCENT)
-    for name, direction in zip("xyz", np.eye(3), strict=True):
+    for name, direction in zip("xyz", spring_axes(side.normal, "local")[0], strict=True):
         tip = side.P[0] + (AXIS + 0.3) * radius * direction
         write(right, MILLIMETRE * DETAIL.project(tip), f"${name}$")
     scale_bar(right, 1)
@@ -68,10 +67,13 @@ def _whole(knit: Fabric, contacts: xr.Dataset, rom3d: xr.Dataset) -> list[Surfac
 
 
 def _joint(knit: Fabric, side: InterlockSide, rom3d: xr.Dataset) -> list[Surface]:
-    """Return C1 and C3, the arms from there to P1, the beam nodes around, and the directions x, y, z."""
+    """Return C1 and C3, the arms from there to P1, the beam nodes around, and the directions of its springs."""
     radius, start = knit.radius, side.P[0]
     s, of_yarn = rom3d["arc_length"].to_numpy(), rom3d["yarn"].to_numpy()
-    surfaces = [arrow(start, AXIS * radius * direction, 0.05 * radius, INK) for direction in np.eye(3)]
+    surfaces = [
+        arrow(start, AXIS * radius * direction, 0.05 * radius, INK)
+        for direction in spring_axes(side.normal, "local")[0]
+    ]
     for yarn, middle, end, colour in zip(side.yarn, side.arc_length[0], side.C[0], side.colours, strict=True):
         reach = REACH * radius
         nodes = rom3d["centreline"].to_numpy()[(of_yarn == yarn) & (abs(s - middle) <= reach)]

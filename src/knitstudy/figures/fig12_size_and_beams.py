@@ -101,7 +101,7 @@ def _draw_size(axes: Axes, geometry: xr.Dataset, scene: Scene, paper: pd.DataFra
     for name, law, colour, dash in lines:
         axes.plot(SHOWN, law(SHOWN), color=colour, linestyle=dash)
         end = {
-            "xytext": (5, 0),
+            "xytext": (5, -10 if name == "hexahedra" else 2),
             "textcoords": "offset points",
             "va": "center",
             "color": colour,

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import xarray as xr
@@ -172,29 +173,29 @@ def _half(contacts: xr.Dataset, values: np.ndarray) -> tuple[float, float]:
     return float(np.interp(0.5 * mean[-1], mean[step], strain[step])), float(np.ptp(strain[step]))
 
 
-def judge_stiffness_order(evidence: Evidence) -> Judgement:
-    """K5: ties are stiffer than rough contact, and that is stiffer than isotropic friction."""
-    stiffness = _compared(evidence, lambda history, strain: 1e-3 * response.stiffness_at(history, strain))
-    measured = f"secant stiffness of DNS: {_listed(stiffness, '{:.4g} kN/m')}"
-    forces = _references(evidence, response.FORCE, measured)
-    said = ", ".join(f"{INTERACTIONS[kind]} {force} N" for kind, force in forces.items())
-    pairs = (("tie", "rough"), ("rough", "isotropic"))
-    ordered = all_hold(forces[one].larger_than(forces[other]) for one, other in pairs)
-    return Judgement(f"{measured}; force of the reference: {said}", verdict(ordered), "", _three(evidence))
-
-
-def judge_motion_order(evidence: Evidence) -> Judgement:
-    """K6: isotropic friction lets yarns move further out of the plane than ties."""
-    motion = _compared(
-        evidence, lambda each, strain: 1e3 * response.at_strain(each, strain, response.out_of_plane(each))
+def judge_order(quantity: str, order: tuple[str, ...], evidence: Evidence) -> Judgement:
+    """K5, K6: the reference's values of a quantity fall along interactions, each by more than both uncertainties."""
+    histories = {kind: evidence.history(kind) for kind in INTERACTIONS}
+    unit, values = response.QUANTITIES[quantity]
+    unit, scale = ("mm", 1e3) if unit == "m" else (unit, 1.0)
+    strain = response.common_strain(histories.values())
+    dns = {
+        kind: scale * response.at_strain(each, strain, values(each, each)) for kind, each in histories.items()
+    }
+    said = ", ".join(f"{INTERACTIONS[kind]} {value:.3g} {unit}" for kind, value in dns.items())
+    known = {kind: evidence.reference_of(kind) for kind in INTERACTIONS}
+    common = set.intersection(*(set(each.strains(quantity, strain)) for each in known.values()))
+    if not common:
+        raise NotRun("there is no reference of all three", f"{quantity} of DNS: {said}")
+    true = {
+        kind: each.at(quantity, max(common)).of(lambda value: scale * value) for kind, each in known.items()
+    }
+    told = ", ".join(f"{INTERACTIONS[kind]} {each} {unit}" for kind, each in true.items())
+    return Judgement(
+        f"{quantity} of DNS: {said}; of the reference: {told}",
+        verdict(all_hold(true[one].larger_than(true[other]) for one, other in pairwise(order))),
+        scenes=_three(evidence),
     )
-    measured = f"largest |u_z| of DNS: {_listed(motion, '{:.3g} mm')}"
-    true = _references(evidence, response.LARGEST_U_Z, measured)
-    in_mm = {kind: each.of(lambda value: 1e3 * value) for kind, each in true.items()}
-    said = ", ".join(f"{INTERACTIONS[kind]} {each} mm" for kind, each in in_mm.items())
-    holds = true["isotropic"].larger_than(true["tie"])
-    note = "the place of rough contact is not stated"
-    return Judgement(f"{measured}; of the reference: {said}", verdict(holds), note, _three(evidence))
 
 
 def judge_smaller_friction(evidence: Evidence) -> Judgement:
@@ -281,31 +282,6 @@ def judge_stabilisation(evidence: Evidence) -> Judgement:
     )
 
 
-def _compared(evidence: Evidence, measure: Callable[[xr.Dataset, float], float]) -> dict[str, float]:
-    """Return a measure of ties, rough contact and friction at their common strain."""
-    if not set(INTERACTIONS) <= set(evidence.direct):
-        raise NotRun(f"{NO_DIRECT} ties, rough contact and isotropic friction on one mesh")
-    histories = {kind: evidence.history(kind) for kind in INTERACTIONS}
-    strain = response.common_strain(histories.values())
-    return {kind: measure(history, strain) for kind, history in histories.items()}
-
-
-def _references(evidence: Evidence, quantity: str, measured: str) -> dict[str, Estimate]:
-    """Return a quantity of ties, rough contact and friction at the largest strain with reference values of all."""
-    found = {kind: evidence.reference_of(kind) for kind in INTERACTIONS}
-    strain = response.common_strain(evidence.histories[name] for name in _three(evidence))
-    common = set.intersection(*(set(each.strains(quantity, strain)) for each in found.values()))
-    if not common:
-        raise NotRun("there is no reference of all three", measured)
-    return {kind: each.at(quantity, max(common)) for kind, each in found.items()}
-
-
 def _three(evidence: Evidence) -> tuple[str, ...]:
     """Return the scenes of isotropic friction, ties and rough contact."""
     return tuple(evidence.direct[kind] for kind in ("isotropic", "tie", "rough"))
-
-
-def _listed(values: Mapping[str, float], form: str) -> str:
-    """Name values from the largest to the smallest."""
-    order = sorted(values, key=values.__getitem__, reverse=True)
-    return ", ".join(f"{INTERACTIONS[kind]} {form.format(values[kind])}" for kind in order)

@@ -203,11 +203,9 @@ def judge_directions(evidence: Evidence) -> Judgement:
             turned.append(angle.below(line) if direction == "course" else angle.above(line))
             words.append(f"{SEGMENT[kind]} {angle} (paper {wanted:g}, geometry {line:.0f})")
         said.append(f"{direction} tension {', '.join(words)}")
-    notes = {
-        (False, True): "in tendency only: missing is how far the tendency goes",
-    }
     both = (all_hold(near), all_hold(turned))
-    note = [notes.get(both), f"near: {NEAR:g} degrees", _compared(evidence, found)]
+    tends = "in tendency only: missing is how far the tendency goes" if both == (False, True) else ""
+    note = [tends, f"near: {NEAR:g} degrees", _compared(evidence, found)]
     return Judgement(
         f"angle to x of the maximum principal stress in segments 2 to 5 [deg]: {'; '.join(said)}",
         verdict(both[0] if both[0] == both[1] else None),

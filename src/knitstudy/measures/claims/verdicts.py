@@ -27,6 +27,7 @@ from knitstudy.measures.claims.evidence import (
     decide,
     withholding,
 )
+from knitstudy.measures.response import FORCE, LARGEST_U_Z
 from knitstudy.measures.sweeps import DIAMETER, SPACING
 
 _JUDGES: dict[str, Judge] = {
@@ -39,8 +40,8 @@ _JUDGES: dict[str, Judge] = {
     "K2": contact.judge_zones,
     "K3": contact.judge_slope,
     "K4": contact.judge_motion,
-    "K5": contact.judge_stiffness_order,
-    "K6": contact.judge_motion_order,
+    "K5": partial(contact.judge_order, FORCE, ("tie", "rough", "isotropic")),
+    "K6": partial(contact.judge_order, LARGEST_U_Z, ("isotropic", "tie")),
     "K7": contact.judge_smaller_friction,
     "K8": contact.judge_kinematics,
     "K9": partial(fabric.judge_sweep, SPACING, 1),
