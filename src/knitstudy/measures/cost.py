@@ -112,13 +112,7 @@ class Series:
     @property
     def interaction(self) -> str:
         """Interaction in words."""
-        return INTERACTIONS[self.scenes[0].interaction] + (", no row tied" if self.free else "")
-
-    @property
-    def free(self) -> bool:
-        """Whether yarns touch and no row is tied."""
-        scene = self.scenes[0]
-        return scene.kind.interaction.touches and scene.value("contact.tied_edges") == "none"
+        return INTERACTIONS[self.scenes[0].interaction]
 
     def growth(self, values: Sequence[float]) -> float:
         """Return the exponent of a power law of values (k,) in cells in a row, by least squares of logarithms."""
