@@ -73,12 +73,18 @@ def test_value_that_is_not_allowed(scenes, key, value, allowed):
         ("geometry.free", ["z"] * 7, r"geometry\.free has 7 entries but must have 8"),
         ("pattern.wale_spacing", 1.8e-3, r"pattern\.wale_spacing is 0\.0018 m but must exceed"),
         ("load.stops", [0.02, 0.01], r"must go on from one to the next between 0 and load\.strain, 0\.05"),
+        ("load.stops", [[0.01, 0]], r"load\.stops"),
         ("fidelity", "beam", "must be rough or isotropic where fidelity is beam"),
     ],
 )
 def test_change_that_is_not_allowed(scene, key, value, message):
     with pytest.raises(ConfigurationError, match=message):
         scene.replace(key, value)
+
+
+def test_pairs_of_stops_are_even_steps(scene):
+    stops = scene.replace("load.stops", [0.001, [0.002, 0.0004], 0.01]).load.stops
+    assert stops == pytest.approx((0.001, 0.001 + 0.001 / 3, 0.001 + 0.002 / 3, 0.002, 0.01))
 
 
 def test_something_is_left_between_tied_edges(scene):
