@@ -34,7 +34,8 @@ from knitstudy.study.scene import Scene
 SHOWN = np.geomspace(3.0, 30.0, 40)  # cells in a row between which fitted laws are drawn
 DASHES = {"pinned": ":", "patch": "-."}  # by ``beam.tie``; those of rigid ties are those of the section
 ABOVE, BELOW = 82.0, 82.0  # heights of the parts (a) and (b) [mm]
-# Direct simulations of which no row is tied
+# Knits of which no row is tied, as beams and as solids
+UNTIED_BEAMS = "reading-untied-beam-isotropic-course"
 UNTIED = ("inputs-untied-isotropic-course", "yarns-untied-course", "yarns-untied-course-p3")
 BEAMS = {"rigid": Look("", "#0072B2", "-", "v"), "hertz": Look("", "#56B4E9", "--", "^")}  # by their section
 
@@ -44,7 +45,7 @@ BEAMS = {"rigid": Look("", "#0072B2", "-", "v"), "hertz": Look("", "#56B4E9", "-
     "Fig. 12: cost against the size of the knit, and beams in contact",
     results={
         "dns": solid("simulation", "isotropic-course"),
-        "beams": several("simulation", *of_case("isotropic-course", BEAM_MODELS)),
+        "beams": several("simulation", *of_case("isotropic-course", BEAM_MODELS), UNTIED_BEAMS),
         "untied": several("simulation", *UNTIED, optional=True),
         "geometry": one("geometry", "dns-tie-course", optional=True),
     },
