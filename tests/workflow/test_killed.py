@@ -47,8 +47,9 @@ def test_killed_simulation_goes_on(finished, fresh):
     assert ended.returncode == 0, ended.stdout + ended.stderr
     text = log.read_text()
     again, further = text.index(f"going on from increment {last} "), text.index(f"increment {last + 1}: ")
-    assert text.count(f"increment {last}: ") == 1, "what had converged is not computed again"
-    assert text.index(f"increment {last}: ") < again < further
+    # The restart file is written before the line in the log: a kill may fall in between.
+    assert text.count(f"increment {last}: ") <= 1, "what had converged is not computed again"
+    assert text.index(f"increment {last - 1}: ") < again < further
 
     checkout, _ = finished
     force = read_dataset(fresh.folder / HISTORY).force
