@@ -1,8 +1,13 @@
 """A small configuration folder that tests may write into."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+import study
 import yaml
+
+from knitstudy.files import read_table
 
 FAMILY = """\
 keys:
@@ -25,11 +30,7 @@ def loop_points(count: int = 8) -> np.ndarray:
     """Return control points of a plain loop whose yarn is 1.8 mm thick, (count, 3) in m."""
     u = np.arange(count) / count
     return 1e-3 * np.stack(
-        [
-            13.4 * u + 2 * np.sin(4 * np.pi * u),
-            9 * (1 - np.cos(2 * np.pi * u)),
-            -2 * np.cos(4 * np.pi * u),
-        ],
+        [13.4 * u + 2 * np.sin(4 * np.pi * u), 9 * (1 - np.cos(2 * np.pi * u)), -2 * np.cos(4 * np.pi * u)],
         axis=-1,
     )
 
@@ -49,3 +50,27 @@ def config(tmp_path, defaults_with):
     (tmp_path / "scenes").mkdir()
     (tmp_path / "scenes" / "small.yaml").write_text(FAMILY)
     return tmp_path
+
+
+@pytest.fixture(scope="session")
+def touching_cell(plain_scene):
+    """Scene of one cell of beams with friction, untied and flattened until its yarns nearly touch."""
+    flat = np.array(plain_scene.pattern.control_points) * [1, 1, 0.985]
+    contact = {"fidelity": "beam", "interaction": "isotropic", "contact.tied_edges": "none"}
+    size = {"pattern.loops": 1, "pattern.rows": 1, "pattern.control_points": flat.tolist()}
+    return plain_scene.vary(contact | size)
+
+
+RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
+
+
+@pytest.fixture(scope="session")
+def paper():
+    """Numbers that the paper prints."""
+    return read_table(RESOURCES / "paper_tables.csv")
+
+
+@pytest.fixture(scope="session")
+def cases(plain_scene):
+    """Made-up scenes of the four cases of tension with all models."""
+    return study.scenes(plain_scene)

@@ -117,13 +117,7 @@ def contact_history(knit: Fabric, interaction="isotropic", friction=0.76, **attr
     untied = np.where(tied[:, None], crossings.point.mean(axis=1), np.nan)
     return (
         stations.drop_attrs()
-        .assign_attrs(
-            scene="dns-a",
-            digest="abcd",
-            interaction=interaction,
-            facets_around=24,
-            **attributes,
-        )
+        .assign_attrs(scene="dns-a", digest="abcd", interaction=interaction, facets_around=24, **attributes)
         .assign(
             strain=("increment", strain),
             displacement=("increment", knit.width * strain),

@@ -12,16 +12,9 @@ from knitstudy.models.simulate import solve
 
 
 @pytest.fixture(scope="module")
-def beam_scene(plain_scene):
-    """Scene of one cell of beams, untied and flattened until its yarns nearly touch."""
-    flat = np.array(plain_scene.pattern.control_points) * [1, 1, 0.985]
-    cell = {"pattern.control_points": flat.tolist(), "pattern.loops": 1, "pattern.rows": 1}
-    contact = {"fidelity": "beam", "interaction": "isotropic", "name": "beam", "contact.tied_edges": "none"}
-    return plain_scene.vary(
-        cell
-        | contact
-        | {"mesh.beam_size": 1e-3, "load.strain": 0.03, "solver.increments": 3, "gates.ledger": 0.2}
-    )
+def beam_scene(touching_cell):
+    keys = {"name": "beam", "mesh.beam_size": 1e-3, "load.strain": 0.03}
+    return touching_cell.vary(keys | {"solver.increments": 3, "gates.ledger": 0.2})
 
 
 @pytest.fixture(scope="module")

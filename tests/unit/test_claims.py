@@ -1,7 +1,6 @@
 """Verdicts turn with the numbers, and are withheld where the study is not the paper's."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +9,6 @@ import sweeping
 import synthetic
 
 from knitstudy.contacts.contacts import extract
-from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.measures.centre_cell import centre_cell
@@ -21,8 +19,6 @@ from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.history_checks import stabilisation_share
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
 
-RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
-
 SLIPPERY = "inputs-friction010-isotropic-course"
 
 DIRECT = ("tie", "rough", "isotropic", "untied")
@@ -30,9 +26,9 @@ DIRECT = ("tie", "rough", "isotropic", "untied")
 
 
 @pytest.fixture(scope="module")
-def evidence(plain_scene, knit, contacts):
+def evidence(plain_scene, knit, contacts, paper, cases):
     """Everything as the paper has it."""
-    scenes, swept = study.scenes(plain_scene), sweeping.scenes()
+    scenes, swept = cases, sweeping.scenes()
     sizes, grown = study.domain(plain_scene)
     solid = scenes["dns-isotropic-course"]
     compared = {kind: solid.replace("interaction", kind) for kind in ("tie", "rough")}
@@ -43,7 +39,7 @@ def evidence(plain_scene, knit, contacts):
     histories, touching = in_contact(knit)
     return Evidence(
         geometry=synthetic.geometry(plain_knit(initial_loop(plain_scene), 2, 2), flattened=0.99),
-        paper=read_table(RESOURCES / "paper_tables.csv"),
+        paper=paper,
         reference=study.reference(scenes),
         scenes=swept | scenes | sizes | compared,
         histories=study.histories(scenes) | grown | sweeps | histories,

@@ -12,8 +12,7 @@ from knitstudy.contacts.facets import (
     touching_points,
 )
 from knitstudy.contacts.segments import KINDS, NO_SEGMENT, segments
-from knitstudy.geometry.fabric import plain_knit, yarn_pair
-from knitstudy.geometry.lay_out import initial_loop
+from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.measures.centre_cell import angles_to_axes
 from knitstudy.mechanics.contact.friction import ContactHistory, Coulomb
 from knitstudy.mechanics.contact.grids import Grids
@@ -118,11 +117,6 @@ AROUND = 8
 def test_facets_that_share_an_edge_or_a_corner_are_one_zone(cells, zones):
     cells = np.array(cells)
     assert count_zones(np.zeros(len(cells), dtype=int), cells, AROUND, 1).tolist() == [zones]
-
-
-@pytest.fixture(scope="module")
-def knit(plain_scene):
-    return plain_knit(initial_loop(plain_scene), 3, 3)
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 from knitstudy.contacts.contacts import extract
+from knitstudy.errors import DataFileError
 from knitstudy.geometry.crossings import Crossings
 
 
@@ -135,3 +136,16 @@ def test_tied_crossing(contacts):
     assert (tied["stick_share"] == 1).all()
     assert float(tied["area"]) == 7e-8
     assert contacts["tied"].values.tolist() == [0, 1]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda history: history.isel(crossing=[0]), "has 1 crossings and the fabric 2"),
+        (lambda history: history.drop_vars("crossing_force"), "holds no crossing_force"),
+        (lambda history: history.drop_attrs(), "no attribute facets_around"),
+    ],
+)
+def test_other_histories_are_refused(pair, history, change, message):
+    with pytest.raises(DataFileError, match=message):
+        extract(pair, change(history))

@@ -111,16 +111,11 @@ DECLARED = {
 
 @pytest.fixture
 def campaign(config):
-    """Function that writes a campaign and returns it."""
+    """Trials of a campaign."""
     scenes = [{"name": f"extreme-{name}", "keys": {"knit": "plain", **keys}} for name, keys in BASES.items()]
     (config / "scenes" / "small.yaml").write_text(yaml.safe_dump({"studies": [], "scenes": scenes}))
-
-    def declared(**together):
-        document = DECLARED | {"together": DECLARED["together"] | together}
-        (config / "extremes.yaml").write_text(yaml.safe_dump(document))
-        return load_trials(config)
-
-    return declared
+    (config / "extremes.yaml").write_text(yaml.safe_dump(DECLARED))
+    return load_trials(config)
 
 
 def changes(campaign, group):
@@ -128,19 +123,29 @@ def changes(campaign, group):
 
 
 def test_one_thing_at_a_time(campaign):
-    assert changes(campaign(), "strain") == [
+    assert changes(campaign, "strain") == [
         (model, changed)
         for model in "ab"
         for changed in ({"load.strain": -1}, {"load.strain": 0.1}, {"load.stops": [0.01]})
     ]
     both = {"contact.normal_stiffness": 3, "contact.tangential_stiffness": 3}
-    assert changes(campaign(), "both") == [("c", both)]
+    assert changes(campaign, "both") == [("c", both)]
 
 
 def test_quantities_change_what_they_stand_for(campaign):
-    scenes = {trial.group: trial.scene() for trial in campaign() if trial.group in ("size", *QUANTITIES)}
+    scenes = {trial.group: trial.scene() for trial in campaign if trial.group in ("size", *QUANTITIES)}
     large, soft, fine = (scenes[name] for name in ("size", "stiffness", "across"))
     assert large.yarn.diameter == pytest.approx(1.0)
     assert large.mesh.size / large.yarn.diameter == pytest.approx(0.3 / 1.8)
     assert (soft.yarn.youngs_modulus, soft.yarn.diameter) == (1.0, 1.8e-3)
     assert fine.mesh.size == pytest.approx(1.8e-3 / 5)
+
+
+def test_draws_lie_in_their_ranges_and_are_of_keys_that_the_scene_has(campaign):
+    together = changes(campaign, "together")
+    assert len(together) == 3 * 40
+    strains = [changed["load.strain"] for _, changed in together if "load.strain" in changed]
+    assert 0.1 <= min(strains) < 0.12 < 0.18 < max(strains) <= 0.2
+    keys = {model: {key for name, changed in together if name == model for key in changed} for model in "abc"}
+    assert keys["b"] == {"load.strain", "diameter"}
+    assert keys["c"] == {"load.strain", "mesh.size", "diameter", "interaction", "contact.friction"}

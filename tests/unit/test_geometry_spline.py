@@ -91,3 +91,14 @@ def test_radius_of_curvature_of_a_circle():
     circle = CatmullRom(3 * np.column_stack([np.cos(t), np.sin(t), 0 * t]), [0, 0, 0])
     # Catmull-Rom tangents are chords: its curvature is too large by some (2 pi/64)^2.
     assert smallest_radius_of_curvature(circle) == pytest.approx(3, rel=0.01)
+
+
+def test_arc_lengths_keep_the_shape_of_their_parameters(omega):
+    """Of a place in every segment, backwards and forwards, at 2-D arrays."""
+    line = Centreline(omega.curve, loops=2)
+    u = np.linspace(*line.span, 12).reshape(3, 4)
+    s = line.arc_length(u)
+    assert s.shape == line.parameter(s).shape == line.curvature(s).shape == (3, 4)
+    np.testing.assert_allclose(s.ravel(), line.arc_length(u.ravel()), rtol=EPS)
+    np.testing.assert_allclose(line.parameter(s), u, atol=1e-9)
+    assert line.position(s).shape == (3, 4, 3)

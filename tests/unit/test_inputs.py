@@ -1,14 +1,11 @@
 """One input at a time: which scenes belong together, what is judged at each value, and what hangs on an input."""
 
-from pathlib import Path
-
 import pytest
 import study
 import synthetic
 
 from knitstudy.contacts.contacts import extract
 from knitstudy.errors import ConfigurationError
-from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.measures.claims.evidence import Evidence
@@ -17,8 +14,6 @@ from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import Reference, transferred_uncertainty
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
 
-RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
-
 
 @pytest.fixture(scope="module")
 def scenes(plain_scene):
@@ -26,7 +21,7 @@ def scenes(plain_scene):
 
 
 @pytest.fixture(scope="module")
-def sources(plain_scene, knit, scenes):
+def sources(plain_scene, knit, scenes, paper, cases):
     """Sources of table and figure: the reference is of the base alone, and all histories are as there."""
     history = synthetic.contact_history(knit)
     contacts = synthetic.with_kinematics(extract(knit, history))
@@ -35,8 +30,8 @@ def sources(plain_scene, knit, scenes):
         "variations_contacts": dict.fromkeys(scenes, contacts),
         "geometry": synthetic.geometry(plain_knit(initial_loop(plain_scene), 2, 2)),
         "scenes": scenes,
-        "paper": read_table(RESOURCES / "paper_tables.csv"),
-        "reference": study.reference(study.scenes(plain_scene)),
+        "paper": paper,
+        "reference": study.reference(cases),
     }
 
 

@@ -23,24 +23,10 @@ def planar(plain_scene, knit, contacts):
 
 
 @pytest.fixture(scope="module")
-def touching(plain_scene, knit_of):
-    """Function that loads one cell of beams, flattened until its yarns touch and slide."""
-    flat = np.array(plain_scene.pattern.control_points) * [1, 1, 0.985]
-    scene = plain_scene.vary(
-        {
-            "name": "beam",
-            "fidelity": "beam",
-            "interaction": "isotropic",
-            "pattern.control_points": flat.tolist(),
-            "pattern.loops": 1,
-            "pattern.rows": 1,
-            "contact.tied_edges": "none",
-            "contact.friction": 0.1,
-            "mesh.beam_size": 1e-3,
-            "load.strain": 0.03,
-            "solver.increments": 4,
-        }
-    )
+def touching(touching_cell, knit_of):
+    """Function that loads one cell of beams whose yarns touch and slide."""
+    keys = {"name": "beam", "mesh.beam_size": 1e-3, "contact.friction": 0.1}
+    scene = touching_cell.vary(keys | {"load.strain": 0.03})
     return lambda **files: solve(scene, knit_of(scene), Run(**files))
 
 

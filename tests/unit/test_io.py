@@ -10,13 +10,7 @@ import pytest
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.files import (
-    read_dataset,
-    read_result,
-    recorded_digest,
-    replacing,
-    write_dataset,
-)
+from knitstudy.files import read_dataset, read_result, read_table, recorded_digest, replacing, write_dataset
 from knitstudy.study.configuration import load_scene
 
 
@@ -37,43 +31,23 @@ def test_replacing_keeps_the_old_file_until_the_new_one_is_whole(tmp_path):
     assert os.listdir(path.parent) == ["a.csv"]
 
 
-class Disk:
-    """Knows what a power cut would leave of one file: the content that was flushed, under the name that was."""
-
-    def __init__(self, path, monkeypatch):
-        self.path, self.safe, self.seen = path, "old", []
-        self._content, self._name = set(), "old"
-        flush, rename = os.fsync, os.replace
-
-        def fsync(descriptor):
-            flush(descriptor)
-            of = os.readlink(f"/proc/self/fd/{descriptor}")
-            self._content.add(os.stat(of).st_ino)
-            if of == str(path.parent):
-                self.safe = self._name
-            self.seen.append(self.left())
-
-        def replace(source, target):
-            self._name = "new" if os.stat(source).st_ino in self._content else "empty"
-            rename(source, target)
-            # The entry may reach the disk by itself at any time from now on.
-            self.safe = {self.safe, self._name}
-            self.seen.append(self.left())
-
-        monkeypatch.setattr(os, "fsync", fsync)
-        monkeypatch.setattr(os, "replace", replace)
-
-    def left(self):
-        return self.safe if isinstance(self.safe, set) else {self.safe}
-
-
 def test_a_power_cut_leaves_the_old_file_or_the_whole_new_one(tmp_path, monkeypatch):
-    path = tmp_path / "a.csv"
-    path.write_text("old")
-    disk = Disk(path, monkeypatch)
-    with replacing(path) as temporary:
+    """The content is on the disk before the file takes its name, and so is the name when all is done."""
+    flush, rename, done = os.fsync, os.replace, []
+
+    def fsync(descriptor):
+        done.append(os.readlink(f"/proc/self/fd/{descriptor}"))
+        flush(descriptor)
+
+    def replace(source, target):
+        done.append((str(source), str(target)))
+        rename(source, target)
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    monkeypatch.setattr(os, "replace", replace)
+    with replacing(tmp_path / "a.csv") as temporary:
         temporary.write_text("new")
-    assert disk.seen == [{"old"}, {"old", "new"}, {"new"}]
+    assert done == [str(temporary), (str(temporary), str(tmp_path / "a.csv")), str(tmp_path)]
 
 
 @pytest.mark.parametrize("fails", ["fsync", "replace"])
@@ -182,3 +156,13 @@ def test_what_is_marked_incomplete_is_no_result(tmp_path, history):
     with pytest.raises(DataFileError, match=r"a\.nc: is incomplete \(no balance\)"):
         read_result(tmp_path / "a.nc")
     assert read_dataset(tmp_path / "a.nc").force[-1] == 2, "what had converged can be looked at"
+
+
+def test_tables_that_cannot_be_used_are_refused(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("scene,force [N]\na,1.5\n")
+    with pytest.raises(DataFileError, match=r"has no column 'strain', only 'scene', 'force \[N\]'"):
+        read_table(path, needs=["strain"])
+    path.write_text("")
+    with pytest.raises(DataFileError, match="is not a CSV table"):
+        read_table(path)

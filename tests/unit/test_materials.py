@@ -1,8 +1,10 @@
-"""Laws of materials: one that registers itself from outside of the package, and Hencky's by principal stretches."""
+"""Elements and laws of materials that register themselves from outside, and Hencky's law by principal stretches."""
 
 import numpy as np
 import pytest
 
+from knitstudy.mechanics.elements import ELEMENTS, ElementResponse
+from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mechanics.materials.isotropic import Hencky, StVenantKirchhoff
 from knitstudy.mesh.mesher import mesh_fabric
@@ -11,7 +13,16 @@ from knitstudy.models.simulate import solve
 
 @pytest.fixture
 def toy():
-    """A law twice as stiff as its like."""
+    """An element and a law, each twice as stiff as its like."""
+
+    @ELEMENTS.register
+    class ToyElement(OnePointHexahedron):
+        name, meaning = "toy_element", "twice as stiff"
+
+        def respond(self, batch, displacement, stiffness, out=None):
+            found = super().respond(batch, displacement, stiffness)
+            tangent = 2 * found.stiffness if stiffness else None
+            return ElementResponse(2 * found.force, 2 * found.internal, 2 * found.hourglass, tangent)
 
     @MATERIALS.register
     class ToyLaw(StVenantKirchhoff):
@@ -21,6 +32,7 @@ def toy():
             return StVenantKirchhoff(2 * self.youngs_modulus, self.poisson_ratio).respond(strain, tangent)
 
     yield
+    ELEMENTS.forget("toy_element")
     MATERIALS.forget("toy_law")
 
 
@@ -46,6 +58,11 @@ def pull(plain_scene, knit_of):
         return float(solve(scene, knit, mesh=mesh)["force"][-1])
 
     return pull
+
+
+def test_a_toy_element_goes_through_a_simulation(toy, pull):
+    stiff = pull(mesh__element="toy_element")
+    assert stiff == pytest.approx(2 * pull(), rel=1e-3)  # springs of ties stay as they are
 
 
 def test_a_toy_law_goes_through_a_simulation(toy, pull):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_mesh_sweep import Helix, Straight
+from curves import Helix, Straight
 
 from knitstudy.errors import MeshError
 from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron

@@ -1,51 +1,16 @@
-from dataclasses import dataclass, replace
+"""Swept yarns: sections, frames, places of slices, and the quality of hexahedra."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from curves import Arc, Helix, Straight
 
 from knitstudy.errors import MeshError
 from knitstudy.mesh import quality
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing, place_slices
 from knitstudy.mesh.sweep import Targets, roll_towards, rotation_minimising, sweep
-
-
-@dataclass
-class Straight:
-    length: float
-    y: float = 0.0
-
-    def position(self, s):
-        return np.stack([s, np.full_like(s, self.y), np.zeros_like(s)], axis=-1)
-
-    def tangent(self, s):
-        return np.broadcast_to([1.0, 0.0, 0.0], (s.size, 3)).copy()
-
-
-@dataclass
-class Helix:
-    radius: float
-    rise: float  # along the axis, a radian
-    turns: float
-
-    @property
-    def pace(self):
-        return np.hypot(self.radius, self.rise)
-
-    @property
-    def length(self):
-        return 2 * np.pi * self.turns * self.pace
-
-    def position(self, s):
-        t = s / self.pace
-        return np.stack([self.radius * np.cos(t), self.radius * np.sin(t), self.rise * t], axis=-1)
-
-    def tangent(self, s):
-        t = s / self.pace
-        return (
-            np.stack([-self.radius * np.sin(t), self.radius * np.cos(t), 0 * t + self.rise], axis=-1)
-            / self.pace
-        )
 
 
 def volumes(mesh):
@@ -213,24 +178,6 @@ CUBE = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float
 )
 CORNERS = np.arange(8)[None]
-
-
-class Arc:
-    """Circular arc in the x-z plane through the origin, from a centre above it."""
-
-    def __init__(self, radius, angle, y=0.0):
-        self.radius, self.length, self.y = radius, radius * angle, y
-
-    def position(self, s):
-        t = s / self.radius
-        return np.stack([self.radius * np.sin(t), self.y + 0 * t, self.radius * (1 - np.cos(t))], axis=-1)
-
-    def tangent(self, s):
-        t = s / self.radius
-        return np.stack([np.cos(t), 0 * t, np.sin(t)], axis=-1)
-
-    def curvature(self, s):
-        return np.full(s.shape, 1 / self.radius)
 
 
 def test_scaled_jacobian_of_simple_shapes():

@@ -12,22 +12,17 @@ from knitstudy.tables.models import WINDOWS, contact_errors
 
 
 @pytest.fixture(scope="module")
-def scenes(plain_scene):
-    return study.scenes(plain_scene)
+def every(cases):
+    return study.histories(cases)
 
 
 @pytest.fixture(scope="module")
-def every(scenes):
-    return study.histories(scenes)
+def reference(cases):
+    return study.reference(cases)
 
 
-@pytest.fixture(scope="module")
-def reference(scenes):
-    return study.reference(scenes)
-
-
-def test_distances_of_all_models_from_the_reference(every, scenes, reference):
-    sources = {"models": every, "scenes": scenes, "reference": reference}
+def test_distances_of_all_models_from_the_reference(every, cases, reference):
+    sources = {"models": every, "scenes": cases, "reference": reference}
     table = catalogue.tabulate("rom_distance", **sources).set_index("model")
     assert table.index.is_unique
     assert len(table) == 4 * 7
@@ -46,11 +41,11 @@ def test_distances_of_all_models_from_the_reference(every, scenes, reference):
     assert other_mesh["discretisation"] == "one-point hexahedra of 0.45 mm"
 
 
-def test_responses_by_hand(every, scenes):
+def test_responses_by_hand(every, cases):
     """10 N at 5 % on 3 loops and rows: widths are 3 w and 3 c."""
-    table = catalogue.tabulate("responses", every=every, scenes=scenes).set_index("scene")
+    table = catalogue.tabulate("responses", every=every, scenes=cases).set_index("scene")
     assert list(table.index) == list(every)
-    pattern = scenes["dns-isotropic-course"].pattern
+    pattern = cases["dns-isotropic-course"].pattern
     height, width = 3 * pattern.course_spacing, 3 * pattern.wale_spacing
     for way, along, across in (("course", width, height), ("wale", height, width)):
         of = table.loc[f"dns-isotropic-{way}"]

@@ -5,24 +5,11 @@ import pytest
 import synthetic
 
 from knitstudy.errors import ConfigurationError, GeometryError
-from knitstudy.geometry.fabric import plain_knit
-from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.measures.centre_cell import angles_to_axes, honeycomb_segments
-from knitstudy.models.joints import contacts_of_crossings
 from knitstudy.models.network_2d import heights_by_stress, moved, zone_places
 from knitstudy.models.simulate import build, solve
 
 INTERLOCK, LEG = 40.0, 55.0
-
-
-@pytest.fixture(scope="module")
-def knit(plain_scene):
-    return plain_knit(initial_loop(plain_scene), 3, 3)
-
-
-@pytest.fixture(scope="module")
-def contacts(knit):
-    return contacts_of_crossings(knit)
 
 
 def test_segments_have_the_angles_of_the_stress(knit, contacts):

@@ -26,7 +26,7 @@ def way(solid, element, sizes=SIZES, **keys):
     return {name: solid.vary(keys | {"name": name, "mesh.size": size}) for name, size in named.items()}
 
 
-def results(knit, scenes, force):
+def results(knit, cases, force):
     """Return histories and contacts by scene; `force` gives the force at full load from element and size."""
     whole = synthetic.contact_history(knit)
     base, contacts = (
@@ -35,9 +35,9 @@ def results(knit, scenes, force):
     )
     histories = {
         name: base.assign(force=20 * force(scene.mesh.element, scene.mesh.size) * base["strain"])
-        for name, scene in scenes.items()
+        for name, scene in cases.items()
     }
-    return {"histories": histories, "contacts": dict.fromkeys(scenes, contacts), "scenes": scenes}
+    return {"histories": histories, "contacts": dict.fromkeys(cases, contacts), "scenes": cases}
 
 
 @pytest.fixture(scope="module")
@@ -74,13 +74,8 @@ def test_one_way_or_one_mesh_makes_no_reference(knit, solid):
         assert catalogue.tabulate("reference", **alone).empty
 
 
-@pytest.fixture(scope="module")
-def scenes(plain_scene):
-    return study.scenes(plain_scene)
-
-
-def test_models_are_compared_at_the_largest_strain_that_both_reach(scenes):
-    reference = reference_of(study.reference(scenes), scenes["dns-tie-course"])
+def test_models_are_compared_at_the_largest_strain_that_both_reach(cases):
+    reference = reference_of(study.reference(cases), cases["dns-tie-course"])
     full = reference.force_ratio(study.history(force=(0, 9, 18)))
     assert full.value == pytest.approx(18 / 12)
     assert full.uncertainty == pytest.approx(18 / (0.98 * 12) - 1.5)
@@ -89,8 +84,8 @@ def test_models_are_compared_at_the_largest_strain_that_both_reach(scenes):
     assert part.value == pytest.approx(6 / 4.8)
 
 
-def test_what_the_reference_does_not_speak_of_is_unknown(scenes):
-    table, solid = study.reference(scenes), scenes["dns-isotropic-course"]
+def test_what_the_reference_does_not_speak_of_is_unknown(cases):
+    table, solid = study.reference(cases), cases["dns-isotropic-course"]
     slippery = reference_of(table, solid.replace("contact.friction", 0.1))
     assert not slippery.known
     known = reference_of(table, solid)

@@ -135,3 +135,15 @@ def test_what_no_run_has_written_is_refused(saved, changes, said):
     rewritten(file, **changes)
     with pytest.raises(DataFileError, match=said):
         file.load(recorder())
+
+
+def test_something_else_in_the_place_of_a_restart_file_is_refused(tmp_path):
+    array, folder = tmp_path / "array.npz", tmp_path / "folder.npz"
+    with array.open("wb") as file:
+        np.save(file, np.ones(3))
+    folder.mkdir()
+    for path in (array, folder):
+        with pytest.raises(
+            DataFileError, match=rf"{path.name}: this restart file cannot be used .*delete it"
+        ):
+            Checkpoint(path, "key", State).load(recorder())

@@ -4,17 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import GeometryError
-from knitstudy.models.joints import contact_normal_planes, contacts_of_crossings, joint_points
-
-
-@pytest.fixture(scope="module")
-def knit(plain_scene, knit_of):
-    return knit_of(plain_scene)
-
-
-@pytest.fixture
-def contacts(knit):
-    return contacts_of_crossings(knit)
+from knitstudy.models.joints import contact_normal_planes, joint_points
 
 
 def test_contacts_of_crossings_lie_halfway_with_normals_across(knit, contacts):

@@ -5,13 +5,9 @@ import study
 import sweeping
 from sweeping import LIFT, SURE, histories
 
-from knitstudy.files import read_table
 from knitstudy.measures.claims.evidence import Evidence
 from knitstudy.measures.claims.verdicts import RULES
 from knitstudy.measures.sweeps import SPACING, sweeps_of
-from knitstudy.study.configuration import CONFIG
-
-REFERENCES = CONFIG.parent / "resources" / "reference"
 
 
 @pytest.fixture(scope="module")
@@ -24,9 +20,8 @@ def reference(scenes):
     return sweeping.reference(scenes)
 
 
-def judged(claim, scenes, reference, slopes, left_out=()):
+def judged(claim, paper, scenes, reference, slopes, left_out=()):
     kept = {name: scene for name, scene in scenes.items() if not any(part in name for part in left_out)}
-    paper = read_table(REFERENCES / "paper_tables.csv")
     evidence = Evidence(None, paper, reference, kept, histories(kept, slopes))
     return RULES[claim](evidence)
 
@@ -68,7 +63,7 @@ def test_error_of_a_series_is_the_largest_that_is_known(scenes, reference):
         ({"shape": 1e-3}, "not decidable"),
     ],
 )
-def test_verdict_turns_with_the_slope_in_every_reading(scenes, reference, claim, slopes, verdict):
-    found = judged(claim, scenes, reference, slopes)
+def test_verdict_turns_with_the_slope_in_every_reading(paper, scenes, reference, claim, slopes, verdict):
+    found = judged(claim, paper, scenes, reference, slopes)
     assert found.verdict == verdict, found
     assert ("hangs on what is held fixed" in found.note) == ("length" in slopes)

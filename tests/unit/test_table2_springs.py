@@ -1,22 +1,13 @@
 """Table 2 against springs that are known."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import study
 import synthetic
 
-from knitstudy.files import read_table
 from knitstudy.tables.table2_springs import AVERAGES, STATISTICS, tabulate
 
-PAPER = Path(__file__).resolve().parents[2] / "resources" / "reference" / "paper_tables.csv"
 STIFFNESS = np.array([80e3, 60e3, 900e3])
-
-
-@pytest.fixture(scope="module")
-def paper():
-    return read_table(PAPER)
 
 
 @pytest.fixture

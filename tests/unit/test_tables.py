@@ -1,7 +1,6 @@
 """Tables against values computed by hand, and the paper's numbers beside them."""
 
 import fnmatch
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,26 +9,12 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.files import read_table
-from knitstudy.geometry.fabric import plain_knit
-from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.measures.centre_cell import cut_force, first_symmetric_contact
 from knitstudy.measures.cost import SERIES
 from knitstudy.measures.paper_values import number, numbers
-from knitstudy.measures.response import (
-    distance_of_curves,
-    out_of_plane_correlation,
-    transverse_contraction,
-)
+from knitstudy.measures.response import distance_of_curves, out_of_plane_correlation, transverse_contraction
 from knitstudy.study.configuration import load_scenes
 from knitstudy.tables import catalogue
-
-RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
-
-
-@pytest.fixture(scope="module")
-def paper():
-    return read_table(RESOURCES / "paper_tables.csv")
 
 
 def contacts(rows=2, columns=2):
@@ -99,11 +84,6 @@ def test_names_of_scenes_are_those_of_the_configuration():
 
 
 STRESS, AREA, LENGTH, CELLS = 2e6, 3e-6, 0.05, 1000
-
-
-@pytest.fixture(scope="module")
-def knit(plain_scene):
-    return plain_knit(initial_loop(plain_scene), 3, 3)
 
 
 @pytest.fixture(scope="module")

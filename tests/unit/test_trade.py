@@ -35,18 +35,13 @@ def test_a_front_is_what_nothing_beats():
 
 
 @pytest.fixture(scope="module")
-def scenes(plain_scene):
-    return study.scenes(plain_scene)
+def sources(cases):
+    every = {name: each for name, each in study.histories(cases).items() if cases[name].fidelity != "beam"}
+    return {"every": every, "every_contacts": {}, "scenes": cases, "reference": study.reference(cases)}
 
 
-@pytest.fixture(scope="module")
-def sources(scenes):
-    every = {name: each for name, each in study.histories(scenes).items() if scenes[name].fidelity != "beam"}
-    return {"every": every, "every_contacts": {}, "scenes": scenes, "reference": study.reference(scenes)}
-
-
-def test_errors_are_to_the_reference_with_its_uncertainty(scenes, sources):
-    points = points_of(sources["every"], {}, scenes, sources["reference"])
+def test_errors_are_to_the_reference_with_its_uncertainty(cases, sources):
+    points = points_of(sources["every"], {}, cases, sources["reference"])
     of = {(point.scene.name, point.question.name): point for point in points}
     point = of["rom3d-tie-wale", "force"]
     assert point.error.value == pytest.approx(0.2)
@@ -54,16 +49,16 @@ def test_errors_are_to_the_reference_with_its_uncertainty(scenes, sources):
     assert point.source == REFERENCE
     assert point.bound == point.error.value + point.error.uncertainty
     assert {name for scene, name in of if scene.startswith("rom2d")} == {"force"}
-    assert as_direct(scenes["beam-isotropic-wale"], scenes).name == "dns-isotropic-wale"
-    assert as_direct(scenes["rom3d-tie-wale"], scenes).name == "dns-tie-wale"
-    assert as_direct(scenes["beam-isotropic-wale"], {}) is None
+    assert as_direct(cases["beam-isotropic-wale"], cases).name == "dns-isotropic-wale"
+    assert as_direct(cases["rom3d-tie-wale"], cases).name == "dns-tie-wale"
+    assert as_direct(cases["beam-isotropic-wale"], {}) is None
 
 
-def test_a_reduced_model_costs_what_its_contacts_cost(scenes, sources):
-    expense = expense_of(scenes["rom3d-tie-course"], sources["every"])
+def test_a_reduced_model_costs_what_its_contacts_cost(cases, sources):
+    expense = expense_of(cases["rom3d-tie-course"], sources["every"])
     assert (expense.seconds, expense.sources, expense.clock) == (100.5, 100.0, WALL)
     assert expense.memory == 300
     timed = {name: each.assign_attrs(processor_seconds=2.0) for name, each in sources["every"].items()}
-    expense = expense_of(scenes["rom3d-tie-course"], timed)
+    expense = expense_of(cases["rom3d-tie-course"], timed)
     assert (expense.seconds, expense.clock) == (4.0, PROCESSOR)
-    assert expense_of(scenes["rom3d-tie-course"], {"rom3d-tie-course": timed["rom3d-tie-course"]}) is None
+    assert expense_of(cases["rom3d-tie-course"], {"rom3d-tie-course": timed["rom3d-tie-course"]}) is None

@@ -18,22 +18,10 @@ def scene(plain_scene):
 
 
 @pytest.fixture(scope="module")
-def touching(scene):
-    """One cell with friction, solid as a whole but for the ends of its yarns, and flattened until the yarns touch."""
-    flat = np.array(scene.pattern.control_points) * [1, 1, 0.985]
-    return scene.vary(
-        {
-            "interaction": "isotropic",
-            "contact.tied_edges": "none",
-            "contact.points": 3,
-            "contact.cell": 0.5,
-            "pattern.control_points": flat.tolist(),
-            "pattern.loops": 1,
-            "pattern.rows": 1,
-            "load.strain": 0.01,
-            "solver.increments": 2,
-        }
-    )
+def touching(touching_cell):
+    """One cell that is solid as a whole but for the ends of its yarns."""
+    resolution = {"mesh.beam_size": 3e-3, "contact.points": 3, "contact.cell": 0.5, "solver.increments": 2}
+    return touching_cell.vary({"fidelity": "window", "load.strain": 0.01} | resolution)
 
 
 @pytest.fixture(scope="module")

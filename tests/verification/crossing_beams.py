@@ -18,10 +18,7 @@ from knitstudy.models.beams_in_contact import point_pairs
 RADIUS, MODULUS, POISSON = 0.9e-3, 1.3e9, 0.42
 STICK = 10 * MODULUS * RADIUS
 SECTION = Section.circular(2 * RADIUS, MODULUS, POISSON)
-LAWS = {
-    "rigid": Power(10 * MODULUS * RADIUS),
-    "hertz": hertz(MODULUS, POISSON, RADIUS),
-}
+LAWS = {"rigid": Power(10 * MODULUS * RADIUS), "hertz": hertz(MODULUS, POISSON, RADIUS)}
 
 
 @dataclass(frozen=True)

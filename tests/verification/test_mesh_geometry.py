@@ -2,25 +2,13 @@
 
 import numpy as np
 import pytest
+from curves import Arc
 
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing
 from knitstudy.mesh.sweep import sweep
 
 RADIUS = 0.9
-
-
-class Arc:
-    def __init__(self, radius, angle):
-        self.radius, self.length = radius, radius * angle
-
-    def position(self, s):
-        t = s / self.radius
-        return np.stack([self.radius * np.sin(t), 0 * t, self.radius * (1 - np.cos(t))], axis=-1)
-
-    def tangent(self, s):
-        t = s / self.radius
-        return np.stack([np.cos(t), 0 * t, np.sin(t)], axis=-1)
 
 
 def volume(mesh):

@@ -10,12 +10,7 @@ from knitstudy.mesh.mesher import sampled_sections
 from knitstudy.models.simulate import solve
 from knitstudy.study.configuration import load_scene
 
-SMALL = {
-    "pattern.loops": 1,
-    "pattern.rows": 1,
-    "load.strain": 5e-4,
-    "solver.increments": 1,
-}
+SMALL = {"pattern.loops": 1, "pattern.rows": 1, "load.strain": 5e-4, "solver.increments": 1}
 """A cell, and a strain at which its force is linear."""
 
 

@@ -56,10 +56,7 @@ QUADRATIC = (
     (1e-4, 5e-5),
     0.02,
 )
-KINDS = {
-    "one-point": Kind(OnePointHexahedron, *LINEAR),
-    "quadratic": Kind(QuadraticHexahedron, *QUADRATIC),
-}
+KINDS = {"one-point": Kind(OnePointHexahedron, *LINEAR), "quadratic": Kind(QuadraticHexahedron, *QUADRATIC)}
 elements = pytest.mark.parametrize("name", KINDS)
 laws = pytest.mark.parametrize("law", LAWS)
 isotropic_laws = pytest.mark.parametrize("law", ISOTROPIC)

@@ -82,11 +82,7 @@ def test_tie_follows_rigid_rotations(cell, verify):
     verify.at_most("rigid rotation of a tied cell: force over E h^2", np.abs(force).max() / level, 1e-10)
 
 
-@pytest.mark.parametrize(
-    ("length", "stiffness"),
-    [(1e-3, 1.0), (1.0, 1e6)],
-    ids=["mm", "MPa"],
-)
+@pytest.mark.parametrize(("length", "stiffness"), [(1e-3, 1.0), (1.0, 1e6)], ids=["mm", "MPa"])
 def test_units(cell, length, stiffness, verify):
     """The dimensionless curve is the same in any units, optimisation included."""
     cell = changed(cell, solver__linear="three_scale")

@@ -32,11 +32,7 @@ def test_of_equal_constants_it_is_hencky(verify):
 
 ACROSS = YARN.poisson_ratio * YARN.transverse_modulus / YARN.youngs_modulus
 STRAINED = {
-    "tension along the yarn": (
-        2,
-        YARN.youngs_modulus,
-        (-YARN.poisson_ratio, -YARN.poisson_ratio, 1.0),
-    ),
+    "tension along the yarn": (2, YARN.youngs_modulus, (-YARN.poisson_ratio, -YARN.poisson_ratio, 1.0)),
     "pressure across it": (0, YARN.transverse_modulus, (1.0, -YARN.transverse_poisson_ratio, -ACROSS)),
 }
 

@@ -81,9 +81,8 @@ class BeamContactPoints(Chosen):
 
     approach: Approach
     anchor: Stencil  # (k, 2), of the centrelines where the material points belong
-    arm: (
-        np.ndarray
-    )  # (k, 2, 4, 3), from the centreline to the material points, turned as each of its stations is [m]
+    # (k, 2, 4, 3), from the centreline to the material points, turned as each of its stations is [m]
+    arm: np.ndarray
     gap: np.ndarray  # (k,) [m]; inf where there is no closest point
     apart: np.ndarray  # (k, 3), from the material point of side B to that of side A [m]
     # (k,), part of the increment in contact: 1, or less for pairs that have closed within it

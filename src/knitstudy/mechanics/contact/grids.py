@@ -80,9 +80,8 @@ class Grids:
         self._skin = np.unique(self._nodes)
         self._chords = np.concatenate([grid.chords.reshape(-1, 2) for grid in self.grids])
         graded = any(np.any(grid.chords != grid.chords[:1]) for grid in self.grids)
-        self._rows = (
-            slice(None) if graded else slice(1)
-        )  # of four, those whose chords are weighed: one if all are alike
+        # of four, those whose chords are weighed: one if all are alike
+        self._rows = slice(None) if graded else slice(1)
         # Between nodes that move by w at most, a place moves by at most 1/4 of what a tangent changes by farther: that
         # is w along, and twice the larger share of a chord times w around.
         self.overshoot = 1.25 * (1 + 0.5 * float(self._chords.max()))

@@ -266,9 +266,8 @@ class Krylov:
     def _iterate(self, state: Iterate, tolerance: float) -> str | None:
         """Improve an iterate in place; return what went wrong, if anything."""
         goal = tolerance * state.level
-        wanted = (
-            -np.log10(tolerance) / self._rate if self._rate > 0 else 0.0
-        )  # iterations of a fresh preconditioner
+        # iterations of a fresh preconditioner
+        wanted = -np.log10(tolerance) / self._rate if self._rate > 0 else 0.0
         most = MOST_ITERATIONS if self._fresh else min(round(wanted) + WASTE, PATIENCE)
         start, before = np.linalg.norm(state.residual), state.iterations
         method = conjugate_gradients if self._system.unsymmetric is None else minimal_residuals
