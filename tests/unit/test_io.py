@@ -3,6 +3,8 @@
 import errno
 import os
 import signal
+import subprocess
+import sys
 
 import netCDF4
 import numpy as np
@@ -166,3 +168,23 @@ def test_tables_that_cannot_be_used_are_refused(tmp_path):
     path.write_text("")
     with pytest.raises(DataFileError, match="is not a CSV table"):
         read_table(path)
+
+
+KILLED = """
+import os, signal, sys
+from knitstudy.files import replacing
+with replacing(sys.argv[1]) as temporary:
+    temporary.write_text("half")
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_kill_leaves_the_old_file(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("old")
+    ended = subprocess.run([sys.executable, "-c", KILLED, str(path)], check=False)
+    assert ended.returncode == -signal.SIGKILL
+    assert path.read_text() == "old"
+    with replacing(path) as temporary:
+        temporary.write_text("new")
+    assert list(tmp_path.iterdir()) == [path], "what the killed process left is gone"

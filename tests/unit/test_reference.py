@@ -6,10 +6,15 @@ import study
 import synthetic
 
 from knitstudy.contacts.contacts import extract
+from knitstudy.files import read_table, write_dataset
 from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.reference import reference_of
 from knitstudy.measures.response import FORCE, STRAINS, rms_out_of_plane
+from knitstudy.stages import kept_tables as kept
+from knitstudy.stages.plan import Plan
+from knitstudy.stages.table import STAGES
 from knitstudy.tables import catalogue
+from knitstudy.tables.reference import values_of
 
 SIZES = (0.45e-3, 0.3e-3)
 
@@ -109,3 +114,46 @@ def test_root_mean_square_does_not_depend_on_stations():
     uneven = even.isel(station=(s < 5e-3) | (np.arange(len(s)) % 4 == 0))
     for history in (even, uneven):
         assert rms_out_of_plane(history)[-1] == pytest.approx(2e-3 / np.sqrt(2), rel=1e-3)
+
+
+@pytest.fixture
+def copy(tmp_path, sources):
+    """What is kept of all simulations of two ways, made by code ab12."""
+    path = tmp_path / "reference.csv"
+    kept.keep_values(values_of(sources["histories"], sources["contacts"]), sources["scenes"], path, "ab12")
+    return path
+
+
+def test_what_was_not_simulated_anew_stays(copy, sources):
+    """One mesh of one way is: its rows and the limits change, and these name both codes."""
+    name = "reference-one-point-00003"
+    changed = sources["histories"][name].assign(force=sources["histories"][name]["force"] * 1.01)
+    few = values_of({name: changed}, {name: sources["contacts"][name]})
+    before, values = read_table(copy), read_table(kept.values_beside(copy))
+    kept.keep_values(few, sources["scenes"], copy, "cd34")
+    after, anew = read_table(copy), read_table(kept.values_beside(copy))
+    assert list(anew["scene"]) == list(values["scene"])
+    assert set(anew[anew["code"] == "cd34"]["scene"]) == {name}
+    np.testing.assert_array_equal(
+        anew["value"] != values["value"], (values["scene"] == name) & forces(values)
+    )
+    assert set(after["code"]) == {"ab12 cd34"}
+    np.testing.assert_array_equal(after["value"] != before["value"], forces(before))
+
+
+def forces(table):
+    """Return which rows are forces of the knit."""
+    return (table["quantity"] == FORCE).to_numpy()
+
+
+def test_only_simulations_that_are_up_to_date_are_kept(config, sources, tmp_path):
+    """Their digests say so: one of the history and one of the contacts."""
+    history, contacts = (next(iter(sources[name].values())) for name in ("histories", "contacts"))
+    plan, steps = Plan.of(config), [STAGES["simulation"], STAGES["contacts"]]
+    scenes = {"dns-a": plan.scenes["dns-a"]}
+    assert kept.values_found(scenes, tmp_path, config).empty
+    for digests, there in (([None, "old"], False), ([None, None], True), (["old", None], False)):
+        for stage, dataset, digest in zip(steps, (history, contacts), digests, strict=True):
+            of = scenes["dns-a"]
+            write_dataset(dataset, tmp_path / stage.path(of), of, digest or plan.digest(stage, of))
+        assert set(kept.values_found(scenes, tmp_path, config)["scene"]) == (set(scenes) if there else set())

@@ -194,3 +194,25 @@ def test_a_new_key_counts_at_other_values(scene):
     assert grown(scene, added=2.0).read(["grown"]) == {"grown": {"old": 2.0, "added": 2.0}}
     assert grown(scene, list_added=(1.0,)).read(["grown.list_added"]) == {"grown": {"list_added": [1.0]}}
     assert grown(scene).hash != grown(scene, added=2.0).hash
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        (
+            {"yarn.transverse_modulus": 1e9},
+            r"yarn\.transverse_modulus is 1e\+09 but must be null where yarn\.material is",
+        ),
+        (
+            {"yarn.material": "transversely_isotropic", "yarn.transverse_modulus": 1e12},
+            r"yarn\.poisson_ratio is 0\.42 and stores no positive energy",
+        ),
+        (
+            {"yarn.material": "transversely_isotropic", "fidelity": "rom3d"},
+            r"yarn\.material is transversely_isotropic but must be isotropic where fidelity is rom3d",
+        ),
+    ],
+)
+def test_materials_with_an_axis(plain_scene, keys, message):
+    with pytest.raises(ConfigurationError, match=message):
+        plain_scene.vary(keys)
