@@ -41,8 +41,8 @@ class Registry(Generic[Entry]):
     def register(self, entry: Entry, module: str = "") -> Entry:
         """Add an entry and return it: a decorator of classes as well.
 
-        `module` is the dotted name of the module that the entry stands in, by default the one that calls. A name that
-        is taken raises a ConfigurationError.
+        `module` is the dotted name of the module that defines the entry; the default is the calling module. Raises
+        ConfigurationError if another entry has the same name.
         """
         if entry.name in self._entries:
             raise ConfigurationError(f"{self.what} {entry.name!r} is registered twice")

@@ -76,6 +76,8 @@ def test_elements_join_the_nodes_of_their_splines():
     space, nodes = two_yarns()
     groups = span_groups(space, nodes, Hencky(1.0, 0.3))
     assert sum(len(group.connectivity) for group in groups) == 10
+    joined = [group.connectivity.shape[1] for group in groups for _ in group.connectivity]
+    assert sorted(joined) == sorted(np.concatenate([yarn.span_sizes for yarn in space.yarns]))
     for group in groups:
         assert np.all(np.diff(group.connectivity, axis=1) == 1)
         assert len(set(space.yarn[group.connectivity[0]])) == 1

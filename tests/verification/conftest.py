@@ -75,6 +75,12 @@ def full(request):
     return request.config.getoption("--full")
 
 
+@pytest.fixture(scope="session")
+def heads():
+    """First line of the table, and its columns."""
+    return f"# physics {fingerprint()}", COLUMNS
+
+
 def fingerprint():
     """Checksum of the code that the table speaks of, without its comments and docstrings."""
     return code_digest(*PHYSICS)

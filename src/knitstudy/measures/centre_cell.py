@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
-from knitstudy.contacts.segments import KINDS, centre
+from knitstudy.contacts.segments import BETWEEN, KINDS, centre
 from knitstudy.errors import DataFileError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.loop import Loop
@@ -128,13 +128,10 @@ def honeycomb_segments(contacts: xr.Dataset) -> dict[str, np.ndarray]:
     A knit of one row has no legs, one of one column no sinkers: such kinds are left out.
     """
     zone = _by_place(contacts)
+    rows, columns = zone.shape[:2]
     segments = {
-        "head": zone[:, :, 3] - zone[:, :, 2],
-        "interlock, left": zone[:, :, 2] - zone[:, :, 0],
-        "interlock, right": zone[:, :, 3] - zone[:, :, 1],
-        "leg, left": zone[1:, :, 0] - zone[:-1, :, 2],
-        "leg, right": zone[1:, :, 1] - zone[:-1, :, 3],
-        "sinker": zone[:, 1:, 0] - zone[:, :-1, 1],
+        KINDS[kind]: zone[up:, right:, end] - zone[: rows - up, : columns - right, start]
+        for (start, end, up, right), (kind, _) in BETWEEN.items()
     }
     return {kind: each.reshape(-1, 3) for kind, each in segments.items() if each.size}
 

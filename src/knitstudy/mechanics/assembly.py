@@ -328,9 +328,8 @@ class PatternSum:
         total = _from_its_start(source)
         if total is None or total.size < len(self.indices) * block:
             total = np.empty(len(self.indices) * block)
-        for start, end, shift in reversed(
-            self._runs
-        ):  # from behind: in one array, what is moved is not yet covered
+        # From the last run to the first: within one array, no run overwrites one that has yet to be moved.
+        for start, end, shift in reversed(self._runs):
             total[(start + shift) * block : (end + shift) * block] = source[start * block : end * block]
         data = total[: len(self.indices) * block].reshape(-1, *large.data.shape[1:])
         data[self._at[self._new]] = small.data[self._new]

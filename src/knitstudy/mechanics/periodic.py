@@ -209,9 +209,8 @@ def conversion(spline: Spline) -> sp.csr_matrix:
     period = high[-1] - low[0]
     breaks = np.append(low, high[-1])
     along = Spline.on(np.concatenate([breaks[:-1] - period, breaks, breaks[1:] + period]), d)
-    first = np.searchsorted(
-        along.spans[:, 0], low[0] - 1e-9 * period
-    )  # its number of splines before the yarn
+    # Number of splines of `along` that begin before the yarn.
+    first = np.searchsorted(along.spans[:, 0], low[0] - 1e-9 * period)
     share = 0.5 - 0.5 * np.cos(np.pi * (np.arange(d + 1) + 0.5) / (d + 1))
     s = (low[:, None] + (high - low)[:, None] * share).ravel()
     goal = along.matrix(s)[:, first : first + spline.size].toarray()

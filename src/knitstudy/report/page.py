@@ -139,8 +139,8 @@ def _texts(captions: Mapping[str, Any], kind: str, display: Display, keys: Seque
 def value(results: Mapping[str, pd.DataFrame], table: str, row: str, column: str, form: str = ".3g") -> str:
     """Return one number of a table for a caption; the row is named by its cell in the first column.
 
-    Where a study has no scenes for a table, or for the row of a model, a dash stands instead. Raises ConfigurationError
-    when there is no such table, row or column.
+    Returns a dash if the study lacks the scenes of the table or of the row. Raises ConfigurationError if no such table,
+    row or column exists.
     """
     if table not in results:
         if table in TABLES.names():

@@ -69,7 +69,7 @@ def _reason(error: Exception, text: str) -> str:
         return " ".join(str(error).split())
     said = " ".join(filter(None, (error.context, error.problem)))
     (line,) = text.splitlines()[mark.line : mark.line + 1] or [""]
-    hint = "; a text that begins with a brace, or has one within braces, stands in quotes"
+    hint = "; put text that contains braces in quotes"
     return f"line {mark.line + 1}: {said}{hint if '{' in line else ''}"
 
 

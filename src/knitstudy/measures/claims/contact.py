@@ -19,7 +19,9 @@ from knitstudy.measures.reference import transferred_uncertainty
 from knitstudy.measures.sweeps import FRICTION
 
 FIRST, LAST = 1, 4  # Points of Fig. 7 that claims K1 and K2 are about
-SPAN, JUST_AFTER = 1e-3, 5e-3  # Claim K3: strain over which slopes are taken; what counts as just after
+# Claim K3: strain interval before and after a point over which the mean slope of the force is taken; largest strain
+# between the first symmetric contact and the bend of the force that counts as "right after".
+SPAN, JUST_AFTER = 1e-3, 5e-3
 PRONOUNCED, SYMMETRIC = 0.1, 0.2  # Claim K4: least |u_z| over d; largest difference of envelopes
 CONTRACTS = 0.01  # Claim K8: least contraction of the chord to a neighbour over the strain of the knit
 # Claim K11: slip of the outer rows over that of the others; share of the force below which load is not
