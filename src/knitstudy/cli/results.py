@@ -68,7 +68,7 @@ def run(
     A scene that leaves its model open (`fidelity: auto`) prints the chosen model and its price before it runs.
     Afterwards a second model of at most twice the price estimates the error; --no-compare leaves that out.
 
-    Units are SI. `knitstudy show` tells more about a file.
+    Units are SI; sizes of elements are in yarn radii. `knitstudy show` tells more about a file.
     """
     if threads is not None:
         os.environ["OMP_NUM_THREADS"] = str(threads)
