@@ -11,9 +11,8 @@ from knitstudy.mechanics.beam_model import BeamModel
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
-from knitstudy.models.joints import contacts_of_crossings
 from knitstudy.models.network_3d import grips, problem, tension
-from knitstudy.models.simulate import build, solve
+from knitstudy.models.simulate import build
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +43,7 @@ def test_spring_joints_leave_just_the_couples_that_are_accounted_for(
 ):
     """Springs at P leave a couple of second order in their stretch, between the points C one of first order."""
     scene = plain_scene.replace("interaction", "isotropic").replace("load.direction", direction)
-    scene = scene.replace("rom.joint", joint).replace("mesh.beam_size", 2.2).replace("rom.axes", "global")
+    scene = scene.replace("rom.joint", joint).replace("mesh.beam_size", 1.8).replace("rom.axes", "global")
     network = build(scene, knit, contacts=sprung_contacts).observer.network
     model = network.model(scene.yarn, scene.mesh.section_law)
     ends = grips(network, knit, direction)
@@ -95,17 +94,3 @@ def test_arms_are_the_limit_of_stiff_beams():
     assert np.abs(state.rotation[-1] - np.eye(3)).max() > 0.25  # some 20 degrees
     # What is left is the stretch of the stiff beam, 1e-4 of the displacements.
     np.testing.assert_allclose(state.position[-1], reference.position[-1], atol=5e-5)
-
-
-@pytest.mark.parametrize("fidelity", ["rom2d", "rom3d"])
-@pytest.mark.parametrize(("length", "stiffness"), [(1e-3, 1.0), (1.0, 1e6)])
-def test_units_leave_the_dimensionless_force_alone(
-    plain_scene, knit_of, knit, contacts, fidelity, length, stiffness, verify
-):
-    base = plain_scene.replace("mesh.beam_size", 2.2).replace("fidelity", fidelity)
-    scene = base.scaled(length=length, stiffness=stiffness)
-    scaled_knit = knit_of(scene)
-    force = solve(scene, scaled_knit, contacts=contacts_of_crossings(scaled_knit))["force"].to_numpy()
-    expected = solve(base, knit, contacts=contacts)["force"].to_numpy()
-    error = np.abs(force / (stiffness * length**2) - expected).max() / expected.max()
-    verify.at_most(f"units, {fidelity}: lengths x {length:g}, moduli x {stiffness:g}: force", error, 1e-6)

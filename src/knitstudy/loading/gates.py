@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from knitstudy.errors import CoarseIncrement, ConvergenceError, MeshError
-from knitstudy.loading.history import Motion, Recorder
+from knitstudy.loading.history import FORMS, Motion, Recorder
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.model import Response
 from knitstudy.study.scene import Scene
@@ -19,6 +19,8 @@ USUAL_HOURGLASS = 0.005  # hourglass stiffness over shear stiffness as in C3D8R
 
 # Load factor before which hourglass and viscous forces may prevail: a hundredth of the energy of full load
 FIRST = 0.1
+
+ROUNDING = 1e-9  # of load factors
 
 # Energy over E d^3 up to which yarns of diameter d count as unloaded: a cell at 0.1 % stores 100,000 times as much
 UNLOADED = 1e-12
@@ -40,11 +42,13 @@ def require_sound(
 
     Until solids are loaded only the ledger is judged. Raises ConvergenceError as the functions below.
     """
-    if loaded is not None and loaded(increment.response) and increment.load >= FIRST:
-        if increment.response.energy.get("hourglass"):
+    if loaded is not None and increment.load >= FIRST:
+        resists = loaded(increment.response)
+        if increment.response.energy.get("hourglass") and (resists or stores_work(recorder)):
             require_small_hourglass(scene, increment)
-        if scene.solver.stabilisation > 0:
+        if scene.solver.stabilisation > 0 and resists:
             require_small_stabilisation(scene, increment, recorder.columns["reaction"][-1])
+    require_hard_contact(scene, increment, recorder)
     unloaded = UNLOADED * scene.yarn.youngs_modulus * scene.yarn.diameter**3
     require_closed_ledger(recorder, increment.index, scene.gates.ledger, unloaded)
 
@@ -57,6 +61,107 @@ def require_share(scene: Scene, key: str, part: float, whole: float, message: st
             f"{message.format(times(part, whole))}; gates.{key} allows {allowed:.1%}. {remedy}; gates.{key} raises the "
             "limit"
         )
+
+
+def stores_work(recorder: Recorder) -> bool:
+    """Return whether the forms of energy of the last increment are the external work, within half of it.
+
+    However small the forces are, they are not rounding then.
+    """
+    work, *others = recorder.columns["energy"][-1]
+    return 0.5 * work < sum(others) < 2 * work
+
+
+def require_hard_contact(scene: Scene, increment: Increment, recorder: Recorder) -> None:
+    """Refuse a state in which penetration and elastic slip take up the motion that yarns are to resist.
+
+    With prescribed displacements the energy E falls as a compliance c is added, and its slope at c is the energy P
+    stored in it, over c. As E is convex in c, all of c takes P / E from the force at least, and at most twice as much
+    where c is below that of the yarns (`require_stiff_contact`). Ends of the path's legs count, as contact begins
+    softly, and the work of the leg, as friction resists each.
+    Raises ConvergenceError if the share exceeds ``gates.penalty``.
+    """
+    stored, columns = increment.response.energy.get("numerical", 0.0), recorder.columns
+    corners = np.array([0.0, *recorder.motion.corners])
+    leg = int(np.argmin(np.abs(corners - increment.load)))
+    if not stored or not leg or abs(corners[leg] - increment.load) > ROUNDING:
+        return
+    start = corners[leg - 1]
+    first = int(np.argmin(np.abs(np.array(columns["load"]) - start)))
+    energy = np.array(columns["energy"])
+    before = energy[first, FORMS.index("penalty")] if leg > 1 else 0.0
+    work = float(np.abs(np.diff(energy[first:, 0])).sum())
+    keys = (
+        "beam.stiffness" if scene.fidelity == "beam" else "contact.normal_stiffness and tangential_stiffness"
+    )
+    require_share(
+        scene,
+        "penalty",
+        stored - before,
+        work,
+        f"increment {increment.index}: penetration and elastic slip of contact have taken {{}} the work, and at least "
+        "as much of the force",
+        f"Use a larger {keys}",
+    )
+
+
+def require_fine_beams(scene: Scene, stiffer: float) -> None:
+    """Refuse beams that are too long for the bends of the yarns: MeshError beyond the share ``gates.polygon``.
+
+    `stiffer` is by how much they are estimated to be too stiff.
+    """
+    allowed = scene.value("gates.polygon")
+    if allowed is not None and stiffer > allowed:
+        size = scene.mesh.beam_size
+        fits = size * (allowed / stiffer) ** 0.5
+        raise MeshError(
+            f"mesh.beam_size is {size:g} yarn radii: straight beams in bent yarns are {stiffer:.1%} too stiff; "
+            f"gates.polygon allows {allowed:.1%}: use {fits:.2g} or less; gates.polygon raises the limit"
+        )
+
+
+def require_stiff_contact(scene: Scene, key: str, patch: float) -> None:
+    """Refuse a penalty that is softer than the yarns: MeshError that names the least value of its key.
+
+    Two half spaces give way along a round patch of radius a by (2 - nu) / (4 G a) (Mindlin 1949), a penalty k E / h by
+    h / (k E pi a^2), and k E R of beams by 1 / (k E R): `patch` is pi a / h or R / a.
+    """
+    poisson = scene.yarn.poisson_ratio
+    least = 2 / ((2 - poisson) * (1 + poisson) * patch)
+    if (value := scene.value(key)) is not None and value < least:
+        raise MeshError(
+            f"{key} is {value:g}: contact would be softer than yarns are there; use {least:.2g} or more"
+        )
+
+
+def require_seen_contact(scene: Scene, size: float) -> None:
+    """Refuse points of contact between which yarns penetrate each other unseen.
+
+    On facets of a size [m] the yarns meet over the middle of one; the next point lies d to either side of it, where the
+    gap of crossed cylinders is d^2 / R wider. Raises MeshError if this exceeds ``contact.penetration``.
+    """
+    points, allowed = scene.contact.points, scene.contact.penetration * size
+    off = np.abs(np.polynomial.legendre.leggauss(points)[0]).min() * size / 2
+    if (unseen := off**2 / scene.yarn.radius) > allowed:
+        raise MeshError(
+            f"contact.points is {points}: yarns penetrate each other by {unseen / size:.2%} of a facet before a point "
+            f"touches, and contact.penetration allows {allowed / size:.2%}: use an odd number, which has a point there"
+        )
+
+
+def loosened(scene: Scene) -> str:
+    """Return in words the gates that a scene opens wider than they are by default, "" if there are none."""
+    found = []
+    for name, field in type(scene.gates).model_fields.items():
+        value, usual = getattr(scene.gates, name), field.default
+        if name == "elements_across":  # the fewest
+            usual = fewest_across(scene)
+            value, wider = value or usual, (value or usual) < usual
+        else:
+            wider = value > usual
+        if wider:
+            found.append(f"gates.{name} {value:g} instead of {usual:g}")
+    return ", ".join(found)
 
 
 def require_small_hourglass(scene: Scene, increment: Increment) -> None:
@@ -181,6 +286,11 @@ def require_no_jump(scene: Scene, increment: Increment, recorder: Recorder) -> N
         )
 
 
+def fewest_across(scene: Scene) -> float:
+    """Return how many hexahedra a yarn needs across by default."""
+    return max(ELEMENTS_ACROSS["knit"], ELEMENTS_ACROSS.get(scene.specimen, 0.0) / scene.mesh.refinement)
+
+
 def require_elements_across(scene: Scene) -> None:
     """Refuse hexahedra that are too large for the yarn.
 
@@ -188,8 +298,7 @@ def require_elements_across(scene: Scene) -> None:
     ``mesh.size`` where ``mesh.refinement`` makes them smaller at the crossing.
     Raises MeshError if there are fewer across the yarn.
     """
-    default = max(ELEMENTS_ACROSS["knit"], ELEMENTS_ACROSS.get(scene.specimen, 0.0) / scene.mesh.refinement)
-    fewest, across = scene.gates.elements_across or default, 2 / scene.mesh.size
+    fewest, across = scene.gates.elements_across or fewest_across(scene), 2 / scene.mesh.size
     # Rounded: a yarn of five elements is one in whatever unit of length.
     if round(across, 6) < fewest:
         raise MeshError(

@@ -12,6 +12,7 @@ import xarray as xr
 
 from knitstudy.errors import CoarseIncrement, ConvergenceError
 from knitstudy.files import write_dataset
+from knitstudy.loading.gates import loosened
 from knitstudy.loading.history import Meter, Motion, Recorder, Stations, place_on_path
 from knitstudy.loading.restart import IN_MEMORY, Checkpoint, Run
 from knitstudy.mechanics.batches import serial_blas
@@ -173,6 +174,7 @@ def _history(problem: Problem, recorder: Recorder, last: Increment) -> xr.Datase
         scene=scene.name,
         fidelity=scene.fidelity,
         interaction=scene.interaction,
+        **({"loosened": wider} if (wider := loosened(scene)) else {}),
         unknowns=problem.model.size - len(problem.prescribed.fixed),
         linear_solver=type(getattr(solver, "preconditioner", solver)).__name__,
         linear_setups=getattr(solver, "setups", 0),

@@ -16,7 +16,15 @@ from knitstudy.measures.response import largest_out_of_plane, secant_stiffness
 # Attributes of the origin of a result.
 PROVENANCE = dict.fromkeys(("scene", "digest", "code_version", "numpy", "scipy", "pyamg"), "")
 # Attributes of a history with their units.
-HISTORY = {"fidelity": "", "interaction": "", "incomplete": "", "dof": "1", "unknowns": "1", "elements": "1"}
+HISTORY = {
+    "fidelity": "",
+    "interaction": "",
+    "incomplete": "",
+    "loosened": "",
+    "dof": "1",
+    "unknowns": "1",
+    "elements": "1",
+}
 COST = {"wall_seconds": "s", "memory_growth": "bytes"}  # Attributes with their units
 # Variables of an optimised geometry.
 SURVEYED = ("loop_length", "radius_of_curvature", "gap", "interlock_angle", "leg_angle")

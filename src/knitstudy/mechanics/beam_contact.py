@@ -173,8 +173,12 @@ class BeamContact:
         force = response.force.reshape(-1, 6).copy()
         np.add.at(force, self.node, at_stations)
         sheared = 0.5 * np.vdot(traction, traction) / self.friction.tangential
-        stored = float(np.sum(self.law.energy(touching.gap)) + sheared)
-        energy = {"penalty": stored, "friction": state.contact.dissipated + self._work(points, state.contact)}
+        pressed = float(np.sum(self.law.energy(touching.gap)))
+        energy = {"penalty": pressed + sheared, "friction": state.contact.dissipated}
+        energy["friction"] += self._work(points, state.contact)
+        energy["numerical"] = sheared + (
+            pressed if self.law.exponent == 1 else 0.0
+        )  # Hertz's approach is none
         stiffness = response.stiffness
         if stiffness is not None:
             own = self._stiffness(touching, hat(arm), hat(at_stations[:, :3]), len(force))

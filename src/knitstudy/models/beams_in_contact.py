@@ -17,6 +17,7 @@ from knitstudy.contacts.facets import tied_crossings
 from knitstudy.errors import ConvergenceError
 from knitstudy.geometry.crossings import Crossings
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.loading.gates import require_stiff_contact
 from knitstudy.loading.history import Recorder
 from knitstudy.loading.solve import Problem, Reported, settings_of
 from knitstudy.mechanics.beam_approach import A, B, Curves, Pairs, approach
@@ -256,6 +257,7 @@ def beam_contact(scene: Scene, beams: Network, curves: Curves, pairs: Pairs) -> 
 
     The stiffness against elastic slip is ``beam.stiffness`` for both laws: Hertz's approach is normal.
     """
+    require_stiff_contact(scene, "beam.stiffness", patch=2.0)  # of half a radius
     yarn, penalty = scene.yarn, _penalty(scene)
     law = Power(penalty)
     if scene.value("beam.section") in (None, "hertz"):

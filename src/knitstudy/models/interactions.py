@@ -24,7 +24,7 @@ from scipy.spatial import cKDTree
 
 from knitstudy.errors import MeshError
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.loading.gates import require_share
+from knitstudy.loading.gates import require_seen_contact, require_share, require_stiff_contact
 from knitstudy.loading.history import Recorder
 from knitstudy.mechanics.beam_contact import hertz
 from knitstudy.mechanics.contact.friction import ContactHistory, Coulomb
@@ -295,6 +295,8 @@ def contact_law(scene: Scene, yarns: Discretisation) -> Coulomb | Indentation:
             radius=yarns.mesh.radius,
             friction=scene.kind.interaction.friction(scene),
         )
+    require_seen_contact(scene, yarns.size)
+    require_stiff_contact(scene, "contact.tangential_stiffness", patch=np.pi)  # of a facet's size
     return penalties(scene, yarns.size)
 
 

@@ -14,7 +14,7 @@ from knitstudy.files import read_result, recorded_digest, write_dataset
 from knitstudy.loading.restart import IN_MEMORY, Run
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.table import STAGES, Stage, unused_code
-from knitstudy.study.configuration import CONFIG, OWN, check_source, knits_of, load_scenes
+from knitstudy.study.configuration import CONFIG, OWN, SPRINGS, check_source, knits_of, load_scenes, measures
 from knitstudy.study.scene import Scene, digest
 
 log = logging.getLogger(__name__)
@@ -151,13 +151,27 @@ class Plan:
         return [stage.path(scene) for stage, scene in self.steps(scenes) if stage.wanted(scene)]
 
     def named(self, scene: Scene, key: str) -> Scene:
-        """Return the direct simulation that a key of a scene names, with the geometry of that scene but for `OWN`."""
+        """Return the direct simulation that a key of a scene names, with the geometry of that scene but for `OWN`.
+
+        Where springs are measured of it, its yarn and strain are those of the scene as well.
+        """
         name, scenes, own = scene.value(key), self.scenes, OWN.get(key, ())
         other = scenes.get(name)
         inputs = {name: value for name, value in scene.geometry_inputs.items() if name not in own}
+        changed = {}
         if other is not None and any(other.geometry_inputs.get(each) != inputs[each] for each in inputs):
-            knit = other.knit if own else scene.knit
-            scenes = scenes | {name: other.vary(inputs | {"knit": knit})}
+            changed = inputs | {"knit": other.knit if own else scene.knit}
+        if other is not None and measures(scene, key):
+            changed |= {
+                each: scene.value(each)
+                for each in SPRINGS
+                if scene.value(each) not in (None, other.value(each))
+            }
+            if "load.strain" in changed:
+                stops = [stop for stop in other.load.stops if 0 < stop / changed["load.strain"] < 1]
+                changed["load.stops"] = stops
+        if changed:
+            scenes = scenes | {name: other.vary(changed)}
         check_source(scene, key, scenes, f"scene {scene.name!r}")
         return self.labelled(scenes[name])
 

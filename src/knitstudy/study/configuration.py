@@ -244,8 +244,28 @@ ALIKE = {
 }
 """Keys that a scene shares, if it has them, with the direct simulation that another key of it names."""
 
+SPRINGS = (
+    "yarn.diameter",
+    "yarn.youngs_modulus",
+    "yarn.poisson_ratio",
+    "yarn.material",
+    "contact.friction",
+    "load.strain",
+)
+"""Keys that springs depend on, beside the knit: secants at full load of the yarn that they are measured of."""
+
 OWN = {"window.springs_from": ("pattern.loops", "pattern.rows")}
 """Keys of the geometry that the direct simulation which another key names does not take over from a scene."""
+
+
+def measures(scene: Scene, source: str) -> bool:
+    """Return whether springs of a scene are measured of the direct simulation that its key `source` names."""
+    if scene.value("rom.axes") is None:
+        return source == "window.springs_from"
+    return (
+        not scene.rom.stiffness
+        and source == f"rom.{'springs' if scene.rom.springs_from else 'contacts'}_from"
+    )
 
 
 def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: str) -> None:
@@ -260,7 +280,9 @@ def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: 
     if name not in direct:
         message = unknown_choice(f"{source} names the unknown scene of solid yarns", name, name, direct)
         raise ConfigurationError(f"{where}: {message}")
-    for shared in ALIKE.get(source, ("knit",)):
+    for shared in dict.fromkeys(
+        (*ALIKE.get(source, ("knit",)), *(SPRINGS if measures(scene, source) else ()))
+    ):
         here, there = scene.value(shared), scenes[name].value(shared)
         if here is not None and here != there:
             wanted = f"{there!r} as in {source}, {name!r}"

@@ -17,6 +17,7 @@ from knitstudy.registry import find, meanings, unknown_choice
 from knitstudy.study.keys import SceneName, Section, describe, numerics, output, physics, validated
 from knitstudy.study.model_sections import (
     Beam,
+    BeamGates,
     BeamMesh,
     Gates,
     HexahedralGates,
@@ -175,7 +176,7 @@ FIDELITIES = _by_name(
         "rom3d",
         "a spatial network of beams",
         specimens=("knit", "cut_knit"),
-        sections={"mesh": BeamMesh, "solver": Newton, "gates": Gates},
+        sections={"mesh": BeamMesh, "solver": Newton, "gates": BeamGates},
         touching={"rom": Springs},
         tied={"tie": Tie, "rom": SpatialJoints},
         sources=("rom.contacts_from", "rom.springs_from"),
@@ -191,7 +192,7 @@ FIDELITIES = _by_name(
         "beam",
         "beams in contact",
         specimens=("knit", "cut_knit"),
-        sections={"mesh": BeamMesh, "tie": Tie, "solver": Newton, "gates": Gates, "beam": Beam},
+        sections={"mesh": BeamMesh, "tie": Tie, "solver": Newton, "gates": BeamGates, "beam": Beam},
         touching={"contact": TiedEdges},
         tied=None,
     ),

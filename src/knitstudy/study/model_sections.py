@@ -239,6 +239,16 @@ class Gates(Section):
 
     ledger: float = numerics("choice", meaning="over the external work", default=0.05, gt=0)
     """Every scene of the study stays below 0.035; pairs in 8 increments leave 0.14, docs/gates.md. Checked: 0.05."""
+    penalty: float = numerics("choice", meaning="over the work of the leg", default=0.05, gt=0)
+    """Penetration and elastic slip of penalties store at most as large a share of the work as they take from the force,
+    docs/gates.md. Checked: 0.05."""
+
+
+class BeamGates(Gates):
+    """Additional limits of beams that follow bent yarns."""
+
+    polygon: float = numerics("choice", meaning="of the stiffness of a ring", default=0.05, gt=0)
+    """A ring of beams that turn by phi each is phi^2 / 3 too stiff, docs/gates.md. Checked: 0.05."""
 
 
 class SolidGates(Gates):
@@ -268,7 +278,7 @@ class HexahedralGates(SolidGates):
     """Force of a tied knit +5 % at 3.3, of a pressed pair within 8 % from 8 on, docs/gates.md. Checked: 2 to 12."""
 
 
-class WindowGates(Gates):
+class WindowGates(BeamGates):
     """Additional limits of a window."""
 
     jump: float = numerics(

@@ -149,6 +149,7 @@ class Coulomb:
     slope: float | np.ndarray = 0.0  # (k,) derivative of epsT by the gap [Pa/m2]
 
     directional = False
+    numerical = True  # its stiffnesses are those of no body
 
     def pressure(
         self, gap: np.ndarray, multiplier: np.ndarray, angle: np.ndarray | None = None

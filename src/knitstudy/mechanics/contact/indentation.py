@@ -101,6 +101,7 @@ class Indentation:
     stick: np.ndarray  # (4, PIECES, n), stiffness along the surface over that across it, in the same pieces
 
     directional = True
+    numerical = False
 
     def attributes(self) -> dict[str, float]:
         """Return what the law has for numbers, by name: E*; at right angles the depth of its tables, and 1 / m."""

@@ -32,7 +32,8 @@ class ContactResponse:
 
     points: ContactPoints
     node_force: np.ndarray  # (N, 3), internal force at all nodes [N]
-    # "penalty": stored in penetration and elastic slip; "friction": dissipated since the start [J]
+    # "penalty": stored in penetration and elastic slip; "friction": dissipated since the start; "numerical": the part
+    # of the penalty that stands for no deformation of the bodies [J]
     energy: dict[str, float]
     stiffness: sp.bsr_matrix | None = None  # (3 N, 3 N)
     symmetric: sp.bsr_matrix | None = None  # (3 N, 3 N), its symmetric positive part, of the same pattern
@@ -277,7 +278,8 @@ class Contact:
         pressed = self.law.stored(points.gap[active], points.pressure[active], angle)
         sheared = 0.5 * np.einsum("ki,ki->k", points.traction[active], points.traction[active])
         stored = float(weight @ (pressed + sheared / points.law.of(active).tangential))
-        return {"penalty": stored, "friction": float(points.history.dissipated) + self._dissipation(points)}
+        lost = float(points.history.dissipated) + self._dissipation(points)
+        return {"penalty": stored, "friction": lost, "numerical": stored if self.law.numerical else 0.0}
 
     def _dissipation(self, points: ContactPoints) -> float:
         """Return the work of friction within the increment, mu p |slip| with the mean pressure of it [J]."""
