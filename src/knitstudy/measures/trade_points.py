@@ -47,7 +47,7 @@ WORDS = {
     "mesh.span": "spans of {} R",
     "mesh.crossing_span": "",
     "mesh.spline_degree": "splines of degree {}",
-    "mesh.beam_size": "beams of {} m",
+    "mesh.beam_size": "beams of {} R",
     "mesh.refinement": "",
     "solver.residual_tolerance": "tolerances of {}",
     "solver.correction_tolerance": "",
@@ -90,7 +90,7 @@ def called(scene: Scene) -> str:
 
 def shown(value: Any) -> str:
     """Return the value of a setting as text."""
-    return f"{value:g}" if isinstance(value, int | float) else str(value)
+    return f"{value:.4g}" if isinstance(value, int | float) else str(value)
 
 
 REFERENCE = "reference"  # Source of a true value that is in the reference
