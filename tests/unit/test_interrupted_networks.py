@@ -10,7 +10,7 @@ from knitstudy.models.simulate import solve
 @pytest.fixture(scope="module")
 def reduced(plain_scene, knit, contacts):
     """Function that loads a reduced model."""
-    scene = plain_scene.replace("mesh.beam_size", 1.8)
+    scene = plain_scene.replace("mesh.beam_size", 1.2)
     return lambda **files: solve(scene, knit, contacts=contacts, run=Run(**files))
 
 

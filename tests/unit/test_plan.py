@@ -143,3 +143,15 @@ def test_scene_that_exceeds_the_machine_is_refused_before_it_begins(monkeypatch)
         match=r"coarse': pattern.loops is 3, .*mesh.size is .*'simulation' would take some 0\.\d+ GB.*has 0.3",
     ):
         simulate(load_scene("dns-tie-course-coarse"))
+
+
+def test_springs_are_measured_of_the_yarn_and_strain_that_a_network_has():
+    """They are secants at full load: of another modulus or strain the force was off by more than half."""
+    changes = {"yarn.youngs_modulus": 2.6e9, "load.strain": 0.01}
+    source = Plan.of().named(load_scene("rom3d-isotropic-course").vary(changes), "rom.contacts_from")
+    assert {key: source.value(key) for key in changes} == changes
+    assert source.name.startswith("yarns-isotropic-course-")
+    assert max(source.load.stops) < 0.01
+    given = {"rom.stiffness": [1.0, 1.0, 1.0]} | changes  # nothing is measured
+    source = Plan.of().named(load_scene("rom3d-isotropic-course").vary(given), "rom.contacts_from")
+    assert source.name == "yarns-isotropic-course"

@@ -19,7 +19,7 @@ def touching(contacts):
 
 @pytest.fixture(scope="session")
 def scene(plain_scene):
-    scene = plain_scene.replace("interaction", "isotropic").replace("mesh.beam_size", 1.8)
+    scene = plain_scene.replace("interaction", "isotropic").replace("mesh.beam_size", 1.2)
     return scene.replace("rom.axes", "global")
 
 

@@ -14,13 +14,13 @@ from knitstudy.models.window import cut_nodes, outer_contact, surroundings, wind
 
 @pytest.fixture(scope="module")
 def scene(plain_scene):
-    return plain_scene.vary({"fidelity": "window", "mesh.beam_size": 1.8})
+    return plain_scene.vary({"fidelity": "window", "mesh.beam_size": 1.2})
 
 
 @pytest.fixture(scope="module")
 def touching(touching_cell):
     """One cell that is solid as a whole but for the ends of its yarns."""
-    resolution = {"mesh.beam_size": 1.8, "contact.points": 3, "contact.cell": 0.5, "solver.increments": 2}
+    resolution = {"mesh.beam_size": 1.2, "contact.points": 3, "contact.cell": 0.5, "solver.increments": 2}
     return touching_cell.vary({"fidelity": "window", "load.strain": 0.01} | resolution)
 
 

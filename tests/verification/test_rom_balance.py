@@ -43,7 +43,7 @@ def test_spring_joints_leave_just_the_couples_that_are_accounted_for(
 ):
     """Springs at P leave a couple of second order in their stretch, between the points C one of first order."""
     scene = plain_scene.replace("interaction", "isotropic").replace("load.direction", direction)
-    scene = scene.replace("rom.joint", joint).replace("mesh.beam_size", 1.8).replace("rom.axes", "global")
+    scene = scene.replace("rom.joint", joint).replace("mesh.beam_size", 1.2).replace("rom.axes", "global")
     network = build(scene, knit, contacts=sprung_contacts).observer.network
     model = network.model(scene.yarn, scene.mesh.section_law)
     ends = grips(network, knit, direction)

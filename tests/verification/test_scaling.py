@@ -20,7 +20,10 @@ LOOSE = {"interaction": "isotropic", "contact.tied_edges": "none"}
 
 CASES = {
     "hexahedra, ties": ("dns-tie-course", TIED | {"mesh.size": 2 / 3}),
-    "hexahedra, pair": ("pair-slid-90", PRESSED | {"mesh.size": 0.5, "gates.elements_across": 2.5}),
+    "hexahedra, pair": (
+        "pair-slid-90",
+        PRESSED | {"mesh.size": 0.5, "gates.elements_across": 2.5, "gates.hourglass": 1.0},
+    ),
     "spline yarns, ties": ("yarns-tie-course", TIED),
     "spline yarns, friction": ("yarns-isotropic-course", SLIDING),
     "spline yarns, pair": ("pair-slid-90", PRESSED | {"fidelity": "spline_yarns", "pair.support": "ends"}),
