@@ -22,7 +22,8 @@ CASES = {
     "hexahedra, ties": ("dns-tie-course", TIED | {"mesh.size": 2 / 3}),
     "hexahedra, pair": (
         "pair-slid-90",
-        PRESSED | {"mesh.size": 0.5, "gates.elements_across": 2.5, "gates.hourglass": 1.0},
+        PRESSED
+        | {"mesh.size": 0.5, "gates.elements_across": 2.5, "gates.hourglass": 1.0, "gates.penalty": 1.0},
     ),
     "spline yarns, ties": ("yarns-tie-course", TIED),
     "spline yarns, friction": ("yarns-isotropic-course", SLIDING),
