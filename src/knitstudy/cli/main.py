@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from knitstudy.cli.results import export, run, show
+from knitstudy.cli.results import export, measure, run, show
 from knitstudy.cli.scenes import check, list_scenes, plan
 from knitstudy.errors import KnitstudyError
 from knitstudy.files import code_version
@@ -75,6 +75,7 @@ def main(traceback: bool) -> None:
     knitstudy list                               all scenes
     knitstudy check dns-tie-course               all keys of a scene, with units and sources
     knitstudy plan rom3d-tie-course --question force --accuracy 0.05   the cheapest model that is accurate enough
+    knitstudy measure rom3d-tie-course           what all models miss and cost on this knit
     knitstudy run rom3d-tie-course               simulate a scene and all that it needs
     knitstudy show results/simulation/rom3d-tie-course.nc
     knitstudy export dns-tie-course --dialect calculix
@@ -86,5 +87,5 @@ def main(traceback: bool) -> None:
     """
 
 
-for command in (list_scenes, check, plan, run, show, export):
+for command in (list_scenes, check, plan, measure, run, show, export):
     main.add_command(command)
