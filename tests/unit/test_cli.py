@@ -79,15 +79,16 @@ def test_check_folder(knitstudy, config):
 
 
 def test_check_scene(knitstudy, config):
-    change = ("--config", config, "--set", "mesh.size=4e-4", "--set", "load.stops=[0.01, 2e-2]")
+    change = ("--config", config, "--set", "mesh.size=0.4", "--set", "load.stops=[0.01, 2e-2]")
     rows = table(knitstudy("check", "dns-a", *change))
     assert rows[0] == ["key", "value", "unit", "role", "standing"]
-    assert ["mesh.size", "0.0004", "m", "resolution", "stated"] in rows
+    assert ["mesh.size", "0.4", "yarn radii", "resolution", "stated"] in rows
     assert ["load.stops", "[0.01, 0.02]", "1", "output", "choice"] in rows
     columns, *rows = table(knitstudy("check", "dns-a", *change, "--sources"))
     assert columns == ["key", "value", "unit", "role", "standing", "source", "checked"]
     (size,) = [row for row in rows if row[0] == "mesh.size"]
-    assert size[:6] == ["mesh.size", "0.0004", "m", "resolution", "stated", "Table 5: 0.3 mm"]
+    assert size[:5] == ["mesh.size", "0.4", "yarn radii", "resolution", "stated"]
+    assert size[5] == "Table 5: 0.3 mm, of a radius of 0.9 mm"
 
 
 def test_plugins_of_the_configuration_are_imported(knitstudy, config, monkeypatch):
@@ -110,7 +111,10 @@ def test_plugins_of_the_configuration_are_imported(knitstudy, config, monkeypatc
         (("dns-a", "--set", "mesh.sice=1"), "unknown key 'mesh.sice' (did you mean 'size'?)"),
         (("dns-a", "--set", "load.strain=5%"), "load.strain is '5%' but must be a number from -0.2 to 0.5"),
         (("dns-a", "--set", "load.strain=.nan"), "load.strain is nan but must be a finite number"),
-        (("dns-a", "--set", "mesh.size=0.3 mm"), "mesh.size is '0.3 mm' but must be a number > 0"),
+        (
+            ("dns-a", "--set", "mesh.size=0.3 mm"),
+            "mesh.size is '0.3 mm' but must be a number from 0.01 to 10",
+        ),
         (("dns-a", "--config", "nowhere"), "nowhere/defaults.yaml: is missing"),
     ],
 )
@@ -136,7 +140,7 @@ def test_plan_says_what_is_taken_and_why(knitstudy):
 
 
 def test_deck(knitstudy, tmp_path):
-    coarse = ("--set", "mesh.size=0.6e-3", "--set", "gates.elements_across=3", "--dialect", "calculix")
+    coarse = ("--set", "mesh.size=0.66", "--set", "gates.elements_across=3", "--dialect", "calculix")
     result = knitstudy("export", "pair-slid-90", *coarse, "--set", "name=coarse")
     nodes, hexahedra = map(int, re.findall(r"(\d+) (?:nodes|hexahedra)", result.stdout))
     text = (tmp_path / "coarse.calculix.inp").read_text()

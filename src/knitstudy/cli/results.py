@@ -54,13 +54,13 @@ def run(
 
     \b
     knitstudy run dns-tie-course-coarse
-    knitstudy run rom3d-tie-course --set mesh.beam_size=0.25e-3
+    knitstudy run rom3d-tie-course --set mesh.beam_size=0.25
     knitstudy run dns-tie-course --set pattern.loops=2 --set pattern.rows=2 --output small
     knitstudy run pair-slid-90 --set name=pair-smooth --set contact.friction=0.1
 
     A scene that leaves its model open (`fidelity: auto`) prints the chosen model and its price before it runs.
 
-    Units are SI. `knitstudy show` tells more about a file.
+    Units are SI; sizes of elements are in yarn radii. `knitstudy show` tells more about a file.
     """
     if threads is not None:
         os.environ["OMP_NUM_THREADS"] = str(threads)
@@ -192,7 +192,7 @@ def export(scene: str, dialect: str, changes: tuple, output: Path | None, config
 
     \b
     knitstudy export dns-tie-course --dialect calculix
-    knitstudy export pair-slid-90 --dialect abaqus --set mesh.size=0.3e-3 -o pair.inp
+    knitstudy export pair-slid-90 --dialect abaqus --set mesh.size=0.3 -o pair.inp
     """
     from knitstudy.exchange.deck import require_deck, specimen_deck
     from knitstudy.exchange.inp import write_inp

@@ -80,7 +80,7 @@ def check(what: str | None, changes: tuple, sources: bool, config: Path) -> None
     knitstudy check my-config                    another folder
     knitstudy check dns-tie-course               all keys of a scene
     knitstudy check dns-tie-course --sources     and their sources
-    knitstudy check dns-tie-course --set mesh.size=0.45e-3
+    knitstudy check dns-tie-course --set mesh.size=0.5
     """
     if what is None or Path(what).is_dir():
         if changes or sources:

@@ -28,7 +28,7 @@ def discretisation(scene: Scene) -> str:
 
 
 def resolution(scene: Scene) -> float:
-    """Return the element size [m], or the degree of polynomials near crossings, of a direct simulation."""
+    """Return the element size in yarn radii, or the degree of polynomials near crossings, of a direct simulation."""
     degree = scene.value("mesh.crossing_degree")
     return scene.mesh.size if degree is None else degree
 
@@ -45,7 +45,7 @@ def made_of(scene: Scene) -> str:
     if scene.value("mesh.crossing_degree") is None:
         times = scene.value("mesh.refinement") or 1
         near = f", {times:g} times finer at crossings" if times != 1 else ""
-        return f"{discretisation(scene)} of {1e3 * scene.mesh.size:.2f} mm{near}"
+        return f"{discretisation(scene)} of {1e3 * scene.metres('mesh.size'):.2f} mm{near}"
     near, far = scene.mesh.crossing_degree, scene.mesh.degree
     return f"{SOLID_YARNS} of degree {near}" + (f", {far} on legs" if far != near else "")
 

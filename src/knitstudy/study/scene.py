@@ -101,6 +101,11 @@ class Scene:
             found = getattr(found, part, None)
         return found
 
+    def metres(self, key: str) -> float | None:
+        """Return the value of a dotted key in yarn radii as a length [m]; None where the scene has no such key."""
+        value = self.value(key)
+        return None if value is None else value * self.yarn.radius
+
     def values_of(self, *roles: str) -> dict[str, Any]:
         """Return the values of all keys of some roles, by dotted key, but for the labels."""
         return {
@@ -161,7 +166,7 @@ class Scene:
     def vary(self, changes: Mapping[str, Any]) -> Scene:
         """Return a scene with some keys changed, checked once all of them are.
 
-        `changes` are values by dotted key in SI units, for example ``{"load.strain": 0.01, "mesh.size": 0.45e-3}``. A
+        `changes` are values by dotted key in their units, for example ``{"load.strain": 0.01, "mesh.size": 0.5}``. A
         scene that becomes one of another kind loses the keys and outputs of its former kind, and takes the keys that
         it lacks from the defaults.
         Raises ConfigurationError when a key is unknown or a value is not allowed.
