@@ -33,13 +33,6 @@ def resolution(scene: Scene) -> float:
     return scene.mesh.size if degree is None else degree
 
 
-def finer(scene: Scene, other: Scene) -> bool:
-    """Whether a direct simulation has smaller elements or a higher degree than another one of its kind."""
-    if scene.value("mesh.crossing_degree") is not None:
-        return resolution(scene) > resolution(other)
-    return resolution(scene) < resolution(other)
-
-
 def made_of(scene: Scene) -> str:
     """Return discretisation and resolution in words."""
     if scene.value("mesh.crossing_degree") is None:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from math import isfinite, isnan
+from operator import attrgetter
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
@@ -129,9 +130,7 @@ def planned(problem: Scene, keys: Mapping[str, Any], drawn: Mapping, where: str)
     return Planned(problem.vary(choice.rung.keys), choice, problem)
 
 
-def choose(
-    problem: Scene, ask: Ask, drawn: Mapping, where: str, kept: Path = TRADE_KEPT, own: Path = OWN
-) -> Choice:
+def choose(problem: Scene, ask: Ask, drawn: Mapping, where: str) -> Choice:
     """Return the cheapest model for a scene, which says what is to be simulated, by any model.
 
     `drawn` are the defaults that the sample was made with; `where` begins messages.
@@ -139,37 +138,35 @@ def choose(
     nearest is named, and the endless cell where that would do.
     """
     try:
-        return _choose(problem, ask, drawn, where, kept, own)
+        return _choose(problem, ask, drawn, where)
     except ConfigurationError as error:
-        offer = without_edges(problem, ask, drawn, kept, own)
+        offer = without_edges(problem, ask, drawn)
         raise ConfigurationError(f"{error}{f'; {offer}' if offer else ''}") from None
 
 
-def without_edges(problem: Scene, ask: Ask, drawn: Mapping, kept: Path = TRADE_KEPT, own: Path = OWN) -> str:
+def without_edges(problem: Scene, ask: Ask, drawn: Mapping) -> str:
     """Return what a cell of the endless fabric would cost in place of a knit, if it will do."""
     if not problem.is_knit:
         return ""
     try:
-        return f"if no edges matter, specimen: cell by {_choose(endless(problem), ask, drawn, '', kept, own).rung}"
+        return f"if no edges matter, specimen: cell by {_choose(endless(problem), ask, drawn, '').rung}"
     except ConfigurationError:
         return ""
 
 
-def _choose(problem: Scene, ask: Ask, drawn: Mapping, where: str, kept: Path, own: Path) -> Choice:
+def _choose(problem: Scene, ask: Ask, drawn: Mapping, where: str) -> Choice:
     if problem.specimen == "pair":
         raise ConfigurationError(f"{where}: fidelity is {AUTO} but must be named where specimen is pair")
     trade, knit = load_trade(), same_knit(problem)
-    mine = [row for row in _rows(own) if row["problem"] == knit]
+    mine = [row for row in _rows(OWN) if row["problem"] == knit]
     if not mine:
-        remedy = f"`knitstudy measure {problem.name}` runs all models on this knit"
+        remedy = f"`knitstudy measure {problem.name}`, with the same --set, runs all models on this knit"
         if outside := trade.outside(problem, drawn):
             raise ConfigurationError(f"{where}: {outside}: nothing is promised of other knits; {remedy}")
-        if not any(row["case"] == str(Case.of(problem)) for row in _rows(kept)):
-            measured = (
-                f"nothing has been measured of {Case.of(problem)} ({kept.name}): `make trade` measures it"
-            )
+        if not any(row["case"] == str(Case.of(problem)) for row in _rows(TRADE_KEPT)):
+            measured = f"nothing has been measured of {Case.of(problem)} ({TRADE_KEPT.name}): `make trade` measures it"
             raise ConfigurationError(f"{where}: {measured}; {remedy}")
-    rungs = _promised(problem, ask, trade, mine or _rows(kept), bool(mine))
+    rungs = _promised(problem, ask, trade, mine or _rows(TRADE_KEPT), bool(mine))
     for name in ask.among:
         find("fidelity", FIDELITIES, name, f"{where}: ask.among")
     rungs = [rung for rung in rungs if not ask.among or rung.keys["fidelity"] in ask.among]
@@ -181,13 +178,15 @@ def _choose(problem: Scene, ask: Ask, drawn: Mapping, where: str, kept: Path, ow
         )
     good = [rung for rung in rungs if rung.error <= ask.accuracy]
     if not good:
-        best = min(rungs, key=_error)
+        best = min(rungs, key=attrgetter("error"))
         raise ConfigurationError(f"{where}: ask.accuracy is {ask.accuracy:g}, but nearest comes {best}")
-    for key, price in (("seconds", _most_seconds), ("memory", _memory)):
+    for key, price in (("seconds", attrgetter("most_seconds")), ("memory", attrgetter("memory"))):
         allowed = getattr(ask, key)
         least = min(good, key=price)
         if allowed is not None and price(least) > allowed:
-            cheap = min((rung for rung in rungs if price(rung) <= allowed), key=_error, default=None)
+            cheap = min(
+                (rung for rung in rungs if price(rung) <= allowed), key=attrgetter("error"), default=None
+            )
             instead = f"within it comes {cheap}" if cheap else "nothing is within it"
             within = f"within ask.accuracy {ask.accuracy:g} the least is {least}"
             raise ConfigurationError(f"{where}: ask.{key} is {allowed:g}, but {within}; {instead}")
@@ -201,7 +200,7 @@ def _choose(problem: Scene, ask: Ask, drawn: Mapping, where: str, kept: Path, ow
 
 def _promised(problem: Scene, ask: Ask, trade: Trade, rows: Iterable[Mapping], own: bool) -> list[Rung]:
     """Return the rungs of a problem that have a promise: by laws of the sample, or as measured of `own` knits."""
-    case, here = Case.of(problem), Inputs.of(problem).regressors()
+    case, here = Case.of(problem), np.array(Inputs.of(problem).regressors())
     found = []
     for name, keys in trade.rungs_of(case).items():
         of = [
@@ -216,32 +215,18 @@ def _promised(problem: Scene, ask: Ask, trade: Trade, rows: Iterable[Mapping], o
         if own or not ended:
             continue
         error = law_of(_regressors(of), [row[ERROR] for row in of], trade.quantile).most(here)
-        seconds, memory = (
-            law_of(_regressors(ended), [row[column] for row in ended], trade.quantile)
-            for column in (SECONDS, MEMORY)
-        )
         if isfinite(error):
-            found.append(
-                Rung(name, keys, error, seconds.expected(here), seconds.most(here), memory.most(here))
-            )
+            inputs = _regressors(ended)
+            seconds = law_of(inputs, [row[SECONDS] for row in ended], trade.quantile)
+            memory = law_of(inputs, [row[MEMORY] for row in ended], trade.quantile)
+            price = seconds.expected(here), seconds.most(here), memory.most(here)
+            found.append(Rung(name, keys, float(error), *map(float, price)))
     return found
 
 
 def _regressors(rows: list[Mapping]) -> np.ndarray:
     fields = Inputs.__annotations__
     return np.array([Inputs(**{name: row[name] for name in fields}).regressors() for row in rows])
-
-
-def _error(rung: Rung) -> float:
-    return rung.error
-
-
-def _most_seconds(rung: Rung) -> float:
-    return rung.most_seconds
-
-
-def _memory(rung: Rung) -> float:
-    return rung.memory
 
 
 def _rows(path: Path) -> tuple[dict[str, Any], ...]:

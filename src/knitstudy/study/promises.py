@@ -47,13 +47,13 @@ class Law:
     between: tuple[float, float]  # logarithms between which the sample's own expectations lie
     factor: float  # at most, over what is expected
 
-    def expected(self, inputs: Sequence[float]) -> float:
-        """Return the expected value for inputs (m,)."""
-        linear = self.coefficients[0] + self.coefficients[1:] @ np.asarray(inputs, dtype=float)
-        return float(np.exp(np.clip(linear, *self.between)))
+    def expected(self, inputs: np.ndarray) -> np.ndarray:
+        """Return the expected values for inputs (..., m)."""
+        linear = self.coefficients[0] + inputs @ self.coefficients[1:]
+        return np.exp(np.clip(linear, *self.between))
 
-    def most(self, inputs: Sequence[float]) -> float:
-        """Return the bound for inputs (m,)."""
+    def most(self, inputs: np.ndarray) -> np.ndarray:
+        """Return the bounds for inputs (..., m)."""
         return self.factor * self.expected(inputs)
 
 

@@ -12,7 +12,6 @@ from math import floor, inf, isinf, log
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-import numpy as np
 from pydantic import Field
 
 from knitstudy.study.documents import read_yaml
@@ -174,7 +173,7 @@ class Trade(Section):
             drawn = scene.pattern.course_ratio == 1 and scene.pattern.keep != "length"
             if value != there.get(key) and not (drawn and key in OF_LOOP):
                 said = f"{lists(value)!r:.60}", f"{lists(there.get(key))!r:.60}"
-                return f"{key} is {said[0]}, but models were measured with {said[1]} (lengths over the wale spacing)"
+                return f"{key} is {said[0]}, but models were measured with {said[1]}"
         return ""
 
     def scene(self, case: Case, inputs: Inputs, defaults: Mapping, name: str = "sampled") -> Scene:
@@ -245,4 +244,4 @@ def _between(ends: list[Any], share: float) -> Any:
     if isinstance(low, str) or (isinstance(low, int) and isinstance(high, int)):
         choices = ends if isinstance(low, str) else range(low, high + 1)
         return choices[min(floor(share * len(choices)), len(choices) - 1)]
-    return float(np.round(low + share * (high - low), 6))
+    return float(f"{low + share * (high - low):.4g}")
