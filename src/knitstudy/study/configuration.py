@@ -111,6 +111,7 @@ def load_changed(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -
     Where the scene leaves its model open, or the changes do, a model is chosen for the changed scene.
     Raises ConfigurationError as `load_scenes`, and when a key is unknown or a value is not allowed.
     """
+    _defaults(config)  # a folder without them is no configuration
     if name in load_families(config) and asks(name, changes, config):
         return plan_of(name, changes, config).scene
     return load_scene(name, config).vary(changes)
