@@ -13,7 +13,9 @@ SMALL = {
     "rungs": {"tied": {"yarns2": COARSE, "yarns3": COARSE | {"mesh.degree": 3, "mesh.crossing_degree": 3}}},
 }
 BOX = {"loops": [1, 1], "rows": [1, 1], "lateral": ["fixed", "fixed"], "strain": [0.01, 0.05]}
-ONE = ("--set", "pattern.loops=1", "--set", "pattern.rows=1", "--set", "load.strain=0.02")
+KEYS = {"pattern.loops": 1, "pattern.rows": 1, "load.strain": 0.02}
+KEYS |= {"pattern.course_spacing": 5e-3, "pattern.wale_spacing": 6e-3, "yarn.diameter": 1e-3}
+ONE = [each for key, value in KEYS.items() for each in ("--set", f"{key}={value}")]
 STUDY = ("ci", "--", "results/trade/trade.csv")
 
 

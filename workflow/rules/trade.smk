@@ -11,7 +11,7 @@ rule knits:
     resources:
         mem_mb=1000,
     params:
-        sample=lambda wildcards: load_trade().model_dump(mode="json", include={"knits", "seed", "box", "loops"}),
+        sample=lambda wildcards: load_trade().model_dump(mode="json", include={"knits", "seed", "box"}),
     message:
         "Draw knits"
     script:

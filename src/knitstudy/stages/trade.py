@@ -88,7 +88,7 @@ def run_digest(trade: Trade, case: Case, rung: str) -> str:
     keys = trade.rungs[case.yarns][rung]
     scene = trade.scene(case, next(trade.points()), drawn_defaults()).vary(keys)
     modules = [name for stage in STAGES.values() if stage.of(scene) for name in stage.modules(scene)]
-    sample = trade.model_dump(mode="json", include={"knits", "seed", "box", "loops"})
+    sample = trade.model_dump(mode="json", include={"knits", "seed", "box"})
     code = code_digest("knitstudy.measures.questions", "knitstudy.study.sample", *modules)
     return digest([sample, str(case), dict(keys), code])
 

@@ -33,7 +33,7 @@ OWN = Path("measured.csv")  # The same of knits of one's own, in the working fol
 AUTO = "auto"  # The fidelity of a scene that leaves the model open
 
 ERROR, SECONDS, MEMORY = "error [1]", "seconds [s]", "memory [MB]"
-NUMBERS = ("course", "wale", "poisson_ratio", "strain", "friction", "loops", "rows", ERROR, SECONDS, MEMORY)
+NUMBERS = (*(name for name, kind in Inputs.__annotations__.items() if kind != "str"), ERROR, SECONDS, MEMORY)
 COLUMNS = ("knit", "case", "rung", "question", *Inputs.__annotations__, ERROR, SECONDS, MEMORY)
 COLUMNS += ("quantity", "uncertainty of the truth [1]", "unknowns [1]", "increments [1]", "reason", "problem")
 

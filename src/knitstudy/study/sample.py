@@ -31,6 +31,7 @@ SPECIMENS, TIED, TOUCHING = ("cut_knit", "cell"), "tied", "touching"
 KEYS = {
     "course": "pattern.course_spacing",
     "wale": "pattern.wale_spacing",
+    "length": "pattern.loop_length",
     "poisson_ratio": "yarn.poisson_ratio",
     "strain": "load.strain",
     "friction": "contact.friction",
@@ -40,12 +41,27 @@ KEYS = {
     "lateral": "load.lateral",
     "edges": "contact.tied_edges",
 }
-"""The key of a scene behind each input: spacings are over the diameter of the yarn."""
+"""The key of a scene behind each input."""
 
-FREE = {*KEYS.values(), "pattern.course_ratio", "yarn.diameter", "yarn.youngs_modulus", "load.deformation"}
-"""Physical keys that may differ from those of the sample: inputs stand for them, or results scale with them."""
+OVER = {
+    "course": " over yarn.diameter",
+    "wale": " over yarn.diameter",
+    "length": " over that of Peirce's loop",
+}
 
-OF_LOOP = ("pattern.keep", "geometry.free")  # Keys that mean nothing for the loop as it is drawn
+FREE = {
+    *KEYS.values(),
+    "yarn.diameter",
+    "yarn.youngs_modulus",
+    "load.deformation",
+    "geometry.alpha",
+    "geometry.free",
+}
+"""Physical keys that may differ from those of the sample: inputs stand for them, results scale with them, or they say
+nothing of a loop without control points."""
+
+PEIRCE = 5.94  # Diameters of yarn in Peirce's loop, beside twice the course and once the wale spacing
+DIAMETER = 1e-3  # of all knits of the sample [m]: no result depends on it
 
 
 @dataclass(frozen=True)
@@ -54,6 +70,7 @@ class Inputs:
 
     course: float
     wale: float
+    length: float
     poisson_ratio: float
     strain: float
     friction: float
@@ -68,9 +85,12 @@ class Inputs:
         """Return the inputs of the knit of a scene."""
         pattern, d, load = scene.pattern, scene.yarn.diameter, scene.load
         friction, endless = scene.kind.interaction.friction, scene.specimen == "cell"
+        course, wale = pattern.course_ratio * pattern.course_spacing / d, pattern.wale_spacing / d
+        peirce = 2 * course + wale + PEIRCE
         return cls(
-            pattern.course_ratio * pattern.course_spacing / d,
-            pattern.wale_spacing / d,
+            course,
+            wale,
+            (pattern.loop_length or peirce * d) / (peirce * d),
             scene.yarn.poisson_ratio,
             load.strain,
             friction(scene) if friction else 0.0,
@@ -87,7 +107,7 @@ class Inputs:
         ratios = [log(each) for each in (self.course, self.wale, self.strain, cells, self.loops / self.rows)]
         slips = 1 / (1 + self.friction) if self.friction else 0.0
         words = (self.direction == "wale", self.lateral == "free", self.edges == "outer")
-        return [*ratios, self.poisson_ratio, slips, *map(float, words)]
+        return [*ratios, self.length, self.poisson_ratio, slips, *map(float, words)]
 
 
 @dataclass(frozen=True)
@@ -119,7 +139,6 @@ class Trade(Section):
     confidence: Annotated[float, Field(gt=0, lt=1)] = _said("a probability")
     limit: Annotated[float, Field(gt=0)] = _said("a number > 0, in s")
     box: dict[str, list[Any]] = _said("two ends, or a list of texts, by input")
-    loops: dict[str, Any] = _said("keys by dotted name")
     truth: tuple[str, ...] = _said("names of rungs")
     rungs: dict[str, dict[str, dict[str, Any]]] = _said("keys by name, of tied and of touching yarns")
 
@@ -162,29 +181,29 @@ class Trade(Section):
             skipped = case.specimen == "cell" and name in ("loops", "rows", "edges")
             if skipped or (name == "friction" and (case.yarns == TIED or isinf(value))):
                 continue
-            over = " over yarn.diameter" if name in ("course", "wale") else ""
             if isinstance(value, str) and value not in between:
                 key = "load.deformation" if case.specimen == "cell" and name == "direction" else key
                 return f"{key} is {value!r}, but models were measured with {' and '.join(between)}"
             if not isinstance(value, str) and not between[0] <= value * (1 + 1e-9) <= between[1] * (1 + 2e-9):
-                return f"{key}{over} is {value:.4g}, but models were measured from {between[0]:g} to {between[1]:g}"
+                said = f"{key}{OVER.get(name, '')} is {value:.4g}"
+                return f"{said}, but models were measured from {between[0]:g} to {between[1]:g}"
         here, there = _others(scene), _others(self.scene(case, Inputs.of(scene), defaults))
         for key, value in here.items():
-            drawn = scene.pattern.course_ratio == 1 and scene.pattern.keep != "length"
-            if value != there.get(key) and not (drawn and key in OF_LOOP):
+            if value != there.get(key):
                 said = f"{lists(value)!r:.60}", f"{lists(there.get(key))!r:.60}"
                 return f"{key} is {said[0]}, but models were measured with {said[1]}"
         return ""
 
     def scene(self, case: Case, inputs: Inputs, defaults: Mapping, name: str = "sampled") -> Scene:
         """Return what is to be simulated of a knit, by any model."""
-        drawn = defaults["pattern"]
-        diameter = drawn["wale_spacing"] / inputs.wale
         touches, endless = case.yarns == TOUCHING, case.specimen == "cell"
         interaction = ("rough" if isinf(inputs.friction) else "isotropic") if touches else "tie"
-        keys = self.loops | {
-            "yarn.diameter": diameter,
-            "pattern.course_ratio": inputs.course * diameter / drawn["course_spacing"],
+        peirce = 2 * inputs.course + inputs.wale + PEIRCE
+        keys = {
+            "yarn.diameter": DIAMETER,
+            "pattern.course_spacing": inputs.course * DIAMETER,
+            "pattern.wale_spacing": inputs.wale * DIAMETER,
+            "pattern.loop_length": inputs.length * peirce * DIAMETER,
             "yarn.poisson_ratio": inputs.poisson_ratio,
             "load.strain": inputs.strain,
             "load.lateral": inputs.lateral,
@@ -221,12 +240,9 @@ def endless(scene: Scene) -> Scene:
 
 
 def _others(scene: Scene) -> dict[str, Any]:
-    """Return the physical keys of a knit that no input stands for, over its wale spacing and Young's modulus."""
-    scaled = scene.scaled(1 / scene.pattern.wale_spacing, 1 / scene.yarn.youngs_modulus)
-    found = {key: value for key, value in scaled.values_of("physics").items() if key not in FREE}
-    return _rounded(
-        found | {"pattern.course_spacing over pattern.wale_spacing": scaled.pattern.course_spacing}
-    )
+    """Return the physical keys of a knit that no input stands for, over its diameter and Young's modulus."""
+    scaled = scene.scaled(1 / scene.yarn.diameter, 1 / scene.yarn.youngs_modulus)
+    return _rounded({key: value for key, value in scaled.values_of("physics").items() if key not in FREE})
 
 
 def _rounded(value: Any) -> Any:
