@@ -119,8 +119,8 @@ def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -
     """Print the cheapest model that answers a question about a scene accurately enough, with what is promised of its
     error, and its price. Nothing runs.
 
-    Errors and prices were measured on a sample of knits (config/trade.yaml, docs/accuracy.md); outside of its box
-    nothing is promised. `knitstudy measure SCENE` measures them on the knit of a scene.
+    Errors and prices were measured on a sample of knits (config/trade.yaml, docs/accuracy.md). Outside of its box, or
+    of a loop with control points, nothing is promised: `knitstudy measure SCENE` measures them on this knit.
 
     A scene can ask by itself, with these keys; `knitstudy run` and `make study` then see an ordinary scene of the
     chosen model:
@@ -135,8 +135,8 @@ def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -
     The options ask about any other scene, whatever model it names:
 
     \b
-    knitstudy plan yarns-tie-course --question force --accuracy 0.05
     knitstudy plan yarns-isotropic-wale --question contact --accuracy 0.1 --seconds 30
+    knitstudy plan yarns-tie-course --question force --accuracy 0.05 --set pattern.course_spacing=5e-3
     knitstudy run yarns-tie-course --set fidelity=auto --set ask.question=force --set ask.accuracy=0.05
 
     Each line of the printed table costs more and is more accurate than the line before. If no model meets the
