@@ -78,7 +78,8 @@ def test_check_folder(knitstudy, config):
     )
 
 
-def test_check_scene(knitstudy, config):
+def test_check_scene(knitstudy, config, monkeypatch):
+    monkeypatch.setattr("knitstudy.cli.scenes._checked_loop", lambda scene: "loop: as drawn")
     change = ("--config", config, "--set", "mesh.size=0.4", "--set", "load.stops=[0.01, 2e-2]")
     rows = table(knitstudy("check", "dns-a", *change))
     assert rows[0] == ["key", "value", "unit", "role", "standing"]
@@ -175,3 +176,28 @@ def test_show_what_is_not_there_or_damaged(knitstudy, tmp_path):
     assert "a.nc: is truncated or is not netCDF" in message(knitstudy("show", "a.nc"))
     (tmp_path / "a.txt").touch()
     assert "a.txt: results are .nc and .csv files" in message(knitstudy("show", "a.txt"))
+
+
+JERSEY = ("--course", "0.9e-3", "--wale", "1.1e-3")
+
+
+def test_loop_of_spacings_and_yarn(knitstudy, tmp_path):
+    rows = table(knitstudy("loop", *JERSEY, "--diameter", "0.25e-3"))
+    known = {name: float(value) for name, value, *_ in rows[1:-2]}
+    assert known["gap"] == pytest.approx(0.01 * 0.125e-3, rel=0.01)
+    assert known["loop length"] == pytest.approx(2 * 0.9e-3 + 1.1e-3 + 5.94 * 0.25e-3, rel=0.02)
+    assert (tmp_path / "loop.png").stat().st_size > 10_000
+    assert rows[-1][0].startswith("--set pattern.course_spacing=0.0009 --set")
+
+
+def test_loop_refuses_spacings_below_the_diameter(knitstudy):
+    assert "pattern.course_spacing is 0.0009 m but must exceed" in message(
+        knitstudy("loop", *JERSEY, "--diameter", "1e-3")
+    )
+
+
+def test_check_refuses_elements_that_are_too_long_for_the_loop(knitstudy):
+    result = knitstudy("check", "rom3d-tie-course", "--set", "mesh.beam_size=5")
+    assert "mesh.beam_size is 5 yarn radii but must be at most 3.04" in message(result)
+    kept = knitstudy("check", "rom3d-tie-course")
+    assert "loop: 55.5 mm of yarn" in kept.stdout

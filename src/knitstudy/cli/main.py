@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from knitstudy.cli.loop import loop
 from knitstudy.cli.results import export, measure, run, show
 from knitstudy.cli.scenes import check, list_scenes, plan
 from knitstudy.errors import KnitstudyError
@@ -74,8 +75,9 @@ def main(traceback: bool) -> None:
     \b
     knitstudy list                               all scenes
     knitstudy check dns-tie-course               all keys of a scene, with units and sources
-    knitstudy plan rom3d-tie-course --question force --accuracy 0.05   the cheapest model that is accurate enough
+    knitstudy loop --course 0.9e-3 --wale 1.1e-3 --diameter 0.25e-3   a loop of one's own spacings and yarn
     knitstudy measure rom3d-tie-course           what all models miss and cost on this knit
+    knitstudy plan rom3d-tie-course --question force --accuracy 0.05   the cheapest model that is accurate enough
     knitstudy run rom3d-tie-course               simulate a scene and all that it needs
     knitstudy show results/simulation/rom3d-tie-course.nc
     knitstudy export dns-tie-course --dialect calculix
@@ -87,5 +89,5 @@ def main(traceback: bool) -> None:
     """
 
 
-for command in (list_scenes, check, plan, measure, run, show, export):
+for command in (list_scenes, check, loop, plan, measure, run, show, export):
     main.add_command(command)

@@ -72,6 +72,9 @@ def list_scenes(study: str | None, family: str | None, fidelity: str | None, con
 def check(what: str | None, changes: tuple, sources: bool, config: Path) -> None:
     """Check a configuration folder, or print every key of a scene with its unit and its standing.
 
+    The loop of a knit is laid out, and one cell of it meshed: a loop that does not fit, or that elements do not
+    resolve, is an error.
+
     An error is one message: the file, the scene, the key, its value and the values that are allowed. The standing of
     a key tells whether the paper states it, or whether it was inferred, calibrated, assumed or chosen here.
 
@@ -87,7 +90,11 @@ def check(what: str | None, changes: tuple, sources: bool, config: Path) -> None
             raise click.UsageError("--set and --sources need the name of a scene")
         _check_folder(config if what is None else Path(what))
     else:
-        _print_keys(changed_scene(what, changes, config), sources)
+        scene = changed_scene(what, changes, config)
+        found = _checked_loop(scene) if "pattern" in scene.sections else None
+        _print_keys(scene, sources)
+        if found:
+            click.echo(found)
 
 
 def _check_folder(folder: Path) -> None:
@@ -95,6 +102,19 @@ def _check_folder(folder: Path) -> None:
     scenes = load_scenes(folder)
     studies = ", ".join(f"{len(load_study(name, folder))} of study {name}" for name in STUDIES)
     click.echo(f"{folder}: valid; {len(scenes)} scenes ({studies}), {len(knits_of(scenes))} geometries")
+
+
+def _checked_loop(scene: Scene) -> str:
+    """Lay out the loop of a scene, mesh a cell of it, and return what it is like in words."""
+    # The geometry is imported here: the other commands and --help do not need it.
+    from knitstudy.geometry.lay_out import lay_out
+    from knitstudy.mesh.resolution import require_resolution
+
+    geometry = lay_out(scene)
+    after = geometry.isel(state=-1)
+    length, gap, other = (1e3 * float(after[name]) for name in ("loop_length", "gap", "other_gap"))
+    said = f"{length:.4g} mm of yarn, gaps of {gap:.3g} mm at crossings and {other:.3g} mm elsewhere"
+    return f"loop: {said}; {require_resolution(scene, geometry)}"
 
 
 def _print_keys(scene: Scene, sources: bool) -> None:
