@@ -49,7 +49,7 @@ DEFAULTS = {
         "tangential_stiffness": 10.0,
         "penetration": 0.01,
         "augmentations": 10,
-        "points": 2,
+        "points": 3,
         "tied_edges": "outer",
     },
     "solver": {
