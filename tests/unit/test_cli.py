@@ -68,8 +68,8 @@ def test_check_folder(knitstudy, config):
         result = knitstudy(*arguments)
         assert result.exit_code == 0
         assert (
-            "valid; 2 scenes (1 of study ci, 2 of study reduced, 0 of study full, 0 of study reference, 0 of study"
-            " trade), 1 geometries" in result.stdout
+            "valid; 2 scenes (1 of study ci, 2 of study reduced, 0 of study full, 0 of study reference), "
+            "1 geometries" in result.stdout
         )
     path = config / "scenes" / "small.yaml"
     path.write_text(path.read_text().replace("2e-2", "-1"))
@@ -124,20 +124,6 @@ def test_wrong_scene_ends_with_one_message(knitstudy, config, command, arguments
     line = message(knitstudy(name, *options, "--config", config, *arguments))
     assert line.startswith("error: ")
     assert said in line
-
-
-def test_plan_says_what_is_taken_and_why(knitstudy):
-    """Of the checkout's own scenes, by the trade that is kept."""
-    ask = ("--question", "force", "--accuracy", "0.05")
-    result = knitstudy("plan", "yarns-tie-course", *ask)
-    assert result.exit_code == 0, result.stderr
-    asked, taken, because, *rest = result.stdout.splitlines()
-    assert asked == "yarns-tie-course: force within 5 %, tie, course tension, 3 x 3 cells"
-    assert re.match(r"take .*: error at most [\d.]+ %, some [\d.]+ s and [\d.]+ MB", taken)
-    assert because.startswith("because nothing cheaper")
-    assert sum(line.endswith("\ttaken") for line in rest) == 1
-    large = knitstudy("plan", "yarns-tie-course", *ask, "--set", "pattern.loops=9", "--set", "pattern.rows=9")
-    assert "price grown from 3 x 3 cells" in large.stdout
 
 
 def test_deck(knitstudy, tmp_path):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import inf
 from typing import Any
 
 from knitstudy.study.scene import Scene, digest
@@ -34,13 +33,6 @@ def resolution(scene: Scene) -> float:
     return scene.mesh.size if degree is None else degree
 
 
-def finer(scene: Scene, other: Scene) -> bool:
-    """Whether a direct simulation has smaller elements or a higher degree than another one of its kind."""
-    if scene.value("mesh.crossing_degree") is not None:
-        return resolution(scene) > resolution(other)
-    return resolution(scene) < resolution(other)
-
-
 def made_of(scene: Scene) -> str:
     """Return discretisation and resolution in words."""
     if scene.value("mesh.crossing_degree") is None:
@@ -55,8 +47,6 @@ def made_of(scene: Scene) -> str:
 # strain.
 HOW_FAR = "load.strain"
 
-EXTENT = ("pattern.loops", "pattern.rows")
-
 
 def physics_of(scene: Scene) -> dict[str, Any]:
     """Return the physical problem: the values of all keys whose role is physics, but for the largest strain."""
@@ -67,24 +57,3 @@ def physics_of(scene: Scene) -> dict[str, Any]:
 def problem_of(scene: Scene) -> str:
     """Return a digest of the physical problem of a scene, the same for all models and discretisations."""
     return digest(physics_of(scene))
-
-
-def tied_problem_of(scene: Scene) -> str:
-    """Return the digest (`problem_of`) of the same knit under the same load with tied yarns."""
-    return digest(_without_contact(scene) | {"interaction": "tie"})
-
-
-def loops_of(scene: Scene) -> str:
-    """Return a digest of loops, yarn and load, whatever the size of the knit and its interaction."""
-    keys = _without_contact(scene)
-    return digest({key: value for key, value in keys.items() if key not in ("interaction", *EXTENT)})
-
-
-def _without_contact(scene: Scene) -> dict[str, Any]:
-    return {key: value for key, value in physics_of(scene).items() if not key.startswith("contact.")}
-
-
-def sticks(scene: Scene) -> bool:
-    """Whether yarns touch and cannot slip."""
-    interaction = scene.kind.interaction
-    return interaction.touches and interaction.friction(scene) == inf
