@@ -29,7 +29,7 @@ from knitstudy.measures.centre_cell import closest_neighbour
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.joints import contacts_of_crossings
 
-LOOPS = Path(__file__).resolve().parents[2] / "resources" / "reference" / "loops.csv"
+REFERENCE = Path(__file__).resolve().parents[2] / "resources" / "reference"
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +76,6 @@ def results(knit, plain_scene, touching, pairs, paper, cases):
         "dns": synthetic.history(scene="dns-a", digest="abcd"),
         "reference": study.reference(scenes),
         "paper": paper,
-        "loops": read_table(LOOPS),
         "every": every,
         "every_contacts": {},
         "scenes": sweeping.scenes() | varied | scenes | {"dns": scenes["dns-tie-course"]},
@@ -112,8 +111,8 @@ def results(knit, plain_scene, touching, pairs, paper, cases):
             name: study.in_contact(touching["dns"], scene.interaction) for name, scene in inputs.items()
         },
         "contacts": dict.fromkeys(inputs, touching["contacts"]),
-        "claims": read_table(LOOPS.with_name("paper_claims.csv")),
-        "readings": read_table(LOOPS.with_name("readings.csv")),
+        "claims": read_table(REFERENCE / "paper_claims.csv"),
+        "readings": read_table(REFERENCE / "readings.csv"),
     }
     beams = {
         f"beam-{kind}isotropic-course": synthetic.history(force=(0, 4, 8))
