@@ -25,6 +25,8 @@ from knitstudy.mechanics.rotation import hat
 if TYPE_CHECKING:
     from knitstudy.mechanics.beam_model import BeamState
 
+# Spring of closest points within an increment (`beam_approach`); H is 1 for straight yarns that cross at a right angle
+HOLD = 0.1
 SIGNS = np.array([[1.0], [-1.0]])  # of sides A and B
 
 
@@ -136,7 +138,7 @@ class BeamContact:
     def points(self, state: BeamState) -> BeamContactPoints:
         """Evaluate all pairs."""
         places, history = self.places(state), state.contact
-        here = approach(self.curves, places.position, replace(self.pairs, start=history.s))
+        here = approach(self.curves, places.position, replace(self.pairs, start=history.s), HOLD)
         anchor = self.curves.stencil(self.pairs.yarn, history.s)
         arm = np.einsum("kapij,kaj->kapi", places.rotation[anchor.stations], history.arm)
         material = anchor.of(anchor.value, places.position) + np.einsum("kap,kapi->kai", anchor.value, arm)
