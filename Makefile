@@ -24,7 +24,7 @@ help:  ## show this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  \1\t\2/p' $(MAKEFILE_LIST) | expand -t 14
 
 .PHONY: study
-study: environment  ## run the reduced study on all cores (STUDY=ci, full, reference or trade for another)
+study: environment  ## run the reduced study on all cores (STUDY=ci, full or reference for another)
 	@$(BIN)/python workflow/study.py $(STUDY)
 
 .PHONY: reference
@@ -38,14 +38,9 @@ verdicts: environment  ## run the full study and keep its verdicts (hours); reso
 	@$(BIN)/python -m knitstudy.stages.kept_tables verdicts
 
 .PHONY: trade
-trade: environment  ## measure what accuracy costs (hours); resources/trade.csv
-	@$(BIN)/python workflow/study.py trade results/tables/trade{,_sentences,_rungs,_knobs}.csv \
-	    results/figures/fig_trade_{force,out_of_plane,contact,stress}.png
+trade: environment  ## measure what accuracy costs on a sample of knits (days); resources/trade.csv
+	@$(BIN)/python workflow/study.py ci -- results/trade/trade.csv
 	@$(BIN)/python -m knitstudy.stages.kept_tables trade
-
-.PHONY: promise
-promise: environment  ## try on other knits what models are chosen for (an hour); resources/trade_promise.csv
-	@$(BIN)/python -m knitstudy.stages.promise
 
 .PHONY: test
 test: environment  ## pass all tests, in two processes

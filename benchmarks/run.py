@@ -39,7 +39,7 @@ FRICTION = "dns-isotropic-course"
 
 DISCRETISATIONS = {
     "one-point hexahedra": {},
-    "quadratic hexahedra": {"mesh.element": "quadratic", "mesh.size": 0.6e-3, "mesh.refinement": 2},
+    "quadratic hexahedra": {"mesh.element": "quadratic", "mesh.size": 2 / 3, "mesh.refinement": 2},
     "spline yarns, degree 2": {"fidelity": "spline_yarns"},
     "spline yarns, degree 3": {"fidelity": "spline_yarns", "mesh.degree": 3, "mesh.crossing_degree": 3},
 }

@@ -1,7 +1,7 @@
 """Effect of keys of a scene on force, motion, contact and cost: one key at a time, or all combinations.
 
-    python benchmarks/vary.py dns-tie-course --set pattern.loops=1 pattern.rows=1 --vary "mesh.size=[0.45e-3, 0.36e-3]"
-    python benchmarks/vary.py pair-pressed-90 --vary "mesh.size=[0.2e-3]" "mesh.refinement=[1, 2, 3]" --product
+    python benchmarks/vary.py dns-tie-course --set pattern.loops=1 pattern.rows=1 --vary "mesh.size=[0.5, 0.4]"
+    python benchmarks/vary.py pair-pressed-90 --vary "mesh.size=[0.22]" "mesh.refinement=[1, 2, 3]" --product
 
 Prints and keeps ``results/tables/vary_SCENE.csv``. ``KEY1 KEY2=[...]`` gives several keys the same value. For keys that
 can be refined (``mesh.size``, ``solver.increments``) and have three values or more, the order of convergence of the

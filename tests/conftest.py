@@ -37,10 +37,10 @@ DEFAULTS = {
     "geometry": {"alpha": 1.0, "beta": 1.0, "gamma": 1.0, "beta_0": 1.0, "samples": 50},
     "load": {"direction": "course", "strain": 0.05, "lateral": "fixed", "stops": []},
     "mesh": {
-        "size": 0.3e-3,
+        "size": 1 / 3,
         "growth": 1.2,
         "element": "one_point",
-        "beam_size": 0.5e-3,
+        "beam_size": 5 / 9,
         "section_law": "curved",
     },
     "contact": {
@@ -96,7 +96,7 @@ def plain_scene(defaults_with):
         pair={"clearance": 0.02},
         yarn={"diameter": 1.8e-3},
         geometry={"beta": 1e-3, "free": [""] * 12, "samples": 100},
-        mesh={"size": 0.45e-3},
+        mesh={"size": 0.5},
         solver={"increments": 4},
     )
     own = {"name": "plain-rom3d", "knit": "plain", "rom": {"contacts_from": "plain-dns"}}

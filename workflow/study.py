@@ -35,7 +35,7 @@ def main() -> int:
     """Run the study named on the command line; return the exit status."""
     parser = argparse.ArgumentParser(prog="make study", description=__doc__.splitlines()[0])
     parser.add_argument(
-        "study", nargs="?", default="reduced", help="ci, reduced (default), full, reference or trade"
+        "study", nargs="?", default="reduced", help="ci, reduced (default), full or reference"
     )
     parser.add_argument("options", nargs="*", help="more options of snakemake, after --")
     arguments = parser.parse_args()

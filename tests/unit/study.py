@@ -16,8 +16,8 @@ LIFT = {"tie": 2e-4, "isotropic": 4e-4}
 """Force [N] and out-of-plane displacement [m] of direct simulations at full load."""
 
 MODELS = {
-    "dns-{}": ({"fidelity": "hexahedra", "mesh.size": 0.3e-3}, 1.0, 1.0),
-    "dns-{}-medium": ({"fidelity": "hexahedra", "mesh.size": 0.45e-3}, 1.02, 1.0),
+    "dns-{}": ({"fidelity": "hexahedra", "mesh.size": 1 / 3}, 1.0, 1.0),
+    "dns-{}-medium": ({"fidelity": "hexahedra", "mesh.size": 0.5}, 1.02, 1.0),
     "rom3d-{}": ({"fidelity": "rom3d"}, 1.2, 0.75),
     "rom2d-{}": ({"fidelity": "rom2d"}, 2.0, 0.0),
     "rom3d-printed-{}": ({"fidelity": "rom3d", "rom.joint": "printed"}, 1.5, 0.5),
@@ -51,7 +51,7 @@ def domain(plain):
                 "name": name,
                 "fidelity": "hexahedra",
                 "interaction": kind,
-                "mesh.size": 0.3e-3,
+                "mesh.size": 1 / 3,
                 "load.strain": 0.0125,
             }
             size = {"knit": f"plain{cells}", "pattern.loops": cells, "pattern.rows": cells}

@@ -13,7 +13,7 @@ from knitstudy.models.simulate import solve
 
 @pytest.fixture(scope="module")
 def beam_scene(touching_cell):
-    keys = {"name": "beam", "mesh.beam_size": 1e-3, "load.strain": 0.03}
+    keys = {"name": "beam", "mesh.beam_size": 10 / 9, "load.strain": 0.03}
     return touching_cell.vary(keys | {"solver.increments": 3, "gates.ledger": 0.2})
 
 

@@ -68,8 +68,8 @@ def test_check_folder(knitstudy, config):
         result = knitstudy(*arguments)
         assert result.exit_code == 0
         assert (
-            "valid; 2 scenes (1 of study ci, 2 of study reduced, 0 of study full, 0 of study reference, 0 of study"
-            " trade), 1 geometries" in result.stdout
+            "valid; 2 scenes (1 of study ci, 2 of study reduced, 0 of study full, 0 of study reference), "
+            "1 geometries" in result.stdout
         )
     path = config / "scenes" / "small.yaml"
     path.write_text(path.read_text().replace("2e-2", "-1"))
@@ -78,16 +78,18 @@ def test_check_folder(knitstudy, config):
     )
 
 
-def test_check_scene(knitstudy, config):
-    change = ("--config", config, "--set", "mesh.size=4e-4", "--set", "load.stops=[0.01, 2e-2]")
+def test_check_scene(knitstudy, config, monkeypatch):
+    monkeypatch.setattr("knitstudy.cli.scenes._checked_loop", lambda scene: "loop: as drawn")
+    change = ("--config", config, "--set", "mesh.size=0.4", "--set", "load.stops=[0.01, 2e-2]")
     rows = table(knitstudy("check", "dns-a", *change))
     assert rows[0] == ["key", "value", "unit", "role", "standing"]
-    assert ["mesh.size", "0.0004", "m", "resolution", "stated"] in rows
+    assert ["mesh.size", "0.4", "yarn radii", "resolution", "stated"] in rows
     assert ["load.stops", "[0.01, 0.02]", "1", "output", "choice"] in rows
     columns, *rows = table(knitstudy("check", "dns-a", *change, "--sources"))
     assert columns == ["key", "value", "unit", "role", "standing", "source", "checked"]
     (size,) = [row for row in rows if row[0] == "mesh.size"]
-    assert size[:6] == ["mesh.size", "0.0004", "m", "resolution", "stated", "Table 5: 0.3 mm"]
+    assert size[:5] == ["mesh.size", "0.4", "yarn radii", "resolution", "stated"]
+    assert size[5] == "Table 5: 0.3 mm, of a radius of 0.9 mm"
 
 
 def test_plugins_of_the_configuration_are_imported(knitstudy, config, monkeypatch):
@@ -110,7 +112,10 @@ def test_plugins_of_the_configuration_are_imported(knitstudy, config, monkeypatc
         (("dns-a", "--set", "mesh.sice=1"), "unknown key 'mesh.sice' (did you mean 'size'?)"),
         (("dns-a", "--set", "load.strain=5%"), "load.strain is '5%' but must be a number from -0.2 to 0.5"),
         (("dns-a", "--set", "load.strain=.nan"), "load.strain is nan but must be a finite number"),
-        (("dns-a", "--set", "mesh.size=0.3 mm"), "mesh.size is '0.3 mm' but must be a number > 0"),
+        (
+            ("dns-a", "--set", "mesh.size=0.3 mm"),
+            "mesh.size is '0.3 mm' but must be a number from 0.01 to 10",
+        ),
         (("dns-a", "--config", "nowhere"), "nowhere/defaults.yaml: is missing"),
     ],
 )
@@ -121,22 +126,8 @@ def test_wrong_scene_ends_with_one_message(knitstudy, config, command, arguments
     assert said in line
 
 
-def test_plan_says_what_is_taken_and_why(knitstudy):
-    """Of the checkout's own scenes, by the trade that is kept."""
-    ask = ("--question", "force", "--accuracy", "0.05")
-    result = knitstudy("plan", "yarns-tie-course", *ask)
-    assert result.exit_code == 0, result.stderr
-    asked, taken, because, *rest = result.stdout.splitlines()
-    assert asked == "yarns-tie-course: force within 5 %, tie, course tension, 3 x 3 cells"
-    assert re.match(r"take .*: error at most [\d.]+ %, some [\d.]+ s and [\d.]+ MB", taken)
-    assert because.startswith("because nothing cheaper")
-    assert sum(line.endswith("\ttaken") for line in rest) == 1
-    large = knitstudy("plan", "yarns-tie-course", *ask, "--set", "pattern.loops=9", "--set", "pattern.rows=9")
-    assert "price grown from 3 x 3 cells" in large.stdout
-
-
 def test_deck(knitstudy, tmp_path):
-    coarse = ("--set", "mesh.size=0.6e-3", "--set", "gates.elements_across=3", "--dialect", "calculix")
+    coarse = ("--set", "mesh.size=0.66", "--set", "gates.elements_across=3", "--dialect", "calculix")
     result = knitstudy("export", "pair-slid-90", *coarse, "--set", "name=coarse")
     nodes, hexahedra = map(int, re.findall(r"(\d+) (?:nodes|hexahedra)", result.stdout))
     text = (tmp_path / "coarse.calculix.inp").read_text()
@@ -185,3 +176,28 @@ def test_show_what_is_not_there_or_damaged(knitstudy, tmp_path):
     assert "a.nc: is truncated or is not netCDF" in message(knitstudy("show", "a.nc"))
     (tmp_path / "a.txt").touch()
     assert "a.txt: results are .nc and .csv files" in message(knitstudy("show", "a.txt"))
+
+
+JERSEY = ("--course", "0.9e-3", "--wale", "1.1e-3")
+
+
+def test_loop_of_spacings_and_yarn(knitstudy, tmp_path):
+    rows = table(knitstudy("loop", *JERSEY, "--diameter", "0.25e-3"))
+    known = {name: float(value) for name, value, *_ in rows[1:-2]}
+    assert known["gap"] == pytest.approx(0.01 * 0.125e-3, rel=0.01)
+    assert known["loop length"] == pytest.approx(2 * 0.9e-3 + 1.1e-3 + 5.94 * 0.25e-3, rel=0.02)
+    assert (tmp_path / "loop.png").stat().st_size > 10_000
+    assert rows[-1][0].startswith("--set pattern.course_spacing=0.0009 --set")
+
+
+def test_loop_refuses_spacings_below_the_diameter(knitstudy):
+    assert "pattern.course_spacing is 0.0009 m but must exceed" in message(
+        knitstudy("loop", *JERSEY, "--diameter", "1e-3")
+    )
+
+
+def test_check_refuses_elements_that_are_too_long_for_the_loop(knitstudy):
+    result = knitstudy("check", "rom3d-tie-course", "--set", "mesh.beam_size=5")
+    assert "mesh.beam_size is 5 yarn radii but must be at most 3.04" in message(result)
+    kept = knitstudy("check", "rom3d-tie-course")
+    assert "loop: 55.5 mm of yarn" in kept.stdout

@@ -20,7 +20,7 @@ from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.discretisation import yarn_surfaces
 
-RADIUS, SIZE = 0.9e-3, 0.45e-3
+RADIUS, SIZE = 0.9e-3, 0.5
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +50,7 @@ def test_facets_face_each_other(facets, knitted):
     for found in (facets, knitted):
         middle = found.mesh.nodes[found.nodes].mean(axis=2)
         from_contact = np.linalg.norm(middle - found.crossings.point.mean(axis=1, keepdims=True), axis=2)
-        np.testing.assert_array_less(from_contact, 0.5 * SIZE)
+        np.testing.assert_array_less(from_contact, 0.5 * SIZE * RADIUS)
 
 
 def test_places_away_from_crossings_belong_to_none(facets, pair, mesh):
@@ -68,8 +68,10 @@ def test_places_away_from_crossings_belong_to_none(facets, pair, mesh):
 @pytest.fixture(scope="module")
 def touching(mesh, facets):
     """The upper yarn pressed onto the lower one and slid, all its nodes alike: answer of contact, and columns."""
-    law = Coulomb(1.3e9 / SIZE, 1.3e9 / SIZE, 0.3)
-    contact = Contact(mesh.nodes, Grids(yarn_surfaces(mesh)), law, margin=0.3 * RADIUS, overlap=1e-2 * SIZE)
+    law = Coulomb(1.3e9 / (SIZE * RADIUS), 1.3e9 / (SIZE * RADIUS), 0.3)
+    contact = Contact(
+        mesh.nodes, Grids(yarn_surfaces(mesh)), law, margin=0.3 * RADIUS, overlap=1e-2 * SIZE * RADIUS
+    )
     upper = np.repeat(mesh.yarn_of_slice == 1, mesh.section.size)[:, None]
     pressed = mesh.nodes + upper * [0, 0, -1e-4]
     history = contact.commit(contact.points(pressed, mesh.nodes, ContactHistory.empty()))

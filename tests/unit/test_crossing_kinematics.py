@@ -175,7 +175,7 @@ def test_tied_contact_areas_stay_and_open_ones_have_no_place(knit, history):
         np.testing.assert_array_equal(np.isnan(free[..., 0]), (contacts["zones"] == 0).to_numpy()[:, ~tied])
 
 
-SIZE = 0.45e-3
+SIZE = 0.5
 
 
 @pytest.fixture(scope="module")

@@ -98,8 +98,8 @@ def test_stations_of_all_models_are_places_on_the_pieces(scene, pieces, fidelity
 @pytest.mark.parametrize(
     "changes",
     [
-        {"fidelity": "hexahedra", "interaction": "tie", "mesh.size": 0.6e-3},
-        {"fidelity": "hexahedra", "interaction": "isotropic", "mesh.size": 0.6e-3},
+        {"fidelity": "hexahedra", "interaction": "tie", "mesh.size": 2 / 3},
+        {"fidelity": "hexahedra", "interaction": "isotropic", "mesh.size": 2 / 3},
         {"fidelity": "spline_yarns", "interaction": "tie"},
         {"fidelity": "spline_yarns", "interaction": "isotropic"},
         {"fidelity": "rom3d", "interaction": "tie"},

@@ -26,10 +26,10 @@ DIALECTS = pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
 @pytest.fixture(scope="module")
 def made(plain_scene):
     """Return a function that gives a deck and what it was made of: a tied 1 x 1 knit, or two yarns in contact."""
-    knit = {"fidelity": "hexahedra", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.6e-3}
+    knit = {"fidelity": "hexahedra", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 2 / 3}
     knit |= {"tie.radius": 0.3}
     down = {"pair.support": "ends", "load.path": [[0, 0, -1e-4]], "interaction": "isotropic"}
-    pair = {"specimen": "pair", "fidelity": "hexahedra", "mesh.size": 0.6e-3} | down
+    pair = {"specimen": "pair", "fidelity": "hexahedra", "mesh.size": 2 / 3} | down
     meshes = {}
 
     def make(specimen, changes=None):

@@ -31,13 +31,13 @@ def test_contact_over_ties_is_of_equal_sizes(grown):
 def test_counts_of_a_cell_are_those_of_larger_knits(plain_scene, knit_of):
     """Of the mesh of 3 x 3 cells and of what 6 x 6 have."""
     loop = knit_of(plain_scene).loop
-    slices = law_of(lambda fabric: slices_of(fabric, 0.45e-3, 1.2), loop)
-    assert slices(3) == mesh_fabric(cut_cells(loop, 3, 3), 0.45e-3, 1.2, load="course").slices
-    assert slices(6) == slices_of(cut_cells(loop, 6, 6), 0.45e-3, 1.2)
-    spatial, planar = law_of(lambda fabric: nodes_3d(fabric, 0.5e-3), loop), law_of(nodes_2d, loop)
+    slices = law_of(lambda fabric: slices_of(fabric, 0.5, 1.2), loop)
+    assert slices(3) == mesh_fabric(cut_cells(loop, 3, 3), 0.5, 1.2, load="course").slices
+    assert slices(6) == slices_of(cut_cells(loop, 6, 6), 0.5, 1.2)
+    spatial, planar = law_of(lambda fabric: nodes_3d(fabric, 5 / 9), loop), law_of(nodes_2d, loop)
     for n in (3, 6):
         fabric = cut_cells(loop, n, n)
-        assert [spatial(n), planar(n)] == [nodes_3d(fabric, 0.5e-3), nodes_2d(fabric)]
+        assert [spatial(n), planar(n)] == [nodes_3d(fabric, 5 / 9), nodes_2d(fabric)]
         assert planar(n) == 4 * n**2 + 6 * n, "zones, and the ends of 3 n pieces"
 
 

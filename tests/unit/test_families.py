@@ -21,8 +21,8 @@ keys:
   load.strain by case: {tie: 0.05, slip: 0.03}
 
 mesh:
-  fine: {mesh.size: 2e-4}
-  "045": {mesh.size: 0.45e-3}
+  fine: {mesh.size: 0.2}
+  "045": {mesh.size: 0.5}
 
 scenes:
 - name: dns-{case}-{mesh}
@@ -68,7 +68,7 @@ def test_members_take_the_keys_of_family_entry_and_choices(folder):
         "knit": "plain",
         "load.strain": 0.05,
         "interaction": "tie",
-        "mesh.size": 0.45e-3,
+        "mesh.size": 0.5,
     }
     assert members["dns-tie-045"].studies == ("reduced", "full")
     reduced = members["rom-slip"]
@@ -93,11 +93,11 @@ def test_files_are_read_in_the_order_of_their_numbers(folder):
         ("studies: [reduced, full]\n", "", "the key 'studies' is missing, in the family as well; [] is for"),
         ("studies: [", "studdies: [", "family.yaml: unknown key 'studdies' (did you mean 'studies'?)"),
         ("  knit: plain", "  knit: '{cas}'", "knit is '{cas}': unknown placeholder 'cas' (did you mean"),
-        ("  fine: {mesh.size: 2e-4}", "  fine: {interaction: rough}", "is 'tie' of case 'tie' but 'rough'"),
+        ("  fine: {mesh.size: 0.2}", "  fine: {interaction: rough}", "is 'tie' of case 'tie' but 'rough'"),
         ('  mesh: [fine, "045"]\n', "", "unknown placeholder 'mesh'; allowed are case; an entry of scenes"),
         ('[fine, "045"]', "[fine, 0.45]", "mesh is ['fine', 0.45] but must be all, or of fine, 045"),
         ("name: dns-{case}-{mesh}", "name: dns-{case}", "scene 'dns-tie': is there twice, the first in the"),
-        ("{mesh.size: 2e-4}", "{mesh.size: 2001-99-99}", "family.yaml: is not YAML: month must be in 1..12"),
+        ("{mesh.size: 0.2}", "{mesh.size: 2001-99-99}", "family.yaml: is not YAML: month must be in 1..12"),
     ],
 )
 def test_family_that_is_not_allowed(folder, old, new, message):

@@ -63,7 +63,7 @@ def pairs(plain_scene):
 def results(knit, plain_scene, touching, pairs, paper, cases):
     """Function of the results that a figure takes, by argument."""
     scenes = cases
-    mesh = mesh_fabric(knit, 1.2e-3)
+    mesh = mesh_fabric(knit, 4 / 3)
     lifts = {"dns": 2e-4, "rom3d": 1e-4}
     every = {name: each for name, each in study.histories(scenes).items() if not name.startswith("beam")}
     varied = study.varied(plain_scene)

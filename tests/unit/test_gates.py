@@ -115,10 +115,9 @@ def test_stabilisation_that_dissipates_or_pulls(damped, force, message):
 )
 def test_elements_that_are_too_large_for_the_yarn(specimen, refinement, across, needed):
     def scene(across, asked=None):
-        mesh = SimpleNamespace(size=1.8e-3 / across, refinement=refinement)
+        mesh = SimpleNamespace(size=2 / across, refinement=refinement)
         return SimpleNamespace(
             specimen=specimen,
-            yarn=SimpleNamespace(diameter=1.8e-3),
             mesh=mesh,
             gates=SimpleNamespace(elements_across=asked),
         )
@@ -131,7 +130,7 @@ def test_elements_that_are_too_large_for_the_yarn(specimen, refinement, across, 
 
 def test_what_does_not_fit_into_memory():
     free = psutil.virtual_memory().available
-    require_memory(free / 2, "mesh.size", 1e-4, "a mesh", power=3)
-    message = r"mesh\.size is 0\.0001 m: a mesh would take about .* GiB.*use about 0\.00021 m"
+    require_memory(free / 2, "mesh.size", 0.1, "a mesh", power=3)
+    message = r"mesh\.size is 0\.1 yarn radii: a mesh would take about .* GiB.*use about 0\.21 or more"
     with pytest.raises(MeshError, match=message):
-        require_memory(8 * free, "mesh.size", 1e-4, "a mesh", power=3)
+        require_memory(8 * free, "mesh.size", 0.1, "a mesh", power=3)

@@ -10,7 +10,7 @@ from knitstudy.models.simulate import solve
 @pytest.fixture(scope="module")
 def reduced(plain_scene, knit, contacts):
     """Function that loads a reduced model."""
-    scene = plain_scene.replace("mesh.beam_size", 3e-3)
+    scene = plain_scene.replace("mesh.beam_size", 3.3)
     return lambda **files: solve(scene, knit, contacts=contacts, run=Run(**files))
 
 
@@ -25,7 +25,7 @@ def planar(plain_scene, knit, contacts):
 @pytest.fixture(scope="module")
 def touching(touching_cell, knit_of):
     """Function that loads one cell of beams whose yarns touch and slide."""
-    keys = {"name": "beam", "mesh.beam_size": 1e-3, "contact.friction": 0.1}
+    keys = {"name": "beam", "mesh.beam_size": 10 / 9, "contact.friction": 0.1}
     scene = touching_cell.vary(keys | {"load.strain": 0.03})
     return lambda **files: solve(scene, knit_of(scene), Run(**files))
 

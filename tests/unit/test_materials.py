@@ -51,10 +51,10 @@ def pull(plain_scene, knit_of):
         } | {key.replace("__", "."): value for key, value in changes.items()}
         if keys["fidelity"] == "hexahedra":
             # A toy law leaves the hourglass control as it is.
-            keys = {"mesh.size": 0.6e-3, "gates.elements_across": 2.0, "solver.hourglass": 0.01} | keys
+            keys = {"mesh.size": 2 / 3, "gates.elements_across": 2.0, "solver.hourglass": 0.01} | keys
         scene = plain_scene.vary(keys)
         knit = knit_of(scene)
-        mesh = mesh_fabric(knit, scene.value("mesh.size") or scene.yarn.radius)
+        mesh = mesh_fabric(knit, scene.value("mesh.size") or 1.0)
         return float(solve(scene, knit, mesh=mesh)["force"][-1])
 
     return pull

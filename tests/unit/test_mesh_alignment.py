@@ -7,7 +7,7 @@ from knitstudy.errors import MeshError
 from knitstudy.mesh.mesher import mesh_fabric
 
 GROWTH = 1.2
-SIZES = [0.6e-3, 0.45e-3]
+SIZES = [2 / 3, 0.5]
 
 EXACT = 1e-6  # share of the element size: crossings are refined to about 1e-8 of it
 
@@ -17,7 +17,7 @@ def knit(plain_scene, knit_of):
     return knit_of(plain_scene.replace("pattern.loops", 2).replace("pattern.rows", 2))
 
 
-@pytest.fixture(scope="module", params=SIZES, ids=lambda size: f"{size * 1e3:g}mm")
+@pytest.fixture(scope="module", params=SIZES, ids=lambda size: f"{size:.2g}R")
 def size(request):
     return request.param
 
@@ -41,8 +41,10 @@ def layers(mesh, knit):
 def test_crossings_lie_in_the_middle_of_a_layer_as_long_as_the_size(mesh, knit, size):
     below = layers(mesh, knit)
     s = mesh.arc_length[below], mesh.arc_length[below + 1]
-    np.testing.assert_allclose(0.5 * (s[0] + s[1]), knit.crossings.arc_length, atol=EXACT * size, rtol=0)
-    np.testing.assert_allclose(s[1] - s[0], size, rtol=1e-9)  # rounding of arc lengths of 80 mm
+    np.testing.assert_allclose(
+        0.5 * (s[0] + s[1]), knit.crossings.arc_length, atol=EXACT * size * knit.radius, rtol=0
+    )
+    np.testing.assert_allclose(s[1] - s[0], size * knit.radius, rtol=1e-9)  # rounding of arc lengths of 80 mm
 
 
 def test_contacts_lie_over_the_middle_of_a_facet(mesh, knit, size):
@@ -60,7 +62,7 @@ def test_contacts_lie_over_the_middle_of_a_facet(mesh, knit, size):
         along = np.cross(*np.moveaxis(mesh.frames[below][:, :2] + mesh.frames[below + 1][:, :2], 1, 0))
         off = np.einsum("ki,ki->k", np.cross(facet, seen[:, 0]), along)
         off /= np.linalg.norm(along, axis=1) * np.linalg.norm(facet, axis=1)
-        assert np.abs(off).max() < EXACT * size
+        assert np.abs(off).max() < EXACT * size * knit.radius
 
 
 def test_all_loops_of_all_yarns_are_alike(mesh, knit, size):
@@ -68,12 +70,14 @@ def test_all_loops_of_all_yarns_are_alike(mesh, knit, size):
     assert (per_yarn == per_yarn[0]).all()
     nodes = mesh.nodes.reshape(mesh.yarns, per_yarn[0], mesh.section.size, 3)
     rise = np.arange(mesh.yarns)[:, None, None, None] * [0, knit.cell[1], 0]
-    np.testing.assert_allclose(nodes - rise, np.broadcast_to(nodes[0], nodes.shape), atol=EXACT * size)
+    np.testing.assert_allclose(
+        nodes - rise, np.broadcast_to(nodes[0], nodes.shape), atol=EXACT * size * knit.radius
+    )
     loop = (per_yarn[0] - 1) // knit.cells[0]
     moved = nodes[:, :-loop] + [knit.cell[0], 0, 0]
-    np.testing.assert_allclose(moved, nodes[:, loop:], atol=EXACT * size)
+    np.testing.assert_allclose(moved, nodes[:, loop:], atol=EXACT * size * knit.radius)
 
 
 def test_sizes_that_leave_no_room_between_crossings_are_refused(knit):
     with pytest.raises(MeshError, match=r"mesh size: .* use a smaller mesh\.size"):
-        mesh_fabric(knit, 2.6e-3)
+        mesh_fabric(knit, 2.9)

@@ -10,7 +10,7 @@ from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.mesh.quality import check_folding
 from knitstudy.mesh.spacing import Grading, drawn
 
-RADIUS, SIZE = 0.9e-3, 0.3e-3
+RADIUS, SIZE = 0.9e-3, 1 / 3
 GRADING = Grading(3.0, reach=1.0, ramp=2.0)
 
 

@@ -8,7 +8,7 @@ from knitstudy.geometry.fabric import head_arcs, of_curves, sinker_arcs, yarn_pa
 from knitstudy.geometry.spline import Centreline
 from knitstudy.mesh.mesher import grips, mesh_fabric
 
-SIZE, GROWTH = 0.9e-3, 2.0
+SIZE, GROWTH = 1.0, 2.0
 
 
 @pytest.fixture(scope="module")
@@ -55,10 +55,10 @@ def test_gripped_yarns_are_crossed_in_the_middle_of_a_layer_all_the_same(knit, m
         along, s = mesh.stations[yarn], knit.crossings.arc_length[knit.crossings.yarn[:, side] == yarn, side]
         below = np.searchsorted(along, s) - 1
         np.testing.assert_allclose(0.5 * (along[below] + along[below + 1]), s, rtol=1e-9)
-        np.testing.assert_allclose(along[below + 1] - along[below], SIZE / 2, rtol=1e-6)
+        np.testing.assert_allclose(along[below + 1] - along[below], SIZE * RADIUS / 2, rtol=1e-6)
 
 
-RADIUS, LENGTH, CLEARANCE, PAIR_SIZE = 0.9e-3, 8e-3, 0.02, 0.45e-3
+RADIUS, LENGTH, CLEARANCE, PAIR_SIZE = 0.9e-3, 8e-3, 0.02, 0.5
 
 
 @pytest.fixture(scope="module", params=[90.0, 30.0])

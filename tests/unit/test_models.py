@@ -18,7 +18,7 @@ def test_a_model_from_outside_is_an_entry_and_gets_the_data_that_are_given(
         return network_3d.build(scene, fabric, **data)
 
     monkeypatch.setitem(MODELS, "rom3d", own)
-    problem = build(plain_scene.replace("mesh.beam_size", 3e-3), knit, contacts=contacts, springs=None)
+    problem = build(plain_scene.replace("mesh.beam_size", 3.3), knit, contacts=contacts, springs=None)
     assert list(given) == ["contacts"]
     assert problem.scene.fidelity == "rom3d"
     monkeypatch.delitem(MODELS, "rom3d")

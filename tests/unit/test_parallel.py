@@ -39,7 +39,7 @@ def test_forces_and_tangents_do_not_depend_on_threads(monkeypatch, plain_scene, 
     keys = {
         "pattern.loops": 1,
         "pattern.rows": 1,
-        "mesh.size": 0.9e-3,
+        "mesh.size": 1,
         "tie.radius": 0.3,
         "mesh.element": element,
     }

@@ -19,7 +19,7 @@ MODULUS = 1.3e9
 
 @pytest.fixture(scope="module")
 def scene():
-    return load_scene("pair-tied-90").vary({"mesh.size": 0.45e-3, "gates.elements_across": 2})
+    return load_scene("pair-tied-90").vary({"mesh.size": 0.5, "gates.elements_across": 2})
 
 
 @pytest.fixture(scope="module")
@@ -115,7 +115,7 @@ def test_what_the_yarns_cannot_show_makes_the_tie_softer(parts, pair):
 def test_discs_that_overlap_are_refused(knit_of, plain_scene):
     from knitstudy.mesh.mesher import mesh_fabric
 
-    coarse = {"fidelity": "hexahedra", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.6e-3}
+    coarse = {"fidelity": "hexahedra", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 2 / 3}
     scene = plain_scene.vary({**coarse, "gates.elements_across": 2})
     knit = knit_of(scene)
     parts = hexahedra.discretise(scene, knit, mesh_fabric(knit, scene.mesh.size, 1.0))

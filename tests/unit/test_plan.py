@@ -64,7 +64,7 @@ SIMULATED = {"simulation", "contacts", "stress", "deformed_vtu", "deck_abaqus", 
     ("key", "value", "changed"),
     [
         ("load.strain", 0.01, SIMULATED),
-        ("mesh.size", 0.4e-3, SIMULATED | {"mesh", "mesh_vtu"}),
+        ("mesh.size", 0.45, SIMULATED | {"mesh", "mesh_vtu"}),
         ("geometry.alpha", 2.0, None),
         ("outputs", ["vtu", "fields", "deck"], set()),
     ],

@@ -85,7 +85,7 @@ def test_a_pair_is_held_at_its_ends(scene, pair):
         ({"mesh.degree": 1}, r"mesh.degree is 1 but must be a whole number from 2 to 12.* too"),
         ({"mesh.degree": 5}, "mesh.crossing_degree is 4 but must be at least mesh.degree, 5"),
         ({"mesh.span": 0.3}, "mesh.crossing_span is 0.6 but must be at most mesh.span, 0.3"),
-        ({"mesh.size": 3e-4}, "mesh.size is no key of a scene"),
+        ({"mesh.size": 1 / 3}, "mesh.size is no key of a scene"),
         ({"outputs": ["deck"]}, r"outputs is \['deck'\] but must be a list out of \[fields, vtu\]"),
     ],
 )

@@ -8,7 +8,7 @@ from knitstudy.mechanics.rotation import exp
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.hexahedra import divide
 
-RADIUS, SIZE = 0.9e-3, 0.45e-3
+RADIUS, SIZE = 0.9e-3, 0.5
 
 
 @pytest.fixture(scope="module")

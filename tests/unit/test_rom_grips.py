@@ -11,7 +11,7 @@ from knitstudy.models.simulate import build
 
 @pytest.fixture(scope="session")
 def scene(plain_scene):
-    return plain_scene.replace("load.direction", "wale").replace("mesh.beam_size", 2e-3)
+    return plain_scene.replace("load.direction", "wale").replace("mesh.beam_size", 2.2)
 
 
 def gripped(network, knit):

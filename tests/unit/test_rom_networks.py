@@ -34,7 +34,7 @@ class TestHoneycomb:
 
 class TestSpatial:
     def test_both_points_C_hang_on_a_node_at_P(self, knit, points):
-        network = network_3d.spatial_network(knit, points, size=2e-3)
+        network = network_3d.spatial_network(knit, points, size=2.2)
         carried = network.nodes[network.station_node] + network.station_offset
         np.testing.assert_allclose(carried, network.stations.position, atol=1e-17)
         joints = np.flatnonzero(np.bincount(network.station_node) == 2)
@@ -46,7 +46,7 @@ class TestSpatial:
             assert abs(pair[0] - pair[1]) == 1
 
     def test_curvature_is_that_of_the_centrelines(self, knit, points):
-        network = network_3d.spatial_network(knit, points, size=0.25e-3)
+        network = network_3d.spatial_network(knit, points, size=0.28)
         stations, centreline = network.stations, knit.centrelines[1]
         first = np.flatnonzero(stations.yarn[1:] == stations.yarn[:-1])
         mine = stations.yarn[first] == 1
@@ -68,4 +68,4 @@ class TestSpatial:
         arc_length[2, 0] = arc_length[0, 0]
         twice = replace(points, arc_length=arc_length)
         with pytest.raises(GeometryError, match="yarn 0 has two joints"):
-            network_3d.spatial_network(knit, twice, 1e-3)
+            network_3d.spatial_network(knit, twice, 1.0)

@@ -10,7 +10,7 @@ from knitstudy.models.simulate import solve
 @pytest.mark.parametrize("joint", ["rigid", "patch"])
 def test_ties_need_no_simulation(plain_scene, knit, contacts, joint):
     """What a simulation says of tied crossings is what the geometry and the radius of ties say."""
-    keys = {"rom.joint": joint, "mesh.beam_size": 3e-3, "solver.increments": 1, "load.strain": 0.002}
+    keys = {"rom.joint": joint, "mesh.beam_size": 3.3, "solver.increments": 1, "load.strain": 0.002}
     scene = plain_scene.vary(keys | {"tie.radius": 0.3, "rom.contacts_from": None})
     area = np.pi * (0.3 * scene.yarn.radius) ** 2
     measured = contacts.assign(area=contacts["area"] * 0 + area, tied=contacts["area"] * 0 + 1)
@@ -18,7 +18,7 @@ def test_ties_need_no_simulation(plain_scene, knit, contacts, joint):
 
 
 def test_joints_that_yield_are_softer_than_pins(plain_scene, knit, contacts):
-    scene = plain_scene.vary({"mesh.beam_size": 3e-3, "solver.increments": 1, "load.strain": 0.002})
+    scene = plain_scene.vary({"mesh.beam_size": 3.3, "solver.increments": 1, "load.strain": 0.002})
     area = np.pi * (0.4 * scene.yarn.radius) ** 2
     tied = contacts.assign(area=contacts["area"] * 0 + area, tied=contacts["area"] * 0 + 1)
     pinned, patch = (

@@ -19,7 +19,7 @@ def touching(contacts):
 
 @pytest.fixture(scope="session")
 def scene(plain_scene):
-    scene = plain_scene.replace("interaction", "isotropic").replace("mesh.beam_size", 3e-3)
+    scene = plain_scene.replace("interaction", "isotropic").replace("mesh.beam_size", 3.3)
     return scene.replace("rom.axes", "global")
 
 

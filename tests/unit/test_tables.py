@@ -110,7 +110,7 @@ def test_force_through_a_cut_is_that_of_its_slab(bar, share, sign):
 
 
 def test_table_of_forces(knit, plain_scene):
-    scene = plain_scene.vary({"fidelity": "hexahedra", "mesh.size": 0.3e-3})
+    scene = plain_scene.vary({"fidelity": "hexahedra", "mesh.size": 1 / 3})
     stresses = synthetic.stresses(knit, "course", 60, 80)
     count = 100
     x = np.linspace(0, LENGTH, count)

@@ -14,7 +14,7 @@ def scene(plain_scene):
 
 @pytest.fixture(scope="module")
 def mesh(knit):
-    return mesh_fabric(knit, 0.9e-3, 2.0)
+    return mesh_fabric(knit, 1.0, 2.0)
 
 
 @pytest.mark.parametrize(("direction", "edge"), [("course", "row"), ("wale", "column")])

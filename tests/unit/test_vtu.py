@@ -33,7 +33,7 @@ def pair(plain_scene):
 
 @pytest.fixture(scope="module")
 def swept(pair):
-    return mesh_fabric(pair[1], 0.6e-3, 1.2)
+    return mesh_fabric(pair[1], 2 / 3, 1.2)
 
 
 @pytest.fixture(scope="module")

@@ -14,13 +14,13 @@ from knitstudy.models.window import cut_nodes, outer_contact, surroundings, wind
 
 @pytest.fixture(scope="module")
 def scene(plain_scene):
-    return plain_scene.vary({"fidelity": "window", "mesh.beam_size": 3e-3})
+    return plain_scene.vary({"fidelity": "window", "mesh.beam_size": 3.3})
 
 
 @pytest.fixture(scope="module")
 def touching(touching_cell):
     """One cell that is solid as a whole but for the ends of its yarns."""
-    resolution = {"mesh.beam_size": 3e-3, "contact.points": 3, "contact.cell": 0.5, "solver.increments": 2}
+    resolution = {"mesh.beam_size": 3.3, "contact.points": 3, "contact.cell": 0.5, "solver.increments": 2}
     return touching_cell.vary({"fidelity": "window", "load.strain": 0.01} | resolution)
 
 
@@ -65,7 +65,7 @@ def test_beams_end_where_yarns_become_solid(scene, knit):
 
 
 def test_beams_touch_where_yarns_are_neither_tied_nor_solid(scene, knit):
-    scene = scene.vary({"interaction": "isotropic", "mesh.beam_size": 1.5e-3})
+    scene = scene.vary({"interaction": "isotropic", "mesh.beam_size": 5 / 3})
     window = window_of(scene, knit)
     network = surroundings(scene, knit, window, None)
     touching = outer_contact(scene, knit, window, network)

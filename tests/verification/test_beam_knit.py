@@ -18,7 +18,9 @@ from knitstudy.study.configuration import load_scene
 def scenes(full):
     """Scenes of the study, with beams of the study only at full resolution."""
     loaded = {name: load_scene(f"beam-isotropic-{name}") for name in ("course", "wale")}
-    return loaded if full else {name: scene.replace("mesh.beam_size", 1e-3) for name, scene in loaded.items()}
+    return (
+        loaded if full else {name: scene.replace("mesh.beam_size", 10 / 9) for name, scene in loaded.items()}
+    )
 
 
 @pytest.fixture(scope="module")

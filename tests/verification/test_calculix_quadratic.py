@@ -75,7 +75,7 @@ def cell():
         {
             "pattern.loops": 1,
             "pattern.rows": 1,
-            "mesh.size": 0.6e-3,
+            "mesh.size": 2 / 3,
             "mesh.growth": 2.5,
             "mesh.element": "quadratic",
             "yarn.material": "st_venant_kirchhoff",

@@ -13,7 +13,7 @@ from knitstudy.models.solids import linear_solver
 @pytest.fixture(scope="module")
 def cell(plain_scene, knit_of):
     scene = plain_scene.vary(
-        {"fidelity": "hexahedra", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 0.6e-3}
+        {"fidelity": "hexahedra", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 2 / 3}
     )
     knit = knit_of(scene)
     problem = build(scene, knit, mesh=mesh_fabric(knit, scene.mesh.size))

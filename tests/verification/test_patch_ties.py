@@ -49,7 +49,7 @@ def test_quadratic_hexahedra_tend_to_the_same(scene, rich, full, verify):
     """Errors of the patch fall with the square of the size."""
     if not full:
         pytest.skip("takes --full")
-    sizes = np.array([0.45e-3, 0.3e-3])
+    sizes = np.array([1 / 2, 1 / 3])
     force = [force_of_hexahedra(scene, size, **{"mesh.element": "quadratic"}) for size in sizes]
     limit = (sizes[0] ** 2 * force[1] - sizes[1] ** 2 * force[0]) / (sizes[0] ** 2 - sizes[1] ** 2)
     assert force[0] > force[1] > limit

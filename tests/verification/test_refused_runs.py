@@ -18,14 +18,14 @@ from knitstudy.study.configuration import load_scene
 def pair(changes):
     """Two crossing yarns that are as short as they may be, on a coarse mesh: scene, mesh and specimen."""
     scene = load_scene("pair-slid-90")
-    coarse = {"pair.length": 3.7e-3, "mesh.size": 0.6e-3, "solver.linear": "lu", "gates.elements_across": 2.5}
+    coarse = {"pair.length": 3.7e-3, "mesh.size": 2 / 3, "solver.linear": "lu", "gates.elements_across": 2.5}
     scene = scene.vary(coarse | changes)
     specimen = Fabric.from_dataset(lay_out(scene))
     return scene, mesh_fabric(specimen, scene.mesh.size, scene.mesh.growth), specimen
 
 
 SLID = {
-    "mesh.size": 0.7e-3,
+    "mesh.size": 0.78,
     "mesh.element": "quadratic",  # the mesh is too coarse for hourglass control
     "contact.friction": 0.1,
     "solver.increments": 5,
@@ -90,7 +90,7 @@ def test_local_indentation_is_not_taken_beyond_its_law(tmp_path):
         }
     )
     specimen = Fabric.from_dataset(lay_out(scene))
-    mesh = mesh_fabric(specimen, scene.yarn.radius, 1.0)
+    mesh = mesh_fabric(specimen, 1.0, 1.0)
     message = r"penetrate each other by .* the law of indentation is not known beyond.* smaller mesh.crossing_degree"
     with pytest.raises(ConvergenceError, match=message):
         solve(scene, specimen, Run(partial=tmp_path / "run.nc"), mesh=mesh)
@@ -113,7 +113,7 @@ def test_yarns_that_overlap_at_the_start(tmp_path):
     scene, mesh, specimen = pair({})
     upper = np.repeat(mesh.yarn_of_slice == 1, mesh.section.size)
     # Through the gap and three hundredths of an element into the lower yarn.
-    nearer = scene.pair.clearance * mesh.radius + 0.03 * scene.mesh.size
+    nearer = scene.pair.clearance * mesh.radius + 0.03 * scene.metres("mesh.size")
     overlapping = replace(mesh, nodes=mesh.nodes - nearer * np.outer(upper, [0, 0, 1]))
     message = r"surfaces overlap by 1\.\d+e-05 before anything moves; allowed is 6e-06.*finer mesh"
     with pytest.raises(MeshError, match=message):

@@ -44,7 +44,7 @@ def test_spring_joints_leave_just_the_couples_that_are_accounted_for(
 ):
     """Springs at P leave a couple of second order in their stretch, between the points C one of first order."""
     scene = plain_scene.replace("interaction", "isotropic").replace("load.direction", direction)
-    scene = scene.replace("rom.joint", joint).replace("mesh.beam_size", 2e-3).replace("rom.axes", "global")
+    scene = scene.replace("rom.joint", joint).replace("mesh.beam_size", 2.2).replace("rom.axes", "global")
     network = build(scene, knit, contacts=sprung_contacts).observer.network
     model = network.model(scene.yarn, scene.mesh.section_law)
     ends = grips(network, knit, direction)
@@ -102,7 +102,7 @@ def test_arms_are_the_limit_of_stiff_beams():
 def test_units_leave_the_dimensionless_force_alone(
     plain_scene, knit_of, knit, contacts, fidelity, length, stiffness, verify
 ):
-    base = plain_scene.replace("mesh.beam_size", 2e-3).replace("fidelity", fidelity)
+    base = plain_scene.replace("mesh.beam_size", 2.2).replace("fidelity", fidelity)
     scene = base.scaled(length=length, stiffness=stiffness)
     scaled_knit = knit_of(scene)
     force = solve(scene, scaled_knit, contacts=contacts_of_crossings(scaled_knit))["force"].to_numpy()

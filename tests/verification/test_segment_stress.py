@@ -38,7 +38,7 @@ class Yarn:
     def __init__(self, kind):
         keys, self._stress = DISCRETISED[kind]
         if self._stress is hexahedral:
-            keys = keys | {"mesh.size": 0.25e-3}  # pairs need seven elements across
+            keys = keys | {"mesh.size": 0.28}  # pairs need seven elements across
         touching = {"interaction": "isotropic", "specimen": "pair", "pair.support": "ends"}
         scene = load_scene("dns-tie-course-coarse").vary({**touching, "load.path": [[0, 0, -1e-5]]} | keys)
         self.scene = scene

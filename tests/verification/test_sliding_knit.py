@@ -17,7 +17,7 @@ CELL = {
     "contact.tied_edges": "none",
     "pattern.loops": 1,
     "pattern.rows": 1,
-    "mesh.size": 0.6e-3,
+    "mesh.size": 2 / 3,
     "load.stops": [],
     "load.strain": 0.015,
     "solver.increments": 6,
@@ -69,9 +69,9 @@ def test_every_increment_converges(history, scene, verify):
     verify.at_most("sliding knit: residual over mean internal force", float(history["residual"].max()), 1e-6)
     verify.at_most("sliding knit: last correction over h", float(history["correction"].max()), 1e-6)
     deepest = -float(history["smallest_gap"].min())
-    verify.at_most("sliding knit: penetration over h", deepest / scene.mesh.size, 0.01)
+    verify.at_most("sliding knit: penetration over h", deepest / scene.metres("mesh.size"), 0.01)
     slid = history["contact_slip"].max()
-    assert slid > 1e-2 * scene.mesh.size, "the cases here are about sliding"
+    assert slid > 1e-2 * scene.metres("mesh.size"), "the cases here are about sliding"
 
 
 def test_ledger_of_energies(history, verify):

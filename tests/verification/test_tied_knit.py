@@ -26,7 +26,7 @@ def scene(full):
 @pytest.fixture(scope="module")
 def cell(scene):
     """One cell of it, for cases that run several times."""
-    return changed(scene, pattern__loops=1, pattern__rows=1, mesh__size=max(scene.mesh.size, 0.45e-3))
+    return changed(scene, pattern__loops=1, pattern__rows=1, mesh__size=max(scene.mesh.size, 0.5))
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +78,7 @@ def test_tie_follows_rigid_rotations(cell, verify):
     rotation = exp(np.array([0.4, -1.2, 0.9]))
     nodes = yarns.parts.nodes[yarns.retained]
     force = yarns.model.respond(SolidState(nodes @ rotation.T - nodes), stiffness=False).force
-    level = cell.yarn.youngs_modulus * cell.mesh.size**2
+    level = cell.yarn.youngs_modulus * cell.metres("mesh.size") ** 2
     verify.at_most("rigid rotation of a tied cell: force over E h^2", np.abs(force).max() / level, 1e-10)
 
 

@@ -39,7 +39,7 @@ def test_centre_cell_of_nine(pulled, knit, verify):
 
 def test_tangent_where_solids_and_beams_touch(pulled, knit, verify):
     """Along random ways the tangent is the derivative of the forces, with contact on both sides of the seams."""
-    scene = pulled.vary({"interaction": "isotropic", "mesh.beam_size": 1.5e-3, "contact.points": 3})
+    scene = pulled.vary({"interaction": "isotropic", "mesh.beam_size": 5 / 3, "contact.points": 3})
     set_up = build(scene, knit)
     *_, last = trace(set_up.model, set_up.prescribed, set_up.settings, set_up.solver)
     model = set_up.model

@@ -7,7 +7,8 @@ from typing import Any
 
 import click
 
-from knitstudy.cli.results import export, run, show
+from knitstudy.cli.loop import loop
+from knitstudy.cli.results import export, measure, run, show
 from knitstudy.cli.scenes import check, list_scenes, plan
 from knitstudy.errors import KnitstudyError
 from knitstudy.files import code_version
@@ -74,6 +75,8 @@ def main(traceback: bool) -> None:
     \b
     knitstudy list                               all scenes
     knitstudy check dns-tie-course               all keys of a scene, with units and sources
+    knitstudy loop --course 0.9e-3 --wale 1.1e-3 --diameter 0.25e-3   a loop of one's own spacings and yarn
+    knitstudy measure rom3d-tie-course           what all models miss and cost on this knit
     knitstudy plan rom3d-tie-course --question force --accuracy 0.05   the cheapest model that is accurate enough
     knitstudy run rom3d-tie-course               simulate a scene and all that it needs
     knitstudy show results/simulation/rom3d-tie-course.nc
@@ -86,5 +89,5 @@ def main(traceback: bool) -> None:
     """
 
 
-for command in (list_scenes, check, plan, run, show, export):
+for command in (list_scenes, check, loop, plan, measure, run, show, export):
     main.add_command(command)

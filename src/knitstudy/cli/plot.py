@@ -7,10 +7,11 @@ from itertools import pairwise
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from knitstudy.figures.style import FAINT, INK, SINGLE, YARNS, figure, styled
-from knitstudy.geometry.fabric import Fabric
+from knitstudy.figures.style import FAINT, INK, PAPER, SINGLE, YARNS, figure, styled
+from knitstudy.geometry.fabric import Fabric, plain_knit
 from knitstudy.measures.summary import kind_of, require_layout, touched
 from knitstudy.mechanics.materials import FULL
 from knitstudy.mechanics.solid import principal_axes
@@ -79,6 +80,39 @@ def _geometry(dataset: xr.Dataset, axes: Axes) -> None:
     crossings = MILLI * specimen.crossings.point.mean(axis=1)
     axes.plot(*crossings[:, :2].T, "o", color=FAINT, markerfacecolor="none")
     _in_the_plane(axes)
+
+
+@styled
+def draw_loop(dataset: xr.Dataset) -> Figure:
+    """Draw two rows of a knit's loops from the front and from the side, yarns as thick as they are."""
+    fabric = Fabric.from_dataset(dataset)
+    knit, diameter = plain_knit(fabric.loop, 2, 1), 2 * MILLI * fabric.radius
+    points = [MILLI * yarn.position(np.linspace(0, yarn.length, 600)) for yarn in knit.centrelines]
+    low, high = (pick(np.concatenate(points), axis=0) for pick in (np.min, np.max))
+    extent = high - low + 2 * diameter
+    drawing = figure(1.35 * SINGLE, SINGLE)
+    views = drawing.subplots(1, 2, sharey=True, width_ratios=[extent[0], extent[2]])
+    for axes, across in zip(views, (0, 2), strict=True):
+        axes.set(xlabel=f"{'xyz'[across]} (mm)", aspect="equal")
+        axes.set(
+            xlim=(low[across] - diameter, high[across] + diameter),
+            ylim=(low[1] - diameter, high[1] + diameter),
+        )
+    views[0].set_ylabel("y, wale (mm)")
+    drawing.canvas.draw()
+    for axes, (across, depth) in zip(views, ((0, 2), (2, 0)), strict=True):
+        left, right = axes.transData.transform([[0.0, 0.0], [diameter, 0.0]])[:, 0]
+        width = (right - left) * 72 / drawing.dpi  # points
+        flat = [line[:, [across, 1]] for line in points]
+        pieces = np.concatenate([np.stack([line[:-4], line[4:]], axis=1) for line in flat])
+        yarn = np.repeat(np.arange(len(points)), [len(line) - 4 for line in points])
+        # From the back to the front, each piece on a wider one, which parts it from others.
+        order = np.repeat(np.concatenate([line[2:-2, depth] for line in points]).argsort(kind="stable"), 2)
+        colours = [YARNS[yarn[piece]] if k % 2 else PAPER for k, piece in enumerate(order)]
+        widths = np.tile([1.15 * width, width], len(pieces))
+        axes.add_collection(LineCollection(pieces[order], colors=colours, linewidths=widths, capstyle="butt"))
+    views[1].set_xticks([0.0])
+    return drawing
 
 
 def _in_the_plane(axes: Axes) -> None:

@@ -1,4 +1,4 @@
-"""``knitstudy run``, ``show`` and ``export``: simulate a scene, look at a result, hand a scene to another program."""
+"""``knitstudy run``, ``measure``, ``show`` and ``export``: simulate a scene, look at a result, hand a scene on."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -16,11 +16,8 @@ from knitstudy.cli.console import changed_scene, config_option, print_table, set
 from knitstudy.errors import DataFileError
 from knitstudy.files import read_dataset, read_table
 from knitstudy.loading.restart import Progress
-from knitstudy.study.configuration import asks, load_scenes, plan_of
-from knitstudy.study.planning import Planned, compared
-
-if TYPE_CHECKING:
-    from knitstudy.stages.simulate import Results
+from knitstudy.study.choice import ERROR, MEMORY, OWN, SECONDS
+from knitstudy.study.configuration import asks, plan_of, problem_of
 
 FOLDER = click.Path(path_type=Path, file_okay=False)
 FILE = click.Path(path_type=Path, dir_okay=False)
@@ -37,9 +34,6 @@ STAGES = ("knitstudy.stages.simulate", "knitstudy.loading.solve.resumed")
     "--threads", type=click.IntRange(min=1), help="Threads of a direct simulation; default: all cores."
 )
 @click.option("--anew", is_flag=True, help="Simulate the scene even if its result is there.")
-@click.option(
-    "--compare/--no-compare", default=True, help="Estimate the error of an open model by a second one."
-)
 @click.option("-v", "--verbose", is_flag=True, help="Also print what the solver says.")
 @config_option
 def run(
@@ -48,7 +42,6 @@ def run(
     output: Path,
     threads: int | None,
     anew: bool,
-    compare: bool,
     verbose: bool,
     config: Path,
 ) -> None:
@@ -61,14 +54,13 @@ def run(
 
     \b
     knitstudy run dns-tie-course-coarse
-    knitstudy run rom3d-tie-course --set mesh.beam_size=0.25e-3
+    knitstudy run rom3d-tie-course --set mesh.beam_size=0.25
     knitstudy run dns-tie-course --set pattern.loops=2 --set pattern.rows=2 --output small
     knitstudy run pair-slid-90 --set name=pair-smooth --set contact.friction=0.1
 
     A scene that leaves its model open (`fidelity: auto`) prints the chosen model and its price before it runs.
-    Afterwards a second model of at most twice the price estimates the error; --no-compare leaves that out.
 
-    Units are SI. `knitstudy show` tells more about a file.
+    Units are SI; sizes of elements are in yarn radii. `knitstudy show` tells more about a file.
     """
     if threads is not None:
         os.environ["OMP_NUM_THREADS"] = str(threads)
@@ -77,45 +69,50 @@ def run(
     from knitstudy.stages.simulate import simulate
 
     chosen = changed_scene(scene, changes, config)
-    planned = _planned(scene, dict(changes), config)
+    _print_choice(scene, dict(changes), config)
     try:
         with _log_on_console(verbose):
             results = simulate(chosen, output, config=config, progress=Progress, anew=anew)
-            said = _compared(planned, results, output, config) if compare and planned is not None else ""
     except KeyboardInterrupt:
         kept = f"stages that were done and the last converged increment are kept in {output}"
         raise KeyboardInterrupt(f"stopped; {kept}: the same command goes on from there") from None
     click.echo(f"{results.path}:", err=True)
     print_table(("quantity", "value", "unit"), summarise(results.history))
-    if said:
-        click.echo(said, err=True)
 
 
-def _planned(scene: str, changes: dict[str, Any], config: Path) -> Planned | None:
-    """Return what was chosen for a scene that leaves its model open, and print it."""
-    if not asks(scene, changes, config):
-        return None
-    found = plan_of(scene, changes, config)
-    ask = found.choice.ask
-    click.echo(f"{ask.question} within {ask.accuracy:.2g}: take {found.choice}", err=True)
-    return found
+def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
+    """Print what is chosen for a scene if it leaves its model open."""
+    if asks(scene, changes, config):
+        choice = plan_of(scene, changes, config).choice
+        click.echo(
+            f"{choice.ask.question} within {choice.ask.accuracy:.2g}: take {choice.rung}, {choice.basis}",
+            err=True,
+        )
 
 
-def _compared(planned: Planned, results: Results, output: Path, config: Path) -> str:
-    """Return how far off a result is, by a second model of the same scene."""
-    from knitstudy.measures.promises import compare
-    from knitstudy.stages.simulate import simulate
+@click.command(short_help="Measure what all models cost and miss on this knit.")
+@click.argument("scene")
+@set_option
+@click.option("-o", "--output", type=FOLDER, default="results", show_default=True, help="Folder of results.")
+@config_option
+def measure(scene: str, changes: tuple, output: Path, config: Path) -> None:
+    """Run all rungs of config/trade.yaml on the knit of a scene, whatever model it names, and add their errors and
+    prices to measured.csv in the working folder, which `plan` and `fidelity: auto` then use for this knit.
 
-    ask, other = planned.choice.ask, compared(planned, load_scenes(config))
-    if other is None:
-        return "how far off that is was not tried: no other model is about as sure and costs at most twice as much"
-    click.echo(f"compared with {other.choice}", err=True)
-    there = simulate(other.scene, output, config=config, progress=Progress)
-    sides = ((each.scene, each.history, each.contacts) for each in (results, there))
-    found = compare(ask.question, *sides, other.choice.rung.error)
-    if found is None:
-        return f"how far off that is cannot be told by {other.choice.rung}, which answers it otherwise"
-    return found.judged(ask.accuracy, str(other.choice.rung))
+    The truth is the limit of solid yarns of degrees 2, 3 and 4. A command that was stopped goes on where it was.
+
+    \b
+    knitstudy measure rom3d-tie-course
+    knitstudy measure yarns-isotropic-course --set yarn.poisson_ratio=0.49
+    """
+    from knitstudy.stages.trade import measure as measured
+
+    problem, _, _ = problem_of(scene, dict(changes), config)
+    with _log_on_console(verbose=False):
+        table = measured(problem, output)
+    columns = ["rung", "question", ERROR, SECONDS, MEMORY, "reason"]
+    print_table(columns, table[columns].fillna("").itertuples(index=False))
+    click.echo(f"kept in {OWN}", err=True)
 
 
 @contextmanager
@@ -195,7 +192,7 @@ def export(scene: str, dialect: str, changes: tuple, output: Path | None, config
 
     \b
     knitstudy export dns-tie-course --dialect calculix
-    knitstudy export pair-slid-90 --dialect abaqus --set mesh.size=0.3e-3 -o pair.inp
+    knitstudy export pair-slid-90 --dialect abaqus --set mesh.size=0.3 -o pair.inp
     """
     from knitstudy.exchange.deck import require_deck, specimen_deck
     from knitstudy.exchange.inp import write_inp

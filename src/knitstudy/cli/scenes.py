@@ -16,10 +16,11 @@ from knitstudy.cli.console import (
 )
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import unknown_choice
-from knitstudy.study.choice import digits
+from knitstudy.study.choice import Planned, digits, front, without_edges
 from knitstudy.study.configuration import (
     STUDIES,
     default_keys,
+    drawn_defaults,
     knits_of,
     load_families,
     load_scenes,
@@ -28,7 +29,6 @@ from knitstudy.study.configuration import (
 )
 from knitstudy.study.keys import describe
 from knitstudy.study.kinds import FIDELITIES, Labels
-from knitstudy.study.planning import Planned, of_model
 from knitstudy.study.scene import Scene, differences, flat
 
 
@@ -72,6 +72,9 @@ def list_scenes(study: str | None, family: str | None, fidelity: str | None, con
 def check(what: str | None, changes: tuple, sources: bool, config: Path) -> None:
     """Check a configuration folder, or print every key of a scene with its unit and its standing.
 
+    The loop of a knit is laid out, and one cell of it meshed: a loop that does not fit, or that elements do not
+    resolve, is an error.
+
     An error is one message: the file, the scene, the key, its value and the values that are allowed. The standing of
     a key tells whether the paper states it, or whether it was inferred, calibrated, assumed or chosen here.
 
@@ -80,14 +83,18 @@ def check(what: str | None, changes: tuple, sources: bool, config: Path) -> None
     knitstudy check my-config                    another folder
     knitstudy check dns-tie-course               all keys of a scene
     knitstudy check dns-tie-course --sources     and their sources
-    knitstudy check dns-tie-course --set mesh.size=0.45e-3
+    knitstudy check dns-tie-course --set mesh.size=0.5
     """
     if what is None or Path(what).is_dir():
         if changes or sources:
             raise click.UsageError("--set and --sources need the name of a scene")
         _check_folder(config if what is None else Path(what))
     else:
-        _print_keys(changed_scene(what, changes, config), sources)
+        scene = changed_scene(what, changes, config)
+        found = _checked_loop(scene) if "pattern" in scene.sections else None
+        _print_keys(scene, sources)
+        if found:
+            click.echo(found)
 
 
 def _check_folder(folder: Path) -> None:
@@ -95,6 +102,19 @@ def _check_folder(folder: Path) -> None:
     scenes = load_scenes(folder)
     studies = ", ".join(f"{len(load_study(name, folder))} of study {name}" for name in STUDIES)
     click.echo(f"{folder}: valid; {len(scenes)} scenes ({studies}), {len(knits_of(scenes))} geometries")
+
+
+def _checked_loop(scene: Scene) -> str:
+    """Lay out the loop of a scene, mesh a cell of it, and return what it is like in words."""
+    # The geometry is imported here: the other commands and --help do not need it.
+    from knitstudy.geometry.lay_out import lay_out
+    from knitstudy.mesh.resolution import require_resolution
+
+    geometry = lay_out(scene)
+    after = geometry.isel(state=-1)
+    length, gap, other = (1e3 * float(after[name]) for name in ("loop_length", "gap", "other_gap"))
+    said = f"{length:.4g} mm of yarn, gaps of {gap:.3g} mm at crossings and {other:.3g} mm elsewhere"
+    return f"loop: {said}; {require_resolution(scene, geometry)}"
 
 
 def _print_keys(scene: Scene, sources: bool) -> None:
@@ -116,11 +136,11 @@ def _print_keys(scene: Scene, sources: bool) -> None:
 @set_option
 @config_option
 def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -> None:
-    """Print the cheapest model that answers a question about a scene accurately enough, with the reason, the expected
-    error and the price. Nothing runs.
+    """Print the cheapest model that answers a question about a scene accurately enough, with what is promised of its
+    error, and its price. Nothing runs.
 
-    Errors and prices were measured (resources/trade.csv, docs/accuracy.md) with the same interaction and load, on one
-    cell or on 3 x 3. Prices of larger knits follow the measured growth of time and memory.
+    Errors and prices were measured on a sample of knits (config/trade.yaml, docs/accuracy.md). Outside of its box, or
+    of a loop with control points, nothing is promised: `knitstudy measure SCENE` measures them on this knit.
 
     A scene can ask by itself, with these keys; `knitstudy run` and `make study` then see an ordinary scene of the
     chosen model:
@@ -128,19 +148,18 @@ def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -
     \b
     fidelity: auto
     ask.question: force            # or out_of_plane, contact, stress
-    ask.accuracy: 0.05             # largest relative error
+    ask.accuracy: 0.05             # largest relative error at full load
     ask.seconds: 30                # optional
     ask.memory: 500                # MB, optional
 
     The options ask about any other scene, whatever model it names:
 
     \b
-    knitstudy plan yarns-tie-course --question force --accuracy 0.05
     knitstudy plan yarns-isotropic-wale --question contact --accuracy 0.1 --seconds 30
-    knitstudy plan dns-tie-course --question force --accuracy 0.05 --set pattern.loops=10 --set pattern.rows=10
+    knitstudy plan yarns-tie-course --question force --accuracy 0.05 --set pattern.course_spacing=5e-3
     knitstudy run yarns-tie-course --set fidelity=auto --set ask.question=force --set ask.accuracy=0.05
 
-    Each line of the printed table costs more and is more accurate than the line before. If no measured model meets the
+    Each line of the printed table costs more and is more accurate than the line before. If no model meets the
     accuracy or the budget, one message names the nearest.
     """
     said = {f"ask.{name}": value for name, value in asks.items() if value is not None}
@@ -148,22 +167,16 @@ def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -
 
 
 def _print_plan(found: Planned) -> None:
-    """Print question, choice, reason, front, and the keys that the choice sets."""
-    choice, scene, problem = found.choice, found.scene, found.problem
-    ask, rung, size = choice.ask, choice.rung, f"{choice.measured} x {choice.measured}"
-    grown = f"; price grown from {size} cells" if choice.cells > choice.measured else ""
-    what = f"{scene.load.direction} tension, {scene.pattern.loops} x {scene.pattern.rows} cells"
-    click.echo(f"{scene.name}: {ask.question} within {100 * ask.accuracy:g} %, {problem.interaction}, {what}")
-    click.echo(f"take {choice}")
-    why = f"nothing cheaper of what was measured on {size} cells is as sure (scene {rung.scene})"
-    click.echo(f"because {why}{grown}")
+    """Print question, choice, what it rests on, the front, and the keys that the choice sets."""
+    choice, scene = found.choice, found.scene
+    ask, rung = choice.ask, choice.rung
+    click.echo(f"{scene.name}: {ask.question} within {100 * ask.accuracy:g} %, {found.problem.interaction}")
+    click.echo(f"take {rung}, {choice.basis}")
+    if offer := without_edges(found.problem, ask, drawn_defaults()):
+        click.echo(offer)
     rows = []
-    for each in dict.fromkeys((*choice.front, rung)):
-        price = map(digits, (100 * each.error, each.seconds, each.memory))
-        rows.append((str(each), *price, "taken" if each == rung else ""))
-    print_table(("model", "error at most [%]", "seconds", "MB", ""), rows)
-    sets = {"fidelity": scene.fidelity}
-    if scene.interaction != problem.interaction:
-        sets["interaction"] = scene.interaction
-    sets |= {key: value for key, value in flat(scene.to_dict()).items() if of_model(key) and key != "outputs"}
-    click.echo("; ".join(f"{key}: {plain(value)}" for key, value in sets.items()))
+    for each in front(choice.rungs, lambda rung: rung.seconds, lambda rung: rung.error):
+        price = map(digits, (100 * each.error, each.seconds, each.most_seconds, each.memory))
+        rows.append((each.name, *price, "taken" if each == rung else ""))
+    print_table(("model", "error at most [%]", "seconds", "at most", "MB", ""), rows)
+    click.echo("; ".join(f"{key}: {plain(value)}" for key, value in rung.keys.items()))

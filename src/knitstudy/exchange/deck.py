@@ -118,9 +118,10 @@ def specimen_deck(scene: Scene, specimen: Fabric, mesh: SweptMesh) -> Deck:
     reach = CONTACT_REACH * mesh.radius + travel
     interaction = None
     if touching:
-        law = penalties(scene, scene.mesh.smallest)
+        size = scene.metres("mesh.smallest")
+        law = penalties(scene, size)
         kind = scene.interaction if law.friction else "frictionless"
-        interaction = Interaction(kind, law, scene.contact.penetration * scene.mesh.smallest)
+        interaction = Interaction(kind, law, scene.contact.penetration * size)
     return Deck(
         title=f"{scene.name}: {scene.specimen}, {scene.interaction}",
         nodes=parts.nodes,

@@ -21,7 +21,7 @@ from scipy.optimize import least_squares
 
 from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError
 from knitstudy.files import replacing
-from knitstudy.geometry.loop import Loop, symmetric_motions, symmetries
+from knitstudy.geometry.loop import Loop, symmetric_motions, symmetries, whole_loop
 from knitstudy.geometry.optimise import CONTACT_TOLERANCE, CostFunction, optimise
 from knitstudy.geometry.survey import approaches, away_from_crossings, check_yarns, honeycomb_angles, survey
 from knitstudy.study.documents import read_yaml
@@ -95,14 +95,6 @@ class Candidate:
         """The loop of these points, its z components times a factor: Loop, in radii."""
         points = self.points * [1, 1, flattening]
         return Loop(points, self.wale_spacing, self.course_spacing, 1.0, problem.clearance)
-
-
-def whole_loop(quarter, wale_spacing):
-    """All control points (4 k, 3) of a loop from those of a quarter (k + 1, 3): sinker to middle of the leg."""
-    turned = [wale_spacing / 2, 0, 0] + quarter[-2::-1] * [-1, -1, 1]
-    half = np.vstack([quarter, turned])
-    mirrored = [wale_spacing, 0, 0] + half[-2:0:-1] * [-1, 1, 1]
-    return np.vstack([half, mirrored])
 
 
 def first_guess(problem):

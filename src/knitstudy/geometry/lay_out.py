@@ -25,6 +25,7 @@ from knitstudy.errors import GeometryError, KnitstudyError
 from knitstudy.files import write_table
 from knitstudy.geometry.crossings import metre
 from knitstudy.geometry.fabric import KNITS, plain_knit, yarn_pair
+from knitstudy.geometry.fit import Wanted, fitted_loop
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.optimise import CONTACT_TOLERANCE, optimise
 from knitstudy.geometry.survey import check_yarns, survey
@@ -55,10 +56,12 @@ def lay_out(scene):
         return yarn_pair(scene.yarn.radius, pair.angle, pair.length, pair.clearance).to_dataset()
     pattern = scene.pattern
     try:
-        initial, loop, optimum = _redrawn(initial_loop(scene), pattern, scene.geometry)
+        initial, loop, optimum = loop_of(scene)
         surveys = survey(initial), survey(loop)
         check_yarns(surveys[1], loop, CONTACT_TOLERANCE)
     except GeometryError as error:
+        if pattern.control_points is None:
+            raise GeometryError(f"scene {scene.name!r}: {_asked(scene)}: {error}") from error
         raise GeometryError(
             f"yarn.diameter {scene.yarn.diameter:g} m, pattern.clearance {pattern.clearance:g} radii, "
             f"pattern.course_ratio {pattern.course_ratio:g}, pattern.keep {pattern.keep!r}: {error}; or a "
@@ -72,8 +75,35 @@ def lay_out(scene):
 def initial_loop(scene):
     """The loop of a scene as it is drawn, before its optimisation: Loop."""
     pattern, radius = scene.pattern, 0.5 * scene.yarn.diameter
+    if pattern.control_points is None:
+        return _wanted(scene).drawn()
     spacings = pattern.wale_spacing, pattern.course_spacing
     return Loop(pattern.control_points, *spacings, radius, pattern.clearance)
+
+
+def _wanted(scene):
+    """What the loop of a scene without control points is drawn for."""
+    pattern = scene.pattern
+    spacings = pattern.course_spacing, pattern.wale_spacing
+    return Wanted(*spacings, 0.5 * scene.yarn.diameter, pattern.clearance, pattern.loop_length)
+
+
+def loop_of(scene):
+    """The loop of a scene as it is drawn and as it is optimised, and the outcome of that: Loop, Loop, Optimum."""
+    if scene.pattern.control_points is None:
+        return fitted_loop(_wanted(scene), scene.geometry)
+    return _redrawn(initial_loop(scene), scene.pattern, scene.geometry)
+
+
+def _asked(scene):
+    """What a drawn loop is asked to be, in words."""
+    pattern = scene.pattern
+    said = [
+        f"{name} {1e3 * scene.value(name):.4g} mm"
+        for name in ("pattern.course_spacing", "pattern.wale_spacing", "yarn.diameter", "pattern.loop_length")
+        if scene.value(name) is not None
+    ]
+    return f"{', '.join(said)}, pattern.clearance {pattern.clearance:g} radii"
 
 
 def _report(initial, optimum, surveys):

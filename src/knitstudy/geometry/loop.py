@@ -68,6 +68,14 @@ class Loop:
         return Loop(self.control_points * factor, *spacings, 1.0, self.clearance)
 
 
+def whole_loop(quarter, wale_spacing):
+    """All control points (4 k, 3) of a loop from those of a quarter (k + 1, 3): sinker to middle of the leg."""
+    turned = [wale_spacing / 2, 0, 0] + quarter[-2::-1] * [-1, -1, 1]
+    half = np.vstack([quarter, turned])
+    mirrored = [wale_spacing, 0, 0] + half[-2:0:-1] * [-1, 1, 1]
+    return np.vstack([half, mirrored])
+
+
 # ---- Symmetries
 
 SYMMETRY_TOLERANCE = 1e-9  # distance over the wale spacing by which an image may miss its point

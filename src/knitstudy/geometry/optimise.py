@@ -51,10 +51,10 @@ class CostFunction:
         self.sigma = 0.5 * (chord + np.roll(chord, 1))
 
     def value(self, points, share=1.0):
-        """F with a share of alpha, and its gradient: (P, 3) -> float, (P, 3)."""
+        """F with a share of alpha, which may be 0, and its gradient: (P, 3) -> float, (P, 3)."""
         w = self.settings
         alpha = share * w.alpha
-        distance, d_distance = self.distance(points)
+        distance, d_distance = self.distance(points) if share else (0.0, 0.0)
         continuous, d_continuous = self.continuous(points)
         join, d_join = self.join(points)
         length, d_length = self.length(points)
@@ -115,11 +115,21 @@ class CostFunction:
 
     def length(self, points):
         """F_Length, Eq. (6), with arc lengths, and its gradient."""
-        tangent = (self._tangent @ points + self._tangent_offset).reshape(len(points), -1, 3)
-        speed = np.linalg.norm(tangent, axis=-1)
+        tangent, speed = self._velocity(points)
         error = self.rest_length - speed @ GAUSS_WEIGHTS
         slope = -2 * error[:, None, None] * GAUSS_WEIGHTS[:, None] * tangent / speed[..., None]
         return error @ error, self._tangent.T @ slope.reshape(-1, 3)
+
+    def arc_length(self, points):
+        """Length of yarn in a loop, and its gradient: (P, 3) -> float, (P, 3)."""
+        tangent, speed = self._velocity(points)
+        slope = GAUSS_WEIGHTS[:, None] * tangent / speed[..., None]
+        return (speed @ GAUSS_WEIGHTS).sum(), self._tangent.T @ slope.reshape(-1, 3)
+
+    def _velocity(self, points):
+        """C' at the Gauss points of all segments, and its size: (P, g, 3), (P, g)."""
+        tangent = (self._tangent @ points + self._tangent_offset).reshape(len(points), -1, 3)
+        return tangent, np.linalg.norm(tangent, axis=-1)
 
 
 def squared_join_curvature(cosine, sigma):

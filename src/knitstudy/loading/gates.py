@@ -199,14 +199,13 @@ def require_elements_across(scene: Scene) -> None:
     ``mesh.size`` where ``mesh.refinement`` makes them smaller at the crossing.
     Raises MeshError if there are fewer across the yarn.
     """
-    diameter, size = scene.yarn.diameter, scene.mesh.size
     default = max(ELEMENTS_ACROSS["knit"], ELEMENTS_ACROSS.get(scene.specimen, 0.0) / scene.mesh.refinement)
-    fewest, across = scene.gates.elements_across or default, diameter / size
+    fewest, across = scene.gates.elements_across or default, 2 / scene.mesh.size
     # Rounded: a yarn of five elements is one in whatever unit of length.
     if round(across, 6) < fewest:
         raise MeshError(
-            f"mesh.size is {size:g} m, {across:.2g} elements across a yarn.diameter of {diameter:g} m; "
-            f"gates.elements_across asks for {fewest:g}: use {diameter / fewest:.3g} m or less, or ask for fewer"
+            f"mesh.size is {scene.mesh.size:g} yarn radii, {across:.2g} elements across a yarn; gates.elements_across "
+            f"asks for {fewest:g}: use {2 / fewest:.3g} or less, or ask for fewer"
         )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import nan
 
@@ -17,8 +17,6 @@ from knitstudy.study.scene import Scene
 
 MEGABYTE = 1e6
 NO_GROWTH = 1e3  # Least growth of memory in ratios and logarithms [bytes]
-# Kinds of seconds: histories from before CPU time was recorded have wall-clock time alone.
-PROCESSOR, WALL = "processor", "wall clock"
 
 
 def memory_growth(history: xr.Dataset) -> float:
@@ -40,36 +38,6 @@ def element_length(history: xr.Dataset) -> float:
     step = np.linalg.norm(np.diff(history["centreline"].to_numpy(), axis=0), axis=1)
     same_yarn = np.diff(history["yarn"].to_numpy()) == 0
     return float(step[same_yarn].mean())
-
-
-@dataclass(frozen=True)
-class Expense:
-    """Seconds of a simulation and its sources, of the sources, kind of seconds, and largest growth of memory [MB]."""
-
-    seconds: float
-    sources: float
-    clock: str
-    memory: float
-
-
-def seconds_of(history: xr.Dataset) -> tuple[float, str]:
-    """Return the seconds of a simulation and their kind."""
-    if "processor_seconds" in history.attrs:
-        return float(history.attrs["processor_seconds"]), PROCESSOR
-    return float(history.attrs["wall_seconds"]), WALL
-
-
-def expense_of(scene: Scene, histories: Mapping[str, xr.Dataset]) -> Expense | None:
-    """Return the expense of a scene; None without the history of one of its sources."""
-    names = {scene.value(key) for key in scene.kind.fidelity.sources} - {None}
-    if not names <= histories.keys():
-        return None
-    own, clock = seconds_of(histories[scene.name])
-    found = [seconds_of(histories[name]) for name in names]
-    memory = max(memory_growth(histories[name]) for name in (scene.name, *names)) / MEGABYTE
-    sources = sum(seconds for seconds, _ in found)
-    clocks = {clock, *(kind for _, kind in found)}
-    return Expense(own + sources, sources, WALL if WALL in clocks else PROCESSOR, memory)
 
 
 # Scenes of square knits go by their names, "{stem}-{n}x{n}" with the stems of `SERIES`.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import inf
 from typing import Any
 
 from knitstudy.study.scene import Scene, digest
@@ -29,16 +28,9 @@ def discretisation(scene: Scene) -> str:
 
 
 def resolution(scene: Scene) -> float:
-    """Return the element size [m], or the degree of polynomials near crossings, of a direct simulation."""
+    """Return the element size in yarn radii, or the degree of polynomials near crossings, of a direct simulation."""
     degree = scene.value("mesh.crossing_degree")
     return scene.mesh.size if degree is None else degree
-
-
-def finer(scene: Scene, other: Scene) -> bool:
-    """Whether a direct simulation has smaller elements or a higher degree than another one of its kind."""
-    if scene.value("mesh.crossing_degree") is not None:
-        return resolution(scene) > resolution(other)
-    return resolution(scene) < resolution(other)
 
 
 def made_of(scene: Scene) -> str:
@@ -46,7 +38,7 @@ def made_of(scene: Scene) -> str:
     if scene.value("mesh.crossing_degree") is None:
         times = scene.value("mesh.refinement") or 1
         near = f", {times:g} times finer at crossings" if times != 1 else ""
-        return f"{discretisation(scene)} of {1e3 * scene.mesh.size:.2f} mm{near}"
+        return f"{discretisation(scene)} of {1e3 * scene.metres('mesh.size'):.2f} mm{near}"
     near, far = scene.mesh.crossing_degree, scene.mesh.degree
     return f"{SOLID_YARNS} of degree {near}" + (f", {far} on legs" if far != near else "")
 
@@ -54,8 +46,6 @@ def made_of(scene: Scene) -> str:
 # Simulations of one problem may be pulled to different strains: their results are compared at the same
 # strain.
 HOW_FAR = "load.strain"
-
-EXTENT = ("pattern.loops", "pattern.rows")
 
 
 def physics_of(scene: Scene) -> dict[str, Any]:
@@ -67,24 +57,3 @@ def physics_of(scene: Scene) -> dict[str, Any]:
 def problem_of(scene: Scene) -> str:
     """Return a digest of the physical problem of a scene, the same for all models and discretisations."""
     return digest(physics_of(scene))
-
-
-def tied_problem_of(scene: Scene) -> str:
-    """Return the digest (`problem_of`) of the same knit under the same load with tied yarns."""
-    return digest(_without_contact(scene) | {"interaction": "tie"})
-
-
-def loops_of(scene: Scene) -> str:
-    """Return a digest of loops, yarn and load, whatever the size of the knit and its interaction."""
-    keys = _without_contact(scene)
-    return digest({key: value for key, value in keys.items() if key not in ("interaction", *EXTENT)})
-
-
-def _without_contact(scene: Scene) -> dict[str, Any]:
-    return {key: value for key, value in physics_of(scene).items() if not key.startswith("contact.")}
-
-
-def sticks(scene: Scene) -> bool:
-    """Whether yarns touch and cannot slip."""
-    interaction = scene.kind.interaction
-    return interaction.touches and interaction.friction(scene) == inf

@@ -74,7 +74,10 @@ def answers(
         wanted = [name for name in wanted if name not in (SLIP, BEAM_SLIP)]
     if scene.fidelity in _SOLIDS and contacts is None:
         wanted = [name for name in wanted if name in (FORCE, LARGEST_U_Z, RMS_U_Z)]
-    values = {name: _VALUES[name](history, contacts) for name in wanted}
+    values = {name: _VALUES[name](history, contacts) for name in wanted if name in _VALUES}
+    for name in wanted:
+        if name in _OF_BEAMS:
+            values[name] = _of_beams(history[_OF_BEAMS[name]].to_numpy(), scene)
     return {name: at_strain(history, strain, found) for name, found in values.items()}
 
 
@@ -89,6 +92,8 @@ def known(reference: Reference, quantity: str, strain: float) -> Estimate:
         if not all(part.known for part in parts):
             return UNKNOWN
         value = hypot(*(part.value for part in parts))
+        if value == 0:
+            return UNKNOWN
         return Estimate(value, hypot(*(part.uncertainty * part.value / value for part in parts)))
     estimate = reference.at(SLIP if quantity == BEAM_SLIP else quantity, strain)
     return estimate if estimate.known and estimate.value > 0 else UNKNOWN
@@ -102,28 +107,15 @@ def _pressure(history: xr.Dataset, contacts: xr.Dataset) -> np.ndarray:
     return np.divide(force, area, out=np.zeros_like(force), where=area > 0)
 
 
-def _of_beams(name: str) -> Answer:
-    def values(history: xr.Dataset, contacts: None) -> np.ndarray:
-        found = history[name].to_numpy()
-        middle = _middle(found.shape[1])
-        found = found[:, ZONES * middle : ZONES * (middle + 1)]
-        size = np.linalg.norm(found, axis=-1) if found.ndim == 3 else np.nan_to_num(found)
-        return size.mean(axis=1)
-
-    return values
-
-
-def _middle(crossings: int) -> int:
-    """Return the number of the centre cell of a square knit."""
-    cells = round((crossings / ZONES) ** 0.5)
-    return (cells // 2) * cells + cells // 2
+def _of_beams(found: np.ndarray, scene: Scene) -> np.ndarray:
+    """Return the mean size (I,) of what beams have at all crossings (I, k, ...), over those of the centre cell."""
+    loops, rows = scene.pattern.loops, scene.pattern.rows
+    middle = (rows // 2) * loops + loops // 2
+    found = found[:, ZONES * middle : ZONES * (middle + 1)]
+    return (np.linalg.norm(found, axis=-1) if found.ndim == 3 else np.nan_to_num(found)).mean(axis=1)
 
 
 _VALUES: dict[str, Answer] = {name: values for name, (_, values) in QUANTITIES.items()} | {
-    TOTAL: _of_beams("crossing_force"),
-    BEAM_SLIP: _of_beams("crossing_slip"),
-    PRESSURE: _pressure,
+    PRESSURE: _pressure
 }
-
-# Units of all quantities that answer.
-UNITS = {name: unit for name, (unit, _) in QUANTITIES.items()} | {TOTAL: "N", BEAM_SLIP: "m", PRESSURE: "Pa"}
+_OF_BEAMS = {TOTAL: "crossing_force", BEAM_SLIP: "crossing_slip"}  # Variables of their histories

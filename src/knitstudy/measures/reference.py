@@ -155,7 +155,7 @@ class RefinementSeries:
 
     @property
     def resolutions(self) -> list[float]:
-        """Element sizes [m], or degrees of polynomials."""
+        """Element sizes in yarn radii, or degrees of polynomials."""
         return [resolution(scene) for scene in self.scenes]
 
     @property
@@ -163,7 +163,7 @@ class RefinementSeries:
         """Resolutions in words."""
         if self.name == SOLID_YARNS:
             return "p = " + ", ".join(f"{degree:g}" for degree in self.resolutions)
-        return ", ".join(f"{1e3 * size:g}" for size in self.resolutions) + " mm"
+        return ", ".join(f"{1e3 * scene.metres('mesh.size'):.3g}" for scene in self.scenes) + " mm"
 
     @property
     def order(self) -> float:

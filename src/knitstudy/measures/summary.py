@@ -19,7 +19,7 @@ PROVENANCE = dict.fromkeys(("scene", "digest", "code_version", "numpy", "scipy",
 HISTORY = {"fidelity": "", "interaction": "", "incomplete": "", "dof": "1", "unknowns": "1", "elements": "1"}
 COST = {"wall_seconds": "s", "memory_growth": "bytes"}  # Attributes with their units
 # Variables of an optimised geometry.
-SURVEYED = ("loop_length", "radius_of_curvature", "gap", "interlock_angle", "leg_angle")
+SURVEYED = ("loop_length", "radius_of_curvature", "gap", "other_gap", "interlock_angle", "leg_angle")
 
 NOTHING = "nothing touched: forces at crossings in contact are zero or rounding"
 NEAR_NOTHING = "nothing came near anything"
@@ -85,7 +85,11 @@ def _geometry(dataset: xr.Dataset) -> list[Quantity]:
         return [_variable(dataset, "angle"), _variable(dataset, "length"), diameter, crossings]
     after = dataset.isel(state=-1) if "state" in dataset.dims else dataset
     names = ("loops", "rows", "course_spacing", "wale_spacing", *(name for name in SURVEYED if name in after))
-    return [*(_variable(after, name) for name in names), diameter, crossings]
+    known = [*(_variable(after, name) for name in names), diameter, crossings]
+    if "radius_of_curvature" in after:
+        bend = dataset["radius"].item() / after["radius_of_curvature"].item()
+        known.append(Quantity("R over the smallest radius of curvature", bend, "1"))
+    return known
 
 
 def _mesh(dataset: xr.Dataset) -> list[Quantity]:

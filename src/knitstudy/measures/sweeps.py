@@ -116,7 +116,7 @@ def _made_of(scene: Scene) -> str:
         return f"{SOLID_YARNS} of degree {scene.mesh.crossing_degree}"
     near = scene.value("mesh.refinement") or 1
     finer = f", {near:g} times finer at crossings" if near != 1 else ""
-    return f"{discretisation(scene)}, {scene.yarn.diameter / scene.mesh.size:.3g} across{finer}"
+    return f"{discretisation(scene)}, {2 / scene.mesh.size:.3g} across{finer}"
 
 
 def refused(loops: pd.DataFrame, column: str, scale: float) -> pd.DataFrame:

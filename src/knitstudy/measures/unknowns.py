@@ -48,7 +48,7 @@ def nodes_2d(fabric: Fabric) -> int:
 
 
 def nodes_3d(fabric: Fabric, size: float) -> int:
-    """Return the number of nodes of the 3D network with elements of a size [m]."""
+    """Return the number of nodes of the 3D network with elements of a size in yarn radii."""
     return spatial_network(fabric, joint_points(fabric, contacts_of_crossings(fabric)), size).beam_nodes
 
 
@@ -58,8 +58,8 @@ def counted_models(loop: Loop, scene: Scene, paper: pd.DataFrame) -> tuple[Count
     Counts are a n^2 + b n: n x n cells have n^2 times the yarn of a cell, in 3 n pieces. The paper's solver adds
     c n (n - 2) unknowns for the rows in contact; penalties add none.
     """
-    section = Section.for_size(scene.yarn.diameter, scene.mesh.size)
-    beam = number(paper, "5", "rom3d 3x3", "mesh size")
+    section = Section.for_size(2, scene.mesh.size)
+    beam = number(paper, "5", "rom3d 3x3", "mesh size") / scene.yarn.radius
     slices = law_of(lambda fabric: slices_of(fabric, scene.mesh.size, scene.mesh.growth), loop)
     touching, solid = Polynomial([0, -2, 1]), 3 * section.size * slices
     multiplied = solid + 3 * len(section.ring) * slices.coef[2] * touching

@@ -42,7 +42,7 @@ def mesh_fabric(
     Parameters
     ----------
     size : float
-        Element size across the yarn, and along it near crossings. [m]
+        Element size across the yarn, and along it near crossings, in yarn radii.
     growth : float
         Spacing of slices away from crossings over ``size``.
     refinement : float
@@ -58,6 +58,7 @@ def mesh_fabric(
     """
     radius, curves = fabric.radius, fabric.centrelines
     require_memory_to_mesh(curves, radius, size, growth)
+    size *= radius
     grading = crossing_grading(radius, refinement, fabric.angle)
     yarns, ends = range(len(curves)), fabric.grip_ends(load)
     targets = [Targets(*fabric.places(yarn)) for yarn in yarns]
@@ -87,8 +88,9 @@ def crossing_spacing(
 
 
 def slices_of(fabric: Fabric, size: float, growth: float = 1.0) -> int:
-    """Return how many slices `mesh_fabric` gives a fabric that is gripped at ends alone, without refinement."""
-    spacings = [crossing_spacing(fabric, yarn, size, growth) for yarn in range(len(fabric.centrelines))]
+    """Return how many slices `mesh_fabric` gives a fabric gripped at ends alone, without refinement; its arguments."""
+    yarns = range(len(fabric.centrelines))
+    spacings = [crossing_spacing(fabric, yarn, size * fabric.radius, growth) for yarn in yarns]
     return sum(
         len(place_slices(curve.length, spacing, fabric.repeats, fabric.places(yarn)[0]))
         for yarn, (curve, spacing) in enumerate(zip(fabric.centrelines, spacings, strict=True))

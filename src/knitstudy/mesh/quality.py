@@ -106,15 +106,15 @@ def _stations(curve: Centreline, radius: float) -> np.ndarray:
 GIBIBYTE = 2**30
 
 
-def require_memory(need: float, key: str, size: float, what: str, power: int, unit: str = "m") -> None:
+def require_memory(need: float, key: str, size: float, what: str, power: int) -> None:
     """Refuse a discretisation that takes more memory than is free: MeshError that says which size would fit.
 
     Parameters
     ----------
     need : float
         Bytes that it takes, estimated.
-    key, size, unit : str, float, str
-        The key that sets its element size, its value, and the unit of that.
+    key, size : str, float
+        The key that sets its element size, and its value in yarn radii.
     what : str
         What takes them, for the message.
     power : int
@@ -125,8 +125,8 @@ def require_memory(need: float, key: str, size: float, what: str, power: int, un
         return
     fits = 1.05 * size * (need / free) ** (1 / power)
     raise MeshError(
-        f"{key} is {size:g} {unit}: {what} would take about {need / GIBIBYTE:.3g} GiB of memory, and "
-        f"{free / GIBIBYTE:.3g} GiB are free; use about {fits:.2g} {unit} or more"
+        f"{key} is {size:g} yarn radii: {what} would take about {need / GIBIBYTE:.3g} GiB of memory, and "
+        f"{free / GIBIBYTE:.3g} GiB are free; use about {fits:.2g} or more"
     )
 
 
@@ -140,9 +140,9 @@ BYTES_AN_ENTRY = 4  # of those factors, in single precision
 def require_memory_to_mesh(curves: Sequence[Centreline], radius: float, size: float, growth: float) -> None:
     """Refuse a mesh of yarns of a radius [m] that does not fit into memory; raises MeshError."""
     if not (size > 0 and growth >= 1):
-        raise MeshError(f"mesh.size is {size} m and mesh.growth {growth}: must be positive and at least 1")
-    slices = sum(curve.length for curve in curves) / (growth * size)
-    nodes = slices * nodes_for_size(2 * radius, size)
+        raise MeshError(f"mesh.size is {size} and mesh.growth {growth}: must be positive and at least 1")
+    slices = sum(curve.length for curve in curves) / (growth * size * radius)
+    nodes = slices * nodes_for_size(2, size)
     require_memory(nodes * BYTES_A_NODE, "mesh.size", size, f"a mesh of {nodes:.2g} nodes", power=3)
 
 
@@ -154,7 +154,7 @@ def require_memory_to_simulate(unknowns: int, bandwidth: int, size: float, nodes
     bandwidth : int
         Largest difference of node numbers in an element: factors of single yarns are bands of it.
     size : float
-        ``mesh.size`` [m].
+        ``mesh.size`` in yarn radii.
     nodes : int
         Of an element.
 

@@ -150,7 +150,7 @@ def _discretisation(
         groups=partial(_elements, scene, elements),
         volume=partial(_volume, len(nodes)),
         locate=InverseMap(nodes, elements, yarn, function).locate,
-        size=scene.mesh.smallest,
+        size=scene.metres("mesh.smallest"),
         connectivity=elements,
         **parts,
     )

@@ -255,7 +255,8 @@ def contacts_of(scene: Scene, fabric: Fabric, contacts: xr.Dataset | None) -> xr
 def spatial_network(
     fabric: Fabric,
     contacts: JointPoints,
-    size: float,  # wanted length of an element [m]; pieces between points C have the nearest whole number of them
+    # wanted length of an element in yarn radii; pieces between points C have the nearest whole number of them
+    size: float,
     joint: str = "rigid",  # of ties: "rigid" or "printed", see the module
     joints: Joints | None = None,  # by default all crossings are tied
     stops: Mapping[int, np.ndarray] | None = None,  # arc lengths [m] by yarn that have a node as well
@@ -265,13 +266,13 @@ def spatial_network(
     Raises MeshError if the network does not fit into memory; GeometryError if two contacts of a yarn share a point C,
     or one lies at a stop.
     """
-    nodes = sum(centreline.length for centreline in fabric.centrelines) / size
+    nodes = sum(centreline.length for centreline in fabric.centrelines) / (size * fabric.radius)
     require_memory(nodes * BYTES_A_NODE, "mesh.beam_size", size, f"a network of {nodes:.2g} nodes", power=1)
     joints, stops = joints or Joints.all_tied(len(contacts.yarn)), stops or {}
     pieces = []
     for number, line in enumerate(fabric.centrelines):
         inner = np.append(contacts.arc_length[contacts.yarn == number], stops.get(number, ()))
-        pieces.append(_divide(inner, line.length, size, number))
+        pieces.append(_divide(inner, line.length, size * fabric.radius, number))
     count = np.array([len(s) for s in pieces])
     yarn, arc_length = np.repeat(np.arange(len(count)), count), np.concatenate(pieces)
     position = np.concatenate([c.position(s) for c, s in zip(fabric.centrelines, pieces, strict=True)])

@@ -167,7 +167,7 @@ def _require_memory(scene: Scene, space: Space) -> None:
     """Refuse more unknowns than the memory has room for: tangent, factors of single yarns and sums."""
     pairs = sum(float((own.span_sizes.astype(float) ** 2).sum()) for own in space.yarns)
     what = f"a simulation of {3 * space.size:.2g} unknowns"
-    require_memory(BYTES_A_PAIR * pairs, "mesh.span", scene.mesh.span, what, power=1, unit="yarn radii")
+    require_memory(BYTES_A_PAIR * pairs, "mesh.span", scene.mesh.span, what, power=1)
 
 
 def shape(own: YarnSpace, curve: Centreline, radius: float) -> np.ndarray:

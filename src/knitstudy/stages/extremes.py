@@ -51,7 +51,7 @@ TOGETHER = "together"  # The group of scenes in which many keys are changed at o
 DIGITS = 3  # Digits of a value that was drawn
 
 QUANTITIES: Mapping[str, tuple[str, Callable[[Scene, Any], Scene]]] = {
-    "across": ("mesh.size", lambda scene, value: scene.replace("mesh.size", scene.yarn.diameter / value)),
+    "across": ("mesh.size", lambda scene, value: scene.replace("mesh.size", 2 / value)),
     "degree": (
         "mesh.degree",
         lambda scene, value: scene.vary({"mesh.degree": value, "mesh.crossing_degree": value}),

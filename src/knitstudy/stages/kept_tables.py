@@ -24,13 +24,13 @@ from knitstudy.figures.style import save
 from knitstudy.files import read_result, read_table, replacing, write_table, write_text
 from knitstudy.measures.catalogue import Catalogue
 from knitstudy.report.files import ScreenPicture, read_sources
-from knitstudy.report.kept_pages import insert_between_marks, summarise, trade_summary
+from knitstudy.report.kept_pages import summarise
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.displays import Displays, reference_files
 from knitstudy.stages.extremes import load_trials
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
-from knitstudy.study.choice import GROWTH_KEPT, RESOURCES, TRADE_KEPT
+from knitstudy.study.choice import COLUMNS, RESOURCES, TRADE_KEPT
 from knitstudy.study.configuration import CONFIG, load_scenes, load_study
 from knitstudy.study.scene import Scene, digest
 from knitstudy.tables.catalogue import TABLES, tabulate
@@ -38,7 +38,7 @@ from knitstudy.tables.reference import REFERENCE_SCENES, limits, values_of
 
 RESULTS = Path("results")
 
-SIMULATED = ("simulation", "contacts")  # Stages that the trade is made from
+SIMULATED = ("simulation", "contacts")  # Stages that the reference is made from
 
 
 @dataclass(frozen=True)
@@ -100,11 +100,6 @@ def age_warning(kept: Path, column: str, wanted: str, what: str, target: str) ->
 VERDICTS = Kept("full", "verdicts", Path("resources/verdicts.csv"), "Verdicts")
 """What the report of every study shows beside its own verdicts."""
 
-TRADE = Kept("trade", "trade", TRADE_KEPT, "Prices and errors", SIMULATED)
-
-GROWTH = Kept("full", "domain_growth", GROWTH_KEPT, "Laws of growth", SIMULATED)
-"""How cost grows with the size of the domain, of as many knits of rising size as are there."""
-
 
 def stamped(table: pd.DataFrame, digest: str, **said: str) -> pd.DataFrame:
     """Return a table with columns of the digest behind it, of other remarks on all of it, and of the day."""
@@ -147,31 +142,15 @@ def keep_verdicts(config: Path = CONFIG) -> str:
     return f"{len(table)} verdicts: {VERDICTS.path}, page: {VERDICTS_PAGE}"
 
 
-# Trade of accuracy and cost
-
-PROMISES_KEPT = RESOURCES / "trade_promise.csv"  # Of `knitstudy.stages.promise`
-
-TRADE_PAGE, TRADE_TEMPLATE = Path("docs/accuracy.md"), Path("workflow/report/accuracy.j2")
+# What accuracy costs
 
 
 def keep_trade(config: Path = CONFIG) -> str:
-    """Keep the trade, the laws by which price grows, and the page about them; return what was kept."""
-    plan = Plan.of(config)
-    table = TRADE.found(plan, RESULTS, config)
-    write_table(table, TRADE.path)
-    write_table(GROWTH.found(plan, RESULTS, config), GROWTH.path)
-    write_trade_page(table)
-    displays = TRADE.displays(plan, config, RESULTS, FIGURES)
-    shown = [name for name in displays.names() if name.startswith("fig_trade_")]
-    draw_pictures(displays, shown, TRADE_PAGE.with_suffix(""))
-    return f"{len(table)} points of {table['scene'].nunique()} simulations: {TRADE.path}"
-
-
-def write_trade_page(table: pd.DataFrame) -> None:
-    """Write a trade and the kept promises into the page about them."""
-    promises = read_table(PROMISES_KEPT) if PROMISES_KEPT.is_file() else None
-    summary = trade_summary(TRADE_TEMPLATE, table, promises)
-    write_text(insert_between_marks(TRADE_PAGE.read_text(encoding="utf-8"), summary), TRADE_PAGE)
+    """Keep the errors and prices of the sample of knits; return what was kept."""
+    table = read_table(RESULTS / "trade" / "trade.csv", needs=COLUMNS)
+    write_table(table.assign(made=datetime.date.today().isoformat()), TRADE_KEPT)
+    failed = table.loc[table["reason"].notna(), ["knit", "case", "rung"]].drop_duplicates()
+    return f"{len(table)} errors and prices of {table['knit'].nunique()} knits, {len(failed)} runs failed: {TRADE_KEPT}"
 
 
 # The reference: values to which independent discretisations converge

@@ -49,8 +49,8 @@ def unknowns(scene: Scene) -> float:
         functions = (degree + 1) * (degree + 2) / 2
         near = 1 + MORE_SPANS * (mesh.span / mesh.crossing_span - 1)
         return 3 * functions * near * length / (mesh.span * radius)
-    slices = UNEVEN * (1 + MORE_SLICES * (mesh.refinement - 1)) * length / (mesh.growth * mesh.size)
-    nodes = slices * nodes_for_size(2 * radius, mesh.size)
+    slices = UNEVEN * (1 + MORE_SLICES * (mesh.refinement - 1)) * length / (mesh.growth * mesh.size * radius)
+    nodes = slices * nodes_for_size(2, mesh.size)
     return 3 * nodes * (NODES_OF_QUADRATIC if _kind(scene) == "quadratic" else 1.0)
 
 

@@ -1,7 +1,7 @@
-"""The cheapest model that answers a question surely enough, by what was measured (``resources/trade.csv``).
+"""A scene whose fidelity is ``auto``: the cheapest model that answers its question accurately enough.
 
-Errors are taken over from the measured knit of the same interaction and load to others, prices by the laws with which
-time and memory grow with the number of cells. docs/accuracy.md says how far both hold.
+What is promised was measured on a sample of knits (`knitstudy.study.sample`, ``resources/trade.csv``), or on this very
+knit (`OWN`, which ``knitstudy measure`` writes). A scene that asks becomes an ordinary one where scenes are read.
 """
 
 from __future__ import annotations
@@ -10,278 +10,34 @@ import csv
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from math import isnan
+from math import isfinite, isnan
+from operator import attrgetter
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
+import numpy as np
 from pydantic import Field
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.registry import listed, unknown_choice
+from knitstudy.registry import find
 from knitstudy.study.keys import Section, output, validated
-from knitstudy.study.kinds import FIDELITIES
-from knitstudy.study.scene import Scene
+from knitstudy.study.kinds import FIDELITIES, role_of
+from knitstudy.study.promises import law_of
+from knitstudy.study.sample import ANY, Case, Inputs, Trade, endless, load_trade, same_knit
+from knitstudy.study.scene import Scene, set_dotted
 
 RESOURCES = Path(__file__).resolve().parents[3] / "resources"
-TRADE_KEPT = RESOURCES / "trade.csv"
-"""What was measured: one row a simulation and question (`knitstudy.stages.kept_tables`)."""
-
-GROWTH_KEPT = RESOURCES / "trade_growth.csv"  # By which powers of the number of cells in a row price grows
-
-INTERACTIONS = {"tie": "tie constraint", "rough": "rough contact", "isotropic": "isotropic friction"}
-"""As tables call them."""
-
-AGAIN = 2.0
-"""Price over that of the model chosen, and error over what was asked for, up to which another one is worth running to
-compare with."""
-
-SMALL, LARGE = 1, 3
-"""Cells in a row of the knits that models are compared on; all that have more than `SMALL` count as `LARGE`."""
-
-CANNOT = {
-    "out_of_plane": "a planar honeycomb stays in its plane",
-    "contact": "their joints have neither a pressure nor a slip",
-    "stress": "beams have no pressure on a contact",
-}
-"""Why models that are made of beams do not answer a question."""
-
-
-@dataclass(frozen=True)
-class Rung:
-    """One measured model, and what it would cost a scene."""
-
-    model: str  # what it is called, with knobs that are not as in the main model
-    kind: str  # the same without these knobs
-    scene: str  # the scene of the study `trade` that has measured it
-    fidelity: str  # of that scene
-    error: float  # what its error is at most, where it was measured [1]
-    seconds: float  # expected of the scene that asks [s]
-    memory: float  # expected of the scene that asks [MB]
-
-    def __str__(self) -> str:
-        return self.model
-
-
-@dataclass(frozen=True)
-class Choice:
-    """What was chosen for a scene."""
-
-    ask: Ask
-    rung: Rung
-    others: tuple[Rung, ...]  # all that the scene could be computed by
-    cells: float  # in a row, and of the knit that errors were measured on
-    measured: int
-
-    @property
-    def front(self) -> tuple[Rung, ...]:
-        """Those that nothing beats in error and time at once, from the cheapest on."""
-        return tuple(front(self.others, _seconds, _error))
-
-    def __str__(self) -> str:
-        price = f"some {self.rung.seconds:.2g} s and {self.rung.memory:.2g} MB"
-        return f"{self.rung}: error at most {100 * self.rung.error:.2g} %, {price}"
-
-
-def choose(
-    scene: Scene, ask: Ask, templates: Mapping[str, Scene], where: str, kept: Path = TRADE_KEPT
-) -> Choice:
-    """Return the cheapest model for a scene, which says what is to be simulated, by any model.
-
-    `templates` are the scenes that the kept trade names; `where` begins messages.
-    Raises ConfigurationError where nothing answers, or nothing is sure, fast or small enough: what comes nearest is
-    named.
-    """
-    named = f"{where}: fidelity is auto but must be named where"
-    if not scene.is_knit:
-        raise ConfigurationError(f"{named} specimen is {scene.specimen}")
-    if scene.load.strain < 0:
-        why = "what accuracy costs was measured in tension"
-        raise ConfigurationError(f"{named} load.strain is {scene.load.strain:g}: {why}")
-    cells = (scene.pattern.loops * scene.pattern.rows) ** 0.5
-    measured = SMALL if cells == SMALL else LARGE
-    rows = [row for row in _rows(kept) if row["question"] == ask.question and _fits(row, scene, measured)]
-    known = [(row, templates[row["scene"]]) for row in rows if row["scene"] in templates]
-    rungs = [_rung(row, template, cells / measured) for row, template in known]
-    rungs = _among([rung for rung in rungs if _goes_with(templates[rung.scene], scene)], ask, where)
-    if not rungs:
-        raise ConfigurationError(
-            f"{where}: ask.question is {ask.question!r}, but nothing was measured of {INTERACTIONS[scene.interaction]}"
-            f" in {scene.load.direction} tension; name a fidelity, or measure it with `make trade`"
-        )
-    good = [rung for rung in rungs if rung.error <= ask.accuracy]
-    if not good:
-        best = nearest(rungs, _error)
-        raise ConfigurationError(
-            f"{where}: ask.accuracy is {ask.accuracy:g}, but no model is known to be off by less than {best.error:.2g}"
-            f" in {ask.question}, which {best} is ({best.seconds:.2g} s); ask for that, or for {_more(ask)}"
-        )
-    rung = cheapest(rungs, ask.accuracy, _seconds, _error)
-    for budget, unit in (("seconds", "s"), ("memory", "MB")):
-        _require_budget(budget, unit, ask, good, rungs, where)
-    within = [each for each in good if _affordable(each, ask)]
-    if not within:
-        raise ConfigurationError(
-            f"{where}: ask.seconds is {ask.seconds:g} and ask.memory {ask.memory:g}, but no model within ask.accuracy "
-            f"{ask.accuracy:g} keeps both; {rung} takes {rung.seconds:.2g} s and {rung.memory:.2g} MB: allow that"
-        )
-    rung = cheapest(within, ask.accuracy, _seconds, _error)
-    return Choice(ask, rung, tuple(rungs), cells, measured)
-
-
-def resolved(choice: Choice, templates: Mapping[str, Scene]) -> dict[str, Any]:
-    """Return the keys, by dotted name, that make a scene one of the model chosen: what its template computes with."""
-    template = templates[choice.rung.scene]
-    return {"fidelity": template.fidelity, "interaction": template.interaction} | numerics(template)
-
-
-def second(choice: Choice) -> Rung | None:
-    """Return the surest model of another kind that is cheap and sure enough to compare with (`AGAIN`), if any is."""
-    others = (rung for rung in choice.others if rung.kind != choice.rung.kind)
-    cheap = (rung for rung in others if rung.seconds <= AGAIN * choice.rung.seconds)
-    return nearest([rung for rung in cheap if rung.error <= AGAIN * choice.ask.accuracy], _error)
-
-
-def numerics(scene: Scene) -> dict[str, Any]:
-    """Return all keys that say how a scene is computed, by dotted name."""
-    found = scene.values_of("resolution", "numerics")
-    return {key: list(value) if isinstance(value, tuple) else value for key, value in found.items()}
-
-
-def _seconds(rung: Rung) -> float:
-    return rung.seconds
-
-
-def _error(rung: Rung) -> float:
-    return rung.error
-
-
-def _among(rungs: list[Rung], ask: Ask, where: str) -> list[Rung]:
-    """Return those rungs whose fidelity is asked for."""
-    for name in ask.among:
-        if name not in FIDELITIES:
-            message = unknown_choice("ask.among names an unknown fidelity", name, name, list(FIDELITIES))
-            raise ConfigurationError(f"{where}: {message}")
-    found = [rung for rung in rungs if not ask.among or rung.fidelity in ask.among]
-    if rungs and not found:
-        can = sorted({rung.fidelity for rung in rungs})
-        raise ConfigurationError(
-            f"{where}: ask.among is [{', '.join(ask.among)}] but must hold {listed(can)} where ask.question is "
-            f"{ask.question}: {CANNOT.get(ask.question, 'no other was measured')}"
-        )
-    return found
-
-
-def _require_budget(key: str, unit: str, ask: Ask, good: list[Rung], rungs: list[Rung], where: str) -> None:
-    """Refuse a budget that no model within the accuracy keeps."""
-    allowed = getattr(ask, key)
-    if allowed is None or any(getattr(rung, key) <= allowed for rung in good):
-        return
-    least = min(good, key=lambda rung: getattr(rung, key))
-    cheap = [rung for rung in rungs if getattr(rung, key) <= allowed]
-    best = nearest(cheap, _error)
-    instead = f"{best} is within it, off by at most {best.error:.2g}" if best else "nothing is within it"
-    raise ConfigurationError(
-        f"{where}: ask.{key} is {allowed:g}, but within ask.accuracy {ask.accuracy:g} the least is "
-        f"{getattr(least, key):.2g} {unit}, by {least}: allow that; {instead}"
-    )
-
-
-def _more(ask: Ask) -> str:
-    return "other models than ask.among" if ask.among else "another question"
-
-
-def _affordable(rung: Rung, ask: Ask) -> bool:
-    slow = ask.seconds is not None and rung.seconds > ask.seconds
-    large = ask.memory is not None and rung.memory > ask.memory
-    return not slow and not large
-
-
-def _fits(row: Mapping[str, str], scene: Scene, measured: int) -> bool:
-    return (
-        row["interaction"] == INTERACTIONS[scene.interaction]
-        and row["direction"] == scene.load.direction
-        and row["cells [1]"] == f"{measured} x {measured}"
-    )
-
-
-def _goes_with(template: Scene, scene: Scene) -> bool:
-    """Return whether a scene can be computed as a template is: from its geometry, and as far loaded if it stands in.
-
-    What is made from another simulation is dearer than that, which answers as well. Ties that stand in for
-    contact do so once yarns have touched: no sooner than that was measured.
-    """
-    if any(template.value(key) for key in template.kind.fidelity.sources):
-        return False
-    return template.interaction == scene.interaction or scene.load.strain >= template.load.strain
-
-
-def _rung(row: Mapping[str, str], template: Scene, growth: float) -> Rung:
-    """Return the rung of a row of the trade for a knit that is `growth` times as wide."""
-    time, memory = _growth(template.fidelity, growth)
-    return Rung(
-        row["model and knobs"],
-        row["model"],
-        row["scene"],
-        template.fidelity,
-        float(row["error at most [1]"]),
-        float(row["seconds [s]"]) * time,
-        float(row["memory growth [MB]"]) * memory,
-    )
-
-
-def _growth(fidelity: str, growth: float) -> tuple[float, float]:
-    """Return by what time and memory of a model rise on a knit that is so many times as wide; none falls."""
-    if growth <= 1:
-        return 1.0, 1.0
-    laws = _exponents(GROWTH_KEPT)
-    if fidelity not in laws:
-        lacking = f"has no law of fidelity {fidelity}, only of {listed(sorted(laws))}"
-        what = "what it costs on a larger knit is not known; make it with `make trade`"
-        raise ConfigurationError(f"{GROWTH_KEPT}: {lacking}: {what}")
-    time, memory = laws[fidelity]
-    return growth**time, growth**memory
-
-
-@cache
-def _rows(kept: Path) -> tuple[dict[str, str], ...]:
-    return tuple(_read(kept))
-
-
-@cache
-def _exponents(kept: Path) -> dict[str, tuple[float, float]]:
-    """Return the exponents of time and memory by kind of model: the largest of its series."""
-    found: dict[str, tuple[float, float]] = {}
-    for row in _read(kept):
-        kind = next(kind for kind, words in _KINDS.items() if words in row["model"])
-        time, memory = found.get(kind, (0.0, 0.0))
-        own = row["exponent of the time of a path [1]"], row["exponent of memory growth [1]"]
-        found[kind] = max(time, float(own[0])), max(memory, float(own[1]))
-    return found
-
-
-_KINDS = {
-    "spline_yarns": "solid yarns",
-    "hexahedra": "hexahedra",
-    "rom3d": "3D ROM",
-    "rom2d": "2D ROM",
-    "beam": "beams",
-}
-
-
-def _read(kept: Path) -> list[dict[str, str]]:
-    try:
-        with kept.open(newline="", encoding="utf-8") as file:
-            return list(csv.DictReader(file))
-    except OSError as error:
-        raise ConfigurationError(
-            f"{kept}: {error.strerror}, but scenes whose fidelity is auto are planned by it; make it with `make trade`"
-        ) from error
-
-
-# ---- What a scene asks for whose fidelity is ``auto``: a model is chosen for that (docs/accuracy.md)
-
+TRADE_KEPT = RESOURCES / "trade.csv"  # What `make trade` measured: a row a knit, rung and question
+OWN = Path("measured.csv")  # The same of knits of one's own, in the working folder
 
 AUTO = "auto"  # The fidelity of a scene that leaves the model open
+
+ERROR, SECONDS, MEMORY = "error [1]", "seconds [s]", "memory [MB]"
+NUMBERS = (*(name for name, kind in Inputs.__annotations__.items() if kind != "str"), ERROR, SECONDS, MEMORY)
+COLUMNS = ("knit", "case", "rung", "question", *Inputs.__annotations__, ERROR, SECONDS, MEMORY)
+COLUMNS += ("quantity", "uncertainty of the truth [1]", "unknowns [1]", "increments [1]", "reason", "problem")
+
+ALIKE = 0.01  # Relative difference of two errors that are the same
 
 
 class Ask(Section):
@@ -294,13 +50,12 @@ class Ask(Section):
         "choice",
         allowed="force, out_of_plane (motion), contact (force and slip) or stress (normal, at a contact)",
     )
-    """What the model is chosen for; tables/trade.csv has the errors of all models by question. Checked: all four."""
+    """What the model is chosen for. Checked: all four."""
     accuracy: float = output("choice", meaning="the relative error that may be made", gt=0, le=10)
-    """A model is taken whose error is at most this where it is measured. Checked: 0.02 to 0.2, on knits with other
-    spacings and diameters (docs/accuracy.md)."""
+    """A model is taken that is promised to be off by at most this at full load (docs/accuracy.md). Checked: made-up
+    samples."""
     seconds: float | None = output("choice", unit="s", default=None, gt=0)
-    """What the simulation may take, with those that it is made from. Checked: prices are those of one core of the
-    machine that made resources/trade.csv."""
+    """What the simulation may take. Checked: prices are those of one core of the machine that measured them."""
     memory: float | None = output("choice", unit="MB", default=None, gt=0)
     """By how much the memory of the process may grow. Checked: as ask.seconds."""
     among: tuple[Annotated[str, Field(min_length=1)], ...] = output(
@@ -311,17 +66,189 @@ class Ask(Section):
     """Narrows what is taken. Checked: single ones."""
 
 
-def asked(values: Any, where: str) -> Ask:
-    """Return what a scene asks for; a ConfigurationError names the key, its value and what is allowed."""
-    return validated(Ask, values, where, "ask.")
+@dataclass(frozen=True)
+class Rung:
+    """A model with its settings: what is promised of it for a scene, and its price."""
+
+    name: str
+    keys: Mapping[str, Any]
+    error: float  # at most [1]; infinite where nothing is promised
+    seconds: float  # expected [s]
+    most_seconds: float
+    memory: float  # at most [MB]
+
+    def __str__(self) -> str:
+        price = f"{digits(self.seconds)} s (at most {digits(self.most_seconds)}) and {digits(self.memory)} MB"
+        return f"{self.name}: error at most {digits(100 * self.error)} %, {price}"
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What was chosen for a scene, out of all rungs that have a promise, and what the promise rests on."""
+
+    ask: Ask
+    rung: Rung
+    rungs: tuple[Rung, ...]
+    basis: str
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A scene with the model that was chosen for it."""
+
+    scene: Scene
+    choice: Choice
+    problem: Scene  # what is simulated, by any model
+
+
+def is_open(keys: Mapping[str, Any]) -> bool:
+    """Whether keys of a scene, by dotted name, leave its model open."""
+    return keys.get("fidelity") == AUTO
+
+
+def of_model(key: str) -> bool:
+    """Whether a key says by which model a scene is computed, and how, and not what it is of."""
+    return key == "outputs" or ("." in key and role_of(key) in ("resolution", "numerics"))
+
+
+def problem_of_keys(name: str, keys: Mapping[str, Any], where: str, defaults: Mapping) -> Scene:
+    """Return what is to be simulated, by any model, of a scene that sets keys, by dotted name, over defaults."""
+    own: dict[str, Any] = {}
+    for key, value in keys.items():
+        if of_model(key) and key != "outputs":
+            of = f"where fidelity is {AUTO}: it comes with the model that is chosen"
+            raise ConfigurationError(f"{where}: {key} is {value!r} but must be left out {of}")
+        if key != "fidelity" and not key.startswith("ask."):
+            set_dotted(own, key, value, where)
+    return Scene.from_dict({"name": name, "fidelity": ANY} | own, where, defaults)
+
+
+def planned(problem: Scene, keys: Mapping[str, Any], drawn: Mapping, where: str) -> Planned:
+    """Return a scene with the model that is chosen for it by what its keys ask; see `choose`."""
+    wish = {key.partition(".")[2]: value for key, value in keys.items() if key.startswith("ask.")}
+    choice = choose(problem, validated(Ask, wish, where, "ask."), drawn, where)
+    return Planned(problem.vary(choice.rung.keys), choice, problem)
+
+
+def choose(problem: Scene, ask: Ask, drawn: Mapping, where: str) -> Choice:
+    """Return the cheapest model for a scene, which says what is to be simulated, by any model.
+
+    `drawn` are the defaults that the sample was made with; `where` begins messages.
+    Raises ConfigurationError where nothing is promised, or no rung is accurate, fast or small enough: what comes
+    nearest is named, and the endless cell where that would do.
+    """
+    try:
+        return _choose(problem, ask, drawn, where)
+    except ConfigurationError as error:
+        offer = without_edges(problem, ask, drawn)
+        raise ConfigurationError(f"{error}{f'; {offer}' if offer else ''}") from None
+
+
+def without_edges(problem: Scene, ask: Ask, drawn: Mapping) -> str:
+    """Return what a cell of the endless fabric would cost in place of a knit, if it will do."""
+    if not problem.is_knit:
+        return ""
+    try:
+        return f"if no edges matter, specimen: cell by {_choose(endless(problem), ask, drawn, '').rung}"
+    except ConfigurationError:
+        return ""
+
+
+def _choose(problem: Scene, ask: Ask, drawn: Mapping, where: str) -> Choice:
+    if problem.specimen == "pair":
+        raise ConfigurationError(f"{where}: fidelity is {AUTO} but must be named where specimen is pair")
+    trade, knit = load_trade(), same_knit(problem)
+    mine = [row for row in _rows(OWN) if row["problem"] == knit]
+    if not mine:
+        remedy = f"`knitstudy measure {problem.name}`, with the same --set, runs all models on this knit"
+        if outside := trade.outside(problem, drawn):
+            raise ConfigurationError(f"{where}: {outside}: nothing is promised of other knits; {remedy}")
+        if not any(row["case"] == str(Case.of(problem)) for row in _rows(TRADE_KEPT)):
+            measured = f"nothing has been measured of {Case.of(problem)} ({TRADE_KEPT.name}): `make trade` measures it"
+            raise ConfigurationError(f"{where}: {measured}; {remedy}")
+    rungs = _promised(problem, ask, trade, mine or _rows(TRADE_KEPT), bool(mine))
+    for name in ask.among:
+        find("fidelity", FIDELITIES, name, f"{where}: ask.among")
+    rungs = [rung for rung in rungs if not ask.among or rung.keys["fidelity"] in ask.among]
+    if not rungs:
+        of = f" among {', '.join(ask.among)}" if ask.among else ""
+        raise ConfigurationError(
+            f"{where}: ask.question is {ask.question!r}, which no model of {Case.of(problem)}{of} "
+            "is promised to answer; ask for another, or name a fidelity"
+        )
+    good = [rung for rung in rungs if rung.error <= ask.accuracy]
+    if not good:
+        best = min(rungs, key=attrgetter("error"))
+        raise ConfigurationError(f"{where}: ask.accuracy is {ask.accuracy:g}, but nearest comes {best}")
+    for key, price in (("seconds", attrgetter("most_seconds")), ("memory", attrgetter("memory"))):
+        allowed = getattr(ask, key)
+        least = min(good, key=price)
+        if allowed is not None and price(least) > allowed:
+            cheap = min(
+                (rung for rung in rungs if price(rung) <= allowed), key=attrgetter("error"), default=None
+            )
+            instead = f"within it comes {cheap}" if cheap else "nothing is within it"
+            within = f"within ask.accuracy {ask.accuracy:g} the least is {least}"
+            raise ConfigurationError(f"{where}: ask.{key} is {allowed:g}, but {within}; {instead}")
+        good = [rung for rung in good if allowed is None or price(rung) <= allowed]
+    basis = "on this very knit"
+    if not mine:
+        share, sure = 100 * trade.coverage, 100 * trade.confidence
+        basis = f"on {share:g} % of the knits in the box of config/trade.yaml, at {sure:g} % confidence"
+    return Choice(ask, min(good, key=lambda rung: (rung.seconds, rung.error, rung.name)), tuple(rungs), basis)
+
+
+def _promised(problem: Scene, ask: Ask, trade: Trade, rows: Iterable[Mapping], own: bool) -> list[Rung]:
+    """Return the rungs of a problem that have a promise: by laws of the sample, or as measured of `own` knits."""
+    case, here = Case.of(problem), np.array(Inputs.of(problem).regressors())
+    found = []
+    for name, keys in trade.rungs_of(case).items():
+        of = [
+            row
+            for row in rows
+            if (row["case"], row["rung"], row["question"]) == (str(case), name, ask.question)
+        ]
+        ended = [row for row in of if isfinite(row[ERROR])]
+        if own and ended:
+            error, seconds, memory = (ended[-1][column] for column in (ERROR, SECONDS, MEMORY))
+            found.append(Rung(name, keys, error, seconds, seconds, memory))
+        if own or not ended:
+            continue
+        error = law_of(_regressors(of), [row[ERROR] for row in of], trade.quantile).most(here)
+        if isfinite(error):
+            inputs = _regressors(ended)
+            seconds = law_of(inputs, [row[SECONDS] for row in ended], trade.quantile)
+            memory = law_of(inputs, [row[MEMORY] for row in ended], trade.quantile)
+            price = seconds.expected(here), seconds.most(here), memory.most(here)
+            found.append(Rung(name, keys, float(error), *map(float, price)))
+    return found
+
+
+def _regressors(rows: list[Mapping]) -> np.ndarray:
+    fields = Inputs.__annotations__
+    return np.array([Inputs(**{name: row[name] for name in fields}).regressors() for row in rows])
+
+
+def _rows(path: Path) -> tuple[dict[str, Any], ...]:
+    """Return the rows of a table of errors and prices; none where there is no table."""
+    return _read(path.resolve(), path.stat().st_mtime_ns) if path.is_file() else ()
+
+
+@cache
+def _read(path: Path, _: int) -> tuple[dict[str, Any], ...]:
+    with path.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    try:
+        return tuple(row | {column: float(row[column]) for column in NUMBERS} for row in rows)
+    except (KeyError, TypeError, ValueError) as error:
+        remedy = "move it away and measure again (`make trade`, `knitstudy measure`)"
+        raise ConfigurationError(f"{path}: is no table of errors and prices ({error}); {remedy}") from error
 
 
 # ---- Pareto fronts: what nothing else beats in error and in price at once
 
 
 Each = TypeVar("Each")
-
-ALIKE = 0.01  # Relative difference of two errors that are the same
 
 
 def front(
@@ -337,19 +264,6 @@ def front(
         if not found or error(point) < (1 - ALIKE) * error(found[-1]):
             found.append(point)
     return found
-
-
-def cheapest(
-    points: Iterable[Each], accuracy: float, price: Callable[[Each], float], error: Callable[[Each], float]
-) -> Each | None:
-    """Return the cheapest point whose error is at most an accuracy, if there is one."""
-    good = [point for point in points if error(point) <= accuracy]
-    return min(good, key=lambda point: (price(point), error(point)), default=None)
-
-
-def nearest(points: Iterable[Each], error: Callable[[Each], float]) -> Each | None:
-    """Return the most accurate point, if there is any."""
-    return min(points, key=error, default=None)
 
 
 def digits(value: float) -> str:

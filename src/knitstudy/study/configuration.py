@@ -14,12 +14,11 @@ from pydantic import Field
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import find, unknown_choice
-from knitstudy.study.choice import AUTO
+from knitstudy.study.choice import AUTO, Planned, is_open, of_model, planned, problem_of_keys
 from knitstudy.study.documents import read_yaml
 from knitstudy.study.families import STUDIES, Member, read_families
 from knitstudy.study.keys import Section, output, validated
 from knitstudy.study.kinds import Kind, Labels, all_keys, all_kinds, all_sections, defaults_of_fields
-from knitstudy.study.planning import Planned, is_open, of_model, planned, problem_and_ask
 from knitstudy.study.scene import Scene, flat, set_dotted
 
 CONFIG = Path(__file__).resolve().parents[3] / "config"
@@ -42,7 +41,7 @@ _RECORD = "achieved"  # What a calibration says of the loop that it found, for p
 class Workflow(Section):
     """The study of scenes that is made, the folder that they stand in, and modules of kinds from outside."""
 
-    study: Literal["ci", "reduced", "full", "reference", "trade"] = output("choice")
+    study: Literal["ci", "reduced", "full", "reference"] = output("choice")
     """Which scenes are run; no result depends on it. Checked: all."""
     folder: Annotated[str, Field(min_length=1)] = output(
         "choice", allowed="the path of a folder with defaults.yaml, families of scenes and a calibrated loop"
@@ -73,7 +72,7 @@ def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
     default_keys(config)  # what is wrong in the defaults is said of the defaults
     defaults, members = _defaults(config), load_families(config)
     named = {name: _scene(member, defaults) for name, member in members.items() if not is_open(member.keys)}
-    scenes = {name: named.get(name) or _planned(member, named, defaults) for name, member in members.items()}
+    scenes = {name: named.get(name) or plan_of(name, {}, config).scene for name in members}
     check_scenes_together(scenes, {name: member.where for name, member in members.items()})
     return scenes
 
@@ -112,10 +111,10 @@ def load_changed(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -
     Where the scene leaves its model open, or the changes do, a model is chosen for the changed scene.
     Raises ConfigurationError as `load_scenes`, and when a key is unknown or a value is not allowed.
     """
-    scene = load_scene(name, config)
-    if not changes or not asks(name, changes, config):
-        return scene.vary(changes)
-    return plan_of(name, changes, config).scene
+    _defaults(config)  # a folder without them is no configuration
+    if name in load_families(config) and asks(name, changes, config):
+        return plan_of(name, changes, config).scene
+    return load_scene(name, config).vary(changes)
 
 
 def asks(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> bool:
@@ -128,23 +127,26 @@ def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Pla
 
     Raises ConfigurationError as `load_scenes`, and where no model will do.
     """
-    scenes, members = load_scenes(config), load_families(config)
-    _named(name, scenes, config)
-    own, where = members[name].keys, members[name].where
-    keys = {name: value for name, value in own.items() if is_open(own) or not of_model(name)}
-    problem, ask = problem_and_ask(name, keys | dict(changes) | {"fidelity": AUTO}, where, _defaults(config))
-    return planned(problem, ask, scenes, where)
+    problem, keys, where = problem_of(name, changes, config)
+    return planned(problem, keys, drawn_defaults(), where)
 
 
-def _named(name: str, scenes: Mapping[str, Scene], config: Path) -> Scene:
-    """Return the scene of a name, or say which names are like it."""
+def problem_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> tuple[Scene, dict, str]:
+    """Return what a scene with changed keys simulates, by any model, its keys, and what begins messages about it."""
+    member = _named(name, load_families(config), config)
+    keys = {key: value for key, value in member.keys.items() if is_open(member.keys) or not of_model(key)}
+    keys |= dict(changes)
+    return problem_of_keys(name, keys, member.where, _defaults(config)), keys, member.where
+
+
+def drawn_defaults() -> dict:
+    """Return the defaults that models are measured with: the checkout's own."""
+    return _defaults(CONFIG)
+
+
+def _named(name: str, scenes: Mapping[str, Any], config: Path) -> Any:
+    """Return the scene, or the member of a family, of a name, or say which names are like it."""
     return find("scene", dict(sorted(scenes.items())), name, str(Path(config) / FAMILIES))
-
-
-def _planned(member: Member, scenes: Mapping[str, Scene], defaults: dict) -> Scene:
-    """Return the scene of a member that leaves its model open, by the model that is chosen."""
-    problem, ask = problem_and_ask(member.name, member.keys, member.where, defaults)
-    return planned(problem, ask, scenes, member.where).scene
 
 
 def _scene(member: Member, defaults: dict) -> Scene:

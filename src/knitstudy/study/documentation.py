@@ -24,9 +24,9 @@ TITLE = f"""\
 Written by `{COMMAND}` from `src/knitstudy/study`; what is changed here is lost.
 
 A scene has the sections of its kind and no others: those of its specimen, those of its yarn, and those that its
-fidelity asks for with its interaction. A key of another kind is refused by name. All values are in SI units.
-[config/README.md](../config/README.md) says what a standing means. A key without a default here has it in
-[config/defaults.yaml](../config/defaults.yaml), or must be set.
+fidelity asks for with its interaction. A key of another kind is refused by name. Values are in SI
+units; lengths that resolve are in yarn radii. [config/README.md](../config/README.md) says what a standing means. A key
+without a default here has it in [config/defaults.yaml](../config/defaults.yaml), or must be set.
 """
 
 

@@ -13,7 +13,6 @@ from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.spline_yarn.basis import LARGEST_DEGREE
 from knitstudy.study.keys import (
     Count,
-    Length,
     OneOf,
     Positive,
     SceneName,
@@ -26,12 +25,15 @@ from knitstudy.study.keys import (
 
 # Meshes
 
+Size = Annotated[float, Field(ge=0.01, le=10)]
+"""Length of an element over the yarn's radius: a section has no room for larger ones, and smaller ones only cost."""
+
 
 class SolidMesh(Section):
     """Sizes of solid elements at crossings, their growth on legs, and the element."""
 
-    size: Length = resolution("stated", unit="m")
-    """Table 5: 0.3 mm. Checked: 0.225 to 0.6 mm: force +7 % at 0.6 mm (docs/notes/sensitivity.md)."""
+    size: Size = resolution("stated", unit="yarn radii")
+    """Table 5: 0.3 mm, of a radius of 0.9 mm. Checked: 0.25 to 0.67: force +7 % at 0.67 (docs/notes/sensitivity.md)."""
     growth: float = numerics("assumed", meaning="spacing on legs over size", ge=1, le=4)
     """Spacing of slices between crossings; near the count of nodes of Table 5. Checked: 1 to 1.5: force within 0.1%."""
     refinement: float = numerics(
@@ -40,19 +42,19 @@ class SolidMesh(Section):
     """Slices stand nearer, sections are drawn towards the other yarn (docs/notes/refinement.md). Checked: 1 to 3."""
     element: Annotated[str, OneOf(ELEMENTS.all)] = numerics("stated")
     """Section 2.3: linear hexahedra with reduced integration; quadratic ones are the reference. Checked: over
-    quadratic, tied cell at 0.3 mm: one_point -3 % in force."""
+    quadratic, tied cell of size 1/3: one_point -3 % in force."""
 
     @property
     def smallest(self) -> float:
-        """Size of elements at crossings [m]: what contact is measured with."""
+        """Size of elements at crossings in yarn radii: what contact is measured with."""
         return self.size / self.refinement
 
 
 class BeamMesh(Section):
     """Size of beam elements, and their section."""
 
-    beam_size: Length = resolution("stated", unit="m")
-    """Table 5: 0.5 mm. Checked: 0.5 mm."""
+    beam_size: Size = resolution("stated", unit="yarn radii")
+    """Table 5: 0.5 mm, of a radius of 0.9 mm. Checked: 5/9; gates.polygon refuses longer ones that bend too much."""
     section_law: Literal["straight", "curved"] = numerics(
         "assumed",
         allowed="straight (of a straight rod) or curved (of a rod as bent as the yarn is): law of the beams' sections",

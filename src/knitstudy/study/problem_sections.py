@@ -25,6 +25,7 @@ class Pattern(Section):
     `control_points` (P, 3) in m describe one loop from sinker centre to sinker centre before optimisation; `clearance`
     is the gap c0 wanted at every crossing, in yarn radii. `course_spacing` and `wale_spacing` are those that it is
     drawn for; rows stand `course_ratio` times the course spacing apart, and `keep` says what stays of the drawn loop.
+    Without control points a loop is drawn for the spacings, the diameter and `loop_length` (knitstudy loop).
     """
 
     loops: Count = physics("stated")
@@ -36,10 +37,19 @@ class Pattern(Section):
     """Not printed; fitted with the control points. Checked: two values."""
     wale_spacing: Length = physics("calibrated", unit="m")
     """Not printed; fitted with the control points. Checked: two values."""
-    control_points: tuple[Point, ...] = physics(
-        "calibrated", unit="m", allowed="a list of at least 4 points x, y, z in m", min_length=4
+    control_points: Annotated[tuple[Point, ...], Field(min_length=4)] | None = physics(
+        "calibrated",
+        unit="m",
+        allowed="a list of at least 4 points x, y, z in m, or null for a loop that is drawn for the spacings",
     )
     """Not printed; fitted to the angles of Table 4 and 55.5 mm of yarn a cell (Table 5). Checked: 55.5 and 41.6 mm."""
+    loop_length: Length | None = physics(
+        "choice",
+        unit="m",
+        allowed="the yarn in a loop, a number > 0 in m; or null for that of Peirce's loop, about",
+        default=None,
+    )
+    """Peirce 1947: 2 c + w + 5.94 d. Checked: the calibrated loop's, within 3 %."""
     clearance: float = physics("assumed", unit="yarn radii", ge=0, le=1)
     """Not printed; Fig. 7 shows no contact at 0.05 % strain, and symmetric contact by 0.45 %: 0.005 to 0.03. Checked:
     0.01 and 0.03: force -5 % at 1.95 % strain (docs/notes/sensitivity.md)."""

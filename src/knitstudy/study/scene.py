@@ -18,6 +18,7 @@ import numpy as np
 from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.registry import unknown_choice
+from knitstudy.study.given import in_base_keys
 from knitstudy.study.keys import Section, describe, lists, tuples, validated
 from knitstudy.study.kinds import Kind, Labels, all_sections, labels_of, not_of_kind
 
@@ -55,7 +56,8 @@ class Scene:
         does not have are left out. The scene remembers them, so that `vary` can make it one of another kind.
         Raises ConfigurationError when a key is unknown, missing, of another kind or has a value that is not allowed.
         """
-        document = {name: defaults[name] for name in Labels.model_fields if name in defaults} | dict(document)
+        document = nested_in_base_keys(document, where)
+        document = {name: defaults[name] for name in Labels.model_fields if name in defaults} | document
         labels = labels_of(document, where)
         kind = Kind.of(labels, where)
         for key in _dotted(document):
@@ -100,6 +102,11 @@ class Scene:
         for part in key.split("."):
             found = getattr(found, part, None)
         return found
+
+    def metres(self, key: str) -> float | None:
+        """Return the value of a dotted key in yarn radii as a length [m]; None where the scene has no such key."""
+        value = self.value(key)
+        return None if value is None else value * self.yarn.radius
 
     def values_of(self, *roles: str) -> dict[str, Any]:
         """Return the values of all keys of some roles, by dotted key, but for the labels."""
@@ -161,12 +168,13 @@ class Scene:
     def vary(self, changes: Mapping[str, Any]) -> Scene:
         """Return a scene with some keys changed, checked once all of them are.
 
-        `changes` are values by dotted key in SI units, for example ``{"load.strain": 0.01, "mesh.size": 0.45e-3}``. A
+        `changes` are values by dotted key in their units, for example ``{"load.strain": 0.01, "mesh.size": 0.5}``. A
         scene that becomes one of another kind loses the keys and outputs of its former kind, and takes the keys that
         it lacks from the defaults.
         Raises ConfigurationError when a key is unknown or a value is not allowed.
         """
         where, document = f"scene {self.name!r}", self.to_dict()
+        changes = in_base_keys(changes, where)
         kind = Kind.of(labels_of(document | {"outputs": []} | dict(changes), where), where)
         document["outputs"] = [name for name in self.outputs if name in kind.outputs]
         stays: dict = {}
@@ -231,6 +239,18 @@ def flat(document: Mapping[str, Any]) -> dict[str, Any]:
     for key, value in document.items():
         parts = {f"{key}.{part}": each for part, each in value.items()} if isinstance(value, dict) else {}
         found |= parts if isinstance(value, dict) else {key: value}
+    return found
+
+
+def nested_in_base_keys(document: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """Return a nested document with base keys for all other ways to say them; see `knitstudy.study.given`."""
+    said = flat(document)
+    base = in_base_keys(said, where)
+    if base == said:
+        return dict(document)
+    found: dict[str, Any] = {}
+    for key, value in base.items():
+        set_dotted(found, key, value, where)
     return found
 
 
@@ -302,6 +322,15 @@ def _of_knit(scene: Scene) -> Iterator[str]:
     if pattern.course_ratio <= least:
         least = f"yarn.diameter / pattern.course_spacing, {least:.4g}"
         yield f"pattern.course_ratio is {pattern.course_ratio:g} but must exceed {least}"
+    if pattern.control_points is None:
+        for name, value in (("course_ratio", 1.0), ("keep", "shape")):
+            if getattr(pattern, name) != value:
+                of = "where pattern.control_points is null: the loop is drawn for the spacings"
+                yield f"pattern.{name} is {getattr(pattern, name)!r} but must be {value!r} {of}"
+        return
+    if pattern.loop_length is not None:
+        of = "where there are pattern.control_points, which have a length"
+        yield f"pattern.loop_length is {pattern.loop_length:g} m but must be null {of}"
     points, entries = len(pattern.control_points), len(scene.geometry.free)
     if entries != points:
         wanted = f"{points}, one for each of pattern.control_points"

@@ -80,7 +80,9 @@ def _keys(scene: Scene, history: xr.Dataset) -> dict:
         **{column: scene.value(key) if key else None for column, key in KEYS.items()},
         "springs": f"{given} N/m" if given else "averaged" if measured else None,
         "springs from": (scene.rom.springs_from or scene.rom.contacts_from) if measured else None,
-        "mesh size [m]": scene.value("mesh.size") or scene.value("mesh.beam_size") or element_length(history),
+        "mesh size [m]": scene.metres("mesh.size")
+        or scene.metres("mesh.beam_size")
+        or element_length(history),
     }
 
 

@@ -116,7 +116,7 @@ def tabulate_averages(contacts: Datasets, paper: pd.DataFrame, scenes: Scenes) -
             "scene": name,
             "load": scene.load.direction,
             "interaction": scene.interaction,
-            "mesh size [m]": scene.value("mesh.size"),
+            "mesh size [m]": scene.metres("mesh.size"),
             "contact stiffness over E / h [1]": scene.contact.normal_stiffness,
             "penalty alone": scene.contact.augmentations == 0,
             "axes": axes,

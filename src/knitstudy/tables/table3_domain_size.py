@@ -71,29 +71,6 @@ def _costs(series: Series, domain: Datasets) -> tuple[np.ndarray, np.ndarray, np
 
 
 @TABLES.add(
-    "domain_growth", "Growth of cost with the size of the domain", results={"domain": KNITS}, order=5.5
-)
-def tabulate_growth(domain: Datasets, scenes: Scenes) -> pd.DataFrame:
-    """Return one row for every series: how unknowns, memory and time grow."""
-    rows = []
-    for series in series_of(scenes[name] for name in domain):
-        dof, memory, seconds = _costs(series, domain)
-        paths = [float(domain[scene.name].attrs["wall_seconds"]) for scene in series.scenes]
-        rows.append(
-            {
-                "model": series.model,
-                "interaction": series.interaction,
-                "cells in a row [1]": ", ".join(map(str, series.cells)),
-                "exponent of degrees of freedom [1]": series.growth(dof),
-                "exponent of memory growth [1]": series.growth(memory),
-                "exponent of the time of a Newton iteration [1]": series.growth(seconds),
-                "exponent of the time of a path [1]": series.growth(paths),
-            }
-        )
-    return pd.DataFrame(rows)
-
-
-@TABLES.add(
     "domain_response",
     "Response of square knits of rising size",
     results={"domain": KNITS, "domain_contacts": several("contacts", *SQUARES)},

@@ -58,7 +58,7 @@ def _row(fidelity: str, model: Simulation, first: Simulation, case: Case, paper:
         "model": f"{label_of(model.scene)}; {case.label}",
         "scene": model.scene.name,
         "element": discretisation(model.scene) if fidelity == "dns" else BEAM,
-        "mesh size [m]": model.scene.value("mesh.size") if fidelity == "dns" else element_length(history),
+        "mesh size [m]": model.scene.metres("mesh.size") if fidelity == "dns" else element_length(history),
         "degrees of freedom [1]": int(cost["dof"]),
         "DNS's degrees of freedom over these [1]": dns["dof"] / cost["dof"],
         "memory growth [MB]": cost["memory_growth"] / MEGABYTE,

@@ -183,7 +183,7 @@ def judge_cost(evidence: Evidence) -> Judgement:
     note = (
         "the yarn's length and diameter were inferred from the printed DOF: that part was used in calibration"
     )
-    size, wanted = direct.scene.mesh.size, _reported(evidence, "dns", "mesh size")
+    size, wanted = direct.scene.metres("mesh.size"), _reported(evidence, "dns", "mesh size")
     if not np.isclose(size, wanted):
         raise NotRun(f"elements of {1e3 * size:g} mm, the paper's of {1e3 * wanted:g} mm; {note}", measured)
     return Judgement(measured, verdict(reproduced), note)

@@ -1,0 +1,96 @@
+"""``knitstudy loop``: draw and optimise a loop from what is known of a knit, and say what it is like."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from knitstudy.cli.console import changed_scene, config_option, plain, print_table, set_option
+from knitstudy.errors import ConfigurationError
+from knitstudy.study.configuration import load_scenes
+
+KEYS = {
+    "course": ("pattern.course_spacing", "Course spacing [m]."),
+    "wale": ("pattern.wale_spacing", "Wale spacing [m]."),
+    "courses": ("pattern.courses_per_metre", "Courses per metre, instead of the course spacing."),
+    "wales": ("pattern.wales_per_metre", "Wales (stitches) per metre, instead of the wale spacing."),
+    "diameter": ("yarn.diameter", "Diameter of the yarn [m]."),
+    "tex": ("yarn.tex", "Linear density of the yarn [g/km], with --density instead of the diameter."),
+    "density": ("yarn.density", "Density of the yarn with the air in it [kg/m3]; cotton 909."),
+    "length": ("pattern.loop_length", "Length of yarn in a loop [m]; about 2 c + w + 5.94 d if left out."),
+    "clearance": ("pattern.clearance", "Gap between yarns at crossings [yarn radii]."),
+}
+"""Options that stand for a key of a scene."""
+
+
+def _key_options(command: Any) -> Any:
+    for name, (_, said) in reversed(KEYS.items()):
+        command = click.option(f"--{name}", type=float, help=said)(command)
+    return command
+
+
+@click.command(short_help="Draw and optimise a loop for spacings and a yarn.")
+@click.argument("scene", required=False)
+@_key_options
+@click.option(
+    "--points", type=click.Path(path_type=Path, dir_okay=False), help="CSV file of control points, in m."
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    default="loop.png",
+    show_default=True,
+    help="Picture of the loop.",
+)
+@set_option
+@config_option
+def loop(
+    scene: str | None, points: Path | None, output: Path, changes: tuple, config: Path, **known: float | None
+) -> None:
+    """Draw a loop, optimise it, and print its gaps, curvature, length and angles. Nothing is simulated.
+
+    The loop is that of a scene, by default the first one of a knit, with the keys that the options stand for. Where
+    no loop fits, one message names the limit that it violates and the nearest spacings that fit. Units are SI.
+
+    \b
+    knitstudy loop --course 0.9e-3 --wale 1.1e-3 --diameter 0.25e-3
+    knitstudy loop --courses 1100 --wales 900 --tex 30 --density 909
+    knitstudy loop --points my-loop.csv --course 13e-3 --diameter 1.8e-3
+    knitstudy loop rom3d-tie-course              the loop of a scene
+
+    A file of points has the columns x, y, z and one loop from a sinker's centre to the next one's, its last row; where
+    it stands does not matter. It is made symmetric, and the largest distance that a point moves is printed.
+
+    The last line is what to add to `knitstudy run` and `knitstudy check`; the keys may stand in families of scenes.
+    """
+    # The geometry is imported here: the other commands and --help do not need it.
+    from knitstudy.cli.plot import draw_loop
+    from knitstudy.figures.style import save
+    from knitstudy.geometry.lay_out import lay_out
+    from knitstudy.measures.summary import summarise
+
+    said = {KEYS[name][0]: value for name, value in known.items() if value is not None}
+    if points is not None:
+        said["pattern.points_file"] = str(points)
+    chosen = changed_scene(scene or _first_knit(config), (*said.items(), *changes), config)
+    if "pattern" not in chosen.sections:
+        raise ConfigurationError(
+            f"scene {chosen.name!r}: specimen is {chosen.specimen} but must be made of loops"
+        )
+    geometry = lay_out(chosen)
+    quantities = [
+        each for each in summarise(geometry) if each.name not in ("kind", "loops", "rows", "crossings")
+    ]
+    print_table(("quantity", "value", "unit"), [(each.name, each.value, each.unit) for each in quantities])
+    save(draw_loop(geometry), [output], {}, f"Loop of {chosen.name}")
+    click.echo(f"{output}: the loop from the front and from the side")
+    if said:
+        click.echo(" ".join(f"--set {key}={plain(value)}" for key, value in said.items()))
+
+
+def _first_knit(config: Path) -> str:
+    """Return the first scene of a configuration whose specimen has loops."""
+    return next(name for name, scene in load_scenes(config).items() if "pattern" in scene.sections)

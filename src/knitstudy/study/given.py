@@ -1,0 +1,120 @@
+"""Other ways to say what a knit is: stitches and courses per length, tex, control points in a file.
+
+These names may be set like keys of a scene, in families and with ``--set``; a scene has the keys that they stand for.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from functools import cache
+from math import pi, sqrt
+from numbers import Real
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from knitstudy.errors import ConfigurationError
+
+log = logging.getLogger(__name__)
+
+COURSE, WALE, DIAMETER = "pattern.course_spacing", "pattern.wale_spacing", "yarn.diameter"
+LENGTH, POINTS, FREE = "pattern.loop_length", "pattern.control_points", "geometry.free"
+
+PER_METRE = {"pattern.courses_per_metre": COURSE, "pattern.wales_per_metre": WALE}
+TEX, DENSITY = "yarn.tex", "yarn.density"  # g/km; kg/m3 of the yarn with the air in it
+POINTS_FILE = "pattern.points_file"
+"""CSV file with the columns x, y, z in m: one loop from a sinker's centre to the next one's, which is its last row."""
+
+DRAWS = (COURSE, WALE, LENGTH)
+"""Keys that ask for a loop that is drawn for them, unless control points are given with them."""
+
+
+def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """Return keys by dotted name with those that a scene has in the place of all others named here.
+
+    Raises ConfigurationError where one thing is said twice or by half, or a value is not allowed.
+    """
+    found = dict(keys)
+    for name, base in PER_METRE.items():
+        if name in found:
+            _only(found, name, base, where)
+            found[base] = 1 / _positive(name, found.pop(name), where)
+    if TEX in found or DENSITY in found:
+        for name in (TEX, DENSITY):
+            _only(found, name, DIAMETER, where)
+            if name not in found:
+                raise ConfigurationError(f"{where}: {name} is missing; {TEX} and {DENSITY} belong together")
+        tex, density = (_positive(name, found.pop(name), where) for name in (TEX, DENSITY))
+        found[DIAMETER] = diameter_of(tex, density)
+    if POINTS_FILE in found:
+        for base in (POINTS, WALE):
+            _only(found, POINTS_FILE, base, where)
+        path = Path(str(found.pop(POINTS_FILE)))
+        points, wale = _said_points(path, path.stat().st_mtime_ns if path.is_file() else 0)
+        found |= {POINTS: points.tolist(), WALE: wale, FREE: found.get(FREE, ["xyz"] * len(points))}
+    if POINTS not in found and any(name in found for name in DRAWS):
+        found[POINTS] = None
+    return found
+
+
+@cache
+def _said_points(path: Path, _changed: int) -> tuple[np.ndarray, float]:
+    """Return points and wale spacing of a file; what makes them symmetric is said once for every version of it."""
+    points, wale, moved = read_points(path)
+    log.warning("%s: control points were moved by at most %.3g mm to be symmetric", path, 1e3 * moved)
+    return points, wale
+
+
+def _only(keys: Mapping[str, Any], name: str, base: str, where: str) -> None:
+    if name in keys and base in keys:
+        raise ConfigurationError(f"{where}: {name} and {base} say the same; leave one of them out")
+
+
+def _positive(name: str, value: Any, where: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, Real) or not 0 < value <= 1e12:
+        raise ConfigurationError(f"{where}: {name} is {value!r} but must be a number > 0 and <= 1e12")
+    return float(value)
+
+
+def diameter_of(tex: float, density: float) -> float:
+    """Return the diameter [m] of a round yarn of a linear density [tex] and a density [kg/m3].
+
+    Its section has the area of the mass per length over the density: Peirce 1937, "The geometry of cloth structure",
+    Journal of the Textile Institute 28, who takes 909 kg/m3 (1.1 cm3/g) for cotton and prints d = 34.14 sqrt(1.1 / N)
+    thousandths of an inch.
+    """
+    return sqrt(4 * 1e-6 * tex / (pi * density))
+
+
+def read_points(path: Path) -> tuple[np.ndarray, float, float]:
+    """Return the control points (P, 3) of a file, made symmetric, their wale spacing and by how much they moved. [m]
+
+    The first point goes to x = 0, the middles of y and z to 0. The mirror image about the middle of the loop and, where
+    the number of points is a multiple of four, that of the half turn about the middle of a leg are averaged in.
+    Raises ConfigurationError where the file is no table of a loop.
+    """
+    try:
+        table = pd.read_csv(path, comment="#", skipinitialspace=True)
+        points = table[["x", "y", "z"]].to_numpy(dtype=float)
+    except (OSError, KeyError, ValueError) as error:
+        wanted = "must be a CSV file with the columns x, y, z in m"
+        raise ConfigurationError(f"{path}: {POINTS_FILE} {wanted}: {error}") from error
+    count = len(points) - 1
+    wale = float(points[-1, 0] - points[0, 0]) if count > 0 else 0.0
+    if count < 4 or count % 2 or not np.isfinite(points).all() or wale <= 0:
+        wanted = "5, 7, 9 ... rows of numbers from a sinker's centre to the next one's, further along x"
+        raise ConfigurationError(
+            f"{path}: {POINTS_FILE} has {count + 1} rows over {wale:g} m of x but must have {wanted}"
+        )
+    middle = 0.5 * (points.max(axis=0) + points.min(axis=0))
+    points = points - [points[0, 0], middle[1], middle[2]]
+    symmetric = 0.5 * (points + [wale, 0, 0] + points[::-1] * [-1, 1, 1])
+    if count % 4 == 0:
+        half = symmetric[: count // 2 + 1]
+        half = 0.5 * (half + [wale / 2, 0, 0] + half[::-1] * [-1, -1, 1])
+        symmetric = np.vstack([half, [wale, 0, 0] + half[-2::-1] * [-1, 1, 1]])
+    moved = float(np.linalg.norm(symmetric - points, axis=1).max())
+    return symmetric[:-1], wale, moved

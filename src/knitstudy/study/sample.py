@@ -1,0 +1,263 @@
+"""The sample of knits that errors and prices of models are measured on: its box, its points, and the rungs.
+
+``config/trade.yaml`` declares all of it. A knit is described by `Inputs`, which have no dimension: a knit of another
+scale or modulus is the same one. `Case` is what is computed of a knit: cut out or endless, tied or touching.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from math import floor, inf, isinf, log
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import Field
+
+from knitstudy.study.documents import read_yaml
+from knitstudy.study.keys import Count, Section, lists, output, validated
+from knitstudy.study.kinds import FIDELITIES
+from knitstudy.study.promises import Quantile
+from knitstudy.study.scene import Scene, digest, set_dotted
+
+DECLARED = Path(__file__).resolve().parents[3] / "config" / "trade.yaml"
+
+ANY = (
+    "spline_yarns"  # A fidelity that models all knits: what a problem is read with before its model is known
+)
+
+SPECIMENS, TIED, TOUCHING = ("cut_knit", "cell"), "tied", "touching"
+
+KEYS = {
+    "course": "pattern.course_spacing",
+    "wale": "pattern.wale_spacing",
+    "length": "pattern.loop_length",
+    "poisson_ratio": "yarn.poisson_ratio",
+    "strain": "load.strain",
+    "friction": "contact.friction",
+    "loops": "pattern.loops",
+    "rows": "pattern.rows",
+    "direction": "load.direction",
+    "lateral": "load.lateral",
+    "edges": "contact.tied_edges",
+}
+"""The key of a scene behind each input."""
+
+OVER = {
+    "course": " over yarn.diameter",
+    "wale": " over yarn.diameter",
+    "length": " over that of Peirce's loop",
+}
+
+FREE = {
+    *KEYS.values(),
+    "yarn.diameter",
+    "yarn.youngs_modulus",
+    "load.deformation",
+    "geometry.alpha",
+    "geometry.free",
+}
+"""Physical keys that may differ from those of the sample: inputs stand for them, results scale with them, or they say
+nothing of a loop without control points."""
+
+PEIRCE = 5.94  # Diameters of yarn in Peirce's loop, beside twice the course and once the wale spacing
+DIAMETER = 1e-3  # of all knits of the sample [m]: no result depends on it
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """A knit without dimensions; `friction` is 0 of tied yarns, and infinite where yarns do not slip."""
+
+    course: float
+    wale: float
+    length: float
+    poisson_ratio: float
+    strain: float
+    friction: float
+    loops: int
+    rows: int
+    direction: str
+    lateral: str
+    edges: str
+
+    @classmethod
+    def of(cls, scene: Scene) -> Self:
+        """Return the inputs of the knit of a scene."""
+        pattern, d, load = scene.pattern, scene.yarn.diameter, scene.load
+        friction, endless = scene.kind.interaction.friction, scene.specimen == "cell"
+        course, wale = pattern.course_ratio * pattern.course_spacing / d, pattern.wale_spacing / d
+        peirce = 2 * course + wale + PEIRCE
+        return cls(
+            course,
+            wale,
+            (pattern.loop_length or peirce * d) / (peirce * d),
+            scene.yarn.poisson_ratio,
+            load.strain,
+            friction(scene) if friction else 0.0,
+            1 if endless else pattern.loops,
+            1 if endless else pattern.rows,
+            load.deformation if endless else load.direction,
+            load.lateral,
+            scene.value("contact.tied_edges") or "none",
+        )
+
+    def regressors(self) -> list[float]:
+        """Return numbers by which errors and prices may be regressed: of powers, logarithms."""
+        cells = self.loops * self.rows
+        ratios = [log(each) for each in (self.course, self.wale, self.strain, cells, self.loops / self.rows)]
+        slips = 1 / (1 + self.friction) if self.friction else 0.0
+        words = (self.direction == "wale", self.lateral == "free", self.edges == "outer")
+        return [*ratios, self.length, self.poisson_ratio, slips, *map(float, words)]
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is computed of a knit: a specimen whose yarns are `TIED` or `TOUCHING`."""
+
+    specimen: str
+    yarns: str
+
+    @classmethod
+    def of(cls, scene: Scene) -> Self:
+        """Return the case of a scene."""
+        return cls(scene.specimen, TOUCHING if scene.kind.interaction.touches else TIED)
+
+    def __str__(self) -> str:
+        return f"{self.specimen}-{self.yarns}".replace("_", "-")
+
+
+def _said(allowed: str) -> Any:
+    return output("choice", allowed=allowed)
+
+
+class Trade(Section):
+    """What ``config/trade.yaml`` holds."""
+
+    knits: Count = _said("a whole number from 1 on")
+    seed: Annotated[int, Field(ge=0)] = _said("a whole number from 0 on")
+    coverage: Annotated[float, Field(gt=0, lt=1)] = _said("a share of the knits")
+    confidence: Annotated[float, Field(gt=0, lt=1)] = _said("a probability")
+    limit: Annotated[float, Field(gt=0)] = _said("a number > 0, in s")
+    box: dict[str, list[Any]] = _said("two ends, or a list of texts, by input")
+    truth: tuple[str, ...] = _said("names of rungs")
+    rungs: dict[str, dict[str, dict[str, Any]]] = _said("keys by name, of tied and of touching yarns")
+
+    @property
+    def quantile(self) -> Quantile:
+        """What is promised of knits in the box."""
+        return Quantile(self.coverage, self.confidence)
+
+    def cases(self) -> list[Case]:
+        """Return all cases."""
+        return [Case(specimen, yarns) for specimen in SPECIMENS for yarns in self.rungs]
+
+    def rungs_of(self, case: Case) -> dict[str, dict[str, Any]]:
+        """Return the keys of the rungs that model a case, by name."""
+        rungs = self.rungs[case.yarns].items()
+        return {name: keys for name, keys in rungs if case.specimen in FIDELITIES[keys["fidelity"]].specimens}
+
+    def points(self) -> Iterator[Inputs]:
+        """Yield points of the box without end, the same ones every time."""
+        from scipy.stats.qmc import Sobol
+
+        sampler = Sobol(len(self.box) + 1, seed=self.seed)
+        while True:
+            for *shares, slips in sampler.random(64):
+                point = {name: _between(self.box[name], u) for name, u in zip(self.box, shares, strict=True)}
+                across = point["rows" if point["direction"] == "course" else "loops"]
+                point["edges"] = point["edges"] if across >= 3 else "none"  # else all crossings would be tied
+                yield Inputs(**point | {"friction": point["friction"] if slips < 0.5 else inf})
+
+    def outside(self, scene: Scene, defaults: Mapping) -> str:
+        """Return in what a scene lies outside of the box, in words; nothing where it lies inside.
+
+        `defaults` are those that the sample was made with.
+        """
+        case = Case.of(scene)
+        if scene.specimen not in SPECIMENS:
+            return f"specimen is {scene.specimen!r}, but models were measured on {' and '.join(SPECIMENS)}"
+        for name, value in asdict(Inputs.of(scene)).items():
+            between, key = self.box[name], KEYS[name]
+            skipped = case.specimen == "cell" and name in ("loops", "rows", "edges")
+            if skipped or (name == "friction" and (case.yarns == TIED or isinf(value))):
+                continue
+            if isinstance(value, str) and value not in between:
+                key = "load.deformation" if case.specimen == "cell" and name == "direction" else key
+                return f"{key} is {value!r}, but models were measured with {' and '.join(between)}"
+            if not isinstance(value, str) and not between[0] <= value * (1 + 1e-9) <= between[1] * (1 + 2e-9):
+                said = f"{key}{OVER.get(name, '')} is {value:.4g}"
+                return f"{said}, but models were measured from {between[0]:g} to {between[1]:g}"
+        here, there = _others(scene), _others(self.scene(case, Inputs.of(scene), defaults))
+        for key, value in here.items():
+            if value != there.get(key):
+                said = f"{lists(value)!r:.60}", f"{lists(there.get(key))!r:.60}"
+                return f"{key} is {said[0]}, but models were measured with {said[1]}"
+        return ""
+
+    def scene(self, case: Case, inputs: Inputs, defaults: Mapping, name: str = "sampled") -> Scene:
+        """Return what is to be simulated of a knit, by any model."""
+        touches, endless = case.yarns == TOUCHING, case.specimen == "cell"
+        interaction = ("rough" if isinf(inputs.friction) else "isotropic") if touches else "tie"
+        peirce = 2 * inputs.course + inputs.wale + PEIRCE
+        keys = {
+            "yarn.diameter": DIAMETER,
+            "pattern.course_spacing": inputs.course * DIAMETER,
+            "pattern.wale_spacing": inputs.wale * DIAMETER,
+            "pattern.loop_length": inputs.length * peirce * DIAMETER,
+            "yarn.poisson_ratio": inputs.poisson_ratio,
+            "load.strain": inputs.strain,
+            "load.lateral": inputs.lateral,
+            "load.deformation" if endless else "load.direction": inputs.direction,
+            "pattern.loops": 1 if endless else inputs.loops,
+            "pattern.rows": 1 if endless else inputs.rows,
+        }
+        if touches:
+            keys["contact.tied_edges"] = "none" if endless else inputs.edges
+        if interaction == "isotropic":
+            keys["contact.friction"] = inputs.friction
+        document: dict = {"name": name, "knit": name, "fidelity": ANY, "outputs": []}
+        document |= {"specimen": case.specimen, "interaction": interaction}
+        for key, value in keys.items():
+            set_dotted(document, key, value, name)
+        return Scene.from_dict(document, name, defaults)
+
+
+def load_trade(path: Path = DECLARED) -> Trade:
+    """Return what is declared; ConfigurationError names the key, its value and what is allowed."""
+    return validated(Trade, read_yaml(path), str(path))
+
+
+def same_knit(scene: Scene) -> str:
+    """Return a digest of all that is physical of a knit, the same at any scale and modulus."""
+    return digest([scene.specimen, scene.interaction, _rounded(asdict(Inputs.of(scene))), _others(scene)])
+
+
+def endless(scene: Scene) -> Scene:
+    """Return a cell of the endless fabric of the same loops under the same strain."""
+    size = {"pattern.loops": 1, "pattern.rows": 1, "load.deformation": scene.load.direction, "outputs": []}
+    tied = {"contact.tied_edges": "none"} if scene.kind.interaction.touches else {}
+    return scene.vary({"specimen": "cell", "fidelity": ANY} | size | tied)
+
+
+def _others(scene: Scene) -> dict[str, Any]:
+    """Return the physical keys of a knit that no input stands for, over its diameter and Young's modulus."""
+    scaled = scene.scaled(1 / scene.yarn.diameter, 1 / scene.yarn.youngs_modulus)
+    return _rounded({key: value for key, value in scaled.values_of("physics").items() if key not in FREE})
+
+
+def _rounded(value: Any) -> Any:
+    """Return nested values with six digits of every number."""
+    if isinstance(value, Mapping):
+        return {key: _rounded(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_rounded(each) for each in value]
+    return float(f"{value:.6g}") + 0.0 if isinstance(value, float) else value
+
+
+def _between(ends: list[Any], share: float) -> Any:
+    """Return the value of a box at a share of the way: even, of texts one of them, of whole numbers one."""
+    low, high = ends
+    if isinstance(low, str) or (isinstance(low, int) and isinstance(high, int)):
+        choices = ends if isinstance(low, str) else range(low, high + 1)
+        return choices[min(floor(share * len(choices)), len(choices) - 1)]
+    return float(f"{low + share * (high - low):.4g}")

@@ -1,0 +1,127 @@
+"""Loops that are drawn from course spacing, wale spacing and yarn, and other ways to say these."""
+
+import numpy as np
+import pytest
+
+from knitstudy.errors import ConfigurationError, GeometryError
+from knitstudy.geometry.fit import LARGEST_CURVATURE, Wanted, drawn_loop, fitted_loop, peirce_length
+from knitstudy.geometry.lay_out import lay_out
+from knitstudy.geometry.loop import symmetries
+from knitstudy.geometry.spline import CatmullRom
+from knitstudy.geometry.survey import survey
+from knitstudy.study.configuration import load_scene
+from knitstudy.study.given import diameter_of, read_points
+
+COURSE, WALE = 0.9e-3, 1.1e-3  # the spacings of a jersey
+
+
+@pytest.fixture(scope="module")
+def settings():
+    return load_scene("dns-tie-course").replace("geometry.samples", 20).geometry
+
+
+def jersey(diameter, length=None, scale=1.0):
+    return Wanted(scale * COURSE, scale * WALE, 0.5 * diameter, 0.01, length)
+
+
+def assert_fits(loop, wanted):
+    found = survey(loop)
+    assert found.distance / wanted.radius == pytest.approx(2.01, abs=1e-4), "gap within 1 % of what was asked"
+    assert found.other_gap / wanted.radius > 0.0098
+    assert wanted.radius / found.radius_of_curvature < LARGEST_CURVATURE + 1e-3
+    assert (loop.course_spacing, loop.wale_spacing) == (wanted.course, wanted.wale)
+
+
+def test_drawn_loop_has_its_length_and_both_symmetries():
+    length = peirce_length(COURSE, WALE, 0.2e-3)
+    loop = drawn_loop(COURSE, WALE, 0.1e-3, 0.01, length)
+    assert loop.length == pytest.approx(length, rel=0.02), "16 points of a curve of this length"
+    assert len(symmetries(loop.curve)) == 2
+
+
+@pytest.mark.parametrize("diameter", [0.15e-3, 0.25e-3, 0.27e-3])
+def test_jersey_has_the_gap_that_is_asked_for(settings, diameter):
+    wanted = jersey(diameter)
+    _, loop, optimum = fitted_loop(wanted, settings)
+    assert_fits(loop, wanted)
+    assert optimum.gradient < 1e-3, "a minimum"
+
+
+def test_loop_in_other_units_is_the_same(settings):
+    loop, large = (
+        fitted_loop(jersey(scale * 0.25e-3, scale=scale), settings)[1].in_radii() for scale in (1.0, 1e3)
+    )
+    assert large.control_points == pytest.approx(loop.control_points, abs=1e-6)
+
+
+def test_loop_has_the_length_that_is_asked_for(settings):
+    wanted = jersey(0.2e-3, length=4.3e-3)
+    _, loop, _ = fitted_loop(wanted, settings)
+    assert loop.length == pytest.approx(4.3e-3, rel=1e-5)
+    assert_fits(loop, wanted)
+
+
+def test_yarn_that_is_too_thick_is_refused_with_limit_and_spacings_that_fit(settings):
+    with pytest.raises(GeometryError) as refused:
+        fitted_loop(jersey(0.3e-3), settings)
+    said = str(refused.value)
+    assert "neighbouring yarns of one row touch" in said
+    assert "\n" not in said
+    words = said.split()
+    course, wale = (float(words[words.index(f"pattern.{name}_spacing") + 1]) for name in ("course", "wale"))
+    assert 1.0 < course / 0.9 < 1.15
+    nearest = Wanted(course * 1e-3, wale * 1e-3, 0.15e-3, 0.01)
+    assert_fits(fitted_loop(nearest, settings)[1], nearest)
+
+
+def test_spacings_in_a_scene_draw_a_loop_and_control_points_keep_theirs(plain_scene):
+    scene = plain_scene
+    per_length = {"pattern.courses_per_metre": 1 / COURSE, "pattern.wale_spacing": WALE}
+    changed = scene.vary(per_length | {"yarn.tex": 30.0, "yarn.density": 909.0})
+    assert changed.pattern.control_points is None
+    assert changed.pattern.course_spacing == pytest.approx(COURSE)
+    assert changed.yarn.diameter == diameter_of(30.0, 909.0)
+    geometry = lay_out(changed)
+    assert float(geometry["course_spacing"]) == pytest.approx(COURSE)
+    assert scene.replace("yarn.diameter", 1.7e-3).pattern.control_points == scene.pattern.control_points
+
+
+def test_diameter_of_a_yarn_is_that_of_peirce():
+    count = 30.0  # English cotton count: 590.5 / tex
+    assert diameter_of(590.5 / count, 1e3 / 1.1) == pytest.approx(
+        34.14e-3 * 25.4e-3 * np.sqrt(1.1 / count), rel=1e-3
+    )
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"pattern.courses_per_metre": 1e3, "pattern.course_spacing": 1e-3}, "say the same"),
+        ({"yarn.tex": 20.0}, "yarn.density is missing"),
+        ({"pattern.wales_per_metre": -1}, "must be a number > 0"),
+        ({"pattern.loop_length": 4e-3, "pattern.keep": "length"}, "must be 'shape' where"),
+        ({"pattern.points_file": "nowhere.csv"}, "must be a CSV file"),
+    ],
+)
+def test_contradictions_are_refused(plain_scene, changes, message):
+    with pytest.raises(ConfigurationError, match=message):
+        plain_scene.vary(changes)
+
+
+def test_points_of_a_file_are_made_symmetric_and_the_distance_is_said(tmp_path):
+    loop = drawn_loop(COURSE, WALE, 0.1e-3, 0.01, peirce_length(COURSE, WALE, 0.2e-3))
+    points = np.vstack([loop.control_points, loop.control_points[0] + [WALE, 0, 0]])
+    noise = np.zeros(points.shape)
+    noise[3] = 0.01e-3, 0.0, 0.02e-3
+    path = tmp_path / "loop.csv"
+
+    def read(points):
+        text = "\n".join(f"{x:.15g}, {y:.15g}, {z:.15g}" for x, y, z in points + np.array([1.0, -2.0, 3.0]))
+        path.write_text(f"x, y, z\n{text}\n", encoding="utf-8")
+        return read_points(path)
+
+    found, wale, moved = read(points + noise)
+    assert wale == pytest.approx(WALE)
+    assert len(symmetries(CatmullRom(found, [wale, 0, 0]))) == 2
+    assert 0.01e-3 < moved < np.hypot(0.01e-3, 0.02e-3)
+    assert read(points)[2] < 1e-12

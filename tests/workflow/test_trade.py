@@ -1,0 +1,52 @@
+"""What accuracy costs, from the box to a promise: two tiny knits by two coarse models, and one of one's own."""
+
+import yaml
+
+from knitstudy.files import read_table
+
+COARSE = {"fidelity": "spline_yarns", "solver.increments": 1, "mesh.span": 1.8, "mesh.crossing_span": 1.8}
+SMALL = {
+    "knits": 2,
+    "coverage": 0.5,
+    "confidence": 0.5,
+    "truth": ["yarns2", "yarns3"],
+    "rungs": {"tied": {"yarns2": COARSE, "yarns3": COARSE | {"mesh.degree": 3, "mesh.crossing_degree": 3}}},
+}
+BOX = {"loops": [1, 1], "rows": [1, 1], "lateral": ["fixed", "fixed"], "strain": [0.01, 0.05]}
+KEYS = {"pattern.loops": 1, "pattern.rows": 1, "load.strain": 0.02}
+KEYS |= {"pattern.course_spacing": 5e-3, "pattern.wale_spacing": 6e-3, "yarn.diameter": 1e-3}
+ONE = [each for key, value in KEYS.items() for each in ("--set", f"{key}={value}")]
+STUDY = ("ci", "--", "results/trade/trade.csv")
+
+
+def test_from_a_sample_to_a_promise(fresh):
+    declared = fresh.folder / "config" / "trade.yaml"
+    document = yaml.safe_load(declared.read_text()) | SMALL
+    document["box"] |= BOX
+    declared.write_text(yaml.safe_dump(document))
+
+    def plan(*changes):
+        asks = ("--question", "force", "--accuracy", "0.5")
+        return fresh.run("-m", "knitstudy", "plan", "yarns-tie-course", *asks, *ONE, *changes)
+
+    assert "nothing has been measured of cut-knit-tied" in plan().stderr
+    ended = fresh.study(*STUDY)
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+    table = read_table(fresh.folder / "results" / "trade" / "trade.csv")
+    assert set(table["case"]) == {"cut-knit-tied", "cell-tied"}
+    assert len(table[table["question"] == "force"]) == 8
+    assert (table["error [1]"] < 1).all(), table[["case", "rung", "question", "error [1]", "reason"]]
+    assert "nothing to do" in fresh.study(*STUDY).stdout
+
+    kept = fresh.run("-m", "knitstudy.stages.kept_tables", "trade")
+    assert "of 2 knits, 0 runs failed" in kept.stdout, kept.stderr
+    promised = plan()
+    assert "take yarns2: error at most" in promised.stdout, promised.stderr
+    assert "on 50 % of the knits in the box of config/trade.yaml, at 50 % confidence" in promised.stdout
+
+    beyond = ("--set", "yarn.poisson_ratio=0.47")
+    assert "yarn.poisson_ratio is 0.47, but models were measured from 0.1 to 0.45" in plan(*beyond).stderr
+    measured = fresh.run("-m", "knitstudy", "measure", "yarns-tie-course", *ONE, *beyond)
+    assert "kept in measured.csv" in measured.stderr, measured.stderr
+    own = plan(*beyond)
+    assert "on this very knit" in own.stdout, own.stderr
