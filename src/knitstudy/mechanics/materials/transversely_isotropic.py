@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, Self
 
@@ -80,20 +80,12 @@ class TransverselyIsotropic:
         Of equal constants that is the first Lame constant. The bulk modulus is the pressure over the dilatation that it
         causes; what is left of a stiffness without less than that is positive definite.
         """
-        compliance = np.linalg.inv(self.stiffness)
+        stiffness = self.stiffness[:3, :3]
         shear = 0.5 * self.transverse_modulus / (1 + self.transverse_poisson_ratio)
-        lame = max(0.0, 1 / compliance[:3, :3].sum() - 2 / 3 * shear)
-        stiffness = self.stiffness.copy()
-        stiffness[:3, :3] -= lame
-        s = np.linalg.inv(stiffness)
-        nu_a, nu_t = -s[0, 1] / s[0, 0], -s[1, 2] / s[1, 1]
-        return replace(
-            self,
-            youngs_modulus=1 / s[0, 0],
-            transverse_modulus=1 / s[1, 1],
-            poisson_ratio=nu_a,
-            transverse_poisson_ratio=nu_t,
-        ), lame
+        lame = max(0.0, 1 / np.linalg.inv(stiffness).sum() - 2 / 3 * shear)
+        s = np.linalg.inv(stiffness - lame)
+        constants = 1 / s[0, 0], 1 / s[1, 1], -s[0, 1] / s[0, 0], -s[1, 2] / s[1, 1]
+        return type(self)(*constants, self.axial_shear_modulus), lame
 
     @cached_property
     def stiffness(self) -> np.ndarray:
