@@ -107,9 +107,12 @@ class Curves:
 #
 # Yarns that wrap around each other to the curvature 1 / 2 R have closest points everywhere along an arc: the second
 # derivative H of |r|^2 / 2 becomes singular, and next to no motion takes the points from one end of the arc to the
-# other. A spring of stiffness `hold` towards where the points were in the last converged increment decides there: they
+# other. Where the smallest eigenvalue of H in the last converged increment was below `SOFTEST` (it is 1 for straight
+# yarns that cross at a right angle), a spring towards where the points were then makes up for what is missing: they
 # minimise |r|^2 / 2 + hold / 2 |s - s_0|^2. They lag behind by hold / (H + hold) of their way within one increment, and
 # the gap is too large by the square of that lag times H / 4 R.
+
+SOFTEST = 0.2
 
 STEPS = 40
 HALVINGS = 12
@@ -143,9 +146,11 @@ def approach(
     curves: Curves,
     position: np.ndarray,  # (S, 3), current positions of the stations [m]
     pairs: Pairs,
-    hold: float = 0.0,  # stiffness of a spring towards their start
+    hold: np.ndarray
+    | None = None,  # (k,), stiffness of the springs towards their start; by default there are none
 ) -> Approach:
     """Return the closest points of pairs by Newton's method."""
+    hold = np.zeros(len(pairs.start)) if hold is None else hold
     low, high = pairs.bounds[..., 0], pairs.bounds[..., 1]
     s = np.clip(pairs.start, low, high)
     moves = np.ones(len(s), dtype=bool)
@@ -153,23 +158,26 @@ def approach(
         if not moves.any():
             break
         some = np.flatnonzero(moves)
-        here, lag = _evaluate(curves, position, pairs.yarn[some], s[some], hold), s[some] - pairs.start[some]
+        chosen, lag = (pairs.yarn[some], hold[some]), s[some] - pairs.start[some]
+        here = _evaluate(curves, position, *chosen, s[some])
         step = _newton_step(here, lag, low[some], high[some])
         step = np.clip(s[some] + step, low[some], high[some]) - s[some]
         level = _level(here, lag) * (1 + 1e-14)  # beyond rounding
         for _ in range(HALVINGS):
-            trial = _evaluate(curves, position, pairs.yarn[some], s[some] + step, hold)
+            trial = _evaluate(curves, position, *chosen, s[some] + step)
             worse = _level(trial, lag + step) > level
             if not worse.any():
                 break
             step[worse] *= 0.5
         s[some] += step
         moves[some] = np.abs(step).max(axis=1) > 1e-13 * curves.length.max()
-    done = _evaluate(curves, position, pairs.yarn, s, hold)
+    done = _evaluate(curves, position, pairs.yarn, hold, s)
     return replace(done, found=((s > low) & (s < high)).all(axis=1))
 
 
-def _evaluate(curves: Curves, position: np.ndarray, yarn: np.ndarray, s: np.ndarray, hold: float) -> Approach:
+def _evaluate(
+    curves: Curves, position: np.ndarray, yarn: np.ndarray, hold: np.ndarray, s: np.ndarray
+) -> Approach:
     stencil = curves.stencil(yarn, s)
     weights = stencil.value, stencil.first, stencil.second
     point, tangent, bend = (stencil.of(each, position) for each in weights)
@@ -177,8 +185,13 @@ def _evaluate(curves: Curves, position: np.ndarray, yarn: np.ndarray, s: np.ndar
     distance = np.linalg.norm(apart, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         normal = apart / distance[:, None]
-    held = np.full(len(s), hold)
-    return Approach(s, np.ones(len(s), dtype=bool), stencil, tangent, bend, distance, normal, held)
+    return Approach(s, np.ones(len(s), dtype=bool), stencil, tangent, bend, distance, normal, hold)
+
+
+def needed_hold(here: Approach) -> np.ndarray:
+    """Return the stiffness (k,) of springs that brings the smallest eigenvalue of H to `SOFTEST`."""
+    smallest = np.linalg.eigvalsh(_hessian(replace(here, hold=np.zeros(len(here.s)))))[:, 0]
+    return np.maximum(0.0, SOFTEST - smallest)
 
 
 def _level(here: Approach, lag: np.ndarray) -> np.ndarray:
