@@ -12,7 +12,7 @@ from knitstudy.cli.main import main
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import write_table
 from knitstudy.study import choice
-from knitstudy.study.choice import Ask, choose, front
+from knitstudy.study.choice import Ask, choose
 from knitstudy.study.configuration import drawn_defaults, load_scene, load_scenes, problem_of
 from knitstudy.study.sample import Case, Inputs, load_trade, same_knit
 
@@ -183,16 +183,3 @@ def test_scenes_of_a_family_may_ask(ask, config):
     family.write_text(family.read_text().replace("load.strain", "solver.increments: 4, load.strain"))
     with pytest.raises(ConfigurationError, match=r"solver\.increments is 4 but must be left out"):
         load_scenes(config)
-
-
-def test_a_front_is_what_nothing_beats():
-    """By comparing all pairs."""
-    points = [tuple(each) for each in np.random.default_rng(1).integers(1, 30, (200, 2))]
-    found = front(points, lambda point: point[0], lambda point: point[1])
-    beaten = {
-        one
-        for one in points
-        for other in points
-        if other != one and other[0] <= one[0] and other[1] <= one[1]
-    }
-    assert set(found) == set(points) - beaten
