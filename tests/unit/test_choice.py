@@ -95,7 +95,7 @@ OUTSIDE = {
     "yarn.diameter": (0.5e-3, "pattern.course_spacing over yarn.diameter is 10, but models were measured"),
     "pattern.loop_length": (25e-3, "over that of Peirce's loop is 1.139, but models were measured from 0.97"),
     "geometry.samples": (50, "is 50, but models were measured with 100"),
-    "pattern.loops": (30, "is 30, but models were measured from 2 to 5"),
+    "pattern.loops": (30, "is 30, but models were measured from 3 to 5"),
     "specimen": ("knit", "is 'knit', but models were measured on cut_knit and cell"),
     "yarn.material": ("neo_hookean", "is 'neo_hookean', but models were measured with 'hencky'"),
     "tie.radius": (0.3, "is 0.3, but models were measured with 0.183"),
