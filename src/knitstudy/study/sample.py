@@ -177,7 +177,9 @@ class Trade(Section):
         for name, value in asdict(Inputs.of(scene)).items():
             between, key = self.box[name], KEYS[name]
             skipped = case.specimen == "cell" and name in ("loops", "rows", "edges")
-            if skipped or (name == "friction" and (case.yarns == TIED or isinf(value))):
+            if skipped or (case.yarns == TIED and name in ("friction", "edges")):
+                continue
+            if name == "friction" and isinf(value):
                 continue
             if isinstance(value, str) and value not in between:
                 key = "load.deformation" if case.specimen == "cell" and name == "direction" else key
