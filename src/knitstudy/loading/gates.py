@@ -38,13 +38,24 @@ def require_sound(
 ) -> None:
     """Refuse an increment that has converged to something else than what the scene asks for.
 
-    Until solids are loaded only the ledger is judged. Raises ConvergenceError as the functions below.
+    Until solids are loaded only the ledger and the work of viscous flows are judged.
+    Raises ConvergenceError as the functions below.
     """
     if loaded is not None and loaded(increment.response) and increment.load >= FIRST:
         if increment.response.energy.get("hourglass"):
             require_small_hourglass(scene, increment)
         if scene.solver.stabilisation > 0:
             require_small_stabilisation(scene, increment, recorder.columns["reaction"][-1])
+    if increment.damped and increment.load >= FIRST:
+        require_share(
+            scene,
+            "flow",
+            increment.damped,
+            increment.response.energy["internal"],
+            f"increment {increment.index}: viscous flows, which led on where Newton's method made no headway, have "
+            "dissipated {} the internal energy",
+            "Use more solver.increments",
+        )
     unloaded = UNLOADED * scene.yarn.youngs_modulus * scene.yarn.diameter**3
     require_closed_ledger(recorder, increment.index, scene.gates.ledger, unloaded)
 

@@ -239,6 +239,9 @@ class Gates(Section):
 
     ledger: float = numerics("choice", meaning="over the external work", default=0.05, gt=0)
     """Every scene of the study stays below 0.035; pairs in 8 increments leave 0.14, docs/gates.md. Checked: 0.05."""
+    flow: float = numerics("choice", meaning="over the internal energy", default=0.01, ge=0)
+    """Viscous flows lead on where Newton's method makes no headway (docs/gates.md); scenes of the study need none.
+    Checked: 0.01."""
 
 
 class SolidGates(Gates):
