@@ -38,7 +38,7 @@ verdicts: environment  ## run the full study and keep its verdicts (hours); reso
 	@$(BIN)/python -m knitstudy.stages.kept_tables verdicts
 
 .PHONY: trade
-trade: environment  ## measure what accuracy costs on a sample of knits (days); resources/trade.csv
+trade: environment  ## measure what accuracy costs on a sample of knits (hours); resources/trade.csv
 	@$(BIN)/python workflow/study.py ci -- results/trade/trade.csv
 	@$(BIN)/python -m knitstudy.stages.kept_tables trade
 

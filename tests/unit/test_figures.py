@@ -8,6 +8,7 @@ import pytest
 import study
 import sweeping
 import synthetic
+import xarray as xr
 from matplotlib.image import imread
 from PIL import Image
 
@@ -22,12 +23,13 @@ from knitstudy.figures.renderer import Picture, RenderingError, Surface, View
 from knitstudy.figures.style import describe, save
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
+from knitstudy.geometry.feasible import OUTCOMES
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.measures.centre_cell import closest_neighbour
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.joints import contacts_of_crossings
 
-LOOPS = Path(__file__).resolve().parents[2] / "resources" / "reference" / "loops.csv"
+REFERENCE = Path(__file__).resolve().parents[2] / "resources" / "reference"
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +76,6 @@ def results(knit, plain_scene, touching, pairs, paper, cases):
         "dns": synthetic.history(scene="dns-a", digest="abcd"),
         "reference": study.reference(scenes),
         "paper": paper,
-        "loops": read_table(LOOPS),
         "every": every,
         "every_contacts": {},
         "scenes": sweeping.scenes() | varied | scenes | {"dns": scenes["dns-tie-course"]},
@@ -110,8 +111,8 @@ def results(knit, plain_scene, touching, pairs, paper, cases):
             name: study.in_contact(touching["dns"], scene.interaction) for name, scene in inputs.items()
         },
         "contacts": dict.fromkeys(inputs, touching["contacts"]),
-        "claims": read_table(LOOPS.with_name("paper_claims.csv")),
-        "readings": read_table(LOOPS.with_name("readings.csv")),
+        "claims": read_table(REFERENCE / "paper_claims.csv"),
+        "readings": read_table(REFERENCE / "readings.csv"),
     }
     beams = {
         f"beam-{kind}isotropic-course": synthetic.history(force=(0, 4, 8))
@@ -132,6 +133,9 @@ def results(knit, plain_scene, touching, pairs, paper, cases):
         "fig_cut_rows": friction | {"dns": synthetic.history(force=(0, 4, 8))},
         "fig_pair_slip": pairs,
     }
+    outcome = (("course", "wale"), np.arange(6.0).reshape(2, 3) % len(OUTCOMES))
+    spacings = {"course": [3.0, 4.0], "wale": [4.0, 5.0, 6.0]}
+    own["fig_loops"] = {"feasible": xr.Dataset({"outcome": outcome, "bend": outcome}, spacings)}
     own |= {"fig16_wale": own["fig16_out_of_plane"]}
     in_contact = ("fig07_contact", "fig08_out_of_plane", "fig10_kinematics")
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError, GeometryError
+from knitstudy.geometry.feasible import OUTCOMES, loop_map
 from knitstudy.geometry.fit import LARGEST_CURVATURE, Wanted, drawn_loop, fitted_loop, peirce_length
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.loop import symmetries
@@ -125,3 +126,14 @@ def test_points_of_a_file_are_made_symmetric_and_the_distance_is_said(tmp_path):
     assert len(symmetries(CatmullRom(found, [wale, 0, 0]))) == 2
     assert 0.01e-3 < moved < np.hypot(0.01e-3, 0.02e-3)
     assert read(points)[2] < 1e-12
+
+
+def test_map_names_what_limits_loops_that_do_not_fit(plain_scene):
+    scene = plain_scene.vary(
+        {"geometry.samples": 20, "geometry.beta": 1e-5, "geometry.gamma": 1e-3, "geometry.beta_0": 20.0}
+    )
+    found = loop_map(scene, np.array([5.0]), np.array([3.5, 6.0]))
+    assert OUTCOMES[int(found["outcome"][0, 0])] in ("row", "rows")
+    assert 0.8 < found["thickest"][0, 0] < 3.5 / 4, "four yarns stand side by side in a wale"
+    assert found["outcome"][0, 1] == 0
+    assert found["gap_error"][0, 1] < 0.01

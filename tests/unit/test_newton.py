@@ -261,3 +261,33 @@ def test_none_helps():
     assert line_search(trial, -1.0, 1.0, 1e-6) is None
     trial, _ = trials(lambda share: -2.0)
     assert line_search(trial, -1.0, 1.0, 1e-6) is None
+
+
+class Snapping(Chain):
+    """A soft spring in a row with one whose force falls where it is stretched by 0.5 to 1.5."""
+
+    def __init__(self):
+        super().__init__(3, lambda e: np.array([0.2 * e[0], e[1] ** 3 - 3 * e[1] ** 2 + 2.3 * e[1]]), None)
+        self.df = lambda e: np.array([0.2, 3 * e[1] ** 2 - 6 * e[1] + 2.3])
+
+    def respond(self, state, stiffness):
+        soft, hard = np.diff(state.x)
+        stored = 0.1 * soft**2 + hard**4 / 4 - hard**3 + 1.15 * hard**2
+        return replace(super().respond(state, stiffness), energy={"internal": stored})
+
+
+def test_a_viscous_flow_that_is_not_needed_releases_nothing():
+    plain, led = (list(trace(cubic(), PULL, Settings(increments=3, vain=v), LU())) for v in (30, -1))
+    np.testing.assert_allclose(led[-1].state.x, plain[-1].state.x, atol=1e-6)
+    assert [i.load for i in led] == [0, 1 / 3, 2 / 3, 1]
+    assert led[-1].damped == pytest.approx(0, abs=0.02 * 2.25)  # the energy is 2.25
+
+
+def test_a_viscous_flow_leads_through_a_snap_and_says_how_much_energy_that_releases():
+    pull = PrescribedDisplacement(np.array([0, 2]), np.array([0.0, 6.0]))
+    path = list(trace(Snapping(), pull, Settings(increments=60, vain=-1), LU()))
+    work = sum(0.05 * (a.response.force[2] + b.response.force[2]) for a, b in pairwise(path))
+    end = path[-1].response.energy
+    assert np.diff(path[-1].state.x)[1] > 1.5
+    assert end["stabilisation"] == path[-1].damped > 0.05
+    assert work - end["internal"] == pytest.approx(end["stabilisation"], rel=0.15)

@@ -1,13 +1,15 @@
 """What is promised by a sample of knits: order statistics, laws of inputs, the sample itself, and rows of the table."""
 
+import os
+import signal
 from dataclasses import replace
 from itertools import islice
 
 import numpy as np
 import pytest
 
-from knitstudy.errors import ConfigurationError, GeometryError
-from knitstudy.stages.trade import knits_of, rows_of, sampled
+from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError
+from knitstudy.stages.trade import knits_of, rows_of, run, sampled
 from knitstudy.study.choice import ERROR
 from knitstudy.study.configuration import drawn_defaults
 from knitstudy.study.promises import Quantile, law_of
@@ -131,3 +133,23 @@ def test_errors_are_to_the_limit_of_the_degrees(trade):
     assert np.isinf(rows["network"][ERROR])
     assert rows["network"]["reason"] == "stopped"
     assert not rows_of(records[:2], TIED, {}, trade), "one degree has no limit"
+
+
+@pytest.mark.parametrize("case", [TIED, Case("cell", "touching")], ids=str)
+@pytest.mark.parametrize(
+    ("end", "reason"),
+    [
+        (KnitstudyError("no\nroom"), "no room"),
+        (ValueError("nan"), "ValueError: nan"),
+        (None, "took more than 60 s"),
+    ],
+)
+def test_a_run_leaves_a_record_however_it_ends(trade, case, end, reason, monkeypatch, tmp_path):
+    def simulate(scene, folder, **options):
+        raise end if end else os.kill(os.getpid(), signal.SIGXCPU)
+
+    monkeypatch.setattr("knitstudy.stages.trade.simulate", simulate)
+    problem = trade.scene(case, next(trade.points()), drawn_defaults())
+    record = run(problem, "yarns2", trade.rungs_of(case)["yarns2"], 60, tmp_path)
+    assert record["reason"].startswith(reason)
+    assert (record["rung"], record["values"]) == ("yarns2", {})

@@ -16,7 +16,7 @@ from knitstudy.figures.style import DOUBLE, INK, figure, panel_letter, shared_le
 from knitstudy.measures.catalogue import DRAWN, of_case, several
 from knitstudy.measures.discretisation import INTERACTIONS, SOLID_YARNS
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.sweeps import DIAMETER, HELD, SPACING, Point, Sweep, refused, sweeps_of
+from knitstudy.measures.sweeps import DIAMETER, HELD, SPACING, Point, Sweep, sweeps_of
 from knitstudy.study.scene import Scene
 
 COLOURS = {"wale_spacing": INK, "length": "#0072B2", "shape": "#D9740B"}  # by the quantity that is held fixed
@@ -38,14 +38,13 @@ def draw(
     sweeps: Mapping[str, xr.Dataset],
     scenes: Mapping[str, Scene],
     reference: pd.DataFrame,
-    loops: pd.DataFrame,
 ) -> Figure:
     """Draw the largest |u_z| at full strain, and its share of the diameter, over both."""
     spacings, diameters = (sweeps_of(key, drawn | sweeps, scenes, reference) for key in (SPACING, DIAMETER))
     spacing = MILLIMETRE * spacings[0].points[0].scene.pattern.course_spacing
     columns = (
-        ("course spacing (mm)", spacings, spacing, refused(loops, "course ratio [1]", spacing)),
-        ("yarn diameter (mm)", diameters, MILLIMETRE, refused(loops, "yarn diameter [m]", MILLIMETRE)),
+        ("course spacing (mm)", spacings, spacing),
+        ("yarn diameter (mm)", diameters, MILLIMETRE),
     )
     quantities = (
         ("largest $|u_z|$ (mm)", lambda point: point.u_z.of(lambda value: MILLIMETRE * value)),
@@ -53,12 +52,11 @@ def draw(
     )
     drawing = figure(DOUBLE, 125.0, layout="constrained")
     panels = drawing.subplots(2, 2, sharex="col")
-    for k, (label, series, unit, lost) in enumerate(columns):
+    for k, (label, series, unit) in enumerate(columns):
         for axes, (name, quantity) in zip(panels[:, k], quantities, strict=True):
             for each in series:
                 _draw_series(axes, each, lambda point, unit=unit: unit * point.value, quantity)
             axes.set(ylabel=name, ylim=(0, None))
-            _draw_refused(axes, lost)
         panels[1, k].set_xlabel(label)
         panel_letter(panels[0, k], "ab"[k])
     shared_legend(drawing, loc="outside lower left", ncols=3, fontsize=6.0, handlelength=3.0)
@@ -81,11 +79,3 @@ def _draw_series(
         look["label"] = series.made_of
     off = np.nan_to_num([each.uncertainty for each in found])
     axes.errorbar([scale(point) for point in series.points], [each.value for each in found], off, **look)
-
-
-def _draw_refused(axes: Axes, loops: pd.DataFrame) -> None:
-    """Mark loops that cannot be made along the foot of the axes, a line for each quantity that is held fixed."""
-    for line, (keep, of) in enumerate(loops.groupby("held fixed", sort=False)):
-        look = {"color": COLOURS[keep], "linestyle": "none", "marker": "x", "markersize": 4.0}
-        height = np.full(len(of), 0.03 + 0.05 * line)
-        axes.plot(of["at"], height, transform=axes.get_xaxis_transform(), label="no such loop", **look)

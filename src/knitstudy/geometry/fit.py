@@ -12,7 +12,7 @@ Peirce 1947, "Geometrical principles applicable to the design of functional fabr
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,7 +20,7 @@ import numpy as np
 from scipy.optimize import OptimizeResult, brentq, minimize
 
 from knitstudy.errors import GeometryError
-from knitstudy.geometry.crossings import refine
+from knitstudy.geometry.crossings import closest_points, refine, windows_of_loop
 from knitstudy.geometry.loop import Loop, symmetric_motions, symmetries, whole_loop
 from knitstudy.geometry.optimise import CostFunction, Optimum, check_interlock
 from knitstudy.geometry.spline import CatmullRom
@@ -30,6 +30,7 @@ POINTS = 16  # control points of a drawn loop
 DRAWN_SAMPLES = 4000  # of a drawn curve, between which control points are spaced evenly
 OVERLAP, HEIGHT = 2.0, 0.54  # of a drawn loop, in diameters: h over c, and b
 BULGE = (0.08, 0.35)  # range of a over w
+TIGHT = (3.364, 4.0)  # course and wale spacing over the diameter of Peirce's loop whose yarns touch
 LARGEST_CURVATURE = 0.9  # R / rho that a loop may have; sections of a yarn cut each other at 1
 CURVATURE_SAMPLES = 8  # a Bezier segment, both of its ends among them
 NEAR = 3.0  # distance of centrelines in radii up to which pieces of yarn may be kept apart
@@ -79,13 +80,19 @@ class Wanted:
     length: float | None = None
 
     @property
+    def drawn_diameter(self) -> float:
+        """Diameter that the loop is drawn for: at most that of Peirce's loop whose yarns touch. [m]"""
+        return min(2 * self.radius, self.course / TIGHT[0], self.wale / TIGHT[1])
+
+    @property
     def rest(self) -> float:
         """Length that the loop is drawn with. [m]"""
-        return self.length or peirce_length(self.course, self.wale, 2 * self.radius)
+        return self.length or peirce_length(self.course, self.wale, self.drawn_diameter)
 
     def drawn(self) -> Loop:
         """Return the loop as it is drawn."""
-        return drawn_loop(self.course, self.wale, self.radius, self.clearance, self.rest)
+        drawn = drawn_loop(self.course, self.wale, 0.5 * self.drawn_diameter, self.clearance, self.rest)
+        return replace(drawn, radius=self.radius)
 
 
 def fitted_loop(wanted: Wanted, settings: Any) -> tuple[Loop, Loop, Optimum]:
@@ -123,13 +130,16 @@ def _thickened(wanted: Wanted, settings: Any) -> tuple[Loop, Optimum]:
         found, share, error = _continued(attempt, first, share)
         if error is None:
             return found
-        limit = _limit(found[0], error)
+        limits = _limits(found[0], error)
         course, wale = (f"{1e3 * spacing / share:.4g}" for spacing in (wanted.course, wanted.wale))
-        raise GeometryError(
-            f"no loop fits: {limit}. The nearest spacings that fit are pattern.course_spacing {course} and "
-            f"pattern.wale_spacing {wale} mm, the thickest yarn.diameter {2e3 * share * wanted.radius:.4g} mm"
+        thickest = f"{2e3 * share * wanted.radius:.4g}"
+        raise NoRoom(
+            f"no loop fits: {' and '.join(limits.values())}. The nearest spacings that fit are pattern.course_spacing "
+            f"{course} and pattern.wale_spacing {wale} mm, the thickest yarn.diameter {thickest} mm",
+            limits,
+            share,
         )
-    raise GeometryError(f"no loop fits, not even of {THIN[-1]:g} times the diameter: {error}")
+    raise NoRoom(f"no loop fits, not even of {THIN[-1]:g} times the diameter: {error}", ["interlock"], 0.0)
 
 
 def _lengthened(loop: Loop, wanted: Wanted, settings: Any) -> tuple[Loop, Optimum]:
@@ -142,9 +152,12 @@ def _lengthened(loop: Loop, wanted: Wanted, settings: Any) -> tuple[Loop, Optimu
     found, _, error = _continued(attempt, attempt(0.0, loop), 0.0)
     if error is None:
         return found
-    raise GeometryError(
-        f"no loop of pattern.loop_length {1e3 * wanted.length:.4g} mm fits: {_limit(found[0], error)}. The nearest "
-        f"length that fits these spacings is {1e3 * found[0].length:.4g} mm; without one, the loop has {1e3 * own:.4g}"
+    limits = _limits(found[0], error)
+    raise NoRoom(
+        f"no loop fits of pattern.loop_length {1e3 * wanted.length:.4g} mm: {' and '.join(limits.values())}. "
+        f"The nearest length that fits is {1e3 * found[0].length:.4g} mm; without one it is {1e3 * own:.4g}",
+        limits,
+        1.0,
     )
 
 
@@ -162,34 +175,35 @@ def _continued(
     return found, share, error if share < 1 else None
 
 
-def _limit(loop: Loop, error: GeometryError) -> str:
+def _crossings(unit: Loop) -> np.ndarray:
+    """Return the parameters (4, 2) of the crossings of a loop in radii."""
+    curve = unit.curve
+    return closest_points(curve, curve.shifted(unit.rise), windows_of_loop(curve, unit.rise)).parameter
+
+
+class NoRoom(GeometryError):
+    """No loop fits: the limits that the thickest yarn which does has reached, and its share of the diameter."""
+
+    def __init__(self, message: str, limits: Iterable[str], share: float):
+        super().__init__(message)
+        self.limits, self.share = tuple(limits), share
+
+
+def _limits(loop: Loop, error: GeometryError) -> dict[str, str]:
     """Return the limits that the last loop which fits has reached, in words; else what the next one failed by."""
-    found, unit = survey(loop), loop.in_radii()
-    curvature = loop.radius / found.radius_of_curvature
-    near = away_from_crossings(approaches(unit, NEAR), _crossings_of(unit))
-    said = []
+    unit = loop.in_radii()
+    curvature = 1 / survey(unit).radius_of_curvature
+    near = away_from_crossings(approaches(unit, NEAR), _crossings(unit))
+    said = {}
     if curvature > LARGEST_CURVATURE - ACTIVE:
-        said.append(f"the yarn bends to R / rho = {curvature:.2f}, allowed is {LARGEST_CURVATURE:g}")
+        said["curvature"] = f"the yarn bends to R / rho = {curvature:.2f}, allowed is {LARGEST_CURVATURE:g}"
     for row in sorted(set(near["row"][near["distance"] < unit.target + ACTIVE].astype(int))):
         whose = "of one row" if row == 0 else f"of rows {row} apart"
-        said.append(f"neighbouring yarns {whose} touch beside the crossings")
-    return " and ".join(said) or str(error)
+        said["row" if row == 0 else "rows"] = f"neighbouring yarns {whose} touch beside the crossings"
+    return said or {"interlock": str(error)}
 
 
 # ---- One minimisation within limits
-
-
-def _crossings_of(unit: Loop) -> np.ndarray:
-    """Parameters (4, 2) of the crossings of a loop in radii."""
-    return CostFunction(unit, _FEW_SAMPLES).approach(unit.control_points).parameter
-
-
-@dataclass(frozen=True)
-class _Samples:
-    samples: int
-
-
-_FEW_SAMPLES = _Samples(20)
 
 
 class _Rows:
@@ -312,7 +326,7 @@ def _fit(start: Loop, wanted: Wanted, settings: Any, warm: bool = False) -> tupl
     length = None if wanted.length is None else wanted.length / radius
     unit, pairs, iterations = start.in_radii(), np.empty((0, 3)), 0
     if warm:
-        pairs = _too_near(unit, _crossings_of(unit), WATCHED)
+        pairs = _too_near(unit, _crossings(unit), WATCHED)
     before, unfinished = None, 0
     for _ in range(ROUNDS):
         room = _Room(unit, rest, settings, length, pairs)

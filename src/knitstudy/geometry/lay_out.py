@@ -7,29 +7,20 @@ says what stays of the drawn one:
 - "wale_spacing": the loop is stretched along the wales with the course spacing, as on a machine: needles give the wale
   spacing, their depth gives the yarn in a loop.
 - "length": it is also stretched across the wales, so that it keeps its yarn: a knit that is widened or narrowed.
-
-``python -m knitstudy.geometry.lay_out`` tries many loops and writes the table of those that can be made.
 """
 
-import argparse
-import sys
 from dataclasses import replace
-from pathlib import Path
 
-import numpy as np
-import pandas as pd
 import xarray as xr
 from scipy.optimize import brentq
 
-from knitstudy.errors import GeometryError, KnitstudyError
-from knitstudy.files import write_table
+from knitstudy.errors import GeometryError
 from knitstudy.geometry.crossings import metre
 from knitstudy.geometry.fabric import KNITS, plain_knit, yarn_pair
 from knitstudy.geometry.fit import Wanted, fitted_loop
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.optimise import CONTACT_TOLERANCE, optimise
 from knitstudy.geometry.survey import check_yarns, survey
-from knitstudy.study.configuration import CONFIG, load_scene
 
 LENGTH_TOLERANCE = 1e-4  # relative error of the length that is kept
 MOST_OPTIMISATIONS = 6  # in the search of the wale spacing that keeps the length; three are usual
@@ -190,65 +181,3 @@ def _at_length(drawn, ratio, settings):
         f"the yarn in a loop misses the drawn length of {length:.4e} m by {error:.1e} of it, allowed is "
         f"{LENGTH_TOLERANCE:g}: take a pattern.course_ratio nearer to 1 or a smaller yarn.diameter"
     )
-
-
-# ---- Which loops can be made
-
-
-RATIOS = (0.7, 0.75, 0.8, 0.85, 0.9, 0.95, 1.0, 1.05, 1.1, 1.15, 1.2, 1.25, 1.3)
-DIAMETERS = (1.2e-3, 1.35e-3, 1.5e-3, 1.65e-3, 1.95e-3, 2.1e-3, 2.25e-3)  # beside the drawn loop's. [m]
-# Components of the control points that may move, by what is kept: where the drawn shape is, heights alone.
-FREE = {"shape": "z", "wale_spacing": "xyz", "length": "xyz"}
-FOUND = "found"  # value of the column ``outcome`` of a loop that can be made; others have the reason
-
-
-def main(arguments=None):
-    """Lay out loops at `RATIOS`, and of `DIAMETERS`, for all that may be kept; write the table, return the status."""
-    parser = argparse.ArgumentParser(
-        prog="python -m knitstudy.geometry.lay_out", description="Write the table of loops that can be made."
-    )
-    parser.add_argument("--scene", default="dns-tie-course", help="whose drawn loop is taken")
-    parser.add_argument("--config", type=Path, default=CONFIG)
-    parser.add_argument("--output", type=Path, default=Path("resources/reference/loops.csv"))
-    options = parser.parse_args(arguments)
-    try:
-        scene = load_scene(options.scene, options.config)
-        diameter = scene.yarn.diameter
-        wanted = [(ratio, diameter) for ratio in RATIOS] + [(1.0, each) for each in DIAMETERS]
-        write_table(
-            pd.DataFrame(loop_row(scene, keep, *each) for keep in FREE for each in wanted), options.output
-        )
-    except KnitstudyError as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
-
-
-def loop_row(scene, keep, ratio, diameter):
-    """Lay out one loop of a drawn knit: dict, whose ``outcome`` is "found" or the reason why there is none.
-
-    What is kept is a key of `FREE`; the ratio is of the course spacing to the drawn one, the diameter of the yarn [m].
-    """
-    said = {"held fixed": keep, "course ratio [1]": ratio, "yarn diameter [m]": diameter}
-    try:
-        free = [FREE[keep]] * len(scene.pattern.control_points)
-        pattern = {"pattern.keep": keep, "pattern.course_ratio": ratio}
-        geometry = lay_out(scene.vary(pattern | {"yarn.diameter": diameter, "geometry.free": free}))
-    except GeometryError as error:
-        return said | {"outcome": str(error.__cause__ or error)}
-    after, radius = geometry.sel(state="after"), 0.5 * diameter
-    target = (2 + float(geometry["clearance"])) * radius
-    return said | {
-        "outcome": FOUND,
-        "wale spacing [m]": float(geometry["wale_spacing"]),
-        "yarn in a loop [m]": float(after["loop_length"]),
-        "interlock angle [deg]": float(after["interlock_angle"]),
-        "leg angle [deg]": float(after["leg_angle"]),
-        "R over radius of curvature [1]": radius / float(after["radius_of_curvature"]),
-        "contact error over R [1]": np.abs(after["crossing_distance"] - target).max().item() / radius,
-        "gap away from crossings over R [1]": float(after["other_gap"]) / radius,
-    }
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -40,7 +40,8 @@ def require_sound(
 ) -> None:
     """Refuse an increment that has converged to something else than what the scene asks for.
 
-    Until solids are loaded only the ledger is judged. Raises ConvergenceError as the functions below.
+    Until solids are loaded only the ledger and the work of viscous flows are judged.
+    Raises ConvergenceError as the functions below.
     """
     if loaded is not None and increment.load >= FIRST:
         resists = loaded(increment.response)
@@ -49,6 +50,16 @@ def require_sound(
         if scene.solver.stabilisation > 0 and resists:
             require_small_stabilisation(scene, increment, recorder.columns["reaction"][-1])
     require_hard_contact(scene, increment, recorder)
+    if increment.damped and increment.load >= FIRST:
+        require_share(
+            scene,
+            "flow",
+            increment.damped,
+            increment.response.energy["internal"],
+            f"increment {increment.index}: viscous flows, which led on where Newton's method made no headway, have "
+            "dissipated {} the internal energy",
+            "Use more solver.increments",
+        )
     unloaded = UNLOADED * scene.yarn.youngs_modulus * scene.yarn.diameter**3
     require_closed_ledger(recorder, increment.index, scene.gates.ledger, unloaded)
 

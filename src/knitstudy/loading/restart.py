@@ -139,6 +139,7 @@ class Checkpoint:
             "load": increment.load,
             "size": increment.size,
             "largest": increment.largest,
+            "damped": increment.damped,
             "rate_sizes": np.array([rate.increment for rate in increment.rates]),
             "updates": np.array(increment.updates),
             "force": increment.response.force,
@@ -182,18 +183,20 @@ class Checkpoint:
             response=Response(data["force"], float(data["mean_force"])),
             size=float(data["size"]),
             largest=float(data["largest"]),
+            damped=float(data["damped"]),
             rates=tuple(rates),
             updates=tuple(data["updates"]),
         )
+
+
+_NUMBERS = ("state.", "rate", "updates", "force", "mean_force", "load", "size", "largest", "damped")
 
 
 def _require_whole(data: dict[str, np.ndarray]) -> None:
     """Refuse values that are not numbers, and arrays whose lengths do not fit; gaps may be infinite or nan."""
     increments = int(data["index"]) + 1
     for name, values in data.items():
-        judged = name.startswith(
-            ("state.", "rate", "updates", "force", "mean_force", "load", "size", "largest", *_JUDGED)
-        )
+        judged = name.startswith((*_NUMBERS, *_JUDGED))
         if judged and values.dtype.kind == "f" and np.isnan(values).any():
             raise ValueError(f"{name} holds values that are not numbers")
         if name.startswith(("rate", "force")) and values.dtype.kind not in "iuf":

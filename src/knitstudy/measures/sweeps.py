@@ -16,8 +16,6 @@ from math import nan
 
 import pandas as pd
 
-from knitstudy.errors import DataFileError
-from knitstudy.geometry.lay_out import FOUND
 from knitstudy.measures.catalogue import Datasets, Scenes
 from knitstudy.measures.discretisation import SOLID_YARNS, discretisation
 from knitstudy.measures.estimate import Estimate
@@ -37,8 +35,6 @@ DRAWN = {"yarns-{}-course": None, "yarns-{}-course-p3": "p3", "dns-{}-course": "
 KNITS = {name.format(kind): (kind, end) for kind in ("tie", "isotropic") for name, end in DRAWN.items()}
 
 NEXT_DEGREE = "-p3"
-LOOPS = ("course ratio [1]", "yarn diameter [m]")  # Columns of the table of loops that are swept
-NEEDED = ("held fixed", "outcome", *LOOPS)
 
 
 @dataclass(frozen=True)
@@ -117,21 +113,3 @@ def _made_of(scene: Scene) -> str:
     near = scene.value("mesh.refinement") or 1
     finer = f", {near:g} times finer at crossings" if near != 1 else ""
     return f"{discretisation(scene)}, {2 / scene.mesh.size:.3g} across{finer}"
-
-
-def refused(loops: pd.DataFrame, column: str, scale: float) -> pd.DataFrame:
-    """Return the loops that cannot be made along a sweep: ``held fixed``, and the swept value as ``at``.
-
-    `loops` is ``resources/reference/loops.csv``; `column`, one of `LOOPS`, is swept, the other one as drawn.
-    Raises DataFileError when a column is missing.
-    """
-    missing = [name for name in NEEDED if name not in loops]
-    if missing:
-        raise DataFileError(
-            f"the table of loops has no column {missing[0]!r}; make it again with "
-            "`python -m knitstudy.geometry.lay_out`"
-        )
-    (other,) = (name for name in LOOPS if name != column)
-    along = loops[loops[other] == loops[other].mode()[0]]
-    lost = along[along["outcome"] != FOUND]
-    return pd.DataFrame({"held fixed": lost["held fixed"], "at": scale * lost[column]})

@@ -1,8 +1,9 @@
-"""Smooth centrelines through the nodes of beams: C1 cubic curves of the undeformed arc length.
+"""Smooth centrelines through the nodes of beams: C2 curves of the undeformed arc length.
 
-Between two stations the curve is Hermite's cubic; its derivative at a station is that of the parabola through three
-neighbours, with the arc lengths as they are (Catmull and Rom 1974, for uneven steps). It is linear in the stations,
-and a contact point that slides over one feels no kink.
+Between two stations the curve goes over from the parabola through the first one and its neighbours to that of the
+second one, by a share that has no slope at either end (parabolic blending, Catmull and Rom 1974, with a smooth share).
+It is linear in the stations. A contact point that slides over one feels no kink: how fast it slides depends on the
+second derivative, and where that jumps Newton's method may find no tangent to follow.
 """
 
 from __future__ import annotations
@@ -14,9 +15,9 @@ import numpy as np
 
 from knitstudy.errors import GeometryError
 
-_POWERS = np.arange(4)
-# Hermite's cubics of t in [0, 1] by power: value and slope at t = 0, value and slope at t = 1.
-_HERMITE = np.array([[1, 0, -3, 2], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1]], dtype=float)
+_POWERS = np.arange(6)
+# Shares of the first and of the second parabola by powers of t in [0, 1]
+_SHARES = np.array([[1.0, 0, -3, 2], [0, 0, 3, -2]])
 
 
 class Chosen:
@@ -63,24 +64,25 @@ class Curves:
         # One rising coordinate for all yarns, so that one search serves them.
         self._origin = np.concatenate([[0.0], np.cumsum(2 * self.length)])[:-1]
         self._knots = self._origin[yarn] + arc_length
-        self._weights = self._hermite_weights()
+        self._weights = self._blended_weights()
 
-    def _hermite_weights(self) -> np.ndarray:
-        """Weights (S, 4, 4) that give Hermite's data of the segment after a station from its stencil."""
+    def _blended_weights(self) -> np.ndarray:
+        """Coefficients (S, 6, 4) of powers of t in the segment after a station, for its stencil."""
         s, first = self.arc_length, self.first
         station = np.arange(len(s))
         yarn = np.repeat(np.arange(len(first) - 1), np.diff(first))
         centre = np.clip(station, first[yarn] + 1, first[yarn + 1] - 2)
-        knots = s[centre[:, None] + [-1, 0, 1]]
-        slope = _parabola_slopes(knots, s)
-        weights = np.zeros((len(s), 4, 4))
-        last = first[1:] - 1
-        segment = np.setdiff1d(station, last)
+        weights = np.zeros((len(s), 6, 4))
+        segment = np.setdiff1d(station, first[1:] - 1)
         length = (s[segment + 1] - s[segment])[:, None]
-        weights[segment, 0, 1] = weights[segment, 2, 2] = 1.0
-        for row, end in ((1, segment), (3, segment + 1)):
-            column = (centre[end] - segment)[:, None] + np.arange(3)
-            weights[segment[:, None], row, column] = length * slope[end]
+        for share, end in zip(_SHARES, (segment, segment + 1), strict=True):
+            knots = centre[end][:, None] + [-1, 0, 1]
+            t = (s[knots] - s[segment][:, None]) / length
+            parabola = np.linalg.inv(t[..., None] ** _POWERS[:3])  # (k, power, knot)
+            column = knots - segment[:, None] + 1
+            for power, part in enumerate(share):
+                rows = power + _POWERS[:3]
+                weights[segment[:, None, None], rows[:, None], column[:, None]] += part * parabola
         return weights
 
     def stencil(self, yarn: np.ndarray, s: np.ndarray) -> Stencil:
@@ -90,24 +92,27 @@ class Curves:
         length = (self.arc_length[segment + 1] - self.arc_length[segment])[..., None]
         t = (s - self.arc_length[segment])[..., None] / length
         bases = (
-            t**_POWERS @ _HERMITE.T,
-            _POWERS[1:] * t ** _POWERS[:-1] @ _HERMITE[:, 1:].T / length,
-            [2.0, 6.0] * t ** _POWERS[:2] @ _HERMITE[:, 2:].T / length**2,
+            t**_POWERS,
+            _POWERS * t ** np.maximum(_POWERS - 1, 0) / length,
+            _POWERS * (_POWERS - 1) * t ** np.maximum(_POWERS - 2, 0) / length**2,
         )
         stations = np.clip(segment[..., None] + np.arange(-1, 3), low[..., None], high[..., None] + 1)
         weights = self._weights[segment]
         return Stencil(stations, *(np.einsum("...h,...hp->...p", basis, weights) for basis in bases))
 
 
-def _parabola_slopes(knots: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Weights (S, 3) of three values at knots (S, 3) in the slope of their parabola at places (S,)."""
-    size = np.ptp(knots, axis=1)[:, None]
-    powers = ((knots - at[:, None]) / size)[..., None] ** np.arange(3)  # (S, knot, power)
-    return np.linalg.inv(powers)[:, 1] / size
-
-
 # Closest approach of two centrelines, and how it changes with the motion of their beams. Sides A and B of a pair are
 # points X_A(s_A) and X_B(s_B); r = X_B - X_A is normal to both tangents.
+
+#
+# Yarns that wrap around each other to the curvature 1 / 2 R have closest points everywhere along an arc: the second
+# derivative H of |r|^2 / 2 becomes singular, and next to no motion takes the points from one end of the arc to the
+# other. Where the smallest eigenvalue of H in the last converged increment was below `SOFTEST` (it is 1 for straight
+# yarns that cross at a right angle), a spring towards where the points were then makes up for what is missing: they
+# minimise |r|^2 / 2 + hold / 2 |s - s_0|^2. They lag behind by hold / (H + hold) of their way within one increment, and
+# the gap is too large by the square of that lag times H / 4 R.
+
+SOFTEST = 0.2
 
 STEPS = 40
 HALVINGS = 12
@@ -134,14 +139,18 @@ class Approach(Chosen):
     bend: np.ndarray  # (k, 2, 3), the second one [1/m]
     distance: np.ndarray  # (k,), |r| [m]
     normal: np.ndarray  # (k, 3) r / |r|, from A to B
+    hold: np.ndarray  # (k,), stiffness of the spring towards where the points are looked for
 
 
 def approach(
     curves: Curves,
     position: np.ndarray,  # (S, 3), current positions of the stations [m]
     pairs: Pairs,
+    hold: np.ndarray
+    | None = None,  # (k,), stiffness of the springs towards their start; by default there are none
 ) -> Approach:
     """Return the closest points of pairs by Newton's method."""
+    hold = np.zeros(len(pairs.start)) if hold is None else hold
     low, high = pairs.bounds[..., 0], pairs.bounds[..., 1]
     s = np.clip(pairs.start, low, high)
     moves = np.ones(len(s), dtype=bool)
@@ -149,23 +158,26 @@ def approach(
         if not moves.any():
             break
         some = np.flatnonzero(moves)
-        here = _evaluate(curves, position, pairs.yarn[some], s[some])
-        step = _newton_step(here, low[some], high[some])
+        chosen, lag = (pairs.yarn[some], hold[some]), s[some] - pairs.start[some]
+        here = _evaluate(curves, position, *chosen, s[some])
+        step = _newton_step(here, lag, low[some], high[some])
         step = np.clip(s[some] + step, low[some], high[some]) - s[some]
-        level = 0.5 * here.distance**2 * (1 + 1e-14)  # beyond rounding
+        level = _level(here, lag) * (1 + 1e-14)  # beyond rounding
         for _ in range(HALVINGS):
-            trial = _evaluate(curves, position, pairs.yarn[some], s[some] + step)
-            worse = 0.5 * trial.distance**2 > level
+            trial = _evaluate(curves, position, *chosen, s[some] + step)
+            worse = _level(trial, lag + step) > level
             if not worse.any():
                 break
             step[worse] *= 0.5
         s[some] += step
         moves[some] = np.abs(step).max(axis=1) > 1e-13 * curves.length.max()
-    done = _evaluate(curves, position, pairs.yarn, s)
+    done = _evaluate(curves, position, pairs.yarn, hold, s)
     return replace(done, found=((s > low) & (s < high)).all(axis=1))
 
 
-def _evaluate(curves: Curves, position: np.ndarray, yarn: np.ndarray, s: np.ndarray) -> Approach:
+def _evaluate(
+    curves: Curves, position: np.ndarray, yarn: np.ndarray, hold: np.ndarray, s: np.ndarray
+) -> Approach:
     stencil = curves.stencil(yarn, s)
     weights = stencil.value, stencil.first, stencil.second
     point, tangent, bend = (stencil.of(each, position) for each in weights)
@@ -173,25 +185,37 @@ def _evaluate(curves: Curves, position: np.ndarray, yarn: np.ndarray, s: np.ndar
     distance = np.linalg.norm(apart, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         normal = apart / distance[:, None]
-    return Approach(s, np.ones(len(s), dtype=bool), stencil, tangent, bend, distance, normal)
+    return Approach(s, np.ones(len(s), dtype=bool), stencil, tangent, bend, distance, normal, hold)
+
+
+def needed_hold(here: Approach) -> np.ndarray:
+    """Return the stiffness (k,) of springs that brings the smallest eigenvalue of H to `SOFTEST`."""
+    smallest = np.linalg.eigvalsh(_hessian(replace(here, hold=np.zeros(len(here.s)))))[:, 0]
+    return np.maximum(0.0, SOFTEST - smallest)
+
+
+def _level(here: Approach, lag: np.ndarray) -> np.ndarray:
+    """Return what closest points minimise (k,) [m2], `lag` (k, 2) away from where they are held."""
+    return 0.5 * (here.distance**2 + here.hold * (lag**2).sum(axis=1))
 
 
 def _hessian(here: Approach, bends: bool = True) -> np.ndarray:
-    """Second derivative (k, 2, 2) of |r|^2 / 2; without the curves' bends it is never indefinite."""
+    """Second derivative (k, 2, 2) of `_level`; without the curves' bends it is never indefinite."""
     r = here.distance[:, None] * here.normal
     hessian = np.einsum("kai,kbi->kab", here.tangent, here.tangent)
     hessian[:, A, B] *= -1
     hessian[:, B, A] *= -1
+    hessian += here.hold[:, None, None] * np.eye(2)
     if bends:
         hessian[:, A, A] -= np.einsum("ki,ki->k", r, here.bend[:, A])
         hessian[:, B, B] += np.einsum("ki,ki->k", r, here.bend[:, B])
     return hessian
 
 
-def _newton_step(here: Approach, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+def _newton_step(here: Approach, lag: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Step (k, 2) towards the closest points within bounds (k, 2); sides that push against a bound stay there."""
     r = here.distance[:, None] * here.normal
-    slope = np.einsum("ki,kai->ka", r, here.tangent) * [-1.0, 1.0]
+    slope = np.einsum("ki,kai->ka", r, here.tangent) * [-1.0, 1.0] + here.hold[:, None] * lag
     free = ~((here.s <= low) & (slope > 0)) & ~((here.s >= high) & (slope < 0))
     hessian = _hessian(here)
     convex = np.all((hessian[:, [A, B], [A, B]] > 0) | ~free, axis=1)

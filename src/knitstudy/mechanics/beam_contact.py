@@ -17,7 +17,18 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.beam_approach import A, Approach, B, Change, Chosen, Curves, Pairs, Stencil, approach
+from knitstudy.mechanics.beam_approach import (
+    A,
+    Approach,
+    B,
+    Change,
+    Chosen,
+    Curves,
+    Pairs,
+    Stencil,
+    approach,
+    needed_hold,
+)
 from knitstudy.mechanics.contact.friction import OPEN, Coulomb
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.rotation import hat
@@ -72,6 +83,7 @@ class BeamContactHistory:
     gap: np.ndarray  # (k,) [m]; inf where there was no closest point
     force: np.ndarray  # (k,), normal force [N]; where it is positive the material points count as joined
     slip: np.ndarray  # (k,), length slipped since first contact [m]
+    hold: np.ndarray  # (k,), springs of closest points, see `beam_approach`
     dissipated: float  # work of friction so far [J]
 
 
@@ -131,12 +143,12 @@ class BeamContact:
         places, none = self.places(state), np.zeros(len(self.pairs.start))
         here = approach(self.curves, places.position, self.pairs)
         arm = self._arms(here, places.rotation, none[:, None])
-        return BeamContactHistory(here.s, arm, self._gap(here), none, none, 0.0)
+        return BeamContactHistory(here.s, arm, self._gap(here), none, none, needed_hold(here), 0.0)
 
     def points(self, state: BeamState) -> BeamContactPoints:
         """Evaluate all pairs."""
         places, history = self.places(state), state.contact
-        here = approach(self.curves, places.position, replace(self.pairs, start=history.s))
+        here = approach(self.curves, places.position, replace(self.pairs, start=history.s), history.hold)
         anchor = self.curves.stencil(self.pairs.yarn, history.s)
         arm = np.einsum("kapij,kaj->kapi", places.rotation[anchor.stations], history.arm)
         material = anchor.of(anchor.value, places.position) + np.einsum("kap,kapi->kai", anchor.value, arm)
@@ -212,6 +224,7 @@ class BeamContact:
             gap=points.gap,
             force=points.force,
             slip=np.where(points.force > 0, history.slip + points.slipped, 0.0),
+            hold=needed_hold(points.approach),
             dissipated=history.dissipated + self._work(points, history),
         )
 

@@ -97,7 +97,8 @@ class Settings:
     iterations: int = 60  # Newton iterations after which an increment counts as failed
     patience: int = 15  # iterations without a smaller residual than before after which it does
     cutbacks: int = 8  # halvings in a row after which the path counts as unreachable
-    waste: int = 120  # iterations of failed attempts, while the path hardly goes on, after which it does
+    vain: int = 30  # iterations of failed attempts, likewise, after which a viscous flow leads on
+    waste: int = 240  # iterations of failed attempts, while the path hardly goes on, after which it does
     growth: float = 1.5  # factor on the increment after a quick one (at most `quick` iterations)
     quick: int = 6  # see `growth`
     predictor: int = 3  # largest order of the extrapolation from the increments before
@@ -137,6 +138,7 @@ class Increment:
     # (size,), what every settling of the state, such as an update of multipliers, changed: the first guess for
     # the next one
     updates: tuple[np.ndarray, ...] = ()
+    damped: float = 0.0  # work of viscous flows so far [J]
     newton_iterations: int = 0  # iterations spent on this increment, failed attempts included
     krylov_iterations: int = 0
     residual: float = 0.0  # final values of the two measures that `Settings` bounds

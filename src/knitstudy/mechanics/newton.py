@@ -15,6 +15,17 @@ from typing import Any
 import numpy as np
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.flow import (
+    FADING,
+    FIRST,
+    LEAST,
+    MOST,
+    SLOWEST,
+    STEPS,
+    STRIDE,
+    Viscous,
+    unit_viscosity,
+)
 from knitstudy.mechanics.increment import (
     PHASES,
     Increment,
@@ -25,7 +36,7 @@ from knitstudy.mechanics.increment import (
     line_search,
 )
 from knitstudy.mechanics.linear import LinearSolver, System
-from knitstudy.mechanics.model import Model, Response, eliminate
+from knitstudy.mechanics.model import Model, Response, eliminate, summed
 
 log = logging.getLogger(__name__)
 
@@ -84,8 +95,9 @@ def trace(
         target = _target(now.load, size, prescribed, settings)
         if not target - now.load > SMALLEST:
             raise ConvergenceError(f"{attempts.reason}; the increment has become too small. {REMEDY}")
+        flows = attempts.failed > settings.vain
         try:
-            done = path.increment(now, target)
+            done = path.flow(now, target) if flows else path.increment(now, target)
         except ConvergenceError as error:
             raise ConvergenceError(f"increment {now.index + 1}, load factor {target:.6g}: {error}") from None
         except _Failed as failure:
@@ -95,7 +107,7 @@ def trace(
         else:
             # One increment that was too coarse for what is summed says little about those far behind it.
             most = min(share, largest * settings.growth)
-            quick = done.newton_iterations <= settings.quick
+            quick = flows or done.newton_iterations <= settings.quick
             newton, krylov = (attempts.spent + path.spent).tolist()
             done = replace(
                 done,
@@ -136,19 +148,19 @@ class _Attempts:
         self.settings = settings
         self.reason = ""
         self.spent = np.zeros(2, dtype=int)  # iterations of Newton's method and of the linear solver
-        self._cutbacks, self._since, self._failed = 0, load, 0
+        self._cutbacks, self._since, self.failed = 0, load, 0
 
     def add(self, now: Increment, spent: np.ndarray, reason: str) -> None:
         """Count a failed attempt beyond an increment."""
         self._cutbacks, self.reason = self._cutbacks + 1, reason
-        self.spent, self._failed = self.spent + spent, self._failed + spent[0]
+        self.spent, self.failed = self.spent + spent, self.failed + spent[0]
         if self._cutbacks > self.settings.cutbacks:
             raise ConvergenceError(
                 f"{reason}; the increment was halved {self.settings.cutbacks} times. {REMEDY}"
             )
-        if self._failed > self.settings.waste:
+        if self.failed > self.settings.waste:
             raise ConvergenceError(
-                f"increment {now.index + 1} makes no headway beyond load factor {now.load:.6g}: {self._failed} "
+                f"increment {now.index + 1} makes no headway beyond load factor {now.load:.6g}: {self.failed} "
                 f"iterations were in vain since load factor {self._since:.6g}; at last, {reason}. {REMEDY}"
             )
 
@@ -156,7 +168,7 @@ class _Attempts:
         """Begin anew at a load factor that was reached."""
         self._cutbacks, self.spent = 0, np.zeros(2, dtype=int)
         if load - self._since >= min(largest, HEADWAY):
-            self._since, self._failed = load, 0
+            self._since, self.failed = load, 0
 
 
 @dataclass
@@ -199,14 +211,18 @@ class _Path:
         self.free = np.ones(model.size, dtype=bool)
         self.free[prescribed.fixed] = False
         self.spent = np.zeros(2, dtype=int)  # iterations of Newton's method and the linear solver
+        self._unit: np.ndarray | None = None
         self.seconds = dict.fromkeys(PHASES, 0.0)
 
-    def increment(self, now: Increment, target: float) -> Increment:
-        """Return the converged increment at load factor `target`, or raise _Failed."""
+    def increment(self, now: Increment, target: float, guess: np.ndarray | None = None) -> Increment:
+        """Return the converged increment at load factor `target`, or raise _Failed.
+
+        `guess` (size,) is the change of all unknowns to begin with, where there is a better one than the path's.
+        """
         self.spent = np.zeros(2, dtype=int)
         self.seconds = dict.fromkeys(PHASES, 0.0)
         self.solver.begin()
-        at = self._predict(now, target)
+        at = self._predict(now, target) if guess is None else self._guessed(now, target, guess)
         while not self._accepted(at, now):
             self._require_headway(at)
             # A balanced state needs only the proof that its last correction is small: the tangent of the iteration
@@ -217,6 +233,84 @@ class _Path:
             step = self._solve(np.where(self.free, -at.response.force, 0.0), self._forcing(at))
             self._take(at, self._search(at.state, at.response, step))
         return self._converged(at, now, target)
+
+    def flow(self, now: Increment, target: float) -> Increment:
+        """Return the increment at load factor `target` to which a viscous flow leads, or raise _Failed.
+
+        The work of viscous forces counts, by the trapezoidal rule, less that which the driven side did against them.
+        """
+        change, fixed = target - now.load, self.prescribed.fixed
+        moved = self.prescribed.at(target) - self.prescribed.at(now.load)
+        if self._unit is None:
+            self._unit = unit_viscosity(self.model, fixed)
+        unit = self._unit
+        anchor, level, guess = replace(now, rates=(), updates=()), FIRST, None
+        origin, way, pull, work, pulled = np.zeros(self.model.size), 0.0, 0.0, 0.0, None
+        spent = np.zeros(2, dtype=int)
+        for _ in range(STEPS):
+            balanced, used = self._fade(anchor, target, unit, level, guess)
+            spent += used
+            if not balanced:
+                break
+            for level, found in balanced:
+                total = found.rates[0].step * change
+                before, pull = pull, level * unit * total
+                work += 0.5 * float((before + pull) @ (origin + total - way))
+                way = origin + total
+                pulled = found.response.force[fixed] if pulled is None else pulled
+            if level == 0.0:
+                lag = 0.5 * float((pulled - found.response.force[fixed]) @ moved)
+                released = max(work - lag, 0.0)
+                energy = summed(found.response.energy, {"stabilisation": released})
+                self.spent = spent
+                return replace(
+                    found,
+                    rates=(Rate(change, way / change), *now.rates)[: self.settings.predictor],
+                    response=replace(found.response, energy=energy),
+                    damped=now.damped + released,
+                    newton_iterations=spent[0],
+                    krylov_iterations=spent[1],
+                )
+            anchor = replace(found, load=now.load, index=now.index, rates=(), updates=())
+            level, guess, origin = min(FIRST, level / FADING), np.zeros(self.model.size), way
+        self.spent = spent
+        raise _Failed(f"a viscous flow finds no equilibrium; the last viscosity is {level:.1e}")
+
+    def _fade(
+        self, now: Increment, target: float, unit: np.ndarray, level: float, guess: np.ndarray | None
+    ) -> tuple[list[tuple[float, Increment]], np.ndarray]:
+        """Return falling viscosities with their increments, as far as they can be balanced, and iterations (2,)."""
+        balanced, fading, spent = [], FADING, np.zeros(2, dtype=int)
+        settings = replace(self.settings, stride=min(self.settings.stride, STRIDE * self.model.length))
+        while fading <= SLOWEST:
+            path = _Path(Viscous(self.model, level * unit), self.prescribed, settings, self.solver)
+            try:
+                found = path.increment(now, target, guess)
+            except (_Failed, ConvergenceError) as failure:
+                log.debug("viscosity %.1e: %s", level, failure)
+                fading = fading**0.5
+            else:
+                log.debug("viscosity %.1e: balanced after %d iterations", level, path.spent[0])
+                guess, fading = found.rates[0].step * (target - now.load), max(FADING, fading**2)
+                balanced.append((level, found))
+            spent += path.spent
+            if not balanced:
+                level, fading = level / FADING, FADING
+                if level > MOST:
+                    break
+                continue
+            last = balanced[-1][0]
+            if last == 0.0:
+                break
+            level = last * fading if last > LEAST else 0.0
+        return balanced, spent
+
+    def _guessed(self, now: Increment, target: float, guess: np.ndarray) -> _Iterate:
+        """Return the state with which the iterations start, a guess (size,) away from where the increment begins."""
+        state = self.model.advance(self.model.begin(now.state, target, target - now.load), guess)
+        response = self._respond(state, stiffness=False)
+        self._require_finite(response)
+        return _Iterate(state, guess.copy(), response, [self._residual(response)], changed=True)
 
     def _predict(self, now: Increment, target: float) -> _Iterate:
         """Return the state with which the iterations start: on the curve through those before, or on its tangent."""
@@ -321,12 +415,16 @@ class _Path:
         log.debug("iteration %d: residual %.3e, correction %.3e h", number, at.residual, at.correction)
 
     def _converged(self, at: _Iterate, now: Increment, target: float) -> Increment:
-        change = target - now.load
+        change, response = target - now.load, at.response
+        if now.damped:
+            energy = summed(response.energy, {"stabilisation": now.damped})
+            response = replace(response, energy=energy)
         return Increment(
             index=now.index + 1,
             load=target,
             state=self.model.commit(at.state),
-            response=at.response,
+            response=response,
+            damped=now.damped,
             size=change,
             rates=(Rate(change, at.total / change), *now.rates)[: self.settings.predictor],
             updates=tuple(after - before for before, after in pairwise([*at.updates, at.total])),

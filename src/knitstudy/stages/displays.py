@@ -27,7 +27,6 @@ def reference_files(config: Path) -> dict[str, Path]:
         "claims": REFERENCE / "paper_claims.csv",
         "readings": REFERENCE / "readings.csv",
         "reference": REFERENCE / "reference.csv",
-        "loops": REFERENCE / "loops.csv",
         "targets": config / "calibration.yaml",
     }
 

@@ -96,20 +96,23 @@ def run_digest(trade: Trade, case: Case, rung: str) -> str:
 def run(problem: Scene, rung: str, keys: Mapping, limit: float, folder: Path, say: bool = False) -> Record:
     """Return the record of a problem by one rung, run in a process of its own with a limit of processor time [s]."""
     record = {"rung": rung, "values": {}, "seconds": nan, "memory": nan, "unknowns": 0, "increments": 0}
-    with ProcessPoolExecutor(1, get_context("fork"), end_with_parent) as pool:
-        try:
-            return record | pool.submit(_run, problem, rung, keys, limit, folder, say).result()
-        except BrokenProcessPool:
-            return record | {"reason": f"took more than {limit:g} s of processor time, or the memory"}
-
-
-def _run(problem: Scene, rung: str, keys: Mapping, limit: float, folder: Path, say: bool) -> Record:
-    resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5))
     try:
-        scene = problem.vary(dict(keys) | {"name": f"{problem.name}-{rung}", "outputs": []})
+        document = problem.vary(dict(keys) | {"name": f"{problem.name}-{rung}", "outputs": []}).to_dict()
+        with ProcessPoolExecutor(1, get_context("fork"), end_with_parent) as pool:
+            return record | pool.submit(_run, document, limit, folder, say).result()
+    except ConfigurationError as error:
+        return record | _failed(error)
+    except BrokenProcessPool:
+        return record | {"reason": f"took more than {limit:g} s of processor time, or the memory"}
+
+
+def _run(document: Mapping, limit: float, folder: Path, say: bool) -> Record:
+    resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5))
+    scene = Scene.from_dict(document)
+    try:
         found = simulate(scene, folder, plan=Plan({}), progress=Progress if say else None)
-    except KnitstudyError as error:
-        return {"reason": " ".join(str(error).split())}
+    except Exception as error:  # whatever it is: the run has no result
+        return _failed(error)
     history, strain = found.history, scene.load.strain
     if float(history["strain"][-1]) < REACHED * strain:
         return {"reason": f"ended at a strain of {float(history['strain'][-1]):g}, not {strain:g}"}
@@ -124,6 +127,11 @@ def _run(problem: Scene, rung: str, keys: Mapping, limit: float, folder: Path, s
         "increments": history.sizes["increment"] - 1,
         "reason": "",
     }
+
+
+def _failed(error: Exception) -> dict[str, str]:
+    kind = "" if isinstance(error, KnitstudyError) else f"{type(error).__name__}: "
+    return {"reason": f"{kind}{' '.join(str(error).split())}"}
 
 
 def rows_of(records: Iterable[Record], case: Case, about: Mapping[str, Any], trade: Trade) -> list[dict]:

@@ -170,7 +170,7 @@ FIDELITIES = _by_name(
         sections={"mesh": PolynomialMesh, "tie": Tie, "solver": SolidNewton, "gates": SolidGates},
         touching={"contact": PolynomialContact},
         solid=True,
-        outputs=("fields", "vtu"),
+        outputs=("fields", "vtu", "loop_map"),
     ),
     Fidelity(
         "rom3d",

@@ -242,6 +242,9 @@ class Gates(Section):
     penalty: float = numerics("choice", meaning="over the work of the leg", default=0.05, gt=0)
     """Penetration and elastic slip of penalties store at most as large a share of the work as they take from the force,
     docs/gates.md. Checked: 0.05."""
+    flow: float = numerics("choice", meaning="over the internal energy", default=0.01, ge=0)
+    """Viscous flows lead on where Newton's method makes no headway (docs/gates.md); scenes of the study need none.
+    Checked: 0.01."""
 
 
 class BeamGates(Gates):

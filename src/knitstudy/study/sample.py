@@ -164,8 +164,6 @@ class Trade(Section):
         while True:
             for *shares, slips in sampler.random(64):
                 point = {name: _between(self.box[name], u) for name, u in zip(self.box, shares, strict=True)}
-                across = point["rows" if point["direction"] == "course" else "loops"]
-                point["edges"] = point["edges"] if across >= 3 else "none"  # else all crossings would be tied
                 yield Inputs(**point | {"friction": point["friction"] if slips < 0.5 else inf})
 
     def outside(self, scene: Scene, defaults: Mapping) -> str:
@@ -179,7 +177,9 @@ class Trade(Section):
         for name, value in asdict(Inputs.of(scene)).items():
             between, key = self.box[name], KEYS[name]
             skipped = case.specimen == "cell" and name in ("loops", "rows", "edges")
-            if skipped or (name == "friction" and (case.yarns == TIED or isinf(value))):
+            if skipped or (case.yarns == TIED and name in ("friction", "edges")):
+                continue
+            if name == "friction" and isinf(value):
                 continue
             if isinstance(value, str) and value not in between:
                 key = "load.deformation" if case.specimen == "cell" and name == "direction" else key
@@ -256,7 +256,7 @@ def _rounded(value: Any) -> Any:
 
 def _between(ends: list[Any], share: float) -> Any:
     """Return the value of a box at a share of the way: even, of texts one of them, of whole numbers one."""
-    low, high = ends
+    low, high = ends[0], ends[-1]
     if isinstance(low, str) or (isinstance(low, int) and isinstance(high, int)):
         choices = ends if isinstance(low, str) else range(low, high + 1)
         return choices[min(floor(share * len(choices)), len(choices) - 1)]

@@ -35,6 +35,9 @@ class Material(Protocol):
     name: ClassVar[str]  # of its law: the value of the key `yarn.material`, and one line on it
     meaning: ClassVar[str]
     directional: ClassVar[bool]  # whether `respond` needs local axes
+    logarithmic: ClassVar[
+        bool
+    ]  # whether its dilatation theta is ln det F; else it is the trace of Green's strain
 
     @property
     def youngs_modulus(self) -> float:
@@ -51,6 +54,9 @@ class Material(Protocol):
     @classmethod
     def of(cls, yarn: Any) -> Self:
         """Return the material of a scene's section `yarn`, by the constants that it needs."""
+
+    def without_dilatation(self) -> tuple[Material, float]:
+        """Return the law without an energy lame/2 theta^2 of the dilatation, and lame [Pa]."""
 
     def respond(self, strain: np.ndarray, tangent: bool, axes: np.ndarray | None = None) -> Stress:
         """Return energy, stress and, if asked, tangent of Green strains (e, 3, 3).

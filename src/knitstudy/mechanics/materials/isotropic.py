@@ -21,6 +21,7 @@ class Isotropic:
     poisson_ratio: float  # nu, in (-1, 0.5)
 
     directional: ClassVar[bool] = False
+    logarithmic: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         if not self.youngs_modulus > 0:
@@ -32,6 +33,10 @@ class Isotropic:
     def of(cls, yarn: Any) -> Self:
         """Return the material of a scene's section `yarn`."""
         return cls(yarn.youngs_modulus, yarn.poisson_ratio)
+
+    def without_dilatation(self) -> tuple[Self, float]:
+        """Return the same law with a first Lame constant of zero, and that constant [Pa]."""
+        return type(self)(2 * self.shear_modulus, 0.0), self.lame
 
     @property
     def shear_modulus(self) -> float:
@@ -215,6 +220,7 @@ class StVenantKirchhoff(Isotropic):
     """W = mu E:E + lame/2 (tr E)^2. Softens in compression: for comparison below 1% strain or with CalculiX."""
 
     name, meaning = "st_venant_kirchhoff", "linear in Green's strain"
+    logarithmic = False
 
     def respond(self, strain: np.ndarray, tangent: bool, axes: np.ndarray | None = None) -> Stress:
         """Return the response to Green strains (e, 3, 3)."""

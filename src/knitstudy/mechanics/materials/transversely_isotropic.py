@@ -39,6 +39,7 @@ class TransverselyIsotropic:
     name: ClassVar[str] = "transversely_isotropic"
     meaning: ClassVar[str] = "five constants about the yarn's axis"
     directional: ClassVar[bool] = True
+    logarithmic: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         for name in ("youngs_modulus", "transverse_modulus", "axial_shear_modulus"):
@@ -72,6 +73,19 @@ class TransverselyIsotropic:
     def across(self) -> tuple[float, float]:
         """E_t [Pa] and nu_t, at most what an isotropic solid can have."""
         return self.transverse_modulus, min(self.transverse_poisson_ratio, 0.49)
+
+    def without_dilatation(self) -> tuple[TransverselyIsotropic, float]:
+        """Return a law with the bulk modulus 2/3 G_t, if this one has more, and the difference [Pa].
+
+        Of equal constants that is the first Lame constant. The bulk modulus is the pressure over the dilatation that it
+        causes; what is left of a stiffness without less than that is positive definite.
+        """
+        stiffness = self.stiffness[:3, :3]
+        shear = 0.5 * self.transverse_modulus / (1 + self.transverse_poisson_ratio)
+        lame = max(0.0, 1 / np.linalg.inv(stiffness).sum() - 2 / 3 * shear)
+        s = np.linalg.inv(stiffness - lame)
+        constants = 1 / s[0, 0], 1 / s[1, 1], -s[0, 1] / s[0, 0], -s[1, 2] / s[1, 1]
+        return type(self)(*constants, self.axial_shear_modulus), lame
 
     @cached_property
     def stiffness(self) -> np.ndarray:

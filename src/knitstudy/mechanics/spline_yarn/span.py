@@ -21,6 +21,7 @@ from knitstudy.mechanics.elements import ElementGroup, ElementResponse, in_parts
 from knitstudy.mechanics.elements.hexahedron import tangent_moduli
 from knitstudy.mechanics.materials import FULL, VOIGT, Material, axes_along, rotate_strain
 from knitstudy.mechanics.spline_yarn import basis as disc
+from knitstudy.mechanics.spline_yarn.dilatation import Dilatation, MeanDilatation
 from knitstudy.mechanics.spline_yarn.space import Space
 
 CACHE = 1500  # points whose moduli fit into a processor's cache together
@@ -66,6 +67,13 @@ class Spans:
             )
         self._weight = (weight[..., None] * section).reshape(-1) * size
         self.volume = self._weight.reshape(count, -1).sum(axis=1)
+        self._rest, lame = material.without_dilatation()
+        means = disc.values(max(int(degrees.min()) - 1, 0), points)  # (m, r)
+        self._mean_table = (means[:, None, :, None] * self._table[:, :, None]).reshape(len(means), 3, -1)
+        over_span = np.tile(means, (weight.shape[1], 1))
+        self._dilatation = MeanDilatation(
+            lame, material.logarithmic, over_span, self._weight.reshape(count, -1)
+        )
 
     @property
     def points(self) -> int:
@@ -110,30 +118,36 @@ class Spans:
         transposed = np.swapaxes(gradient, 1, 2)
         strain = 0.5 * (gradient + transposed + transposed @ gradient)
         axes = axes_along(covariant[:, :, 2]) if self.material.directional else None
-        answer = self.material.respond(strain, out is not None, axes)
+        answer = self._rest.respond(strain, out is not None, axes)
         current = covariant + h
+        dilatation = self._dilatation.at(spans, weight, to_parent, gradient, current)
         stress = (weight[:, None, None] * to_parent) @ answer.stress @ np.swapaxes(to_parent, 1, 2)
+        stress += dilatation.stress()
         # A span turned inside out has no energy in terms of E: let the load path see it.
         flux = current @ stress
         flux[determinant(gradient + np.eye(3)) <= 0] = np.nan
         if out is not None:
             turn = rotate_strain(to_parent)  # engineering strains in parent coordinates to Cartesian ones
             moduli = np.swapaxes(turn, 1, 2) @ (weight[:, None, None] * answer.tangent) @ turn
+            moduli += dilatation.moduli()
             if step is not None:
-                stress = stress - self._second_order(spans, step, moduli)
+                stress = stress - self._second_order(spans, step, moduli, dilatation)
             tensor = SCRATCH.array("parent moduli", len(weight), 9, 9)
             tangent_moduli(current, stress, moduli, tensor)
             self._sum_stiffness(spans, tensor, out)
-        energy = (weight * answer.energy).reshape(len(displacement), -1).sum(axis=1)
+            self._add_products(spans, dilatation, out)
+        energy = (weight * answer.energy).reshape(len(displacement), -1).sum(axis=1) + dilatation.energy
         return self._sum_force(spans, flux), energy
 
-    def _second_order(self, spans: slice, step: np.ndarray, moduli: np.ndarray) -> np.ndarray:
+    def _second_order(
+        self, spans: slice, step: np.ndarray, moduli: np.ndarray, dilatation: Dilatation
+    ) -> np.ndarray:
         """Return the stress (points, 3, 3) of the strain that is quadratic in a step, all in parent coordinates."""
         h = self._parent_gradient(step, spans)
         strain = 0.5 * np.swapaxes(h, 1, 2) @ h
         i, j = VOIGT.T
         engineering = np.where(i == j, 1.0, 2.0) * strain[:, i, j]
-        return (moduli @ engineering[..., None])[:, FULL, 0]
+        return (moduli @ engineering[..., None])[:, FULL, 0] + dilatation.foreseen(strain)
 
     def _parent_gradient(self, nodes: np.ndarray, spans: slice) -> np.ndarray:
         """Return the derivatives (points, 3, 3) of a sum over nodes (e, a, 3), columns by parent coordinate."""
@@ -154,17 +168,33 @@ class Spans:
 
     def _sum_force(self, spans: slice, flux: np.ndarray) -> np.ndarray:
         """Return forces (e, a, 3) of weighted stresses (points, i, alpha)."""
+        force = self._sums(spans, flux, self._table).reshape(-1, self._along.shape[3] * self._full, 3)
+        return force if self._kept is None else force[:, self._kept]
+
+    def _sums(self, spans: slice, flux: np.ndarray, table: np.ndarray) -> np.ndarray:
+        """Return sums (e, d + 1, n, 3) of fluxes (points, i, alpha) with a table (m, alpha, n) over the section."""
         along = self._along[:, spans]
         _, e, g, d = along.shape
-        m = len(self._table)
+        m, _, n = table.shape
         flux = np.swapaxes(flux, 1, 2).reshape(e, g, m, 3, 3)  # alpha, i
-        sums = np.empty((e, 2, g, self._full, 3))
-        across = self._table[:, :2].reshape(2 * m, -1).T
+        sums = np.empty((e, 2, g, n, 3))
+        across = table[:, :2].reshape(2 * m, -1).T
         sums[:, 0] = across @ flux[..., :2, :].reshape(e, g, 2 * m, 3)
-        sums[:, 1] = self._table[:, 2].T @ flux[..., 2, :]
+        sums[:, 1] = table[:, 2].T @ flux[..., 2, :]
         columns = along.transpose(1, 3, 0, 2).reshape(e, d, 2 * g)
-        force = (columns @ sums.reshape(e, 2 * g, -1)).reshape(e, d * self._full, 3)
-        return force if self._kept is None else force[:, self._kept]
+        return (columns @ sums.reshape(e, 2 * g, -1)).reshape(e, d, n, 3)
+
+    def _add_products(self, spans: slice, dilatation: Dilatation, out: np.ndarray) -> None:
+        """Add the products lame d theta_r d theta_r to the stiffness `out` (e, a a, 9) of a few spans."""
+        rows = self._sums(spans, dilatation.flux, self._mean_table)
+        e, d, _, _ = rows.shape
+        rows = rows.reshape(e, d, -1, self._full, 3).swapaxes(1, 2).reshape(e, -1, d * self._full, 3)
+        if self._kept is not None:
+            rows = rows[:, :, self._kept]
+        _, r, a, _ = rows.shape
+        rows = dilatation.orthonormal @ rows.reshape(e, r, 3 * a)
+        products = (dilatation.lame * np.swapaxes(rows, 1, 2)) @ rows
+        out.reshape(e, a, a, 3, 3)[:] += products.reshape(e, a, 3, a, 3).swapaxes(2, 3)
 
     def _sum_stiffness(self, spans: slice, tensor: np.ndarray, out: np.ndarray) -> None:
         """Put the stiffness of a few spans into `out` (e, a a, 9), from A (points, alpha beta, i k)."""

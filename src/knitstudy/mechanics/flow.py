@@ -1,0 +1,84 @@
+"""Viscous flow: what leads a path on where Newton's method makes no headway.
+
+Within an increment of the load, viscous forces c D (u - u_n) hold all unknowns near the last converged state u_n. They
+fade, c from `FIRST` to zero in steps of `FADING`, each balanced state being the first guess for the next one: an
+implicit step of a quasi-static flow whose length grows without bound. What ends at c = 0 is in equilibrium as any
+other increment. Where some c is too small to be balanced, as in a snap, the flow goes on from the last balanced state.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from knitstudy.mechanics.model import Model, Response
+
+FIRST = 1e-2  # viscosity at first, over the stiffness of a typical unknown
+MOST = 1.0  # the same where less does not balance, beyond which the increment is too large
+FADING = 0.1  # ratio of viscosities that follow each other
+SLOWEST = 0.6  # the same ratio where less does not balance, beyond which the flow goes on from the last state
+LEAST = 1e-9  # viscosity after which there is none: that of bending waves of 100 elements
+STEPS = 12  # steps of the flow after which an increment counts as failed
+STRIDE = 0.5  # largest displacement that one correction may make, over the element size
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """A state of a model and how it differs from that in which the increment began."""
+
+    state: Any
+    total: np.ndarray  # (size,)
+
+
+class Viscous:
+    """A model on whose motion within an increment viscous forces act."""
+
+    def __init__(self, model: Model, viscosity: np.ndarray) -> None:
+        self.model, self.viscosity = model, viscosity
+        self.block, self.size, self.scale, self.length = model.block, model.size, model.scale, model.length
+
+    def start(self) -> Any:
+        """Return the undeformed state of the model."""
+        return self.model.start()
+
+    def begin(self, state: Any, load: float, change: float) -> Moved:
+        """Return the state in which an increment starts, from a converged one."""
+        return Moved(self.model.begin(state, load, change), np.zeros(self.size))
+
+    def advance(self, state: Moved, step: np.ndarray) -> Moved:
+        """Return a new state, a step (size,) further."""
+        return Moved(self.model.advance(state.state, step), state.total + step)
+
+    def respond(self, state: Moved, stiffness: bool) -> Response:
+        """Return the response of the model and of its viscosity."""
+        response = self.model.respond(state.state, stiffness)
+        if response.stiffness is not None:
+            add_diagonal(response.stiffness, self.viscosity)
+        return replace(response, force=response.force + self.viscosity * state.total)
+
+    def settle(self, state: Moved) -> Moved | None:
+        """Return None, or the state to balance anew."""
+        settled = self.model.settle(state.state)
+        return None if settled is None else replace(state, state=settled)
+
+    def commit(self, state: Moved) -> Any:
+        """Return the state of the model that a balanced state leaves."""
+        return self.model.commit(state.state)
+
+
+def unit_viscosity(model: Model, fixed: np.ndarray) -> np.ndarray:
+    """Return D (size,), the stiffness of a typical unknown at rest; the prescribed ones have none."""
+    rest = model.respond(model.begin(model.start(), 1.0, 1.0), stiffness=True)
+    unit = np.median(np.abs(rest.stiffness.diagonal()) / model.scale**2) * model.scale**2
+    unit[fixed] = 0.0
+    return unit
+
+
+def add_diagonal(matrix: Any, diagonal: np.ndarray) -> None:
+    """Add a diagonal (size,) to a BSR or CSR matrix whose pattern has it, in place."""
+    block = matrix.blocksize[0] if matrix.format == "bsr" else 1
+    row = np.repeat(np.arange(len(matrix.indptr) - 1), np.diff(matrix.indptr))
+    own, i = np.flatnonzero(row == matrix.indices), np.arange(block)
+    matrix.data.reshape(-1, block, block)[own[:, None], i, i] += diagonal.reshape(-1, block)[row[own]]
