@@ -44,7 +44,7 @@ CURVES = 88.0  # height of (a) and (b) [mm]
 MARGIN = (2.3, 3.2)  # room around the crossings of the cell in x and y, in yarn radii
 NUMBERS = 3.0  # from the axes to the numbers of the strains above [mm]
 ONSET = 0.6  # the inset ends at this strain [%], up to which increments are small
-ARROW = 19.0  # from a contact to the tail of the arrow to it [points]
+ARROW = 17.0  # from a contact to the tail of the arrow to it [points]
 
 
 @FIGURES.add(
@@ -88,13 +88,13 @@ def _draw_curves(upper: Axes, lower: Axes, force: Axes, dns: xr.Dataset, contact
     """Draw number and area of contact zones one above the other, and the force beside them."""
     points, strain = snapshots(contacts), PERCENT * contacts["strain"].to_numpy()
     area = MILLIMETRE**2 * area_of_cell(contacts)
-    early, onset = strain <= ONSET, force.inset_axes((0.62, 0.14, 0.36, 0.3))
+    early, onset = strain <= ONSET, force.inset_axes((0.65, 0.14, 0.34, 0.28))
     # A number of zones holds until the next increment shows another one.
     for axes, at, value, label, steps in (
         (upper, strain, zones_of_cell(contacts), "contact zones (1)", "steps-post"),
         (lower, strain, area, "contact area (mm²)", "default"),
         (force, strain, dns["force"], "reaction force (N)", "default"),
-        (onset, strain[early], dns["force"][early], "force (N)", "default"),
+        (onset, strain[early], dns["force"][early], "(N)", "default"),
     ):
         look = INTERACTIONS["isotropic"].line | {"linestyle": "-", "clip_on": False, "drawstyle": steps}
         axes.plot(at, value, **look)
