@@ -66,14 +66,11 @@ def _draw_curves(drawing: Figure, dns: xr.Dataset) -> None:
         axes = place(
             drawing, 0.085 + 0.5 * k, INCH * drawing.get_figheight() - CURVES + 12, 0.29, CURVES - 18
         )
-        looks = [
-            replace(INTERACTIONS["isotropic"], label=name, marker=mark)
-            for name, mark in zip(values, "^v", strict=False)
+        curves = [
+            Curve(replace(INTERACTIONS["isotropic"], label=name, marker=mark), dns["strain"].to_numpy(), each)
+            for (name, each), mark in zip(values.items(), "^v", strict=False)
         ]
-        curves = zip(looks, values.values(), strict=True)
-        draw_curves(
-            axes, [Curve(look, dns["strain"].to_numpy(), each) for look, each in curves], quantity, unit
-        )
+        draw_curves(axes, curves, quantity, unit)
         panel_letter(axes, "ab"[k])
 
 

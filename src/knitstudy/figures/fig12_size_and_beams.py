@@ -80,8 +80,8 @@ def draw(
         curve = force_curve(replace(look, label=words, dash=dash), history, true)
         curves.append(replace(curve, value=curve.value / full[problem]))
     true = reference_of(reference, scenes["dns"])
-    quantity = f"force over the {owners([true])} at full strain"
-    draw_curves(axes, curves, quantity, "1", scenes["dns"].load.direction)
+    direction = scenes["dns"].load.direction
+    draw_curves(axes, curves, f"force over the {owners([true])} at full strain", "1", direction)
     draw_reference(axes, true, full[problem_of(scenes["dns"])])
     panel_letter(axes, "b", "beams in contact, isotropic friction")
     if geometry is not None:

@@ -107,9 +107,9 @@ def _draw_others(axes: Axes, others: Sequence[tuple[Case, Simulation]], names: S
         if not ratio.known:
             ratio = Estimate(float(model.history["force"][-1] / case.dns.history["force"][-1]), 0.0)
         colour, marker = CASE_LOOKS[case.interaction]
-        filling = colour if case.direction == "course" else PAPER
-        look = {"color": colour, "marker": marker, "markerfacecolor": filling, "linestyle": "none"}
-        axes.errorbar(ratio.value, names.index(model.label), xerr=ratio.uncertainty, label=case.label, **look)
+        look = {"fmt": marker, "color": colour, "label": case.label}
+        look |= {"markerfacecolor": PAPER} if case.direction == "wale" else {}
+        axes.errorbar(ratio.value, names.index(model.label), xerr=ratio.uncertainty, **look)
     axes.axvline(1.0, color=FAINT, linewidth=0.8, zorder=0)
     axes.set(xscale="log", ylim=(len(names) - 0.5, -0.5), yticks=range(len(names)))
     axes.set_yticklabels(names, fontsize=6.5)

@@ -65,10 +65,9 @@ def draw(
 def _titles(kind: str, dns: xr.Dataset, rom3d: xr.Dataset, true: Reference) -> list[str]:
     """Return model, interaction, largest motion, correlation with the DNS, and amplitude over the reference's."""
     found = []
-    correlation = out_of_plane_correlation(rom3d, dns)
     for fidelity, history, second in (
         ("dns", dns, f" at {PERCENT * float(dns['strain'][-1]):.3g} % strain"),
-        ("rom3d", rom3d, f", correlation with the DNS {correlation:.2f}"),
+        ("rom3d", rom3d, f", correlation with the DNS {out_of_plane_correlation(rom3d, dns):.2f}"),
     ):
         amplitude = true.ratio(history, RMS_U_Z, rms_out_of_plane(history))
         third = f"\namplitude {amplitude} of the reference's" if amplitude.known else ""

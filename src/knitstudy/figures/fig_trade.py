@@ -61,8 +61,7 @@ def _panel(axes: Axes, points: list[Point]) -> None:
     on = front(points, lambda point: point.expense.seconds, lambda point: point.bound)
     if not on:
         axes.text(0.5, 0.5, "nothing measured", transform=axes.transAxes, ha="center", color=FAINT)
-        axes.set(xticks=[], yticks=[])
-        axes.minorticks_off()
+        axes.tick_params(which="both", length=0, labelleft=False, labelbottom=False)
         return
     seconds, errors = [point.expense.seconds for point in on], [100 * point.bound for point in on]
     last = 2 * max(point.expense.seconds for point in points)

@@ -86,9 +86,10 @@ class Displays:
                 each for each in display.results.values() if not each.optional and not self._steps(each)
             ]
             scenes = ", ".join(f"{each.stage} of {' or '.join(each.names)}" for each in needed)
-            lacking = scenes or "scenes of a problem with a reference (`make reference`)"
-            message = f"{self.catalogue.what} {name!r} needs {lacking}"
-            raise ConfigurationError(f"{message}: {self.label} has no such scene")
+            needs = scenes or "scenes of a problem with a reference (`make reference`)"
+            raise ConfigurationError(
+                f"{self.catalogue.what} {name!r} needs {needs}: {self.label} has no such scene"
+            )
 
         def path(source: Source) -> str | list[str]:
             if isinstance(source, list):
