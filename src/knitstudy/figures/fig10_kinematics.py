@@ -101,8 +101,15 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
         strain, angle, distance = map(float, numbers)
         panel_letter(axes, f"b{k}", f"{strain:.2f} % strain\nturned {angle:.1f}°, slid {distance:.0f} µm")
     scale_bar(panels[0], 1)
-    note = f"turn and slide are drawn {MAGNIFIED:g} times as large"
-    panels[1].text(0.5, -0.02, note, transform=panels[1].transAxes, ha="center", va="top", fontsize=7.0)
+    panels[1].text(
+        0.5,
+        -0.02,
+        f"turn and slide are drawn {MAGNIFIED:g} times as large",
+        transform=panels[1].transAxes,
+        ha="center",
+        va="top",
+        fontsize=7.0,
+    )
     _draw_spin(section, np.nan_to_num(states["contact_spin"]))
     _draw_histories(drawing, contacts)
     return drawing

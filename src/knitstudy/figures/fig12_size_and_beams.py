@@ -80,8 +80,7 @@ def draw(
         curve = force_curve(replace(look, label=words, dash=dash), history, true)
         curves.append(replace(curve, value=curve.value / full[problem]))
     true = reference_of(reference, scenes["dns"])
-    direction = scenes["dns"].load.direction
-    draw_curves(axes, curves, f"force over the {owners([true])} at full strain", "1", direction)
+    draw_curves(axes, curves, f"force over the {owners([true])} at full strain", "1", "course")
     draw_reference(axes, true, full[problem_of(scenes["dns"])])
     panel_letter(axes, "b", "beams in contact, isotropic friction")
     if geometry is not None:

@@ -50,7 +50,9 @@ def draw_fronts(points: list[Point]) -> Figure:
 
 
 def _panel(axes: Axes, points: list[Point]) -> None:
-    axes.set(xscale="log", yscale="log", xlabel="time with what it is made from (s)", ylabel="error (%)")
+    axes.set(
+        xscale="log", yscale="log", xlabel="time of the simulation and of its sources (s)", ylabel="error (%)"
+    )
     for point in points:
         look = MODELS[point.scene.fidelity]
         share = max(point.error.value, SMALLEST)

@@ -86,9 +86,9 @@ class Displays:
                 each for each in display.results.values() if not each.optional and not self._steps(each)
             ]
             scenes = ", ".join(f"{each.stage} of {' or '.join(each.names)}" for each in needed)
-            needs = scenes or "scenes of a problem with a reference (`make reference`)"
             raise ConfigurationError(
-                f"{self.catalogue.what} {name!r} needs {needs}: {self.label} has no such scene"
+                f"{self.catalogue.what} {name!r} needs "
+                f"{scenes or 'scenes of a problem with a reference (`make reference`)'}: {self.label} has no such scene"
             )
 
         def path(source: Source) -> str | list[str]:
