@@ -212,9 +212,9 @@ def test_force_curves_end_with_their_names_and_the_highest_is_cut(drawn, cases):
         curve = np.column_stack([100 * history["strain"], history["force"]])
         assert any(np.array_equal(line.get_xydata(), curve) for line in axes.get_lines())
     assert [text.get_text() for text in axes.texts] == [
-        "DNS\n12 N\n(1.00 ± 0.02)",
+        "2D ROM\n↑ 24.0 N\n(2.00 ± 0.04)",
         "3D ROM\n14.4 N\n(1.20 ± 0.02)",
-        "2D ROM\n↑ 24 N\n(2.00 ± 0.04)",
+        "DNS\n12.0 N\n(1.00 ± 0.02)",
     ]
     assert axes.get_ylim()[1] == pytest.approx(CUT * 14.4)
     assert "3D ROM, pinned joints" in [label.get_text() for label in others.get_yticklabels()]

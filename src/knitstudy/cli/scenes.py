@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
+import numpy as np
 
 from knitstudy.cli.console import (
     changed_scene,
@@ -59,7 +60,10 @@ def list_scenes(study: str | None, family: str | None, fidelity: str | None, con
         inside = study is None or study in member.studies
         if inside and fidelity in (None, scene.fidelity) and family in (None, member.family):
             changed = differences(scene, defaults).items()
-            texts = ", ".join(f"{key}={plain(value)}" for key, value in changed)
+            texts = ", ".join(
+                f"{key} of its own" if np.ndim(value) > 1 else f"{key}={plain(value)}"
+                for key, value in changed
+            )
             rows.append((name, member.family, ",".join(member.studies), texts))
     print_table(("scene", "family", "studies", "differs from defaults"), rows)
 

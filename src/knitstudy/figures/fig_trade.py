@@ -50,7 +50,9 @@ def draw_fronts(points: list[Point]) -> Figure:
 
 
 def _panel(axes: Axes, points: list[Point]) -> None:
-    axes.set(xscale="log", yscale="log", xlabel="time with what it is made from (s)", ylabel="error (%)")
+    axes.set(
+        xscale="log", yscale="log", xlabel="time of the simulation and of its sources (s)", ylabel="error (%)"
+    )
     for point in points:
         look = MODELS[point.scene.fidelity]
         share = max(point.error.value, SMALLEST)
@@ -61,8 +63,7 @@ def _panel(axes: Axes, points: list[Point]) -> None:
     on = front(points, lambda point: point.expense.seconds, lambda point: point.bound)
     if not on:
         axes.text(0.5, 0.5, "nothing measured", transform=axes.transAxes, ha="center", color=FAINT)
-        axes.set(xticks=[], yticks=[])
-        axes.minorticks_off()
+        axes.tick_params(which="both", length=0, labelleft=False, labelbottom=False)
         return
     seconds, errors = [point.expense.seconds for point in on], [100 * point.bound for point in on]
     last = 2 * max(point.expense.seconds for point in points)
@@ -91,6 +92,7 @@ for _number, _question in enumerate(QUESTIONS.values()):
             "every": several("simulation", "*", where=is_whole_knit),
             "every_contacts": several("contacts", "*", where=is_whole_knit),
         },
+        referenced=True,
         order=90 + _number,
     )
     def draw(
