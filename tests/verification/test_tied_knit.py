@@ -65,7 +65,9 @@ def test_newton_converges_quadratically(cell, verify):
     # Residuals at rounding say nothing about the method. Digits, not steps, are compared: a step that leaves an error
     # along bending after one along stretch has another constant, which digits outgrow.
     digits = np.log([r for r in end.residuals if r > 1e-10])
-    verify.at_least("Newton on the tied cell, 5% in one increment: exponent", digits[-1] / digits[-2], 1.8, "2")
+    verify.at_least(
+        "Newton on the tied cell, 5% in one increment: exponent", digits[-1] / digits[-2], 1.8, "2"
+    )
 
 
 def test_tie_follows_rigid_rotations(cell, verify):

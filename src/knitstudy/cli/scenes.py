@@ -27,7 +27,7 @@ from knitstudy.study.configuration import (
     load_study,
     plan_of,
 )
-from knitstudy.study.keys import describe
+from knitstudy.study.keys import describe_with_source
 from knitstudy.study.kinds import FIDELITIES, Labels
 from knitstudy.study.planning import Planned, of_model
 from knitstudy.study.scene import Scene, differences, flat
@@ -106,7 +106,7 @@ def _print_keys(scene: Scene, sources: bool) -> None:
     rows = []
     for key, value in flat(scene.to_dict()).items():
         name, _, field = key.rpartition(".")
-        described = describe(type(scene.sections[name]) if name else Labels, field)
+        described = describe_with_source(type(scene.sections[name]) if name else Labels, field)
         rows.append((key, value, *(getattr(described, column) for column in columns)))
     print_table(("key", "value", *columns), rows)
 
