@@ -1,6 +1,7 @@
 """Every figure on small made-up results; solids are recorded instead of rendered."""
 
 import logging
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -156,10 +157,18 @@ def pictures(monkeypatch):
 
 @pytest.fixture
 def drawn(results, pictures, monkeypatch):
-    """Function that draws a figure, coarsely."""
+    """Function that draws a figure, coarsely, from scenes by the names that the workflow gives them."""
     monkeypatch.setattr(picture, "AROUND", 12)
     monkeypatch.setenv(style.RESOLUTION, "50")
-    return lambda name, **others: catalogue.draw(name, **results(name) | others)
+
+    def draw(name, **others):
+        sources, taken = results(name) | others, catalogue.FIGURES.find(name).results
+        named = [sources.get(argument, ()) if taken[argument].several else [argument] for argument in taken]
+        named = set(chain.from_iterable(named))
+        scenes = {each: scene for each, scene in sources.get("scenes", {}).items() if each in named}
+        return catalogue.draw(name, **sources | {"scenes": scenes})
+
+    return draw
 
 
 @pytest.mark.parametrize("name", catalogue.FIGURES.names())
