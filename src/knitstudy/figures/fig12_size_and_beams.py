@@ -93,7 +93,7 @@ def draw(
 def _draw_size(axes: Axes, geometry: xr.Dataset, scene: Scene, paper: pd.DataFrame) -> None:
     """Draw degrees of freedom over the size, counted (lines) and the paper's (crosses)."""
     lines = []
-    for model in counted_models(Fabric.from_dataset(geometry).loop, scene, paper):
+    for model in counted_models(Fabric.from_dataset(geometry), scene, paper):
         look = MODELS[model.stem.split("-")[0]].colour
         if model.multiplied is NONE:
             lines.append((model.name.removesuffix(", ties"), model.unknowns, look, "-"))

@@ -94,7 +94,7 @@ def draw_cut(geometry: xr.Dataset, dns: xr.Dataset, whole: xr.Dataset) -> Figure
 
 
 def _largest(history: xr.Dataset) -> str:
-    return f"largest $|u_z|$ {MILLIMETRE * np.abs(elevation(history)).max():.3g} mm"
+    return f"largest $|u_z|$ {MILLIMETRE * np.abs(elevation(history)).max():#.3g} mm"
 
 
 # ---- yarns coloured by their out-of-plane displacement ----

@@ -92,7 +92,6 @@ for _number, _question in enumerate(QUESTIONS.values()):
             "every": several("simulation", "*", where=is_whole_knit),
             "every_contacts": several("contacts", "*", where=is_whole_knit),
         },
-        referenced=True,
         order=90 + _number,
     )
     def draw(

@@ -128,7 +128,6 @@ class Display:
     files: tuple[str, ...] = ()
     # Whether it has the argument ``scenes``: a scene by the name of its result, several by their own names
     scenes: bool = False
-    referenced: bool = False  # whether it is made only where the reference knows a problem of the study
     order: float = inf  # place in the report; figures and tables without a place follow by their names
     # Alternative text and captions where ``workflow/report/captions.yaml`` has none
     texts: Mapping[str, str] = field(default_factory=dict)

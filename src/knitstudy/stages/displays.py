@@ -18,6 +18,8 @@ from knitstudy.stages.table import STAGES
 from knitstudy.study.scene import Scene, digest
 
 REFERENCE = Path("resources/reference")
+# Beginnings of the names of those that show errors: made only where the reference knows a problem of the study
+OF_ERRORS = ("trade", "fig_trade_")
 
 Source = Step | list[Step] | Path  # A result, several results of one argument, or a file of reference
 
@@ -59,7 +61,9 @@ class Displays:
                 steps = self._steps(results)
                 if steps:
                     known[argument] = steps if results.several else steps[0]
-            if set(display.needed) <= {*known, "scenes"} and (not display.referenced or self._referenced):
+            if set(display.needed) <= {*known, "scenes"} and (
+                not name.startswith(OF_ERRORS) or self._referenced
+            ):
                 found[name] = {argument: known[argument] for argument in display.takes if argument in known}
         return found
 

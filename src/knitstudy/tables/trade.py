@@ -58,10 +58,10 @@ RESULTS = {
 }
 
 # What tables are made from that follow from the points.
-OF_POINTS = {"results": RESULTS, "files": ("reference",), "scenes": True, "referenced": True}
+OF_POINTS = {"results": RESULTS, "files": ("reference",), "scenes": True}
 
 
-@TABLES.add("trade", "What accuracy costs: all points", results=RESULTS, referenced=True, order=20)
+@TABLES.add("trade", "What accuracy costs: all points", results=RESULTS, order=20)
 def tabulate(
     every: Datasets, every_contacts: Datasets, scenes: Scenes, reference: pd.DataFrame
 ) -> pd.DataFrame:
