@@ -110,6 +110,7 @@ def results(knit):
     count = history.sizes["increment"]
     each = ("residual", "correction", "krylov_iterations", "augmentations", "seam_jump")
     path = {name: ("increment", np.zeros(count)) for name in each} | {"load": ("increment", np.ones(count))}
+    path["crossing_slip"] = (("increment", "crossing"), np.ones((count, history.sizes["crossing"])))
     of_cells = {"cell_strain": [1.0, 0.5, 0.1], "force_per_width": [1e3, 1e2, 1e2]}
     in_plane = {
         name: (("increment", "plane"), np.outer(history["strain"], each)) for name, each in of_cells.items()
