@@ -245,7 +245,7 @@ def with_kinematics(contacts):
     return contacts.assign(
         section_rotation=((*dims, "xyz"), vectors),
         segment_contraction=((*dims, "neighbour"), neighbours),
-        sliding=(dims, np.where(touching, 1e-4 * values * [1.0, -0.1], np.nan)),
+        sliding=(dims, np.where(touching, 1e-4 * values * [1.0, -0.9], np.nan)),
         contact_spin=(dims, np.where(touching, 0.2 * values, np.nan)),
     )
 

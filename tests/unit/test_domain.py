@@ -9,7 +9,6 @@ import xarray as xr
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.geometry.fabric import cut_cells
-from knitstudy.measures.cost import contact_over_ties, series_of
 from knitstudy.measures.endless_knit import between_grips, held_over_free, limit, stretches
 from knitstudy.measures.unknowns import law_of, nodes_2d, nodes_3d
 from knitstudy.mesh.mesher import mesh_fabric, slices_of
@@ -21,20 +20,14 @@ def grown(plain_scene):
     return study.domain(plain_scene)
 
 
-def test_contact_over_ties_is_of_equal_sizes(grown):
-    scenes, histories = grown
-    (factors,) = contact_over_ties(series_of(scenes.values()), histories, "dof").values()
-    assert list(factors) == [3, 6, 8]
-    np.testing.assert_allclose(list(factors.values()), 311_913 / 189_513, rtol=1e-5)
-
-
 def test_counts_of_a_cell_are_those_of_larger_knits(plain_scene, knit_of):
     """Of the mesh of 3 x 3 cells and of what 6 x 6 have."""
     loop = knit_of(plain_scene).loop
-    slices = law_of(lambda fabric: slices_of(fabric, 0.5, 1.2), loop)
+    cell = cut_cells(loop, 1, 1)
+    slices = law_of(lambda fabric: slices_of(fabric, 0.5, 1.2), cell)
     assert slices(3) == mesh_fabric(cut_cells(loop, 3, 3), 0.5, 1.2, load="course").slices
     assert slices(6) == slices_of(cut_cells(loop, 6, 6), 0.5, 1.2)
-    spatial, planar = law_of(lambda fabric: nodes_3d(fabric, 5 / 9), loop), law_of(nodes_2d, loop)
+    spatial, planar = law_of(lambda fabric: nodes_3d(fabric, 5 / 9), cell), law_of(nodes_2d, cell)
     for n in (3, 6):
         fabric = cut_cells(loop, n, n)
         assert [spatial(n), planar(n)] == [nodes_3d(fabric, 5 / 9), nodes_2d(fabric)]

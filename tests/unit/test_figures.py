@@ -1,6 +1,7 @@
 """Every figure on small made-up results; solids are recorded instead of rendered."""
 
 import logging
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -160,10 +161,18 @@ def pictures(monkeypatch):
 
 @pytest.fixture
 def drawn(results, pictures, monkeypatch):
-    """Function that draws a figure, coarsely."""
+    """Function that draws a figure, coarsely, from scenes by the names that the workflow gives them."""
     monkeypatch.setattr(picture, "AROUND", 12)
     monkeypatch.setenv(style.RESOLUTION, "50")
-    return lambda name, **others: catalogue.draw(name, **results(name) | others)
+
+    def draw(name, **others):
+        sources, taken = results(name) | others, catalogue.FIGURES.find(name).results
+        named = [sources.get(argument, ()) if taken[argument].several else [argument] for argument in taken]
+        named = set(chain.from_iterable(named))
+        scenes = {each: scene for each, scene in sources.get("scenes", {}).items() if each in named}
+        return catalogue.draw(name, **sources | {"scenes": scenes})
+
+    return draw
 
 
 @pytest.mark.parametrize("name", catalogue.FIGURES.names())
@@ -207,9 +216,9 @@ def test_force_curves_end_with_their_names_and_the_highest_is_cut(drawn, cases):
         curve = np.column_stack([100 * history["strain"], history["force"]])
         assert any(np.array_equal(line.get_xydata(), curve) for line in axes.get_lines())
     assert [text.get_text() for text in axes.texts] == [
-        "DNS\n12 N\n(1.00 ± 0.02)",
+        "2D ROM\n↑ 24.0 N\n(2.00 ± 0.04)",
         "3D ROM\n14.4 N\n(1.20 ± 0.02)",
-        "2D ROM\n↑ 24 N\n(2.00 ± 0.04)",
+        "DNS\n12.0 N\n(1.00 ± 0.02)",
     ]
     assert axes.get_ylim()[1] == pytest.approx(CUT * 14.4)
     assert "3D ROM, pinned joints" in [label.get_text() for label in others.get_yticklabels()]

@@ -3,7 +3,7 @@
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.geometry.fabric import cut_cells
+from knitstudy.geometry.fabric import endless_cell
 from knitstudy.models import hexahedra, network_3d
 from knitstudy.models.simulate import MODELS, build
 
@@ -26,7 +26,7 @@ def test_a_model_from_outside_is_an_entry_and_gets_the_data_that_are_given(
         build(plain_scene, knit)
 
 
-def test_hexahedra_refuse_arcs_of_yarns(plain_scene, knit):
-    cells = cut_cells(knit.loop, *knit.cells)
+def test_hexahedra_refuse_endless_yarns(plain_scene, knit):
+    cells = endless_cell(knit.loop, *knit.cells)
     with pytest.raises(ConfigurationError, match="which hexahedra cannot model; use spline_yarns"):
         hexahedra.build(plain_scene.replace("fidelity", "hexahedra"), cells, None)

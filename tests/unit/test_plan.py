@@ -118,11 +118,11 @@ def test_what_cannot_be_read_is_marked(history, plan, tmp_path, caplog):
 
 
 MEASURED = {
-    "dns-tie-course": (193_848, 791),
-    "yarns-tie-course": (11_232, 240),
-    "pair-slid-90": (10_944, 257),
-    "reference-3x3-rough-wale-quadratic-060": (371_532, 2_827),
-    "domain-yarns-tie-course-30x30": (855_414, 4_324),
+    "dns-tie-course": (188_928, 918),
+    "yarns-tie-course": (11_574, 270),
+    "pair-slid-90": (10_944, 270),
+    "reference-3x3-rough-course-quadratic-060": (341_352, 2_236),
+    "domain-yarns-tie-course-10x10": (124_830, 698),
 }
 """Unknowns, and peak of the process [MB]."""
 

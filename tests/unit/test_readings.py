@@ -111,7 +111,8 @@ def test_claim_is_judged_by_the_scenes_of_the_reading(sources):
         (1.0, 0.3, table(), "reproduced if", "friction"),
         (1.0, 0.3, table(against="Table 1"), "reproduced", ""),
         (1.0, 0.3, table(INPUT), "reproduced", ""),
-        (0.3, 1.0, table(against="Table 1"), "reproduced if", "less friction"),
+        (0.3, 1.0, table(), "reproduced if", "less friction"),
+        (0.3, 1.0, table(against="Table 1"), "not reproduced", ""),
         (0.3, 1.0, table(INPUT), "not reproduced", ""),
     ],
 )

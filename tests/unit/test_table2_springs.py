@@ -6,7 +6,7 @@ import study
 import synthetic
 
 from knitstudy.errors import DataFileError
-from knitstudy.tables.table2_springs import AVERAGES, READINGS, STATISTICS, tabulate, tabulate_averages
+from knitstudy.tables.table2_springs import AVERAGED, READINGS, tabulate, tabulate_averages
 
 STIFFNESS = np.array([80e3, 60e3, 900e3])
 
@@ -28,24 +28,25 @@ def rows_of(table, axes="global", **values):
     return table[table["axes"] == axes].set_index("axis")
 
 
-def test_one_row_a_scene_measure_statistic_and_axis(touching, scenes, paper):
+def test_one_row_a_scene_measure_and_axis(touching, scenes, paper):
     both = touching.assign(centreline_relative_displacement=2 * touching["relative_displacement"])
     table = tabulate({"course": touching, "wale": both}, paper, scenes)
-    assert len(table) == (1 + 2) * len(READINGS) * len(STATISTICS) * 3
-    for statistic in AVERAGES:
-        rows = rows_of(table, scene="wale", displacement="centreline", statistic=statistic)
-        np.testing.assert_allclose(rows.loc[list("xyz"), "stiffness [N/m]"], STIFFNESS / 2)
-    spread = rows_of(table, scene="course", statistic="standard deviation of F / d")
-    np.testing.assert_allclose(spread.loc[list("xyz"), "stiffness [N/m]"], 0, atol=1e-6)
+    assert len(table) == (1 + 2) * len(READINGS) * 3
+    rows = rows_of(table, scene="wale", displacement="centreline")
+    for average in (AVERAGED, "mean of F / d [N/m]"):
+        np.testing.assert_allclose(rows.loc[list("xyz"), average], STIFFNESS / 2)
+    spread = rows_of(table, scene="course")["standard deviation of F / d [N/m]"]
+    np.testing.assert_allclose(spread.loc[list("xyz")], 0, atol=1e-6)
 
 
 def test_numbers_of_the_paper_stand_beside_averages_along_its_axes(touching, scenes, paper):
     table = tabulate({"course": touching, "wale": touching}, paper, scenes)
     for load, printed in study.SPRINGS.items():
-        rows = rows_of(table, load=load, statistic=AVERAGES[0])
+        rows = rows_of(table, load=load)
         np.testing.assert_array_equal(rows.loc[list("xyz"), "paper [N/m]"], printed)
-        np.testing.assert_allclose(rows.loc[list("xyz"), "over paper's [1]"], STIFFNESS / printed)
-    assert rows_of(table, statistic="largest F / d")["paper [N/m]"].isna().all()
+        np.testing.assert_allclose(
+            rows.loc[list("xyz"), "averaged, over the paper's [1]"], STIFFNESS / printed
+        )
     rough = {"course": scenes["course"].replace("interaction", "rough")}
     assert tabulate({"course": touching}, paper, rough)["paper [N/m]"].isna().all()
 
@@ -60,12 +61,11 @@ def test_spread_and_counts(touching, scenes, paper):
         relative_displacement=(touching["relative_displacement"].dims, displacement),
     )
     table = tabulate({"course": changed}, paper, scenes)
-    table = table[table["axes"] == "global"].set_index(["statistic", "axis"])
-    value = table["stiffness [N/m]"]
-    assert value["largest F / d", "x"] == pytest.approx(3 * STIFFNESS[0])
-    assert value["smallest F / d", "y"] == pytest.approx(-STIFFNESS[1])
-    assert value["averaged, mean of F / d", "x"] == pytest.approx(14 / 12 * STIFFNESS[0])
-    counts = table.loc["smallest F / d", ["crossings [1]", "negative [1]", "undefined [1]", "open [1]"]]
+    table = table[table["axes"] == "global"].set_index("axis")
+    assert table.loc["x", "largest F / d [N/m]"] == pytest.approx(3 * STIFFNESS[0])
+    assert table.loc["y", "smallest F / d [N/m]"] == pytest.approx(-STIFFNESS[1])
+    assert table.loc["x", "mean of F / d [N/m]"] == pytest.approx(14 / 12 * STIFFNESS[0])
+    counts = table[["crossings [1]", "negative [1]", "undefined [1]", "open [1]"]]
     np.testing.assert_array_equal(counts.loc[["x", "y", "z"]], [[12, 0, 0, 0], [12, 1, 0, 0], [11, 0, 1, 0]])
 
 

@@ -1,19 +1,25 @@
 """Tables against values computed by hand, and the paper's numbers beside them."""
 
 import fnmatch
+from pathlib import Path
 
 import numpy as np
 import pytest
 import synthetic
 import xarray as xr
 
+from knitstudy.contacts.contacts import extract
 from knitstudy.errors import DataFileError
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.measures.centre_cell import cut_force, first_symmetric_contact
 from knitstudy.measures.cost import SERIES
 from knitstudy.measures.paper_values import number, numbers
 from knitstudy.measures.response import distance_of_curves, out_of_plane_correlation, transverse_contraction
-from knitstudy.study.configuration import load_scenes
+from knitstudy.mesh.mesher import mesh_fabric
+from knitstudy.report.files import READERS
+from knitstudy.stages.displays import Displays, reference_files
+from knitstudy.stages.plan import Plan
+from knitstudy.study.configuration import CONFIG, load_scenes, load_study
 from knitstudy.tables import catalogue
 
 
@@ -81,6 +87,56 @@ def test_names_of_scenes_are_those_of_the_configuration():
     for stem, three in SERIES.items():
         assert fnmatch.filter(known, f"{stem}-*x*"), stem
         assert three is None or three in known
+
+
+OTHERS = ("domain-", "cell-", "window-", "reference-3x3-tie-")
+"""How names of scenes of the full study begin that other tables than those of the reduced one take."""
+
+
+@pytest.fixture(scope="module")
+def offered():
+    """The tables of a study."""
+    plan = Plan.of(CONFIG)
+    study = [*load_study("reduced"), *(each for each in plan.scenes if each.startswith(OTHERS))]
+    return Displays(catalogue.TABLES, plan, [plan.scenes[name] for name in study], reference_files(CONFIG))
+
+
+@pytest.fixture(scope="module")
+def results(knit):
+    """Made-up results by stage, with all that any model records."""
+    cost = {"dof": 600, "unknowns": 500, "elements": 90, "memory_growth": 2e6, "memory_peak": 3e8}
+    found = {"wall_seconds": 1.5, "linear_setups": 1, "penetration_limit": 1e-6}
+    history = synthetic.contact_history(knit, **cost, **found)
+    count = history.sizes["increment"]
+    each = ("residual", "correction", "krylov_iterations", "augmentations", "seam_jump")
+    path = {name: ("increment", np.zeros(count)) for name in each} | {"load": ("increment", np.ones(count))}
+    path["crossing_slip"] = (("increment", "crossing"), np.ones((count, history.sizes["crossing"])))
+    of_cells = {"cell_strain": [1.0, 0.5, 0.1], "force_per_width": [1e3, 1e2, 1e2]}
+    in_plane = {
+        name: (("increment", "plane"), np.outer(history["strain"], each)) for name, each in of_cells.items()
+    }
+    sections = {f"{name}_stiffness": (("a", "b"), np.eye(3)) for name in ("membrane", "coupling", "bending")}
+    tangent = {"tangent_per_width": (("increment", "a", "b"), np.tile(np.eye(3), (count, 1, 1)))}
+    seconds = {"seconds": (("increment", "phase"), np.ones((count, 1)))}
+    return {
+        "geometry": synthetic.geometry(knit),
+        "simulation": history.assign(**path, **in_plane, **sections, **tangent, **seconds),
+        "contacts": synthetic.with_kinematics(extract(knit, history)),
+        "stress": synthetic.stresses(knit, "course", 33, 33, mesh_fabric(knit, 1.2e-3)),
+    }
+
+
+@pytest.mark.parametrize("name", catalogue.TABLES.names())
+def test_every_table_is_made_from_what_the_workflow_names(offered, results, name):
+    def read(source):
+        if isinstance(source, list):
+            return {scene.name: read((stage, scene)) for stage, scene in source}
+        if isinstance(source, Path):
+            return READERS[source.suffix](source)
+        return results[source[0].name].assign_attrs(scene=source[1].name)
+
+    sources = {argument: read(source) for argument, source in offered.sources[name].items()}
+    assert len(catalogue.tabulate(name, **sources, scenes=offered.scenes(name)).columns)
 
 
 STRESS, AREA, LENGTH, CELLS = 2e6, 3e-6, 0.05, 1000

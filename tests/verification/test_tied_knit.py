@@ -62,10 +62,12 @@ def test_newton_converges_quadratically(cell, verify):
     problem = build(changed(cell, solver__linear="lu"), knit, mesh=mesh)
     settings = Settings(increments=1, residual_tolerance=1e-9, correction_tolerance=1e-6, exact=True)
     *_, end = trace(problem.model, problem.prescribed, settings, problem.solver)
-    # Residuals at rounding say nothing about the method.
-    digits = np.log([r for r in end.residuals if r > 1e-10])[-4:]
-    exponents = np.diff(digits)[1:] / np.diff(digits)[:-1]
-    verify.at_least("Newton on the tied cell, 5% in one increment: exponent", exponents[-1], 1.8, "2")
+    # Residuals at rounding say nothing about the method. Digits, not steps, are compared: a step that leaves an error
+    # along bending after one along stretch has another constant, which digits outgrow.
+    digits = np.log([r for r in end.residuals if r > 1e-10])
+    verify.at_least(
+        "Newton on the tied cell, 5% in one increment: exponent", digits[-1] / digits[-2], 1.8, "2"
+    )
 
 
 def test_tie_follows_rigid_rotations(cell, verify):

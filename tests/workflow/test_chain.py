@@ -25,7 +25,7 @@ def test_every_scene_has_a_history_with_provenance(checkout):
         history = read_dataset(checkout.folder / "results" / STAGES["simulation"].path(scenes[name]))
         assert history.scene == name
         assert history.digest
-        if scenes[name].specimen == "knit":
+        if scenes[name].is_knit:
             assert history.strain[-1] == pytest.approx(scenes[name].load.strain)
             assert (np.diff(history.force) > 0).all(), "a knit in tension pulls back harder and harder"
 

@@ -1,4 +1,4 @@
-"""Figures asked for by name: those that exist, and those that do not."""
+"""Figures from outside, and what studies offer."""
 
 import pytest
 
@@ -7,18 +7,6 @@ from knitstudy.stages.displays import Displays, reference_files
 from knitstudy.stages.plan import Plan
 from knitstudy.study.configuration import CONFIG, STUDIES, load_study
 from knitstudy.tables.catalogue import TABLES
-
-
-def test_figure_that_the_study_has_no_scene_for(fresh):
-    (fresh.folder / "config" / "scenes" / "5-rom2d.yaml").unlink()
-    ended = fresh.snakemake("--dry-run", "results/figures/fig15_force_strain.png")
-    assert ended.returncode == 1
-    assert (
-        "needs simulation of rom2d-tie-course or rom2d-tie-course-coarse: study 'reduced' has no"
-        in ended.stderr
-    )
-    assert "fig15" not in fresh.snakemake("--dry-run").stdout
-
 
 TOY = """
 from matplotlib.figure import Figure

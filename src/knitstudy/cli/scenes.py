@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
+import numpy as np
 
 from knitstudy.cli.console import (
     changed_scene,
@@ -27,7 +28,7 @@ from knitstudy.study.configuration import (
     load_study,
     plan_of,
 )
-from knitstudy.study.keys import describe
+from knitstudy.study.keys import describe_with_source
 from knitstudy.study.kinds import FIDELITIES, Labels
 from knitstudy.study.scene import Scene, differences, flat
 
@@ -59,7 +60,10 @@ def list_scenes(study: str | None, family: str | None, fidelity: str | None, con
         inside = study is None or study in member.studies
         if inside and fidelity in (None, scene.fidelity) and family in (None, member.family):
             changed = differences(scene, defaults).items()
-            texts = ", ".join(f"{key}={plain(value)}" for key, value in changed)
+            texts = ", ".join(
+                f"{key} of its own" if np.ndim(value) > 1 else f"{key}={plain(value)}"
+                for key, value in changed
+            )
             rows.append((name, member.family, ",".join(member.studies), texts))
     print_table(("scene", "family", "studies", "differs from defaults"), rows)
 
@@ -122,7 +126,7 @@ def _print_keys(scene: Scene, sources: bool) -> None:
     rows = []
     for key, value in flat(scene.to_dict()).items():
         name, _, field = key.rpartition(".")
-        described = describe(type(scene.sections[name]) if name else Labels, field)
+        described = describe_with_source(type(scene.sections[name]) if name else Labels, field)
         rows.append((key, value, *(getattr(described, column) for column in columns)))
     print_table(("key", "value", *columns), rows)
 

@@ -11,7 +11,6 @@ from functools import cached_property
 from itertools import product
 from pathlib import Path
 
-import meshio
 import numpy as np
 import xarray as xr
 
@@ -44,6 +43,8 @@ def _write(
     """Write cells (C, n), in the order of VTK, with fields (P, ...) and (C, ...), whole or not at all."""
     fields = {name: [values] for name, values in cell_fields.items()}
     kind = CELLS[cells.shape[1]]
+    import meshio  # here: no other job needs it, and it takes a twentieth of the imports of all
+
     grid = meshio.Mesh(points, [(kind, cells)], point_data=dict(point_fields), cell_data=fields)
     with replacing(path) as temporary:
         grid.write(temporary)

@@ -36,12 +36,12 @@ def draw(geometry: xr.Dataset) -> Figure:
     pictures = [
         Picture(tubes + overlaps(knit), VIEW, window) for tubes, knit in zip(yarns, knits, strict=True)
     ]
-    drawing, panels = draw_rows([pictures], WIDTH, foot=11.0)
+    drawing, panels = draw_rows([pictures], WIDTH, foot=13.0)
     for axes, letter, state in zip(panels, "ab", STATES, strict=True):
         scale_bar(axes, 5, VIEW)
         panel_letter(axes, letter, f"{state} optimisation")
         said = _numbers(geometry.sel(state=state), float(geometry["radius"]))
-        axes.text(0.5, -0.02, said, transform=axes.transAxes, ha="center", va="top")
+        axes.text(0.5, -0.06, said, transform=axes.transAxes, ha="center", va="top")
     return drawing
 
 

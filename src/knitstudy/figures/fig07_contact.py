@@ -41,8 +41,10 @@ from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import Snapshot, area_of_cell, centre_cell, snapshots, zones_of_cell
 
 CURVES = 88.0  # height of (a) and (b) [mm]
-MARGIN = (1.8, 3.2)  # room around the crossings of the cell in x and y, in yarn radii
-ARROW = 19.0  # from a contact to the tail of the arrow to it [points]
+MARGIN = (2.3, 3.2)  # room around the crossings of the cell in x and y, in yarn radii
+NUMBERS = 3.0  # from the axes to the numbers of the strains above [mm]
+ONSET = 0.6  # the inset ends at this strain [%], up to which increments are small
+ARROW = 17.0  # from a contact to the tail of the arrow to it [points]
 
 
 @FIGURES.add(
@@ -77,7 +79,7 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
         axes.scatter(*at.T, c=colours, s=5, linewidth=0, zorder=5, rasterized=True)
         _point_at_contacts(axes, contacts, cell, point)
         panel_letter(axes, f"c{point.number}", f"{PERCENT * point.strain:.3g} % strain")
-    scale_bar(panels[0], 2)
+    scale_bar(panels[0], 2, left=0.43)
     colour_bar(drawing, scale, "contact pressure (MPa)", 0.3, 0.4)
     return drawing
 
@@ -86,26 +88,31 @@ def _draw_curves(upper: Axes, lower: Axes, force: Axes, dns: xr.Dataset, contact
     """Draw number and area of contact zones one above the other, and the force beside them."""
     points, strain = snapshots(contacts), PERCENT * contacts["strain"].to_numpy()
     area = MILLIMETRE**2 * area_of_cell(contacts)
+    early, onset = strain <= ONSET, force.inset_axes((0.65, 0.14, 0.34, 0.28))
     # A number of zones holds until the next increment shows another one.
     for axes, at, value, label, steps in (
         (upper, strain, zones_of_cell(contacts), "contact zones (1)", "steps-post"),
         (lower, strain, area, "contact area (mm²)", "default"),
-        (force, PERCENT * dns["strain"], dns["force"], "reaction force (N)", "default"),
+        (force, strain, dns["force"], "reaction force (N)", "default"),
+        (onset, strain[early], dns["force"][early], "(N)", "default"),
     ):
         look = INTERACTIONS["isotropic"].line | {"linestyle": "-", "clip_on": False, "drawstyle": steps}
         axes.plot(at, value, **look)
-        axes.set(xlabel="strain in course direction (%)", ylabel=label, xlim=(0, strain[-1]), ylim=(0, None))
+        axes.set(xlabel="strain in course direction (%)", ylabel=label, xlim=(0, at[-1]), ylim=(0, None))
         for point in points:
             axes.axvline(PERCENT * point.strain, color=FAINT, linewidth=0.7, linestyle=":", zorder=0)
     upper.set(xlabel="", xticklabels=[])
+    onset.set(xlabel="strain (%)")
+    onset.tick_params(labelsize=6.0)
     upper.yaxis.set_major_locator(MaxNLocator(integer=True))
     for axes, letter in ((upper, "a"), (force, "b")):
-        _number(axes, points)
-        axes.text(-0.17, 1.06, f"({letter})", transform=axes.transAxes, fontsize=8.5)
+        above = 1 + NUMBERS / (INCH * axes.figure.get_figheight() * axes.get_position().height)
+        _number(axes, points, above)
+        axes.text(-0.17, above, f"({letter})", transform=axes.transAxes, fontsize=8.5)
 
 
-def _number(axes: Axes, points: Sequence[Snapshot]) -> None:
-    """Write the number of each strain above the axes, apart from its neighbours, with a thin line to the strain."""
+def _number(axes: Axes, points: Sequence[Snapshot], above: float) -> None:
+    """Write the number of each strain, with a thin line to it, at a height in axes, apart from its neighbours."""
     left, right = axes.get_xlim()
     apart, at = 0.045 * (right - left), -np.inf
     for point in points:
@@ -114,7 +121,7 @@ def _number(axes: Axes, points: Sequence[Snapshot]) -> None:
         line = {"arrowstyle": "-", "linewidth": 0.7, "color": FAINT, "shrinkA": 1, "shrinkB": 0}
         look = {"ha": "center", "va": "bottom", "fontweight": "bold", "annotation_clip": False}
         frames = {"xycoords": ("data", "axes fraction"), "textcoords": ("data", "axes fraction")}
-        axes.annotate(str(point.number), (x, 1.0), (at, 1.06), arrowprops=line, **look, **frames)
+        axes.annotate(str(point.number), (x, 1.0), (at, above), arrowprops=line, **look, **frames)
 
 
 def deformed_yarns(
@@ -143,4 +150,4 @@ def _point_at_contacts(axes: Axes, contacts: xr.Dataset, cell: np.ndarray, point
         tail = {"xytext": tuple(ARROW * outwards), "textcoords": "offset points"}
         axes.annotate("", tip + 0.35 * outwards, **tail, arrowprops=look, zorder=8)
     if not closed.any():
-        write(axes, (0.5, 0.5), "no contact", transform=axes.transAxes)
+        write(axes, (0.5, 0.45), "no\ncontact", transform=axes.transAxes)

@@ -19,7 +19,7 @@ from knitstudy.measures.catalogue import solid
 from knitstudy.measures.response import Z, transverse_contraction
 
 OBLIQUE = View.orbit(turn=-28, tilt=24)
-CURVES = 52.0  # height of (a) and (b) [mm]
+CURVES = 58.0  # height of (a) and (b) [mm]
 LONGEST = 4.0  # length at which the largest force is drawn [mm of the knit]
 
 
@@ -44,7 +44,7 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     pictures = [Picture(surfaces, view, bounds(surfaces, view)) for surfaces, view in shown]
     drawing, panels = draw_rows([pictures], foot=BAR, above=CURVES)
     _draw_curves(drawing, dns)
-    panel_letter(panels[0], "c", f"out-of-plane motion at {float(dns['strain'][-1]):.2%} strain")
+    panel_letter(panels[0], "c", f"out-of-plane motion at {PERCENT * float(dns['strain'][-1]):.3g} % strain")
     panel_letter(panels[1], "d", "interfacial forces on the lower rows' yarns")
     for axes, (_, view) in zip(panels, shown, strict=True):
         scale_bar(axes, 5, view)
@@ -66,11 +66,11 @@ def _draw_curves(drawing: Figure, dns: xr.Dataset) -> None:
         axes = place(
             drawing, 0.085 + 0.5 * k, INCH * drawing.get_figheight() - CURVES + 12, 0.29, CURVES - 18
         )
-        looks = [replace(INTERACTIONS["isotropic"], label=name) for name in values]
-        curves = zip(looks, values.values(), strict=True)
-        draw_curves(
-            axes, [Curve(look, dns["strain"].to_numpy(), each) for look, each in curves], quantity, unit
-        )
+        curves = [
+            Curve(replace(INTERACTIONS["isotropic"], label=name, marker=mark), dns["strain"].to_numpy(), each)
+            for (name, each), mark in zip(values.items(), "^v", strict=False)
+        ]
+        draw_curves(axes, curves, quantity, unit)
         panel_letter(axes, "ab"[k])
 
 

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.fig15_force_strain import draw_curves, draw_reference, force_curve
+from knitstudy.figures.fig15_force_strain import draw_curves, draw_reference, force_curve, owners
 from knitstudy.figures.style import (
     ACCENT,
     DIRECT,
@@ -79,8 +79,9 @@ def draw(
         dash = ":" if scene.contact.tied_edges == "none" else DASHES.get(scene.value("beam.tie"), look.dash)
         curve = force_curve(replace(look, label=words, dash=dash), history, true)
         curves.append(replace(curve, value=curve.value / full[problem]))
-    draw_curves(axes, curves, "force over its reference's at full strain", "1", scenes["dns"].load.direction)
-    draw_reference(axes, reference_of(reference, scenes["dns"]), full[problem_of(scenes["dns"])])
+    true = reference_of(reference, scenes["dns"])
+    draw_curves(axes, curves, f"force over the {owners([true])} at full strain", "1", "course")
+    draw_reference(axes, true, full[problem_of(scenes["dns"])])
     panel_letter(axes, "b", "beams in contact, isotropic friction")
     if geometry is not None:
         _draw_size(
@@ -92,7 +93,7 @@ def draw(
 def _draw_size(axes: Axes, geometry: xr.Dataset, scene: Scene, paper: pd.DataFrame) -> None:
     """Draw degrees of freedom over the size, counted (lines) and the paper's (crosses)."""
     lines = []
-    for model in counted_models(Fabric.from_dataset(geometry).loop, scene, paper):
+    for model in counted_models(Fabric.from_dataset(geometry), scene, paper):
         look = MODELS[model.stem.split("-")[0]].colour
         if model.multiplied is NONE:
             lines.append((model.name.removesuffix(", ties"), model.unknowns, look, "-"))

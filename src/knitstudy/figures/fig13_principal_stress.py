@@ -57,7 +57,9 @@ def draw(**results: xr.Dataset) -> Figure:
     drawing, panels = draw_rows([whole, close], foot=BAR)
     for place, (direction, (_, scale, stresses)) in enumerate(zip(directions, knits, strict=True)):
         upper, lower = panels[place], panels[2 + place]
-        panel_letter(upper, "ab"[place], f"{direction} tension, {stresses.attrs['strain']:.2%} strain")
+        panel_letter(
+            upper, "ab"[place], f"{direction} tension, {100 * stresses.attrs['strain']:.3g} % strain"
+        )
         panel_letter(lower, "cd"[place], "the centre cell")
         scale_bar(upper, 5, FRONT)
         scale_bar(lower, 2)

@@ -30,7 +30,7 @@ from knitstudy.models.network_2d import heights_by_stress, zone_places
 TENSION = {"course": "#0072B2", "wale": "#8E1B5A"}  # colours of the axes in course and in wale tension
 YARNS = ("#D8D4CC", "#EFECE6")  # of neighbouring yarns, pale below the segments
 STROKE = 1.5  # half the length of the stroke along an axis, over the yarn's radius
-MARGIN = (5.0, 6.5)  # room around the zones of the cell, in yarn radii
+MARGIN = (6.0, 8.5)  # room around the zones of the cell, in yarn radii
 COLUMNS, ROWS = 2, 2  # of the drawn part of every honeycomb
 SEGMENTS = {KINDS[kind]: ends for ends, (kind, _) in BETWEEN.items()}
 """Zones at the two ends of a segment, and how many rows and columns the second one lies further."""

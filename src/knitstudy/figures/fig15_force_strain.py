@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import (
@@ -90,11 +92,11 @@ def draw(
         axes = place(drawing, 0.075 + 0.5 * column, bottom, 0.29, HEIGHT)
         main = [(DIRECT, case.dns), *((MODELS[name], case.main[name]) for name in ("rom3d", "rom2d"))]
         curves = [force_curve(look, model.history, case.reference) for look, model in main]
-        draw_curves(axes, curves, "reaction force", "N", case.direction)
+        draw_curves(axes, curves, "reaction force", "N", case.direction, CUT)
         draw_reference(axes, case.reference)
         panel_letter(axes, "abcd"[k], f"{INTERACTIONS[case.interaction]}, {case.direction} tension")
     if names:
-        _draw_others(place(drawing, 0.34, FOOT, 0.4, LINE * len(names)), others, names)
+        _draw_others(place(drawing, 0.41, FOOT, 0.35, LINE * len(names)), others, names)
     return drawing
 
 
@@ -105,14 +107,16 @@ def _draw_others(axes: Axes, others: Sequence[tuple[Case, Simulation]], names: S
         if not ratio.known:
             ratio = Estimate(float(model.history["force"][-1] / case.dns.history["force"][-1]), 0.0)
         colour, marker = CASE_LOOKS[case.interaction]
-        filling = colour if case.direction == "course" else PAPER
-        look = {"color": colour, "marker": marker, "markerfacecolor": filling, "linestyle": "none"}
-        axes.errorbar(ratio.value, names.index(model.label), xerr=ratio.uncertainty, label=case.label, **look)
+        look = {"fmt": marker, "color": colour, "label": case.label}
+        look |= {"markerfacecolor": PAPER} if case.direction == "wale" else {}
+        axes.errorbar(ratio.value, names.index(model.label), xerr=ratio.uncertainty, **look)
     axes.axvline(1.0, color=FAINT, linewidth=0.8, zorder=0)
-    axes.set(xscale="log", ylim=(len(names) - 0.5, -0.5), yticks=range(len(names)), yticklabels=names)
-    axes.set_xlabel("force at full strain over the reference's, without one over the DNS's (1)")
+    axes.set(xscale="log", ylim=(len(names) - 0.5, -0.5), yticks=range(len(names)))
+    axes.set_yticklabels(names, fontsize=6.5)
+    axes.set_xlabel(f"force at full strain over the {owners(case.reference for case, _ in others)} (1)")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter("{x:g}")
-    axes.xaxis.set_minor_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter("")
     axes.grid(axis="y", linewidth=0.4, color=FAINT, alpha=0.5)
     panel_letter(axes, "e", "the DNS on other meshes, and variants of the reduced models")
     unique = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
@@ -138,30 +142,42 @@ def force_curve(look: Look, history: xr.Dataset, reference: Reference) -> Curve:
     return Curve(look, history["strain"].to_numpy(), history["force"].to_numpy(), note)
 
 
+def owners(references: Iterable[Reference]) -> str:
+    """Return in words whose force others are divided by: the reference's, without one the DNS's, or both."""
+    return " or the ".join(
+        sorted({"reference's" if each.known else "DNS's" for each in references}, reverse=True)
+    )
+
+
 def draw_curves(
-    axes: Axes, curves: Sequence[Curve], quantity: str, unit: str, direction: str = "course"
+    axes: Axes,
+    curves: Sequence[Curve],
+    quantity: str,
+    unit: str,
+    direction: str = "course",
+    cut: float = inf,
 ) -> None:
     """Draw curves over strain in a direction that begin at zero; names and last values stand beside their ends.
 
-    Where one curve rises far above all others the axis is cut below its end.
+    Where one curve rises above `cut` times all others the axis ends there.
     """
     top, *rest = sorted((float(curve.value.max()) for curve in curves), reverse=True)
-    limit = min(1.05 * top, CUT * max(rest, default=top)) or 1.0
+    limit = min(1.05 * top, cut * max(rest, default=top)) or 1.0
     axes.set(xlabel=f"strain in {direction} direction (%)", ylabel=f"{quantity} ({unit})")
     axes.set(xlim=(0, PERCENT * max(curve.strain.max() for curve in curves)), ylim=(0, limit))
     line = LINE_OF_TEXT * limit / (INCH * axes.figure.get_figheight() * axes.get_position().height)
-    lowest = -np.inf
-    for curve in sorted(curves, key=lambda curve: curve.value[-1]):
+    # Labels stand apart from each other, and none above the axes.
+    highest = limit
+    for curve in sorted(curves, key=lambda curve: curve.value[-1], reverse=True):
         beyond = curve.value.max() > limit
         axes.plot(
             PERCENT * curve.strain, curve.value, clip_on=beyond, label=curve.look.label, **curve.look.line
         )
-        end = f"{'↑ ' if beyond else ''}{curve.value[-1]:.3g} {unit if unit != '1' else ''}".rstrip()
+        end = f"{'↑ ' if beyond else ''}{f'{curve.value[-1]:#.3g}'.rstrip('.')} {unit.strip('1')}".rstrip()
         text = f"{curve.look.label}\n{end}{curve.note}"
-        # Labels stand apart from each other.
         high = 0.5 * line * (1 + text.count("\n"))
-        middle = max(min(float(curve.value[-1]), limit - high), lowest + high)
-        lowest = middle + high
+        middle = min(float(curve.value[-1]), highest - high)
+        highest = middle - high
         look = {"va": "center", "color": curve.look.colour, "annotation_clip": False, "fontsize": 7.0}
         at = (PERCENT * float(curve.strain[-1]), middle)
         axes.annotate(text, at, xytext=(7, 0), textcoords="offset points", **look)

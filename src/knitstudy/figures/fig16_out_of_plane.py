@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import BAR, bounds, colour_bar, draw_rows, graded_tube, scale_bar
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture, Surface
-from knitstudy.figures.style import panel_letter
+from knitstudy.figures.style import PERCENT, panel_letter
 from knitstudy.measures.catalogue import Results, network, one, solid
 from knitstudy.measures.discretisation import INTERACTIONS, NAMES
 from knitstudy.measures.reference import Reference, reference_of
@@ -65,15 +65,13 @@ def draw(
 def _titles(kind: str, dns: xr.Dataset, rom3d: xr.Dataset, true: Reference) -> list[str]:
     """Return model, interaction, largest motion, correlation with the DNS, and amplitude over the reference's."""
     found = []
-    correlation = out_of_plane_correlation(rom3d, dns)
     for fidelity, history, second in (
-        ("dns", dns, f"at {float(dns['strain'][-1]):.2%} strain"),
-        ("rom3d", rom3d, f"correlation {correlation:.2f}"),
+        ("dns", dns, f" at {PERCENT * float(dns['strain'][-1]):.3g} % strain"),
+        ("rom3d", rom3d, f", correlation with the DNS {out_of_plane_correlation(rom3d, dns):.2f}"),
     ):
         amplitude = true.ratio(history, RMS_U_Z, rms_out_of_plane(history))
-        found.append(
-            f"{NAMES[fidelity]}, {INTERACTIONS[kind]}: {_largest(history)}\n{second}, amplitude {amplitude}"
-        )
+        third = f"\namplitude {amplitude} of the reference's" if amplitude.known else ""
+        found.append(f"{NAMES[fidelity]}, {INTERACTIONS[kind]}\n{_largest(history)}{second}{third}")
     return found
 
 
@@ -90,13 +88,13 @@ def draw_cut(geometry: xr.Dataset, dns: xr.Dataset, whole: xr.Dataset) -> Figure
     """Draw both at full load, displacements true to scale, coloured on one scale."""
     titles = []
     for name, history in (("cells cut out", dns), ("whole yarns", whole)):
-        strain, force = float(history["strain"][-1]), float(history["force"][-1])
-        titles.append(f"{name}\n{strain:.2%} strain: {force:.3g} N, {_largest(history)}")
+        strain, force = PERCENT * float(history["strain"][-1]), float(history["force"][-1])
+        titles.append(f"{name}\n{strain:.3g} % strain: {force:.3g} N, {_largest(history)}")
     return draw_elevations([(dns, whole)], titles, float(geometry["radius"]))
 
 
 def _largest(history: xr.Dataset) -> str:
-    return f"largest $|u_z|$ {MILLIMETRE * np.abs(elevation(history)).max():.3g} mm"
+    return f"largest $|u_z|$ {MILLIMETRE * np.abs(elevation(history)).max():#.3g} mm"
 
 
 # ---- yarns coloured by their out-of-plane displacement ----
@@ -122,7 +120,7 @@ def draw_elevations(
     yarns = [[elevated_yarns(history, radius, scale, thickness) for history in row] for row in rows]
     window = bounds([surface for row in yarns for surfaces in row for surface in surfaces])
     pictures = [[Picture(surfaces, FRONT, window) for surfaces in row] for row in yarns]
-    drawing, panels = draw_rows(pictures, head=11.0, foot=BAR)
+    drawing, panels = draw_rows(pictures, head=14.5, foot=BAR)
     for axes, letter, title in zip(panels, "abcdefgh", titles, strict=False):
         panel_letter(axes, letter, title)
     for axes in panels[-2:]:

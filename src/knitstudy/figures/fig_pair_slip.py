@@ -58,9 +58,8 @@ class Slide:
     @property
     def kind(self) -> str:
         """Which of `PATHS` it is."""
-        if self.scene.interaction == "tie":
-            return "tied"
-        return "slid" if len(self.scene.load.path) == 2 else "slid and reversed"
+        slid = "slid" if len(self.scene.load.path) == 2 else "slid and reversed"
+        return "tied" if self.scene.interaction == "tie" else slid
 
 
 @FIGURES.add(

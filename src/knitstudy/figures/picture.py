@@ -130,9 +130,9 @@ def draw_arrow(
     axes.annotate("", np.add(tail, vector), tail, arrowprops=look | said, annotation_clip=False, zorder=7)
 
 
-def scale_bar(axes: Axes, length: float, view: View | None = None) -> None:
-    """Draw a bar of a length [mm] at the lower left corner, and the directions of a view at the lower right one."""
-    x, y = axes.transLimits.inverted().transform((0.03, 0.02))
+def scale_bar(axes: Axes, length: float, view: View | None = None, left: float = 0.03) -> None:
+    """Draw a bar of a length [mm] at the foot from a share of the axes on, and the directions of a view."""
+    x, y = axes.transLimits.inverted().transform((left, 0.02))
     axes.plot([x, x + length], [y, y], color=INK, linewidth=2.0, solid_capstyle="butt", marker="", zorder=10)
     look = {"ha": "left", "va": "bottom", "path_effects": HALO, "zorder": 10}
     axes.annotate(f"{length:g} mm", (x, y), xytext=(0, 4), textcoords="offset points", **look)

@@ -82,7 +82,7 @@ def label_of(scene: Scene) -> str:
         )
         words = [WORDS.get(scene.value(key)) for key in keys]
         if source := scene.value("rom.stress_from"):
-            words.append(f"by principal stress of {source}")
+            words.append(f"by principal stress of {source.rpartition('-')[2]} tension")
         words.append(CARRIED if scene.value("rom.springs_from") else None)
         words.append(SPRINGS.get((bool(scene.value("rom.stiffness")), scene.value("rom.axes"))))
     name = NAMES.get(scene.fidelity) or scene.kind.fidelity.meaning

@@ -113,23 +113,6 @@ def force_per_width(history: xr.Dataset, scene: Scene, increment: int = -1) -> f
     return float(history["force"][increment]) / (spacing * count)
 
 
-def contact_over_ties(
-    series: Iterable[Series], histories: Datasets, quantity: str
-) -> dict[str, dict[int, float]]:
-    """Return the ratio of friction to ties by model and cells in a row, for an attribute of histories."""
-    values: dict[tuple[str, str], dict[int, float]] = {}
-    for each in series:
-        values[each.model, each.interaction] = {
-            int(cells): histories[scene.name].attrs[quantity]
-            for cells, scene in zip(each.cells, each.scenes, strict=True)
-        }
-    return {
-        model: {cells: found[cells] / tied[cells] for cells in found if cells in tied}
-        for (model, interaction), found in values.items()
-        if interaction == INTERACTIONS["isotropic"] and (tied := values.get((model, INTERACTIONS["tie"])))
-    }
-
-
 @dataclass(frozen=True)
 class DomainResponse:
     """At full load: force over the width [N/m], largest |u_z| [m], mean normal force in the centre cell [N] or nan."""

@@ -30,14 +30,9 @@ def ledger_gap(history: xr.Dataset) -> float:
 
 
 def hourglass_share(history: xr.Dataset, form: str = "hourglass") -> float:
-    """Return the largest hourglass over internal energy where the latter is 1% of its final value or more."""
+    """Return the largest hourglass or other over internal energy where the latter is 1% of its final value or more."""
     internal, other = (history["energy"].sel(form=each) for each in ("internal", form))
     return float((other / internal.where(internal >= OF_FINAL * internal[-1])).max())
-
-
-def stabilisation_share(history: xr.Dataset) -> float:
-    """Return the same ratio of the energy that stabilisation has dissipated."""
-    return hourglass_share(history, "stabilisation")
 
 
 def hourglass_share_when_loaded(history: xr.Dataset) -> float:

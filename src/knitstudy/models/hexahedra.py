@@ -79,8 +79,8 @@ def _dependence(mesh: QuadraticMesh) -> sp.csr_matrix:
 def build(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Problem:
     """Return a scene with yarns of hexahedra as a problem.
 
-    Raises ConfigurationError if the fabric is endless or its yarns are arcs of others; MeshError if elements are too
-    large for the yarn or folded, the simulation does not fit into memory, a crossing cannot be tied, or yarns overlap.
+    Raises ConfigurationError if the fabric is endless; MeshError if elements are too large for the yarn or folded, the
+    simulation does not fit into memory, a crossing cannot be tied, or yarns overlap.
     """
     if len(fabric.periods):
         raise ConfigurationError(

@@ -26,7 +26,7 @@ BYTES_AN_UNKNOWN = {
 MORE_SLICES, MORE_SPANS = 0.65, 0.6
 """Share of a yarn that lies near crossings, where a mesh is refined and spans are shorter."""
 
-UNEVEN = 1.2  # Slices over those of elements as long as `mesh.growth` lets them be
+UNEVEN = 1.12  # Slices over those of elements as long as `mesh.growth` lets them be
 NODES_OF_QUADRATIC = 3.3  # Nodes of quadratic hexahedra over those of linear ones
 
 

@@ -9,7 +9,7 @@ from knitstudy.files import write_text
 from knitstudy.registry import listed
 from knitstudy.study.choice import AUTO, Ask
 from knitstudy.study.configuration import CONFIG
-from knitstudy.study.keys import ROLES, Section, allowed_values, describe
+from knitstudy.study.keys import ROLES, Section, allowed_values, describe_with_source
 from knitstudy.study.kinds import FIDELITIES, INTERACTIONS, SPECIMENS, Labels, all_kinds, all_sections
 
 COMMAND = "python -m knitstudy.study.documentation"
@@ -64,7 +64,7 @@ def _section_text(prefix: str, described: dict[str, type[Section]]) -> str:
     said = "\n\n".join(cleandoc(section.__doc__ or "") for section in dict.fromkeys(own.values()))
     rows = []
     for name, section in described.items():
-        unit, *about = (getattr(describe(section, name), column) for column in COLUMNS)
+        unit, *about = (getattr(describe_with_source(section, name), column) for column in COLUMNS)
         having = f"fidelity {AUTO}" if section is Ask else scenes_with(f"{prefix}{name}")
         allowed, default = allowed_values(section, name), _default(section, name)
         rows.append((f"`{prefix}{name}`", unit, allowed, default, having, *about))

@@ -7,10 +7,14 @@ values in words, error messages, ``knitstudy check``, ``docs/keys.md`` and the i
 
 from __future__ import annotations
 
+import ast
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
+from inspect import get_annotations, getsource
+from itertools import pairwise
+from textwrap import dedent
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, get_args, get_origin
 
@@ -117,18 +121,33 @@ class Description:
 class Section(BaseModel):
     """A group of keys that belong together."""
 
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", strict=True, allow_inf_nan=False, use_attribute_docstrings=True
-    )
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+def describe(section: type[Section], name: str) -> Description:
+    """Return what is known of the key `name` of a section, without its source."""
+    return section.model_fields[name].json_schema_extra
+
+
+def describe_with_source(section: type[Section], name: str) -> Description:
+    """Return what is known of the key `name` of a section, and what the text under it says."""
+    text = " ".join(_texts(section).get(name, "").split())
+    source, _, checked = text.partition(" Checked: ")
+    about = {"source": source.removesuffix("."), "checked": checked.removesuffix(".") or "none"}
+    return replace(describe(section, name), **about)
 
 
 @cache
-def describe(section: type[Section], name: str) -> Description:
-    """Return what is known of the key `name` of a section."""
-    field = section.model_fields[name]
-    source, _, checked = " ".join((field.description or "").split()).partition(" Checked: ")
-    about = {"source": source.removesuffix("."), "checked": checked.removesuffix(".") or "none"}
-    return replace(field.json_schema_extra, **about)
+def _texts(section: type[Section]) -> dict[str, str]:
+    """Return the texts under the keys of a section, which nothing but pages and ``check --sources`` asks for."""
+    found: dict[str, str] = {}
+    for each in reversed(section.__mro__[: section.__mro__.index(Section)]):
+        if get_annotations(each):  # combinations of sections have no key of their own, and no source
+            (defined,) = ast.parse(dedent(getsource(each))).body
+            for field, text in pairwise(defined.body):
+                if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):
+                    found[field.target.id] = ast.literal_eval(text.value)
+    return found
 
 
 def allowed_values(section: type[Section], name: str) -> str:

@@ -14,7 +14,6 @@ from knitstudy.measures.history_checks import (
     hourglass_share,
     ledger_gap,
     penetration,
-    stabilisation_share,
 )
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
@@ -196,6 +195,11 @@ def _contact(dns: xr.Dataset) -> list[Row]:
         (f"deepest {what}", "m", penetration(dns), allowed_penetration(dns)),
         ("augmentations", "1", dns["augmentations"].sum(), np.nan),
         ("friction over external work at full load", "1", friction, np.nan),
-        ("largest stabilisation over internal energy", "1", stabilisation_share(dns), STABILISATION),
+        (
+            "largest stabilisation over internal energy",
+            "1",
+            hourglass_share(dns, "stabilisation"),
+            STABILISATION,
+        ),
         ("stabilisation over internal energy at full load", "1", viscous, STABILISATION_AT_END),
     ]

@@ -12,7 +12,7 @@ import xarray as xr
 from knitstudy.errors import DataFileError
 from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, Datasets, Scenes, of_cases, several
 from knitstudy.measures.paper_values import number
-from knitstudy.models.joints import AXES, MAIN, MEASURES, NORMALS, Springs, springs
+from knitstudy.models.joints import AXES, MAIN, MEASURES, NORMALS, springs
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
@@ -22,17 +22,17 @@ TOUCHING = of_cases(
     (*SOLIDS, *OTHER_SOLIDS, "dns-{case}-penalty*"),
 )
 
-# Statistics of the secants of the crossings; reduced models use the first, which weights by displacements.
-STATISTICS = {
-    "averaged, sum(F d) / sum(d d)": "",
-    "averaged, mean of F / d": "mean",
-    "standard deviation of F / d": "std",
-    "smallest F / d": "min",
-    "largest F / d": "max",
+AVERAGED = (
+    "averaged, sum(F d) / sum(d d) [N/m]"  # What reduced models use: crossings count by their displacements
+)
+SECANTS = {  # Statistics of the secants of the crossings
+    "mean of F / d [N/m]": "mean",
+    "standard deviation of F / d [N/m]": "std",
+    "smallest F / d [N/m]": "min",
+    "largest F / d [N/m]": "max",
 }
-AVERAGES = tuple(STATISTICS)[:2]  # Statistics that the paper's numbers may be
 
-DISPLACEMENT, STATISTIC = "interface", next(iter(STATISTICS))  # Of the main reduced models
+DISPLACEMENT = "interface"  # Of the main reduced models
 # Normals and axes of the springs: main normal along all axes, other normals along local axes.
 SHOWN = ("local", "global")  # of the table at a glance
 READINGS = [(MAIN, axes) for axes in AXES] + [(normal, "local") for normal in NORMALS if normal != MAIN]
@@ -45,9 +45,10 @@ READINGS = [(MAIN, axes) for axes in AXES] + [(normal, "local") for normal in NO
     order=5,
 )
 def tabulate(contacts: Datasets, paper: pd.DataFrame, scenes: Scenes) -> pd.DataFrame:
-    """Return one row a scene, displacement measure that it has recorded, normal, axes, statistic and axis.
+    """Return one row a scene, displacement measure that it has recorded, normal, axes and axis.
 
-    Raises DataFileError if all crossings of a simulation are tied.
+    The paper does not say how it averages: its numbers may be the weighted average or the mean. Raises
+    DataFileError if all crossings of a simulation are tied.
     """
     return pd.DataFrame(
         [row for name, found in contacts.items() for row in _rows(scenes[name], found, paper)]
@@ -63,37 +64,29 @@ def _rows(scene: Scene, contacts: xr.Dataset, paper: pd.DataFrame) -> Iterator[d
     measures = [measure for measure, variable in MEASURES.items() if variable in contacts]
     for measure, (normal, axes) in product(measures, READINGS):
         found = springs(contacts, measure, axes, normal)
-        for statistic, of in STATISTICS.items():
-            comparable = statistic in AVERAGES and scene.interaction == "isotropic"
-            for place, value in enumerate(_over_crossings(of, found)):
-                axis = "xyz"[place]
-                theirs = number(paper, "2", direction, f"spring stiffness k{axis}") if comparable else np.nan
-                yield {
-                    "scene": scene.name,
-                    "load": direction,
-                    "interaction": scene.interaction,
-                    "contact stiffness over E / h [1]": scene.contact.normal_stiffness,
-                    "displacement": measure,
-                    "normal": normal,
-                    "axes": axes,
-                    "statistic": statistic,
-                    "axis": axis,
-                    "stiffness [N/m]": value,
-                    "paper [N/m]": theirs,
-                    "over paper's [1]": value / theirs,
-                    "crossings [1]": found.used[place],
-                    "negative [1]": found.negative[place],
-                    "undefined [1]": found.undefined[place],
-                    "open [1]": int(found.open.sum()),
-                }
-
-
-def _over_crossings(statistic: str, found: Springs) -> np.ndarray:
-    """Return a statistic (3,) of the crossings that have a secant; nan where none has."""
-    if not statistic:
-        return found.averaged
-    secants = np.ma.masked_invalid(found.stiffness)
-    return np.ma.filled(getattr(secants, statistic)(axis=0), np.nan)
+        secants = np.ma.masked_invalid(found.stiffness)
+        over = {name: np.ma.filled(getattr(secants, of)(axis=0), np.nan) for name, of in SECANTS.items()}
+        for place, axis in enumerate("xyz"):
+            printed = (paper, "2", direction, f"spring stiffness k{axis}")
+            theirs = number(*printed) if scene.interaction == "isotropic" else np.nan
+            yield {
+                "scene": scene.name,
+                "load": direction,
+                "interaction": scene.interaction,
+                "contact stiffness over E / h [1]": scene.contact.normal_stiffness,
+                "displacement": measure,
+                "normal": normal,
+                "axes": axes,
+                "axis": axis,
+                AVERAGED: found.averaged[place],
+                "paper [N/m]": theirs,
+                "averaged, over the paper's [1]": found.averaged[place] / theirs,
+                **{name: values[place] for name, values in over.items()},
+                "crossings [1]": found.used[place],
+                "negative [1]": found.negative[place],
+                "undefined [1]": found.undefined[place],
+                "open [1]": int(found.open.sum()),
+            }
 
 
 @TABLES.add(
@@ -103,15 +96,12 @@ def tabulate_averages(contacts: Datasets, paper: pd.DataFrame, scenes: Scenes) -
     """Return one row a simulation and axes: the averaged springs of interfaces beside the paper's."""
     found = tabulate(contacts, paper, scenes)
     shown = found[
-        (found["displacement"] == DISPLACEMENT)
-        & (found["statistic"] == STATISTIC)
-        & (found["normal"] == MAIN)
-        & found["axes"].isin(SHOWN)
+        (found["displacement"] == DISPLACEMENT) & (found["normal"] == MAIN) & found["axes"].isin(SHOWN)
     ]
     rows = []
     for (name, axes), of in shown.groupby(["scene", "axes"], sort=False):
         scene, by_axis = scenes[name], of.set_index("axis")
-        measured, theirs = (by_axis[column] for column in ("stiffness [N/m]", "paper [N/m]"))
+        measured, theirs = (by_axis[column] for column in (AVERAGED, "paper [N/m]"))
         row = {
             "scene": name,
             "load": scene.load.direction,

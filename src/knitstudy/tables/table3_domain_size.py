@@ -120,7 +120,7 @@ def tabulate_unknowns(
     Memory follows from its linear law in the unknowns where knits of several sizes were simulated; its uncertainty is
     the largest distance of these from the law.
     """
-    models = counted_models(Fabric.from_dataset(geometry).loop, scenes["geometry"], paper)
+    models = counted_models(Fabric.from_dataset(geometry), scenes["geometry"], paper)
     series = {each.stem: each for each in series_of(scenes[name] for name in squares or ())}
     rows = []
     for model in models:

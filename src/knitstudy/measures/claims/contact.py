@@ -14,7 +14,6 @@ from knitstudy.measures import centre_cell, response
 from knitstudy.measures.claims.evidence import NO_DIRECT, Evidence, Judgement, NotRun, verdict
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.estimate import Estimate, all_hold
-from knitstudy.measures.history_checks import stabilisation_share
 from knitstudy.measures.reference import transferred_uncertainty
 from knitstudy.measures.sweeps import FRICTION
 
@@ -131,7 +130,7 @@ def judge_kinematics(evidence: Evidence) -> Judgement:
     motions = (
         np.degrees(centre_cell.rotation_angle(contacts)),
         100 * centre_cell.closest_neighbour(contacts),
-        1e3 * np.abs(contacts["sliding"].to_numpy()).max(axis=-1),  # along the yarn along which it is larger
+        1e3 * np.abs(contacts["sliding"].to_numpy()),
         np.degrees(np.abs(contacts["contact_spin"].to_numpy())),
     )
     turned, closer, slid, spun = (each[-1, centre_cell.centre_cell(contacts)] for each in motions)
@@ -142,7 +141,8 @@ def judge_kinematics(evidence: Evidence) -> Judgement:
     holds = [turned >= angle, closer >= 100 * CONTRACTS * strain, slid >= way, spun >= angle]
     return Judgement(
         f"centre cell: sections turn by {said[0]} degrees, crossings come {said[1]} % of the chord closer to a "
-        f"neighbour on the yarn, surfaces slide {said[2]} mm, contact areas spin by {said[3]} degrees about the yarns",
+        f"neighbour on the yarn, surfaces slide {said[2]} mm along the yarns, contact areas spin by {said[3]} degrees "
+        "about these",
         verdict(all(each.all() for each in holds)),
         f"rotation and spin from {angle:.2g} degrees on, sliding from {way:.2g} mm, contraction from "
         f"{100 * CONTRACTS * strain:.2g} %",
@@ -185,10 +185,10 @@ def judge_order(quantity: str, order: tuple[str, ...], evidence: Evidence) -> Ju
         kind: scale * response.at_strain(each, strain, values(each, each)) for kind, each in histories.items()
     }
     said = ", ".join(f"{INTERACTIONS[kind]} {value:.3g} {unit}" for kind, value in dns.items())
-    known = {kind: evidence.reference_of(kind) for kind in INTERACTIONS}
+    known = {kind: evidence.reference_of(kind) for kind in order}
     common = set.intersection(*(set(each.strains(quantity, strain)) for each in known.values()))
     if not common:
-        raise NotRun("there is no reference of all three", f"{quantity} of DNS: {said}")
+        raise NotRun("there is no reference of all of these", f"{quantity} of DNS: {said}")
     true = {
         kind: each.at(quantity, max(common)).of(lambda value: scale * value) for kind, each in known.items()
     }
@@ -239,11 +239,12 @@ def judge_smaller_friction(evidence: Evidence) -> Judgement:
 def judge_untied_rows(evidence: Evidence) -> Judgement:
     """K11: without ties the outer rows slide, load is not transferred, and convergence suffers."""
     untied, tied = evidence.history("untied"), evidence.history("isotropic")
-    contacts = evidence.contact("untied").isel(increment=-1)
+    strain = response.common_strain([untied, tied])
+    contacts = evidence.contact("untied")
+    contacts = contacts.isel(increment=int(np.abs(contacts["strain"].to_numpy() - strain).argmin()))
     row, slip = contacts["row"].to_numpy(), 1e3 * np.nan_to_num(contacts["slip"].to_numpy())
     outer = (row == 0) | (row == row.max())
     slips, rest = slip[outer].mean(), slip[~outer].mean()
-    strain = response.common_strain([untied, tied])
     ratio = response.stiffness_at(untied, strain) / response.stiffness_at(tied, strain)
     iterations, usual = (int(history["newton_iterations"].sum()) for history in (untied, tied))
     scenes = [evidence.scenes[evidence.direct[kind]] for kind in ("untied", "isotropic")]
@@ -274,7 +275,11 @@ def judge_stabilisation(evidence: Evidence) -> Judgement:
     }
     if not names:
         raise NotRun("the study has no simulation with contact that uses stabilisation")
-    shares = {kind: stabilisation_share(evidence.histories[name]) for kind, name in names.items()}
+    energy = {kind: evidence.histories[name]["energy"] for kind, name in names.items()}
+    shares = {
+        kind: float((each.sel(form="stabilisation") / each.sel(form="internal")).max())
+        for kind, each in energy.items()
+    }
     allowed = evidence.printed("sec2.2", "stabilisation", "largest share of strain energy") / 100
     said = ", ".join(f"{kind} {share:.2%}" for kind, share in shares.items())
     return Judgement(

@@ -171,8 +171,8 @@ def findings(evidence: Evidence, table: pd.DataFrame) -> list[Finding]:
 def conclude(claim: str, uncertainty: str, found: Sequence[Finding]) -> Judgement:
     """Return the verdict on a claim from the findings under the base, which come first, and all readings.
 
-    "Reproduced if" another reading holds where the base does not; or if the base's holds and another one, against which
-    the paper says nothing, does not.
+    "Reproduced if" the base's holds and another reading does not, or the other way round; readings against which the
+    paper speaks are no conditions.
     """
     first, *others = found
     judged = decide(RULES[claim], first.evidence, uncertainty)
@@ -180,11 +180,10 @@ def conclude(claim: str, uncertainty: str, found: Sequence[Finding]) -> Judgemen
         return judged
     decides = [each for each in others if claim in each.touched and each.judged[claim].verdict in DECIDED]
     turned = [each.reading for each in decides if claim in each.turned]
-    if judged.verdict == REPRODUCED:
-        conditions = [each.base for each in turned if each.kind == READING and not each.against]
-    else:
-        holds = [each.reading for each in decides if each.judged[claim].verdict == REPRODUCED]
-        conditions = [each.reading for each in holds if each.kind == READING]
+    holds = judged.verdict == REPRODUCED
+    unlike = [each.reading for each in decides if (each.judged[claim].verdict == REPRODUCED) != holds]
+    may_be = [each for each in unlike if each.kind == READING and not each.against]
+    conditions = [each.base if holds else each.reading for each in may_be]
     return replace(
         judged,
         verdict=REPRODUCED_IF if conditions else judged.verdict,
