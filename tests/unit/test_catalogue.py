@@ -8,7 +8,6 @@ import synthetic
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES, draw
-from knitstudy.measures.discretisation import problem_of
 from knitstudy.registry import load_plugins
 from knitstudy.stages.displays import Displays
 from knitstudy.stages.plan import Plan
@@ -95,17 +94,6 @@ def test_they_are_planned_from_the_scenes_of_a_study(toy, scenes):
     assert "toy_stiffness" not in alone.names()
     with pytest.raises(ConfigurationError, match=r"'toy_stiffness' needs contacts of yarns-tie-wale or"):
         alone.files("toy_stiffness", "out")
-
-
-def test_accuracy_is_shown_where_the_reference_knows_a_problem(scenes, tmp_path):
-    path = tmp_path / "reference.csv"
-    for problem, shown in (("another", False), (problem_of(scenes[0]), True)):
-        path.write_text(f"problem\n{problem}\n")
-        figures = displays(FIGURES, scenes, {"reference": path})
-        assert ("fig_trade_force" in figures.names()) == shown
-        if not shown:
-            with pytest.raises(ConfigurationError, match="needs scenes of a problem with a reference"):
-                figures.files("fig_trade_force", "out")
 
 
 STICKY = '''

@@ -9,17 +9,13 @@ from functools import cached_property
 from pathlib import Path
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.files import read_table
 from knitstudy.measures.catalogue import Catalogue, Results
-from knitstudy.measures.discretisation import problem_of
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.plan import Plan, Step
 from knitstudy.stages.table import STAGES
 from knitstudy.study.scene import Scene, digest
 
 REFERENCE = Path("resources/reference")
-# Beginnings of the names of those that show errors: made only where the reference knows a problem of the study
-OF_ERRORS = ("trade", "fig_trade_")
 
 Source = Step | list[Step] | Path  # A result, several results of one argument, or a file of reference
 
@@ -60,17 +56,9 @@ class Displays:
                 steps = self._steps(results)
                 if steps:
                     known[argument] = steps if results.several else steps[0]
-            if set(display.needed) <= {*known, "scenes"} and (
-                not name.startswith(OF_ERRORS) or self._referenced
-            ):
+            if set(display.needed) <= {*known, "scenes"}:
                 found[name] = {argument: known[argument] for argument in display.takes if argument in known}
         return found
-
-    @cached_property
-    def _referenced(self) -> bool:
-        """Whether the reference knows a problem of the study."""
-        problems = set(read_table(self.reference["reference"])["problem"])
-        return any(problem_of(scene) in problems for scene in self.study.values())
 
     def _steps(self, results: Results) -> list[Step]:
         """Return the results that the study has, of scenes that have the stage."""
@@ -90,8 +78,7 @@ class Displays:
             ]
             scenes = ", ".join(f"{each.stage} of {' or '.join(each.names)}" for each in needed)
             raise ConfigurationError(
-                f"{self.catalogue.what} {name!r} needs "
-                f"{scenes or 'scenes of a problem with a reference (`make reference`)'}: {self.label} has no such scene"
+                f"{self.catalogue.what} {name!r} needs {scenes}: {self.label} has no such scene"
             )
 
         def path(source: Source) -> str | list[str]:
