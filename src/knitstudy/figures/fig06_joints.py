@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
@@ -34,7 +35,8 @@ def draw(geometry: xr.Dataset, contacts: xr.Dataset, rom3d: xr.Dataset) -> Figur
     """Draw the beams of the model between their nodes with the arms that join them, and the joint at P1."""
     knit = Fabric.from_dataset(geometry)
     side, radius = InterlockSide.in_the_middle(knit, contacts), knit.radius
-    whole, joint = _whole(knit, contacts, rom3d), _joint(knit, side, rom3d)
+    axes = spring_axes(side.normal, "local")[0]
+    whole, joint = _whole(knit, contacts, rom3d), _joint(knit, side, rom3d, axes)
     pictures = [
         Picture(surfaces, view, bounds(surfaces, view, below))
         for surfaces, view, below in ((whole, WHOLE, 3.0), (joint, DETAIL, 0.5))
@@ -44,7 +46,7 @@ def draw(geometry: xr.Dataset, contacts: xr.Dataset, rom3d: xr.Dataset) -> Figur
     panel_letter(left, "a", "beams and joints")
     points = {"$C_1$": side.C[0, 0], "$C_3$": side.C[0, 1], "$P_1$": side.P[0]}
     name_points(right, DETAIL, points, PLACES, ACCENT)
-    for name, direction in zip("xyz", spring_axes(side.normal, "local")[0], strict=True):
+    for name, direction in zip("xyz", axes, strict=True):
         tip = side.P[0] + (AXIS + 0.3) * radius * direction
         write(right, MILLIMETRE * DETAIL.project(tip), f"${name}$")
     scale_bar(right, 1)
@@ -66,14 +68,11 @@ def _whole(knit: Fabric, contacts: xr.Dataset, rom3d: xr.Dataset) -> list[Surfac
     return surfaces
 
 
-def _joint(knit: Fabric, side: InterlockSide, rom3d: xr.Dataset) -> list[Surface]:
-    """Return C1 and C3, the arms from there to P1, the beam nodes around, and the directions of its springs."""
+def _joint(knit: Fabric, side: InterlockSide, rom3d: xr.Dataset, axes: np.ndarray) -> list[Surface]:
+    """Return C1 and C3, the arms from there to P1, the beam nodes around, and the axes (3, 3) of its springs."""
     radius, start = knit.radius, side.P[0]
     s, of_yarn = rom3d["arc_length"].to_numpy(), rom3d["yarn"].to_numpy()
-    surfaces = [
-        arrow(start, AXIS * radius * direction, 0.05 * radius, INK)
-        for direction in spring_axes(side.normal, "local")[0]
-    ]
+    surfaces = [arrow(start, AXIS * radius * direction, 0.05 * radius, INK) for direction in axes]
     for yarn, middle, end, colour in zip(side.yarn, side.arc_length[0], side.C[0], side.colours, strict=True):
         reach = REACH * radius
         nodes = rom3d["centreline"].to_numpy()[(of_yarn == yarn) & (abs(s - middle) <= reach)]

@@ -192,5 +192,5 @@ def draw_reference(axes: Axes, reference: Reference, unit: float = 1.0) -> None:
     axes.fill_between(PERCENT * strain, force - off, force + off, color=FAINT, alpha=0.6, linewidth=0)
     look = {"color": INK, "linestyle": "none", "marker": "s", "markersize": 3.0, "markerfacecolor": "white"}
     look |= {"capsize": 2.5, "linewidth": 0.8, "label": "reference", "zorder": 3, "clip_on": False}
-    axes.errorbar(PERCENT * strain[1:], force[1:], off[1:], **look)
-    axes.legend(loc="upper left", handlelength=1.0)
+    drawn = axes.errorbar(PERCENT * strain[1:], force[1:], off[1:], **look)
+    axes.legend(handles=[drawn], loc="upper left", handlelength=1.0)  # curves have labels where they end

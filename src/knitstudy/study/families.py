@@ -70,7 +70,7 @@ def read_families(folder: Path) -> dict[str, Member]:
                     first = f"the first in the family {members[member.name].family!r}"
                     raise ConfigurationError(f"{member.where}: is there twice, {first}")
                 members[member.name] = member
-    for path, document in documents.items():
+    for path, document in families.items():
         for name in document.keys() - {*_OF_FAMILY, *asked}:
             raise ConfigurationError(f"{path}: {_unknown(name)} that an entry of scenes has")
     return members

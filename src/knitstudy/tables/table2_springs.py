@@ -22,9 +22,8 @@ TOUCHING = of_cases(
     (*SOLIDS, *OTHER_SOLIDS, "dns-{case}-penalty*"),
 )
 
-AVERAGED = (
-    "averaged, sum(F d) / sum(d d) [N/m]"  # What reduced models use: crossings count by their displacements
-)
+# What reduced models use: crossings count by their displacements
+AVERAGED = "averaged, sum(F d) / sum(d d) [N/m]"
 SECANTS = {  # Statistics of the secants of the crossings
     "mean of F / d [N/m]": "mean",
     "standard deviation of F / d [N/m]": "std",
