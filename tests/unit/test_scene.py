@@ -112,12 +112,7 @@ def test_springs_are_measured_or_given(scene, sprung):
             given.replace(name, value)
 
 
-LENGTHS = (
-    "pattern.course_spacing",
-    "pattern.wale_spacing",
-    "pair.length",
-    "yarn.diameter",
-)
+LENGTHS = ("pattern.course_spacing", "pattern.wale_spacing", "pair.length", "yarn.diameter")
 POINTS = ("pattern.control_points", "load.path")
 
 
