@@ -160,13 +160,12 @@ def require_seen_contact(scene: Scene, size: float) -> None:
         )
 
 
-# Share of a wave of pressure as long as a cell that Gauss points may miss: 1, 2, 3 and 4 points a side miss all, 24, 2.2
-# and 0.1 %
+# Share of a wave of pressure as long as a cell that Gauss points may miss; 1 to 4 a side miss all, 24, 2.2 and 0.1 %
 MISSED = 0.05
 
 
 def require_integrated_contact(scene: Scene) -> None:
-    """Refuse points of contact that are too few for the pressure of solid yarns: MeshError beyond the share `MISSED`."""
+    """Refuse points of contact that are too few for the pressure of solid yarns; MeshError beyond `MISSED`."""
     points = scene.contact.points
     place, weight = np.polynomial.legendre.leggauss(points)
     missed = abs(weight @ np.cos(np.pi * place)) / 2
