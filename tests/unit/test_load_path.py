@@ -30,17 +30,6 @@ def test_a_motion_is_straight_between_its_corners():
     np.testing.assert_allclose(motion.at(1.0), CORNERS[3], atol=1e-20)
 
 
-def test_increments_end_at_corners_and_stops():
-    drive = PrescribedDisplacement(np.arange(3), CORNERS[:2], (0.5, 1.0), (0.1, 0.7))
-    places, load = [], 0.0
-    while load < 1:
-        load = drive.next_stop(load)
-        places.append(load)
-    assert places == [0.1, 0.5, 0.7, 1.0]
-    # A load factor that rounding has brought just below a stop is that stop.
-    assert drive.next_stop(0.1 - 1e-15) == 0.5
-
-
 def test_a_pair_follows_its_path(plain_scene):
     pair = plain_scene.vary({"specimen": "pair", "fidelity": "hexahedra", "load.path": CORNERS.tolist()})
     motion = load_path(pair, yarn_pair(0.9e-3, 90.0, 5e-3, 0.01))

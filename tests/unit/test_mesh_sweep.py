@@ -22,7 +22,7 @@ def volumes(mesh):
 
 @pytest.fixture
 def two_yarns():
-    return sweep([Straight(12.0), Straight(12.0, y=3.0)], Section.butterfly(3, 1), 0.9, Spacing(0.5))
+    return sweep([Straight(12.0), Straight(12.0, (0, 3.0, 0))], Section.butterfly(3, 1), 0.9, Spacing(0.5))
 
 
 def test_numbering_follows_the_contract(two_yarns):
