@@ -12,7 +12,6 @@ from knitstudy.mechanics.solid import SolidState
 from knitstudy.models.simulate import build
 from knitstudy.study.configuration import load_scene
 
-
 CELL = {"pattern.loops": 1, "pattern.rows": 1}
 
 
