@@ -16,8 +16,15 @@ from rich.table import Table
 from rich.text import Text
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.files import read_dataset
 from knitstudy.registry import load_plugins
-from knitstudy.study.configuration import CONFIG, load_changed, workflow_configuration
+from knitstudy.study.configuration import (
+    CONFIG,
+    drawn_defaults,
+    load_changed,
+    own_scenes,
+    workflow_configuration,
+)
 from knitstudy.study.documents import parsed, read_yaml
 from knitstudy.study.scene import Scene
 
@@ -26,7 +33,7 @@ ONE_LINE, LONGEST = 32, 120  # Characters of a value that a terminal does not br
 
 def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
     """Print rows under the names of their columns."""
-    texts = [[plain(value) for value in row] for row in rows]
+    columns, *texts = ([plain(value) for value in row] for row in (columns, *rows))
     if sys.stdout is None or not sys.stdout.isatty():
         click.echo("\n".join("\t".join(line) for line in (columns, *texts)))
         return
@@ -40,12 +47,20 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
 
 
 def plain(value: Any) -> str:
-    """Return a value as it would stand in the configuration; numbers with the digits that matter."""
+    """Return a value as it would stand in the configuration; numbers with the digits that matter.
+
+    What a terminal would obey (escape sequences in the text of a file) is written out: ``\\x1b``.
+    """
     if isinstance(value, str):
-        return value
+        return visible(value)
     if isinstance(value, float):
         return f"{value:.6g}"
     return yaml.safe_dump(value, default_flow_style=True, width=float("inf")).removesuffix("\n...\n").strip()
+
+
+def visible(text: str) -> str:
+    """Return a text with characters that do not print, but for the ends of lines, written out."""
+    return "".join(each if each.isprintable() or each == "\n" else repr(each)[1:-1] for each in text)
 
 
 class Change(click.ParamType):
@@ -100,11 +115,32 @@ set_option = click.option(
 
 
 def changed_scene(name: str, changes: tuple[tuple[str, Any], ...], config: Path) -> Scene:
-    """Return a scene of the configuration with changed keys; a key that is given twice is refused."""
+    """Return a scene with changed keys; a key that is given twice is refused.
+
+    The name is that of a scene of the configuration, a file of scenes (`configuration.own_members`), or a result file.
+    """
     keys = [key for key, _ in changes]
     for twice in (key for key in keys if keys.count(key) > 1):
         values = " and ".join(plain(value) for key, value in changes if key == twice)
         raise ConfigurationError(
             f"--set {twice} is given {keys.count(twice)} times, {values}; once is allowed"
         )
+    if is_result(name):
+        return _recorded(name, drawn_defaults() if changes else {})[0].vary(dict(changes))
     return load_changed(name, dict(changes), config)
+
+
+def is_result(name: str) -> bool:
+    """Whether a scene is asked for by a file of results that holds its keys."""
+    return name.endswith(".nc")
+
+
+def scenes_beside(name: str, config: Path) -> dict[str, Scene]:
+    """Return the scenes that a file brings with it, beside the one that is asked for by the name of the file."""
+    return _recorded(name, {})[1] if is_result(name) else own_scenes(name, config)
+
+
+def _recorded(name: str, defaults: dict) -> tuple[Scene, dict[str, Scene]]:
+    from knitstudy.stages.record import scenes_of
+
+    return scenes_of(read_dataset(name), name, defaults)

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from knitstudy.cli.console import visible
 from knitstudy.cli.loop import loop
 from knitstudy.cli.results import export, measure, run, show
 from knitstudy.cli.scenes import check, list_scenes, plan
@@ -19,7 +20,7 @@ class OneMessage(click.ClickException):
 
     def show(self, file: Any = None) -> None:
         """Print the message as the workflow does."""
-        click.echo(f"error: {self.format_message()}", file=file or sys.stderr)
+        click.echo(f"error: {visible(self.format_message())}", file=file or sys.stderr)
 
 
 class Stopped(OneMessage):
@@ -86,7 +87,7 @@ def main(traceback: bool) -> None:
     knitstudy measure rom3d-tie-course           what all models miss and cost on this knit
     knitstudy plan rom3d-tie-course --question force --accuracy 0.05   the cheapest model that is accurate enough
     knitstudy run rom3d-tie-course               simulate a scene and all that it needs
-    knitstudy show results/simulation/rom3d-tie-course.nc
+    knitstudy show results/simulation/rom3d-tie-course.nc        its numbers; its keys with --keys
     knitstudy export dns-tie-course --dialect calculix
 
     `knitstudy COMMAND --help` shows more examples. `make study` runs a whole study with its figures and its report;

@@ -6,6 +6,7 @@ A scene is put together in layers, each over the one before: the calibrated loop
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -16,7 +17,7 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.registry import find, unknown_choice
 from knitstudy.study.choice import AUTO, Planned, is_open, of_model, planned, problem_of_keys
 from knitstudy.study.documents import read_yaml
-from knitstudy.study.families import STUDIES, Member, read_families
+from knitstudy.study.families import STUDIES, Member, read_families, read_file
 from knitstudy.study.keys import Section, output, validated
 from knitstudy.study.kinds import Kind, Labels, all_keys, all_kinds, all_sections, defaults_of_fields
 from knitstudy.study.scene import Scene, flat, set_dotted
@@ -25,6 +26,8 @@ CONFIG = Path(__file__).resolve().parents[3] / "config"
 """The checkout's own configuration folder, wherever the current directory is."""
 
 FAMILIES = "scenes"  # The folder of families in a configuration folder
+
+_FILE = re.compile(r"(.*\.ya?ml)(?::(.*))?")  # A file of scenes, and which of them
 
 # Where the keys of a calibrated loop go in a scene.
 _LOOP_KEYS = {
@@ -106,20 +109,49 @@ def knits_of(scenes: Mapping[str, Scene]) -> dict[str, Scene]:
 
 
 def load_changed(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Scene:
-    """Return one scene by its name with changed keys, by dotted name.
+    """Return one scene by its name, or by its file (`own_members`), with changed keys, by dotted name.
 
     Where the scene leaves its model open, or the changes do, a model is chosen for the changed scene.
     Raises ConfigurationError as `load_scenes`, and when a key is unknown or a value is not allowed.
     """
     _defaults(config)  # a folder without them is no configuration
-    if name in load_families(config) and asks(name, changes, config):
+    own = own_members(name, config)
+    if (own or name in load_families(config)) and asks(name, changes, config):
         return plan_of(name, changes, config).scene
-    return load_scene(name, config).vary(changes)
+    scene = _scene(_member(name, config), _defaults(config)) if own else load_scene(name, config)
+    return scene.vary(changes)
 
 
 def asks(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> bool:
     """Return whether a scene with changed keys leaves its model open."""
-    return is_open(load_families(config)[name].keys | changes)
+    return is_open(_member(name, config).keys | changes)
+
+
+def own_members(name: str, config: Path = CONFIG) -> dict[str, Member]:
+    """Return the scenes of a file, ``my.yaml``, or ``my.yaml:SCENE`` for one of several; none of other names."""
+    found = _FILE.fullmatch(name)
+    if found and not Path(found[1]).is_file():
+        raise ConfigurationError(f"{found[1]}: there is no such file of scenes")
+    return read_file(Path(found[1]), Path(config) / FAMILIES) if found else {}
+
+
+def own_scenes(name: str, config: Path = CONFIG) -> dict[str, Scene]:
+    """Return the scenes of a file of scenes (see `own_members`) by name, without those that leave their model open."""
+    members, defaults = own_members(name, config), _defaults(config)
+    return {key: _scene(member, defaults) for key, member in members.items() if not is_open(member.keys)}
+
+
+def _member(name: str, config: Path) -> Member:
+    """Return the member of a family by the name of its scene, or by its file."""
+    own = own_members(name, config)
+    if not own:
+        return _named(name, load_families(config), config)
+    path, wanted = _FILE.fullmatch(name).groups()
+    if wanted is None and len(own) > 1:
+        raise ConfigurationError(
+            f"{path}: holds {len(own)} scenes; name one, for example {path}:{next(iter(own))}"
+        )
+    return find("scene", own, wanted or next(iter(own)), path)
 
 
 def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Planned:
@@ -133,10 +165,10 @@ def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Pla
 
 def problem_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> tuple[Scene, dict, str]:
     """Return what a scene with changed keys simulates, by any model, its keys, and what begins messages about it."""
-    member = _named(name, load_families(config), config)
+    member = _member(name, config)
     keys = {key: value for key, value in member.keys.items() if is_open(member.keys) or not of_model(key)}
     keys |= dict(changes)
-    return problem_of_keys(name, keys, member.where, _defaults(config)), keys, member.where
+    return problem_of_keys(member.name, keys, member.where, _defaults(config)), keys, member.where
 
 
 def drawn_defaults() -> dict:

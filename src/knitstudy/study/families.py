@@ -20,6 +20,7 @@ from typing import Any
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import unknown_choice
 from knitstudy.study.documents import read_yaml
+from knitstudy.study.scene import flat
 
 STUDIES = ("ci", "reduced", "full", "reference")  # Names of the studies that a scene can belong to
 MOST = 10_000  # Scenes that one entry may make: with more, a list is not what was meant
@@ -53,7 +54,30 @@ def read_families(folder: Path) -> dict[str, Member]:
     Whether a scene may have the keys and values that it sets is not known here.
     Raises ConfigurationError, naming the file, and what in it is unknown, doubled or of the wrong type.
     """
-    documents = {path: read_yaml(path) for path in _files(Path(folder))}
+    return _read({path: read_yaml(path) for path in _files(Path(folder))})
+
+
+def read_file(path: Path, folder: Path) -> dict[str, Member]:
+    """Return the scenes of one file by name: a family that may lie anywhere, or the keys of one scene.
+
+    One scene has the name of its file unless it gives another one, and a knit of that name unless it gives one. It may
+    name a choice of the blocks that the files of `folder` define for all families, such as ``case: tie-course``.
+    Raises ConfigurationError as `read_families`.
+    """
+    documents = {each: read_yaml(each) for each in _files(Path(folder))}
+    shared = {each: document for each, document in documents.items() if "scenes" not in document}
+    document = read_yaml(path)
+    if "scenes" not in document:
+        blocks = {name for each in shared.values() for name in each}
+        name = document.pop("name", path.stem)
+        keys = {"knit": name} | flat({key: value for key, value in document.items() if key not in blocks})
+        entry = {"name": name, "keys": keys} | {key: document[key] for key in document.keys() & blocks}
+        document = {"studies": [], "scenes": [entry]}
+    return _read(shared | {path: document})
+
+
+def _read(documents: Mapping[Path, dict]) -> dict[str, Member]:
+    """Return the scenes of the files of families by name."""
     shared: dict[str, dict] = {}
     for path, document in documents.items():  # those without scenes first: they define for all
         if "scenes" not in document:
