@@ -10,15 +10,19 @@ from typing import Any
 
 import click
 import yaml
+from click.shell_completion import CompletionItem
 from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from knitstudy.errors import ConfigurationError
-from knitstudy.registry import load_plugins
-from knitstudy.study.configuration import CONFIG, load_changed, workflow_configuration
-from knitstudy.study.documents import parsed, read_yaml
+from knitstudy.errors import ConfigurationError, KnitstudyError
+from knitstudy.registry import is_loaded, load_plugins
+from knitstudy.study.choice import Ask
+from knitstudy.study.configuration import load_changed, load_families, scene_of_file, workflow_configuration
+from knitstudy.study.documents import CONFIG, parsed, read_yaml
+from knitstudy.study.given import OTHER_WAYS
+from knitstudy.study.kinds import all_keys
 from knitstudy.study.scene import Scene
 
 ONE_LINE, LONGEST = 32, 120  # Characters of a value that a terminal does not break, and that it shows at all
@@ -39,10 +43,15 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
     Console().print(table)
 
 
+def printable(text: str) -> str:
+    """Return a text with what would command a terminal, such as the escape sequences of a file, written out."""
+    return "".join(each if each.isprintable() else ascii(each)[1:-1] for each in text)
+
+
 def plain(value: Any) -> str:
     """Return a value as it would stand in the configuration; numbers with the digits that matter."""
     if isinstance(value, str):
-        return value
+        return printable(value)
     if isinstance(value, float):
         return f"{value:.6g}"
     return yaml.safe_dump(value, default_flow_style=True, width=float("inf")).removesuffix("\n...\n").strip()
@@ -65,30 +74,80 @@ class Change(click.ParamType):
         except ConfigurationError as error:
             self.fail(str(error), param, ctx)
 
+    def shell_complete(self, context: click.Context, option: click.Parameter, begun: str) -> list:
+        """Return the keys that begin like what is typed."""
+        if "=" in begun:
+            return []
+        keys = [*all_keys(), *OTHER_WAYS, *(f"ask.{name}" for name in Ask.model_fields)]
+        return [CompletionItem(f"{key}=") for key in keys if key.startswith(begun)]
 
-def load_plugins_of(folder: Path) -> None:
-    """Import the modules that ``config.yaml`` of a configuration folder names, as the workflow does."""
-    path = folder / "config.yaml"
-    if path.is_file():
-        load_plugins(workflow_configuration(read_yaml(path)).plugins)
+
+def load_plugins_of(config: Path) -> None:
+    """Import the plugins that ``config.yaml`` of the default configuration names, as the workflow does.
+
+    Those of another folder are its author's: they run if the command names them, and are mentioned if not.
+    """
+    path = config / "config.yaml"
+    plugins = workflow_configuration(read_yaml(path)).plugins if path.is_file() else ()
+    if config.resolve() == CONFIG:
+        load_plugins(plugins)
+        return
+    for name in plugins:
+        if not is_loaded(name):
+            said = f"{path}: plugin {name!r} was not run; to run its code, add --plugin {name}"
+            click.echo(printable(said), err=True)
 
 
-def _with_plugins(context: click.Context, option: click.Parameter, folder: Path) -> Path:
-    """Return the configuration folder once its plugins are imported: values of other options may need them."""
+def _plugins(context: click.Context, option: click.Parameter, names: tuple[str, ...]) -> None:
     if not context.resilient_parsing:
-        load_plugins_of(folder)
-    return folder
+        load_plugins(names)
 
 
-config_option = click.option(
-    "--config",
-    type=click.Path(path_type=Path),
-    default=CONFIG,
-    is_eager=True,
-    callback=_with_plugins,
-    show_default="the checkout's own",
-    help="Configuration folder: defaults.yaml, the families in scenes, and what they name.",
-)
+def _configuration(context: click.Context, option: click.Parameter, config: Path) -> Path:
+    """Return the configuration, once its plugins are imported: the file where that takes the place of a scene."""
+    if context.resilient_parsing:
+        return config
+    scene = context.params.get("scene") or ""
+    if scene.endswith((".yaml", ".yml")):
+        config = Path(scene)
+        context.params["scene"] = scene_of_file(config)
+    load_plugins_of(config)
+    return config
+
+
+def config_option(command: Any) -> Any:
+    """Add ``--config`` and ``--plugin`` to a command."""
+    command = click.option(
+        "--plugin",
+        multiple=True,
+        is_eager=True,
+        expose_value=False,
+        callback=_plugins,
+        help="Run a plugin: an installed entry point of knitstudy.plugins, or a module; may be repeated.",
+    )(command)
+    return click.option(
+        "--config",
+        type=click.Path(path_type=Path),
+        default=CONFIG,
+        callback=_configuration,
+        show_default="the one of knitstudy",
+        help="A file or a folder of scenes of one's own; with defaults.yaml, a configuration of its own.",
+    )(command)
+
+
+def _scenes(context: click.Context, argument: click.Parameter, begun: str) -> list[str]:
+    """Return the names of scenes that begin like what is typed."""
+    try:
+        families = load_families(context.params.get("config") or CONFIG)
+    except KnitstudyError:
+        return []
+    return [name for name in families if name.startswith(begun)]
+
+
+def scene_argument(name: str = "scene", **said: Any) -> Any:
+    """Return the argument of a command that names a scene, or a file that defines one."""
+    return click.argument(name, is_eager=True, shell_complete=_scenes, **said)
+
 
 set_option = click.option(
     "--set",

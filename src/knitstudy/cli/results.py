@@ -12,7 +12,7 @@ from typing import Any
 
 import click
 
-from knitstudy.cli.console import changed_scene, config_option, print_table, set_option
+from knitstudy.cli.console import changed_scene, config_option, print_table, scene_argument, set_option
 from knitstudy.errors import DataFileError
 from knitstudy.files import read_dataset, read_table
 from knitstudy.loading.restart import Progress
@@ -27,7 +27,7 @@ STAGES = ("knitstudy.stages.simulate", "knitstudy.loading.solve.resumed")
 
 
 @click.command(short_help="Simulate a scene and all that it needs.")
-@click.argument("scene")
+@scene_argument()
 @set_option
 @click.option("-o", "--output", type=FOLDER, default="results", show_default=True, help="Folder of results.")
 @click.option(
@@ -93,7 +93,7 @@ def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
 
 
 @click.command(short_help="Measure what all models cost and miss on this knit.")
-@click.argument("scene")
+@scene_argument()
 @set_option
 @click.option("-o", "--output", type=FOLDER, default="results", show_default=True, help="Folder of results.")
 @config_option
@@ -182,7 +182,7 @@ def show(file: Path, plot: Path | None) -> None:
 
 
 @click.command(short_help="Write a scene as an input deck of Abaqus or CalculiX.")
-@click.argument("scene")
+@scene_argument()
 @click.option(
     "--dialect", type=click.Choice(["abaqus", "calculix"]), required=True, help="The other program."
 )

@@ -92,7 +92,7 @@ def frame(job: Any) -> Iterator[Progress]:
         except KeyboardInterrupt:
             print("interrupted", file=sys.stderr)
             sys.exit(INTERRUPTED)
-        except Exception as error:
+        except (Exception, SystemExit) as error:  # a plugin may exit
             traceback.print_exc()
             kind = "" if isinstance(error, KnitstudyError) else f"{type(error).__name__}: "
             print(f"error in {label}: {kind}{error}\n  traceback in {path}", file=console)
