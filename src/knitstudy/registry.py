@@ -1,7 +1,7 @@
 """How the package grows: things of one kind by their names, each in a file of its own that registers it.
 
-Files of the package are found in the folder of their kind. Those from outside are modules that the configuration names
-under ``plugins``; importing one registers what is in it.
+Files of the package are found in the folder of their kind. Those from outside are plugins: entry points of the group
+``knitstudy.plugins`` or modules, which the configuration or the command names; importing one registers what is in it.
 """
 
 from __future__ import annotations
@@ -10,14 +10,20 @@ import difflib
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from importlib import import_module
+from importlib.metadata import entry_points
 from pathlib import Path
 from pkgutil import iter_modules
+from traceback import walk_tb
 from typing import Generic, TypeVar
 
 from knitstudy.errors import ConfigurationError
 
-MANY = 20  # Names beyond which a message does not list them all once it has a near one
+MANY = 20  # Names beyond which a message does not list them all
+NEAR = 3  # Names that a message offers at most in the place of a wrong one
 
+PLUGINS = "knitstudy.plugins"  # Group of entry points
+
+_imported: dict[str, str] = {}  # The modules of plugins, by the names that asked for them
 
 Entry = TypeVar("Entry")  # What a registry holds: an object or a class with a `name`
 
@@ -90,21 +96,34 @@ def meanings(entries: Mapping[str, Entry]) -> str:
     return listed([f"{name} ({meaning})" if meaning else name for name, meaning in sorted(said.items())])
 
 
-def load_plugins(modules: Iterable[str]) -> None:
-    """Import modules from outside of the package, or of the working folder, which register what is in them.
+def load_plugins(names: Iterable[str]) -> None:
+    """Import plugins, which register what is in them: entry points by name, or modules, of the working folder as well.
 
-    A module that cannot be imported raises a ConfigurationError.
+    One that cannot be imported, or exits, raises a ConfigurationError.
     """
     here = str(Path.cwd())
-    for name in modules:
+    for name in names:
         if here not in sys.path:
             sys.path.append(here)
+        module = next((each.module for each in entry_points(group=PLUGINS, name=name)), name)
         try:
-            import_module(name)
-        except Exception as error:  # whatever it is that a module of someone else's raises
+            import_module(module)
+            _imported[name] = module
+        except (Exception, SystemExit) as error:  # whatever it is that a module of someone else's raises
             said = " ".join(str(error).split())
             kind = "" if isinstance(error, ImportError) else f"{type(error).__name__}: "
             raise ConfigurationError(f"plugins: {name!r} cannot be imported: {kind}{said}") from error
+
+
+def is_loaded(plugin: str) -> bool:
+    """Return whether a plugin has been imported."""
+    return plugin in _imported
+
+
+def plugin_behind(error: BaseException) -> str:
+    """Return the plugin in whose code an error was raised, or in what that code called; nothing if in none."""
+    running = {frame.f_globals.get("__name__", "").split(".")[0] for frame, _ in walk_tb(error.__traceback__)}
+    return next((name for name, module in _imported.items() if module.split(".")[0] in running), "")
 
 
 def listed(names: Sequence[str]) -> str:
@@ -113,9 +132,24 @@ def listed(names: Sequence[str]) -> str:
 
 
 def unknown_choice(what: str, full_name: str, name: str, allowed: Sequence[str]) -> str:
-    """Return a message for a name that does not exist: the nearest one that does, and all unless they are many."""
-    near = difflib.get_close_matches(name, allowed, n=1)
-    hint = f" (did you mean {near[0]!r}?)" if near else ""
-    if near and len(allowed) > MANY:
-        return f"{what} {full_name!r}{hint}; {len(allowed)} names are allowed"
+    """Return a message for a name that does not exist: the nearest that do, and all unless they are many."""
+    near = nearest(name, allowed)
+    hint = f" (did you mean {listed([repr(each) for each in near])}?)" if near else ""
+    if len(allowed) > MANY:
+        such = "" if near else f", such as {', '.join(allowed[:NEAR])}"
+        return f"{what} {full_name!r}{hint}; {len(allowed)} names are allowed{such}"
     return f"{what} {full_name!r}{hint}; allowed are {', '.join(allowed) if allowed else 'none'}"
+
+
+def nearest(name: str, allowed: Iterable[str]) -> list[str]:
+    """Return the names that are like one, the best first: the same behind their dot, holding it, or spelt so."""
+    last = {each: each.rpartition(".")[2] for each in allowed}
+    if same := [each for each in last if last[each] == name.rpartition(".")[2]]:
+        return same[:NEAR]
+    inside = sorted((each for each in last if len(name) >= NEAR and name in each), key=len)
+    forms = [*last, *last.values()]
+    spelt = difflib.get_close_matches(name, forms, n=NEAR, cutoff=0.75) or difflib.get_close_matches(
+        name, forms, n=1
+    )
+    found = [each for form in spelt for each in last if form in (each, last[each])]
+    return list(dict.fromkeys([*inside, *found]))[:NEAR]

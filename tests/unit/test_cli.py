@@ -1,6 +1,8 @@
 """The command parses and prints, and ends with one message where something is wrong."""
 
 import re
+import sys
+from importlib import import_module
 
 import pytest
 from click.testing import CliRunner
@@ -92,16 +94,121 @@ def test_check_scene(knitstudy, config, monkeypatch):
     assert size[5] == "Table 5: 0.3 mm, of a radius of 0.9 mm"
 
 
-def test_plugins_of_the_configuration_are_imported(knitstudy, config, monkeypatch):
+def test_plugins_of_another_configuration_run_only_if_named(knitstudy, config, monkeypatch):
     (config / "config.yaml").write_text("study: ci\nfolder: config\nplugins: [plugin_of_a_test]\n")
+    named = ("--plugin", "plugin_of_a_test")
     said = "plugins: 'plugin_of_a_test' cannot be imported: No module named 'plugin_of_a_test'"
     for arguments in (("list", "--config", config), ("check", config), ("run", "dns-a", "--config", config)):
-        assert said in message(knitstudy(*arguments))
-    (config / "plugin_of_a_test.py").write_text("")
+        assert said in message(knitstudy(*arguments, *named))
+    module = config / "plugin_of_a_test.py"
+    module.write_text("from pathlib import Path\n\nPath('ran').touch()\n")
     monkeypatch.syspath_prepend(config)
-    assert knitstudy("check", config).exit_code == 0
+    checked = knitstudy("check", config)
+    assert "plugin 'plugin_of_a_test' was not run" in checked.stderr
+    assert (checked.exit_code, (config / "ran").exists()) == (0, False)
+    checked = knitstudy("check", config, *named)
+    assert (checked.exit_code, checked.stderr, (config / "ran").exists()) == (0, "", True)
     (config / "config.yaml").write_text("study: ci\nfolder: config\nplugin: []\n")
     assert "unknown key 'plugin' (did you mean 'plugins'?)" in message(knitstudy("check", config))
+
+
+@pytest.mark.parametrize(
+    ("when_imported", "when_run", "said"),
+    [
+        ("raise SystemExit(0)", "", "plugins: 'ends' cannot be imported: SystemExit: 0"),
+        ("", "raise SystemExit(0)", "plugin 'ends' ended the command: SystemExit: 0;"),
+        ("", "1 / 0", "plugin 'ends' ended the command: ZeroDivisionError: division by zero;"),
+    ],
+)
+def test_plugin_that_exits_or_raises_ends_a_run(
+    knitstudy, config, monkeypatch, when_imported, when_run, said
+):
+    (config / "ends.py").write_text(
+        f"{when_imported}\ndef simulate(*scene, **options):\n    {when_run or 'pass'}\n"
+    )
+    monkeypatch.syspath_prepend(config)
+    monkeypatch.delitem(sys.modules, "ends", raising=False)
+    if when_run:
+        monkeypatch.setattr("knitstudy.stages.simulate.simulate", import_module("ends").simulate)
+    assert said in message(knitstudy("run", "dns-a", "--config", config, "--plugin", "ends"))
+
+
+def test_installed_plugin_by_its_entry_point(knitstudy, config, tmp_path, monkeypatch):
+    about = tmp_path / "wool-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: wool\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text("[knitstudy.plugins]\nwool = wool_laws\n")
+    (tmp_path / "wool_laws.py").write_text("from pathlib import Path\n\nPath('ran').touch()\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert knitstudy("check", config).exit_code == 0
+    assert not (tmp_path / "ran").exists()
+    assert knitstudy("check", config, "--plugin", "wool").exit_code == 0
+    assert (tmp_path / "ran").exists()
+
+
+JERSEY_FILE = """\
+studies: []
+scenes:
+- name: jersey
+  case: isotropic-course
+  keys: {knit: jersey, fidelity: spline_yarns, pattern.course_spacing: 0.9e-3, pattern.wale_spacing: 1.1e-3,
+    yarn.diameter: 0.25e-3}
+"""
+
+
+@pytest.mark.parametrize("place", ["jersey.yaml", "mine/jersey.yaml", "mine/scenes/jersey.yaml"])
+def test_scenes_of_ones_own_beside_those_of_knitstudy(knitstudy, tmp_path, simulated, place):
+    path = tmp_path / place
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(JERSEY_FILE)
+    config = path if place == path.name else "mine"
+    names = [row[0] for row in table(knitstudy("list", "--config", config))]
+    assert names[-1] == "jersey"
+    assert "dns-tie-course" in names
+    knitstudy("run", path)
+    assert (simulated["scene"].name, simulated["scene"].yarn.diameter) == ("jersey", 0.25e-3)
+    path.write_text(JERSEY_FILE.replace("jersey\n", "dns-tie-course\n"))
+    assert "is there twice, the first in the family '2-hexahedra'" in message(knitstudy("check", config))
+
+
+def test_file_of_several_scenes_and_none(knitstudy, tmp_path):
+    assert message(knitstudy("run", "nix.yaml")) == "error: nix.yaml: there is no such file"
+    (tmp_path / "two.yaml").write_text(
+        JERSEY_FILE + JERSEY_FILE[JERSEY_FILE.index("- name") :].replace("jersey", "b")
+    )
+    assert "two.yaml: has the scenes jersey, b; name one of them, with --config two.yaml" in message(
+        knitstudy("check", "b", "--config", "two.yaml", "--set", "youngs_modulus=1")
+        and knitstudy("run", "two.yaml")
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("run", "nonsense"), r"unknown scene 'nonsense'; \d+ names are allowed, such as"),
+        (("run", "dns-tie-cuorse"), "did you mean 'dns-tie-course' or 'yarns-tie-course'"),
+        (("run", "dns-tie-course", "--set", "youngs_modulus=1"), r"\(did you mean 'yarn.youngs_modulus'\?\)"),
+        (("run", "dns-tie-course", "--set", "degree=1"), r"\(did you mean 'mesh.degree'"),
+        (("run", "dns-tie-course", "--set", "friction=1"), r"\(did you mean 'contact.friction'\?\)"),
+    ],
+)
+def test_wrong_names_are_answered_with_near_ones(knitstudy, arguments, said):
+    line = message(knitstudy(*arguments))
+    assert re.search(said, line), line
+    assert len(line) < 300
+
+
+def test_completion_of_scenes_and_keys(knitstudy, config):
+    def completed(*words):
+        asked = {
+            "_MAIN_COMPLETE": "bash_complete",
+            "COMP_WORDS": " ".join(("main", *words)),
+            "COMP_CWORD": str(len(words)),
+        }
+        return CliRunner().invoke(main, env=asked, prog_name="main").stdout.split()
+
+    assert completed("run", "--config", str(config), "d") == ["plain,dns-a"]
+    assert completed("run", "dns-a", "--set", "yarn.y") == ["plain,yarn.youngs_modulus="]
 
 
 @pytest.mark.parametrize("command", ["run", ("export", "--dialect", "abaqus")])
@@ -109,7 +216,7 @@ def test_plugins_of_the_configuration_are_imported(knitstudy, config, monkeypatc
     ("arguments", "said"),
     [
         (("dns-b",), "unknown scene 'dns-b' (did you mean 'dns-a'?)"),
-        (("dns-a", "--set", "mesh.sice=1"), "unknown key 'mesh.sice' (did you mean 'size'?)"),
+        (("dns-a", "--set", "mesh.sice=1"), "unknown key 'mesh.sice' (did you mean 'mesh.size'"),
         (("dns-a", "--set", "load.strain=5%"), "load.strain is '5%' but must be a number from -0.2 to 0.5"),
         (("dns-a", "--config", "nowhere"), "nowhere/defaults.yaml: is missing"),
     ],
@@ -160,8 +267,8 @@ def test_show(knitstudy, knit, tmp_path):
     result = knitstudy("show", "knit.nc", "--plot", "knit.png")
     assert ["kind", "geometry", ""] in table(result)
     assert (tmp_path / "knit.png").stat().st_size > 10_000
-    (tmp_path / "table.csv").write_text("model,force [N]\ndns,1.25\n")
-    assert table(knitstudy("show", "table.csv")) == [["model", "force [N]"], ["dns", "1.25"]]
+    (tmp_path / "table.csv").write_text("model,force [N]\ndns\x1b[2J,1.25\n")
+    assert table(knitstudy("show", "table.csv")) == [["model", "force [N]"], [r"dns\x1b[2J", "1.25"]]
 
 
 def test_show_what_is_not_there_or_damaged(knitstudy, tmp_path):

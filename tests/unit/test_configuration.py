@@ -43,7 +43,6 @@ def test_scenes_of_one_knit_share_its_geometry(config):
 @pytest.mark.parametrize(
     ("file", "content", "message"),
     [
-        ("defaults.yaml", None, r"defaults\.yaml: is missing"),
         ("loop.yaml", None, r"loop\.yaml: is missing"),
         ("defaults.yaml", "lod: 3", r"defaults\.yaml: unknown key 'lod' \(did you mean 'load'\?\)"),
         ("defaults.yaml", "specimen: knit\nspecimen: pair", r"defaults\.yaml, line 2: the key 'specimen'"),

@@ -6,7 +6,7 @@ import pytest
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.study.configuration import CONFIG, load_scenes
-from knitstudy.study.families import read_families
+from knitstudy.study.families import family_files, read_families
 
 CASES = """\
 case:
@@ -56,13 +56,13 @@ def replaced(old, new, text=FAMILY):
 def refused(folder):
     """Return what the folder is refused for, in one line."""
     with pytest.raises(ConfigurationError) as error:
-        read_families(folder)
+        read_families(family_files(folder))
     assert "\n" not in str(error.value)
     return str(error.value)
 
 
 def test_members_take_the_keys_of_family_entry_and_choices(folder):
-    members = read_families(folder())
+    members = read_families(family_files(folder()))
     assert list(members) == ["dns-tie-fine", "dns-tie-045", "dns-slip-fine", "dns-slip-045", "rom-slip"]
     assert members["dns-tie-045"].keys == {
         "knit": "plain",
@@ -81,9 +81,9 @@ def test_members_take_the_keys_of_family_entry_and_choices(folder):
 def test_files_are_read_in_the_order_of_their_numbers(folder):
     own = "studies: []\nscenes:\n- name: {}\n"
     path = folder(**{"10-b": own.format("b"), "9-a": own.format("a"), "own": own.format("c")})
-    names = list(read_families(path))
+    names = list(read_families(family_files(path)))
     assert (names[:2], names[-1]) == (["a", "b"], "c")
-    assert read_families(path)["a"].studies == ()
+    assert read_families(family_files(path))["a"].studies == ()
 
 
 @pytest.mark.parametrize(

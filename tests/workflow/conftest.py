@@ -96,7 +96,7 @@ def checkout_copy(tmp_path_factory):
     for part in PARTS:
         source, target = ROOT / part, folder / part
         if source.is_dir():
-            shutil.copytree(source, target, ignore=left_out)
+            shutil.copytree(source, target, ignore=left_out, symlinks=True)
         else:
             shutil.copy2(source, target)
     (folder / ".venv").symlink_to(sys.prefix)

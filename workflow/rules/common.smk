@@ -15,7 +15,8 @@ from knitstudy.registry import load_plugins
 from knitstudy.stages.memory import machine_memory
 from knitstudy.stages.plan import OUTDATED, Plan
 from knitstudy.stages.table import STAGES
-from knitstudy.study.configuration import load_study, workflow_configuration
+from knitstudy.study.configuration import folder_of, load_study, workflow_configuration
+from knitstudy.study.documents import RESOURCES
 from knitstudy.study.sample import load_trade
 
 
@@ -28,7 +29,7 @@ def stop(error):
 try:
     CONFIGURATION = workflow_configuration(config)
     load_plugins(CONFIGURATION.plugins)
-    CONFIG = Path(CONFIGURATION.folder)
+    CONFIG = folder_of(CONFIGURATION)
     PLAN = Plan.of(CONFIG)
     STUDY = [PLAN.scenes[name] for name in load_study(CONFIGURATION.study, CONFIG)]
     # Load paths that are known to end early, and what is made from them: the report names them.

@@ -3,7 +3,7 @@ REPORT = [f"{RESULTS}/report.html"]
 PAGE = {
     "captions": workflow.source_path("../report/captions.yaml"),
     "template": workflow.source_path("../report/template.html"),
-    "kept": "resources/verdicts.csv",
+    "kept": os.path.relpath(RESOURCES / "verdicts.csv"),
 }
 
 

@@ -3,29 +3,33 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from textwrap import shorten
 from typing import Any
 
 import click
 import yaml
+from click.shell_completion import CompletionItem
 from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from knitstudy.errors import ConfigurationError
+from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.files import read_dataset
-from knitstudy.registry import load_plugins
+from knitstudy.registry import is_loaded, load_plugins
+from knitstudy.study.choice import Ask
 from knitstudy.study.configuration import (
-    CONFIG,
     drawn_defaults,
     load_changed,
-    own_scenes,
+    load_families,
+    scene_of_file,
     workflow_configuration,
 )
-from knitstudy.study.documents import parsed, read_yaml
+from knitstudy.study.documents import CONFIG, parsed, read_yaml
+from knitstudy.study.given import OTHER_WAYS
+from knitstudy.study.kinds import all_keys
 from knitstudy.study.scene import Scene
 
 ONE_LINE, LONGEST = 32, 120  # Characters of a value that a terminal does not break, and that it shows at all
@@ -46,21 +50,18 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
     Console().print(table)
 
 
-def plain(value: Any) -> str:
-    """Return a value as it would stand in the configuration; numbers with the digits that matter.
+def printable(text: str) -> str:
+    """Return a text with what would command a terminal, such as the escape sequences of a file, written out."""
+    return "".join(each if each.isprintable() else ascii(each)[1:-1] for each in text)
 
-    What a terminal would obey (escape sequences in the text of a file) is written out: ``\\x1b``.
-    """
+
+def plain(value: Any) -> str:
+    """Return a value as it would stand in the configuration; numbers with the digits that matter."""
     if isinstance(value, str):
-        return visible(value)
+        return printable(value)
     if isinstance(value, float):
         return f"{value:.6g}"
     return yaml.safe_dump(value, default_flow_style=True, width=float("inf")).removesuffix("\n...\n").strip()
-
-
-def visible(text: str) -> str:
-    """Return a text with characters that do not print, but for the ends of lines, written out."""
-    return "".join(each if each.isprintable() or each == "\n" else repr(each)[1:-1] for each in text)
 
 
 class Change(click.ParamType):
@@ -80,30 +81,80 @@ class Change(click.ParamType):
         except ConfigurationError as error:
             self.fail(str(error), param, ctx)
 
+    def shell_complete(self, context: click.Context, option: click.Parameter, begun: str) -> list:
+        """Return the keys that begin like what is typed."""
+        if "=" in begun:
+            return []
+        keys = [*all_keys(), *OTHER_WAYS, *(f"ask.{name}" for name in Ask.model_fields)]
+        return [CompletionItem(f"{key}=") for key in keys if key.startswith(begun)]
 
-def load_plugins_of(folder: Path) -> None:
-    """Import the modules that ``config.yaml`` of a configuration folder names, as the workflow does."""
-    path = folder / "config.yaml"
-    if path.is_file():
-        load_plugins(workflow_configuration(read_yaml(path)).plugins)
+
+def load_plugins_of(config: Path) -> None:
+    """Import the plugins that ``config.yaml`` of the default configuration names, as the workflow does.
+
+    Those of another folder are its author's: they run if the command names them, and are mentioned if not.
+    """
+    path = config / "config.yaml"
+    plugins = workflow_configuration(read_yaml(path)).plugins if path.is_file() else ()
+    if config.resolve() == CONFIG:
+        load_plugins(plugins)
+        return
+    for name in plugins:
+        if not is_loaded(name):
+            said = f"{path}: plugin {name!r} was not run; to run its code, add --plugin {name}"
+            click.echo(printable(said), err=True)
 
 
-def _with_plugins(context: click.Context, option: click.Parameter, folder: Path) -> Path:
-    """Return the configuration folder once its plugins are imported: values of other options may need them."""
+def _plugins(context: click.Context, option: click.Parameter, names: tuple[str, ...]) -> None:
     if not context.resilient_parsing:
-        load_plugins_of(folder)
-    return folder
+        load_plugins(names)
 
 
-config_option = click.option(
-    "--config",
-    type=click.Path(path_type=Path),
-    default=CONFIG,
-    is_eager=True,
-    callback=_with_plugins,
-    show_default="the checkout's own",
-    help="Configuration folder: defaults.yaml, the families in scenes, and what they name.",
-)
+def _configuration(context: click.Context, option: click.Parameter, config: Path) -> Path:
+    """Return the configuration, once its plugins are imported: the file where that takes the place of a scene."""
+    if context.resilient_parsing:
+        return config
+    scene = context.params.get("scene") or ""
+    if scene.endswith((".yaml", ".yml")):
+        config = Path(scene)
+        context.params["scene"] = scene_of_file(config)
+    load_plugins_of(config)
+    return config
+
+
+def config_option(command: Any) -> Any:
+    """Add ``--config`` and ``--plugin`` to a command."""
+    command = click.option(
+        "--plugin",
+        multiple=True,
+        is_eager=True,
+        expose_value=False,
+        callback=_plugins,
+        help="Run a plugin: an installed entry point of knitstudy.plugins, or a module; may be repeated.",
+    )(command)
+    return click.option(
+        "--config",
+        type=click.Path(path_type=Path),
+        default=CONFIG,
+        callback=_configuration,
+        show_default="the one of knitstudy",
+        help="A file or a folder of scenes of one's own; with defaults.yaml, a configuration of its own.",
+    )(command)
+
+
+def _scenes(context: click.Context, argument: click.Parameter, begun: str) -> list[str]:
+    """Return the names of scenes that begin like what is typed."""
+    try:
+        families = load_families(context.params.get("config") or CONFIG)
+    except KnitstudyError:
+        return []
+    return [name for name in families if name.startswith(begun)]
+
+
+def scene_argument(name: str = "scene", **said: Any) -> Any:
+    """Return the argument of a command that names a scene, or a file that defines one."""
+    return click.argument(name, is_eager=True, shell_complete=_scenes, **said)
+
 
 set_option = click.option(
     "--set",
@@ -115,10 +166,7 @@ set_option = click.option(
 
 
 def changed_scene(name: str, changes: tuple[tuple[str, Any], ...], config: Path) -> Scene:
-    """Return a scene with changed keys; a key that is given twice is refused.
-
-    The name is that of a scene of the configuration, a file of scenes (`configuration.own_members`), or a result file.
-    """
+    """Return a scene of the configuration or of a result file with changed keys; a key given twice is refused."""
     keys = [key for key, _ in changes]
     for twice in (key for key in keys if keys.count(key) > 1):
         values = " and ".join(plain(value) for key, value in changes if key == twice)
@@ -126,21 +174,17 @@ def changed_scene(name: str, changes: tuple[tuple[str, Any], ...], config: Path)
             f"--set {twice} is given {keys.count(twice)} times, {values}; once is allowed"
         )
     if is_result(name):
-        return _recorded(name, drawn_defaults() if changes else {})[0].vary(dict(changes))
+        return recorded(name, drawn_defaults() if changes else {})[0].vary(dict(changes))
     return load_changed(name, dict(changes), config)
 
 
 def is_result(name: str) -> bool:
-    """Whether a scene is asked for by a file of results that holds its keys."""
+    """Whether a scene is asked for by a result file, which holds its keys."""
     return name.endswith(".nc")
 
 
-def scenes_beside(name: str, config: Path) -> dict[str, Scene]:
-    """Return the scenes that a file brings with it, beside the one that is asked for by the name of the file."""
-    return _recorded(name, {})[1] if is_result(name) else own_scenes(name, config)
-
-
-def _recorded(name: str, defaults: dict) -> tuple[Scene, dict[str, Scene]]:
+def recorded(name: str, defaults: Mapping[str, Any]) -> tuple[Scene, dict[str, Scene]]:
+    """Return the scene of a result file, and those that it names; `defaults` are of keys that the file lacks."""
     from knitstudy.stages.record import scenes_of
 
     return scenes_of(read_dataset(name), name, defaults)

@@ -7,7 +7,14 @@ from typing import Any
 
 import click
 
-from knitstudy.cli.console import changed_scene, config_option, plain, print_table, set_option
+from knitstudy.cli.console import (
+    changed_scene,
+    config_option,
+    plain,
+    print_table,
+    scene_argument,
+    set_option,
+)
 from knitstudy.errors import ConfigurationError
 from knitstudy.study.configuration import load_scenes
 
@@ -32,7 +39,7 @@ def _key_options(command: Any) -> Any:
 
 
 @click.command(short_help="Draw and optimise a loop for spacings and a yarn.")
-@click.argument("scene", required=False)
+@scene_argument(required=False)
 @_key_options
 @click.option(
     "--points", type=click.Path(path_type=Path, dir_okay=False), help="CSV file of control points, in m."

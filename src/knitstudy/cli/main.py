@@ -7,12 +7,13 @@ from typing import Any
 
 import click
 
-from knitstudy.cli.console import visible
+from knitstudy.cli.console import printable
 from knitstudy.cli.loop import loop
 from knitstudy.cli.results import export, measure, run, show
 from knitstudy.cli.scenes import check, list_scenes, plan
 from knitstudy.errors import EndedEarly, KnitstudyError
 from knitstudy.files import code_version
+from knitstudy.registry import plugin_behind
 
 
 class OneMessage(click.ClickException):
@@ -20,7 +21,8 @@ class OneMessage(click.ClickException):
 
     def show(self, file: Any = None) -> None:
         """Print the message as the workflow does."""
-        click.echo(f"error: {visible(self.format_message())}", file=file or sys.stderr)
+        lines = map(printable, f"error: {self.format_message()}".split("\n"))
+        click.echo("\n".join(lines), file=file or sys.stderr)
 
 
 class Stopped(OneMessage):
@@ -55,6 +57,14 @@ class Commands(click.Group):
                 ) from error
             kind = Incomplete if isinstance(error, EndedEarly) else OneMessage
             raise kind(str(error)) from error
+        except (Exception, SystemExit) as error:
+            plugin = plugin_behind(error)
+            if context.params["traceback"] or not plugin:
+                raise
+            said = " ".join(f"{type(error).__name__}: {error}".split())
+            raise OneMessage(
+                f"plugin {plugin!r} ended the command: {said}; --traceback shows where"
+            ) from error
 
 
 def print_version(context: click.Context, option: click.Parameter, wanted: bool) -> None:

@@ -19,7 +19,8 @@ from knitstudy.cli.console import (
     is_result,
     plain,
     print_table,
-    scenes_beside,
+    recorded,
+    scene_argument,
     set_option,
 )
 from knitstudy.errors import DataFileError
@@ -27,7 +28,6 @@ from knitstudy.files import read_dataset, read_table
 from knitstudy.loading.restart import Progress
 from knitstudy.study.choice import ERROR, MEMORY, OWN, SECONDS
 from knitstudy.study.configuration import (
-    CONFIG,
     asks,
     default_keys,
     plan_of,
@@ -44,7 +44,7 @@ STAGES = ("knitstudy.stages.simulate", "knitstudy.loading.solve.resumed")
 
 
 @click.command(short_help="Simulate a scene and all that it needs.")
-@click.argument("scene")
+@scene_argument()
 @set_option
 @click.option("-o", "--output", type=FOLDER, default="results", show_default=True, help="Folder of results.")
 @click.option(
@@ -74,7 +74,7 @@ def run(
     knitstudy run rom3d-tie-course --set mesh.beam_size=0.25
     knitstudy run dns-tie-course --set pattern.loops=2 --set pattern.rows=2 --output small
     knitstudy run pair-slid-90 --set name=pair-smooth --set contact.friction=0.1
-    knitstudy run my.yaml                        the scene of a file; my.yaml:NAME if it holds several
+    knitstudy run my.yaml                        the scene of a file
     knitstudy run RESULT.nc --anew               what a result file holds, again, from that file alone
 
     A scene that leaves its model open (`fidelity: auto`) prints the chosen model and its price before it runs.
@@ -95,7 +95,7 @@ def run(
     chosen = changed_scene(scene, changes, config)
     if before is None:
         _print_choice(scene, dict(changes), config)
-    plan = Plan.with_scenes(scenes_beside(scene, config), config)
+    plan = None if before is None else Plan.with_scenes(recorded(scene, {})[1], config)
     try:
         with _log_on_console(verbose):
             results = simulate(chosen, output, config=config, progress=Progress, anew=anew, plan=plan)
@@ -122,7 +122,7 @@ def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
 
 
 @click.command(short_help="Measure what all models cost and miss on this knit.")
-@click.argument("scene")
+@scene_argument()
 @set_option
 @click.option("-o", "--output", type=FOLDER, default="results", show_default=True, help="Folder of results.")
 @config_option
@@ -260,7 +260,7 @@ def _print_differences(first: xr.Dataset, second: xr.Dataset, file: Path, other:
 
 
 @click.command(short_help="Write a scene for Abaqus or CalculiX, a history for ParaView.")
-@click.argument("scene")
+@scene_argument()
 @click.option(
     "--dialect",
     type=click.Choice(["abaqus", "calculix", "paraview"]),
@@ -314,7 +314,7 @@ def _write_series(file: Path, output: Path | None) -> Path:
     with _naming(file):
         if (kind := kind_of(history)) != "history":
             raise DataFileError(f"is a {kind} and must be a history")
-    scene = changed_scene(str(file), (), CONFIG)
+    scene = recorded(str(file), {})[0]
     geometry, mesh = STAGES["geometry"].function(scene), None
     if has_mesh(scene) and "node_displacement" in history:
         mesh = STAGES["mesh"].function(scene, geometry=geometry)

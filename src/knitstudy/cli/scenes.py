@@ -13,6 +13,7 @@ from knitstudy.cli.console import (
     load_plugins_of,
     plain,
     print_table,
+    scene_argument,
     set_option,
 )
 from knitstudy.errors import ConfigurationError
@@ -69,7 +70,7 @@ def list_scenes(study: str | None, family: str | None, fidelity: str | None, con
 
 
 @click.command(short_help="Check a configuration; show all keys of a scene.")
-@click.argument("what", metavar="[FOLDER | SCENE]", required=False)
+@scene_argument("what", metavar="[FOLDER | FILE | SCENE]", required=False)
 @set_option
 @click.option("--sources", is_flag=True, help="Also print the source of every key of the scene.")
 @config_option
@@ -83,13 +84,13 @@ def check(what: str | None, changes: tuple, sources: bool, config: Path) -> None
     a key tells whether the paper states it, or whether it was inferred, calibrated, assumed or chosen here.
 
     \b
-    knitstudy check                              the configuration of the checkout
-    knitstudy check my-config                    another folder
+    knitstudy check                              the default configuration
+    knitstudy check my-scenes                    a folder, or a file, of one's own
     knitstudy check dns-tie-course               all keys of a scene
     knitstudy check dns-tie-course --sources     and their sources
     knitstudy check dns-tie-course --set mesh.size=0.5
     """
-    if what is None or Path(what).is_dir():
+    if what is None or Path(what).is_dir() or what.endswith((".yaml", ".yml")):
         if changes or sources:
             raise click.UsageError("--set and --sources need the name of a scene")
         _check_folder(config if what is None else Path(what))
@@ -133,7 +134,7 @@ def _print_keys(scene: Scene, sources: bool) -> None:
 
 
 @click.command(short_help="Choose a model for a question, and show its price.")
-@click.argument("scene")
+@scene_argument()
 @click.option("--question", help="force, out_of_plane, contact or stress.")
 @click.option("--accuracy", type=float, help="Largest relative error, for example 0.05.")
 @click.option("--seconds", type=float, help="Largest time [s].")

@@ -8,6 +8,7 @@ from typing import Any
 
 import jinja2
 import pandas as pd
+from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from knitstudy.figures.catalogue import FIGURES
 
@@ -55,5 +56,7 @@ def summarise(
 
 def _filled(template: Path, **said: Any) -> str:
     """Return the text of a template with its blanks filled."""
-    environment = jinja2.Environment(undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment = ImmutableSandboxedEnvironment(
+        undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
     return environment.from_string(template.read_text(encoding="utf-8")).render(**said)

@@ -11,6 +11,7 @@ from typing import Any
 
 import jinja2
 import pandas as pd
+from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES
@@ -80,7 +81,9 @@ def render(
     DataFileError
         When a picture cannot be read.
     """
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
+    environment = ImmutableSandboxedEnvironment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
+    )
     environment.globals["value"] = partial(value, results)
     figures = {path.stem: _figure(path, captions, environment) for path in pictures}
     tables = {name: _table(name, table, captions) for name, table in results.items()}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,21 +14,24 @@ from knitstudy.measures.catalogue import Catalogue, Results
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.plan import Plan, Step
 from knitstudy.stages.table import STAGES
+from knitstudy.study.configuration import base_of
+from knitstudy.study.documents import RESOURCES
 from knitstudy.study.scene import Scene, digest
 
-REFERENCE = Path("resources/reference")
+REFERENCE = RESOURCES / "reference"
 
 Source = Step | list[Step] | Path  # A result, several results of one argument, or a file of reference
 
 
 def reference_files(config: Path) -> dict[str, Path]:
     """Return the files that no study makes, by the arguments of figures and tables."""
+    folder = Path(os.path.relpath(REFERENCE))  # as Snakemake lists it
     return {
-        "paper": REFERENCE / "paper_tables.csv",
-        "claims": REFERENCE / "paper_claims.csv",
-        "readings": REFERENCE / "readings.csv",
-        "reference": REFERENCE / "reference.csv",
-        "targets": config / "calibration.yaml",
+        "paper": folder / "paper_tables.csv",
+        "claims": folder / "paper_claims.csv",
+        "readings": folder / "readings.csv",
+        "reference": folder / "reference.csv",
+        "targets": base_of(config) / "calibration.yaml",
     }
 
 

@@ -30,8 +30,9 @@ from knitstudy.stages.displays import Displays, reference_files
 from knitstudy.stages.extremes import load_trials
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
-from knitstudy.study.choice import COLUMNS, RESOURCES, TRADE_KEPT
+from knitstudy.study.choice import COLUMNS, TRADE_KEPT
 from knitstudy.study.configuration import CONFIG, load_scenes, load_study
+from knitstudy.study.documents import RESOURCES, WORKFLOW
 from knitstudy.study.scene import Scene, digest
 from knitstudy.tables.catalogue import TABLES, tabulate
 from knitstudy.tables.reference import REFERENCE_SCENES, limits, values_of
@@ -97,7 +98,7 @@ def age_warning(kept: Path, column: str, wanted: str, what: str, target: str) ->
     return f"{what} were kept on {days}; {why}: `make {target}` makes them anew."
 
 
-VERDICTS = Kept("full", "verdicts", Path("resources/verdicts.csv"), "Verdicts")
+VERDICTS = Kept("full", "verdicts", RESOURCES / "verdicts.csv", "Verdicts")
 """What the report of every study shows beside its own verdicts."""
 
 
@@ -126,7 +127,7 @@ def _save_picture(drawing: Figure, path: Path, sources: Mapping, title: str) -> 
 
 # Verdicts of the full study
 
-VERDICTS_PAGE, TEMPLATE = Path("docs/results.md"), Path("workflow/report/results.md")
+VERDICTS_PAGE, TEMPLATE = Path("docs/results.md"), WORKFLOW / "report" / "results.md"
 
 
 def keep_verdicts(config: Path = CONFIG) -> str:
@@ -155,7 +156,7 @@ def keep_trade(config: Path = CONFIG) -> str:
 
 # The reference: values to which independent discretisations converge
 
-REFERENCE = Path("resources/reference/reference.csv")
+REFERENCE = RESOURCES / "reference" / "reference.csv"
 """What models are measured against; the values of single simulations lie beside it."""
 
 SEPARATOR = " "  # Between the digests of all codes that the values behind the reference were made by

@@ -21,6 +21,7 @@ from knitstudy.loading.restart import Progress, Run, restart_of
 from knitstudy.registry import load_plugins
 from knitstudy.stages.plan import Plan, digest_of, digest_or_warning, make, result_of
 from knitstudy.stages.table import STAGES
+from knitstudy.study.configuration import folder_of, workflow_configuration
 from knitstudy.study.scene import Scene
 
 RESTARTS = Path("run")  # Folder of restart files, by stage
@@ -48,7 +49,7 @@ def run_stage(job: Any) -> None:
         if stage.long:
             stage.require_machine(scene)
         needed = {name: read_result(path) for name, path in files.items()}
-        plan = Plan.of(Path(job.config["folder"]))
+        plan = Plan.of(folder_of(workflow_configuration(job.config)))
         whole = plan.scenes.get(scene.name, scene)
         if stage.document(whole) != document:
             raise ConfigurationError(f"scene {scene.name} was edited meanwhile; type the same command again")
@@ -96,7 +97,7 @@ def frame(job: Any) -> Iterator[Progress]:
         except KeyboardInterrupt:
             print("interrupted", file=sys.stderr)
             sys.exit(INTERRUPTED)
-        except Exception as error:
+        except (Exception, SystemExit) as error:  # a plugin may exit
             traceback.print_exc()
             kind = "" if isinstance(error, KnitstudyError) else f"{type(error).__name__}: "
             print(f"error in {label}: {kind}{error}\n  traceback in {path}", file=console)

@@ -20,13 +20,13 @@ from pydantic import Field
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import find
+from knitstudy.study.documents import RESOURCES
 from knitstudy.study.keys import Section, output, validated
 from knitstudy.study.kinds import FIDELITIES, role_of
 from knitstudy.study.promises import law_of
 from knitstudy.study.sample import ANY, Case, Inputs, Trade, endless, load_trade, same_knit
 from knitstudy.study.scene import Scene, set_dotted
 
-RESOURCES = Path(__file__).resolve().parents[3] / "resources"
 TRADE_KEPT = RESOURCES / "trade.csv"  # What `make trade` measured: a row a knit, rung and question
 OWN = Path("measured.csv")  # The same of knits of one's own, in the working folder
 

@@ -1,12 +1,12 @@
 """From the files of the configuration folder to scenes.
 
 A scene is put together in layers, each over the one before: the calibrated loop (``pattern.loop`` names its file),
-``defaults.yaml``, and the keys that its family in ``scenes`` sets (see `knitstudy.study.families`).
+``defaults.yaml``, and the keys that its family in ``scenes`` sets (see `knitstudy.study.families`). A file of one
+family, or a folder without ``defaults.yaml``, adds its scenes to those of the default configuration.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -16,18 +16,13 @@ from pydantic import Field
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import find, unknown_choice
 from knitstudy.study.choice import AUTO, Planned, is_open, of_model, planned, problem_of_keys
-from knitstudy.study.documents import read_yaml
-from knitstudy.study.families import STUDIES, Member, read_families, read_file
+from knitstudy.study.documents import CONFIG, read_yaml
+from knitstudy.study.families import STUDIES, Member, family_files, read_families
 from knitstudy.study.keys import Section, output, validated
-from knitstudy.study.kinds import Kind, Labels, all_keys, all_kinds, all_sections, defaults_of_fields
+from knitstudy.study.kinds import Kind, Labels, all_keys, all_kinds, defaults_of_fields, unknown_key
 from knitstudy.study.scene import Scene, flat, set_dotted
 
-CONFIG = Path(__file__).resolve().parents[3] / "config"
-"""The checkout's own configuration folder, wherever the current directory is."""
-
 FAMILIES = "scenes"  # The folder of families in a configuration folder
-
-_FILE = re.compile(r"(.*\.ya?ml)(?::(.*))?")  # A file of scenes, and which of them
 
 # Where the keys of a calibrated loop go in a scene.
 _LOOP_KEYS = {
@@ -66,10 +61,24 @@ def workflow_configuration(config: Any) -> Workflow:
     return validated(Workflow, config, "the workflow's configuration")
 
 
+def folder_of(configuration: Workflow) -> Path:
+    """Return the folder that a configuration of the workflow names: from the working folder, or the default one."""
+    named = Path(configuration.folder)
+    return CONFIG if str(named) == CONFIG.name and not named.exists() else named
+
+
+def base_of(config: Path) -> Path:
+    """Return the folder whose defaults, calibration and families hold for a folder, or a file, of scenes."""
+    config = Path(config)
+    own = config.is_file() or (config.is_dir() and not (config / "defaults.yaml").exists())
+    return CONFIG if own else config
+
+
 def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
     """Return every scene of a configuration folder by its name, each checked and all checked together.
 
-    The folder has ``defaults.yaml``, the families in ``scenes``, and the loop file that the defaults name.
+    The folder has ``defaults.yaml``, the families in ``scenes``, and the loop file that the defaults name. Scenes of a
+    file, or of a folder without defaults, are added to those of the default configuration.
     Raises ConfigurationError, naming file, scene, key, value and what is allowed.
     """
     default_keys(config)  # what is wrong in the defaults is said of the defaults
@@ -87,7 +96,24 @@ def load_scene(name: str, config: Path = CONFIG) -> Scene:
 
 def load_families(config: Path = CONFIG) -> dict[str, Member]:
     """Return the families' members by the names of their scenes: where each stands, its studies and what it sets."""
-    return read_families(Path(config) / FAMILIES)
+    config, base = Path(config), base_of(config)
+    paths = family_files(base / FAMILIES)
+    if config.is_file():
+        paths.append(config)
+    elif base != config:
+        paths += family_files(config / FAMILIES if (config / FAMILIES).is_dir() else config)
+    return read_families(paths)
+
+
+def scene_of_file(path: Path) -> str:
+    """Return the name of the only scene that a file of a family defines; a ConfigurationError where it has several."""
+    if not path.is_file():
+        raise ConfigurationError(f"{path}: there is no such file")
+    names = [member.name for member in load_families(path).values() if member.where.startswith(f"{path}, ")]
+    if len(names) != 1:
+        some = f"{', '.join(names[:3])}{' ...' if len(names) > 3 else ''}"
+        raise ConfigurationError(f"{path}: has the scenes {some}; name one of them, with --config {path}")
+    return names[0]
 
 
 def load_study(name: str, config: Path = CONFIG) -> tuple[str, ...]:
@@ -109,49 +135,20 @@ def knits_of(scenes: Mapping[str, Scene]) -> dict[str, Scene]:
 
 
 def load_changed(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Scene:
-    """Return one scene by its name, or by its file (`own_members`), with changed keys, by dotted name.
+    """Return one scene by its name with changed keys, by dotted name.
 
     Where the scene leaves its model open, or the changes do, a model is chosen for the changed scene.
     Raises ConfigurationError as `load_scenes`, and when a key is unknown or a value is not allowed.
     """
     _defaults(config)  # a folder without them is no configuration
-    own = own_members(name, config)
-    if (own or name in load_families(config)) and asks(name, changes, config):
+    if name in load_families(config) and asks(name, changes, config):
         return plan_of(name, changes, config).scene
-    scene = _scene(_member(name, config), _defaults(config)) if own else load_scene(name, config)
-    return scene.vary(changes)
+    return load_scene(name, config).vary(changes)
 
 
 def asks(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> bool:
     """Return whether a scene with changed keys leaves its model open."""
-    return is_open(_member(name, config).keys | changes)
-
-
-def own_members(name: str, config: Path = CONFIG) -> dict[str, Member]:
-    """Return the scenes of a file, ``my.yaml``, or ``my.yaml:SCENE`` for one of several; none of other names."""
-    found = _FILE.fullmatch(name)
-    if found and not Path(found[1]).is_file():
-        raise ConfigurationError(f"{found[1]}: there is no such file of scenes")
-    return read_file(Path(found[1]), Path(config) / FAMILIES) if found else {}
-
-
-def own_scenes(name: str, config: Path = CONFIG) -> dict[str, Scene]:
-    """Return the scenes of a file of scenes (see `own_members`) by name, without those that leave their model open."""
-    members, defaults = own_members(name, config), _defaults(config)
-    return {key: _scene(member, defaults) for key, member in members.items() if not is_open(member.keys)}
-
-
-def _member(name: str, config: Path) -> Member:
-    """Return the member of a family by the name of its scene, or by its file."""
-    own = own_members(name, config)
-    if not own:
-        return _named(name, load_families(config), config)
-    path, wanted = _FILE.fullmatch(name).groups()
-    if wanted is None and len(own) > 1:
-        raise ConfigurationError(
-            f"{path}: holds {len(own)} scenes; name one, for example {path}:{next(iter(own))}"
-        )
-    return find("scene", own, wanted or next(iter(own)), path)
+    return is_open(load_families(config)[name].keys | changes)
 
 
 def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Planned:
@@ -165,10 +162,10 @@ def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Pla
 
 def problem_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> tuple[Scene, dict, str]:
     """Return what a scene with changed keys simulates, by any model, its keys, and what begins messages about it."""
-    member = _member(name, config)
+    member = _named(name, load_families(config), config)
     keys = {key: value for key, value in member.keys.items() if is_open(member.keys) or not of_model(key)}
     keys |= dict(changes)
-    return problem_of_keys(member.name, keys, member.where, _defaults(config)), keys, member.where
+    return problem_of_keys(name, keys, member.where, _defaults(config)), keys, member.where
 
 
 def drawn_defaults() -> dict:
@@ -197,12 +194,11 @@ def default_keys(config: Path = CONFIG) -> dict[str, Any]:
 
     Raises ConfigurationError, naming the file and the key whose default is not known or not allowed.
     """
-    path, document = Path(config) / "defaults.yaml", _defaults(config)
+    path, document = base_of(config) / "defaults.yaml", _defaults(config)
     for name, value in flat(document).items():
         set_dotted({}, name, value, str(path))
         if name not in all_keys():
-            message = unknown_choice("unknown key", name, name, sorted({*all_sections(), *all_keys()}))
-            raise ConfigurationError(f"{path}: {message}")
+            raise ConfigurationError(f"{path}: {unknown_key(name)}")
     loop = read_yaml(path).get("pattern", {}).get("loop")
     where = f"{path} over {loop}" if loop else str(path)
     sections = {name: value for name, value in document.items() if name not in Labels.model_fields}
@@ -225,11 +221,12 @@ def _least(kind: Kind) -> dict:
 
 def _defaults(config: Path) -> dict:
     """Return ``defaults.yaml``, with the loop file that ``pattern.loop`` names laid under it."""
-    document = read_yaml(Path(config) / "defaults.yaml")
+    config = base_of(config)
+    document = read_yaml(config / "defaults.yaml")
     pattern = document.get("pattern")
     if not isinstance(pattern, dict) or "loop" not in pattern:
         return document
-    layer = _read_loop(Path(config) / str(pattern.pop("loop")))
+    layer = _read_loop(config / str(pattern.pop("loop")))
     for name, inside in layer.items():
         if isinstance(document.setdefault(name, {}), dict):
             document[name] = inside | document[name]

@@ -9,12 +9,19 @@ from __future__ import annotations
 import copy
 import re
 from functools import lru_cache
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from knitstudy.errors import ConfigurationError
+
+DATA = Path(str(files("knitstudy"))) / "data"
+"""What is installed with the package; in a checkout, links to its folders."""
+
+CONFIG, RESOURCES, WORKFLOW = ((DATA / name).resolve() for name in ("config", "resources", "workflow"))
+"""The default configuration, the kept tables, and scripts and rules of the workflow."""
 
 
 def read_yaml(path: Path) -> dict:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import re
 import reprlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -20,7 +20,6 @@ from typing import Any
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import unknown_choice
 from knitstudy.study.documents import read_yaml
-from knitstudy.study.scene import flat
 
 STUDIES = ("ci", "reduced", "full", "reference")  # Names of the studies that a scene can belong to
 MOST = 10_000  # Scenes that one entry may make: with more, a list is not what was meant
@@ -48,36 +47,16 @@ class Member:
     where: str
 
 
-def read_families(folder: Path) -> dict[str, Member]:
-    """Return the scenes of a folder by name: files in the order of their numbers, scenes in the order of each file.
+CONFIGURATION = "config.yaml"  # Of the workflow, and no family, where it lies beside families
+
+
+def read_families(paths: Iterable[Path]) -> dict[str, Member]:
+    """Return the scenes of files by name, in the order of the files and of each file.
 
     Whether a scene may have the keys and values that it sets is not known here.
     Raises ConfigurationError, naming the file, and what in it is unknown, doubled or of the wrong type.
     """
-    return _read({path: read_yaml(path) for path in _files(Path(folder))})
-
-
-def read_file(path: Path, folder: Path) -> dict[str, Member]:
-    """Return the scenes of one file by name: a family that may lie anywhere, or the keys of one scene.
-
-    One scene has the name of its file unless it gives another one, and a knit of that name unless it gives one. It may
-    name a choice of the blocks that the files of `folder` define for all families, such as ``case: tie-course``.
-    Raises ConfigurationError as `read_families`.
-    """
-    documents = {each: read_yaml(each) for each in _files(Path(folder))}
-    shared = {each: document for each, document in documents.items() if "scenes" not in document}
-    document = read_yaml(path)
-    if "scenes" not in document:
-        blocks = {name for each in shared.values() for name in each}
-        name = document.pop("name", path.stem)
-        keys = {"knit": name} | flat({key: value for key, value in document.items() if key not in blocks})
-        entry = {"name": name, "keys": keys} | {key: document[key] for key in document.keys() & blocks}
-        document = {"studies": [], "scenes": [entry]}
-    return _read(shared | {path: document})
-
-
-def _read(documents: Mapping[Path, dict]) -> dict[str, Member]:
-    """Return the scenes of the files of families by name."""
+    documents = {path: read_yaml(path) for path in paths}
     shared: dict[str, dict] = {}
     for path, document in documents.items():  # those without scenes first: they define for all
         if "scenes" not in document:
@@ -104,7 +83,7 @@ def _unknown(name: str) -> str:
     return f"{unknown_choice('unknown key', name, name, _OF_FAMILY)}, or a placeholder"
 
 
-def _files(folder: Path) -> list[Path]:
+def family_files(folder: Path) -> list[Path]:
     """Return the files of families in the order of the numbers that they begin with, and of their names."""
     if not folder.is_dir():
         raise ConfigurationError(
@@ -114,7 +93,8 @@ def _files(folder: Path) -> list[Path]:
         if path.suffix != ".yaml" and path.suffix.lower() in (".yaml", ".yml"):
             better = path.with_suffix(".yaml").name
             raise ConfigurationError(f"{path}: is not read as a family; call it {better}")
-    paths = sorted(folder.glob("*.yaml"), key=_place)
+    found = (path for path in folder.glob("*.yaml") if path.name != CONFIGURATION)
+    paths = sorted(found, key=_place)
     if not paths:
         raise ConfigurationError(f"{folder}: must hold a family of scenes or more, each a file *.yaml")
     return paths

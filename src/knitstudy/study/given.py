@@ -28,6 +28,9 @@ TEX, DENSITY = "yarn.tex", "yarn.density"  # g/km; kg/m3 of the yarn with the ai
 POINTS_FILE = "pattern.points_file"
 """CSV file with the columns x, y, z in m: one loop from a sinker's centre to the next one's, which is its last row."""
 
+OTHER_WAYS = (*PER_METRE, TEX, DENSITY, POINTS_FILE)
+"""Names that may be set like keys, though no scene has them."""
+
 DRAWS = (COURSE, WALE, LENGTH)
 """Keys that ask for a loop that is drawn for them, unless control points are given with them."""
 

@@ -13,7 +13,7 @@ from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.registry import find, meanings, unknown_choice
+from knitstudy.registry import find, listed, meanings, nearest
 from knitstudy.study.keys import (
     Description,
     SceneName,
@@ -369,14 +369,16 @@ def _described(key: str) -> Description | None:
     return describe(section, key.rpartition(".")[2]) if section else None
 
 
+def unknown_key(key: str) -> str:
+    """Return the message for a key that no scene has, with those of all sections that are like it."""
+    near = [repr(each) for each in nearest(key, [*all_sections(), *all_keys()])]
+    hint = f" (did you mean {listed(near)}?)" if near else ""
+    return f"unknown key {key!r}{hint}; `knitstudy check SCENE` lists the keys of a scene"
+
+
 def not_of_kind(kind: Kind, key: str) -> str:
     """Return the message for a key that a scene does not have: unknown, or of another kind."""
-    section, dot, name = key.partition(".")
-    known = all_sections()
-    if section not in known:
-        return unknown_choice("unknown key", key, section, sorted({*known, *Labels.model_fields}))
-    if dot and name not in known[section]:
-        allowed = kind.sections[section].model_fields if section in kind.sections else known[section]
-        return unknown_choice("unknown key", key, name, sorted(allowed))
+    if key not in all_keys() and key not in all_sections():
+        return unknown_key(key)
     of = f"specimen is {kind.specimen.name}, fidelity {kind.fidelity.name}"
     return f"{key} is no key of a scene whose {of} and interaction {kind.interaction.name}; leave it out"

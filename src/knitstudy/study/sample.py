@@ -14,13 +14,13 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field
 
-from knitstudy.study.documents import read_yaml
+from knitstudy.study.documents import CONFIG, read_yaml
 from knitstudy.study.keys import Count, Section, lists, output, validated
 from knitstudy.study.kinds import FIDELITIES
 from knitstudy.study.promises import Quantile
 from knitstudy.study.scene import Scene, digest, set_dotted
 
-DECLARED = Path(__file__).resolve().parents[3] / "config" / "trade.yaml"
+DECLARED = CONFIG / "trade.yaml"
 
 ANY = (
     "spline_yarns"  # A fidelity that models all knits: what a problem is read with before its model is known

@@ -17,10 +17,9 @@ import numpy as np
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.materials import MATERIALS
-from knitstudy.registry import unknown_choice
 from knitstudy.study.given import in_base_keys
 from knitstudy.study.keys import Section, describe, lists, tuples, validated
-from knitstudy.study.kinds import Kind, Labels, all_sections, labels_of, not_of_kind
+from knitstudy.study.kinds import Kind, Labels, all_sections, labels_of, not_of_kind, unknown_key
 
 SOLID = ("hexahedra", "spline_yarns")  # Fidelities whose material may have an axis
 
@@ -224,7 +223,7 @@ def set_dotted(document: dict, key: str, value: Any, where: str) -> None:
     section, dot, field = key.partition(".")
     sections = all_sections()
     if (dot and section not in sections) or "." in field:
-        raise ConfigurationError(f"{where}: {unknown_choice('unknown key', key, section, sorted(sections))}")
+        raise ConfigurationError(f"{where}: {unknown_key(key)}")
     if dot:
         document.setdefault(section, {})[field] = value
     elif key in sections:
