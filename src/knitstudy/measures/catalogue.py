@@ -7,9 +7,10 @@ outside that the configuration names under ``plugins``, whose function is decora
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from fnmatch import fnmatchcase
+from fnmatch import translate
 from inspect import signature
 from math import inf
 from typing import Any, TypeVar
@@ -81,11 +82,11 @@ class Results:
         """Return the scenes of a study that are taken, in the order of the study; an empty list if it has none."""
         if not self.several:
             return [study[name] for name in self.names if name in study][:1]
+        matches = re.compile("|".join(map(translate, self.names))).match
         found = [
             scene
             for name, scene in study.items()
-            if any(fnmatchcase(name, pattern) for pattern in self.names)
-            and (self.where is None or self.where(scene))
+            if matches(name) and (self.where is None or self.where(scene))
         ]
         return found if len(found) >= self.fewest else []
 
