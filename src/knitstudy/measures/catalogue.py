@@ -11,6 +11,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from fnmatch import translate
+from functools import cache
 from inspect import signature
 from math import inf
 from typing import Any, TypeVar
@@ -82,13 +83,19 @@ class Results:
         """Return the scenes of a study that are taken, in the order of the study; an empty list if it has none."""
         if not self.several:
             return [study[name] for name in self.names if name in study][:1]
-        matches = re.compile("|".join(map(translate, self.names))).match
+        matches = _pattern(self.names).match
         found = [
             scene
             for name, scene in study.items()
             if matches(name) and (self.where is None or self.where(scene))
         ]
         return found if len(found) >= self.fewest else []
+
+
+@cache
+def _pattern(names: tuple[str, ...]) -> re.Pattern:
+    """Return the regular expression of the names that match one of some shell patterns."""
+    return re.compile("|".join(map(translate, names)))
 
 
 def one(stage: str, *names: str, optional: bool = False) -> Results:
