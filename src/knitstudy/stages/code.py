@@ -143,11 +143,14 @@ def _kept() -> dict[str, list]:
 
 
 def _keep() -> None:
-    """Keep what is known of files that are still the same; a cache that cannot be written is none."""
-    now = {
-        key: value for key, value in _kept().items() if Path(key.split(" ", 1)[1].rsplit(" ", 2)[0]).is_file()
-    }
+    """Keep what is known of files as they are now; a cache that cannot be written is none."""
+
+    def holds(key: str) -> bool:
+        path = Path(key.partition(" ")[2].rsplit(" ", 2)[0])
+        return path.is_file() and key.endswith(f" {_state(path)}")
+
     with suppress(OSError, DataFileError), replacing(_cache()) as temporary:
+        now = {key: value for key, value in _kept().items() if holds(key)}
         temporary.write_text(json.dumps(now), encoding="utf-8")
 
 
