@@ -5,11 +5,17 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from knitstudy.loading.columns import CONTACTS, HISTORY, STRESSES, Columns
+from knitstudy.loading.columns import CONTACTS, GEOMETRY, HISTORY, MESH, STRESSES, Columns
 
 PAGE = Path(__file__).with_name("files.md")
 
-TABLES = {"history": HISTORY, "contacts": CONTACTS, "stresses": STRESSES}
+TABLES = {
+    "history": HISTORY,
+    "contacts": CONTACTS,
+    "stresses": STRESSES,
+    "geometry": GEOMETRY,
+    "mesh": MESH,
+}
 """By the name in the comments that a table of the page stands between."""
 
 

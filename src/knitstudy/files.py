@@ -168,6 +168,9 @@ def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
 
 REMEDY = "delete it and make it again, with `make study` or `knitstudy run`"
 
+COORDINATES = {"strain": "increment"}
+"""Variables that are coordinates along a dimension, such as the strain of every increment."""
+
 FINITE = ("load", "strain", "displacement", "force", "reaction", "energy")
 """Variables of a history that hold a number at every increment."""
 
@@ -231,7 +234,13 @@ def read_dataset(path: Path | str) -> xr.Dataset:
         raise DataFileError(f"{path}: is truncated or is not netCDF ({error}); {REMEDY}") from error
     if dataset.attrs.get("checksum", "") not in ("", checksum(dataset)):
         raise DataFileError(f"{path}: was changed after it was written; {REMEDY}")
-    return dataset
+    return with_coordinates(dataset)
+
+
+def with_coordinates(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a dataset whose variables in `COORDINATES` are coordinates, for ``history.force.plot(x="strain")``."""
+    found = [name for name, dim in COORDINATES.items() if name in dataset and dataset[name].dims == (dim,)]
+    return dataset.set_coords(found)
 
 
 def read_result(path: Path | str) -> xr.Dataset:

@@ -105,7 +105,7 @@ def test_the_deck_has_the_section_column_by_column(tmp_path):
         ({"load.deformation": "twist"}, "is 'twist' but must be course, wale, biaxial or shear"),
         ({"fidelity": "rom3d"}, "'rom3d' but must be spline_yarns where specimen is cell"),
         ({"interaction": "rough"}, "contact.tied_edges is 'outer' but must be none where specimen is cell"),
-        ({"outputs": ["vtu"]}, r"outputs is \['vtu'\] but must be a list out of \[deck\]"),
+        ({"outputs": ["fields"]}, r"outputs is \['fields'\] but must be a list out of \[vtu, deck\]"),
     ],
 )
 def test_what_a_cell_cannot_be_is_refused_by_name(changes, message):

@@ -58,7 +58,7 @@ def digests(plan, scene):
     return {stage.name: plan.digest(stage, scene) for stage, scene in plan.steps([scene])}
 
 
-SIMULATED = {"simulation", "contacts", "stress", "deformed_vtu", "deck_abaqus", "deck_calculix"}
+SIMULATED = {"simulation", "contacts", "stress", "series", "deck_abaqus", "deck_calculix"}
 
 
 @pytest.mark.parametrize(

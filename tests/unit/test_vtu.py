@@ -3,9 +3,12 @@
 import meshio
 import numpy as np
 import pytest
+import pyvista
 import vtk
 import xarray as xr
+from synthetic import history_of
 
+from knitstudy.exchange.series import write_series
 from knitstudy.exchange.vtu import write_spline_yarns, write_vtu
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
@@ -133,3 +136,35 @@ def test_pressure_is_on_the_surface_and_adds_up(pair, space, tmp_path):
         along = np.convolve(np.diff(stations), [0.5, 0.5])[np.searchsorted(stations, arc_length[touched])]
         carried = along * specimen.radius * np.radians(15.0)
         assert (pressure[touched] * carried).sum() == pytest.approx(force, rel=1e-6)
+
+
+def test_a_time_series_holds_all_increments(pair, space, tmp_path):
+    """Yarns of every increment, and the points in contact of those where yarns touch."""
+    scene, specimen = pair
+    stations = history_of(specimen)
+    rise = np.arange(3.0)[:, None, None] * np.full((1, stations.sizes["station"], 3), 1e-5)
+    data = stations.assign(
+        history(space, specimen, [(0, specimen.crossings.point[0, 0], 2e7, 1e-9)]).drop_vars("strain")
+    )
+    data = data.assign(
+        load=("increment", [0.0, 0.5, 1.0]),
+        strain=("increment", [0.0, 0.1, 0.0]),  # turns back: load factors are the times
+        centreline_displacement=(("increment", "station", "xyz"), rise),
+        contact_position=data["contact_reference"] + 1e-6,
+    )
+    data["contact_pressure"].attrs["units"] = "Pa"
+    path = tmp_path / "series.pvd"
+    for count in (3, 2):  # a shorter history leaves nothing of the longer one
+        write_series(scene, path, lay_out(scene), data.isel(increment=slice(count)))
+        assert len(list((tmp_path / "series").iterdir())) == 2 * count
+    write_series(scene, path, lay_out(scene), data)
+    reader = pyvista.get_reader(path)
+    assert reader.time_values == [0.0, 0.5, 1.0]
+    for time, touching in zip(reader.time_values, (0, 1, 0), strict=True):
+        reader.set_active_time_value(time)
+        yarns, contact = reader.read()
+        assert yarns.n_cells == len(rise[0]) - 2, "no line joins the two yarns"
+        np.testing.assert_allclose(yarns["displacement [m]"], 2e-5 * time)
+        assert {"arc_length [m]", "radius [m]", "yarn"} <= set(yarns.point_data.keys())
+        assert contact.n_points == touching
+    assert meshio.read(tmp_path / "series" / "contact-0001.vtu").point_data["pressure [Pa]"] == [2e7]

@@ -160,26 +160,26 @@ rule mesh_vtu:
         "../scripts/stage.py"
 
 
-rule deformed_vtu:
+rule series:
     input:
-        geometry=made("deformed_vtu", "geometry"),
-        mesh=made("deformed_vtu", "mesh"),
-        history=made("deformed_vtu", "history"),
+        geometry=made("series", "geometry"),
+        mesh=made("series", "mesh"),
+        history=made("series", "history"),
     output:
-        update("results/simulation/{scene}.vtu"),
+        update("results/simulation/{scene}.pvd"),
     log:
-        "logs/deformed_vtu/{scene}.log",
+        "logs/series/{scene}.log",
     wildcard_constraints:
-        scene=scenes_with("deformed_vtu"),
+        scene=scenes_with("series"),
     threads: 1
     resources:
-        mem_mb=memory("deformed_vtu"),
+        mem_mb=memory("series"),
     params:
         labels=labels,
-        reads=reads("deformed_vtu"),
-        digest=digest("deformed_vtu"),
+        reads=reads("series"),
+        digest=digest("series"),
     message:
-        "Write the deformed yarns of {wildcards.scene} for ParaView"
+        "Write all increments of {wildcards.scene} for ParaView"
     script:
         "../scripts/stage.py"
 

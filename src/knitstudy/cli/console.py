@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from textwrap import shorten
 from typing import Any
@@ -17,9 +17,16 @@ from rich.table import Table
 from rich.text import Text
 
 from knitstudy.errors import ConfigurationError, KnitstudyError
+from knitstudy.files import read_dataset
 from knitstudy.registry import is_loaded, load_plugins
 from knitstudy.study.choice import Ask
-from knitstudy.study.configuration import load_changed, load_families, scene_of_file, workflow_configuration
+from knitstudy.study.configuration import (
+    drawn_defaults,
+    load_changed,
+    load_families,
+    scene_of_file,
+    workflow_configuration,
+)
 from knitstudy.study.documents import CONFIG, parsed, read_yaml
 from knitstudy.study.given import OTHER_WAYS
 from knitstudy.study.kinds import all_keys
@@ -30,7 +37,7 @@ ONE_LINE, LONGEST = 32, 120  # Characters of a value that a terminal does not br
 
 def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
     """Print rows under the names of their columns."""
-    texts = [[plain(value) for value in row] for row in rows]
+    columns, *texts = ([plain(value) for value in row] for row in (columns, *rows))
     if sys.stdout is None or not sys.stdout.isatty():
         click.echo("\n".join("\t".join(line) for line in (columns, *texts)))
         return
@@ -159,11 +166,25 @@ set_option = click.option(
 
 
 def changed_scene(name: str, changes: tuple[tuple[str, Any], ...], config: Path) -> Scene:
-    """Return a scene of the configuration with changed keys; a key that is given twice is refused."""
+    """Return a scene of the configuration or of a result file with changed keys; a key given twice is refused."""
     keys = [key for key, _ in changes]
     for twice in (key for key in keys if keys.count(key) > 1):
         values = " and ".join(plain(value) for key, value in changes if key == twice)
         raise ConfigurationError(
             f"--set {twice} is given {keys.count(twice)} times, {values}; once is allowed"
         )
+    if is_result(name):
+        return recorded(name, drawn_defaults() if changes else {})[0].vary(dict(changes))
     return load_changed(name, dict(changes), config)
+
+
+def is_result(name: str) -> bool:
+    """Whether a scene is asked for by a result file, which holds its keys."""
+    return name.endswith(".nc")
+
+
+def recorded(name: str, defaults: Mapping[str, Any]) -> tuple[Scene, dict[str, Scene]]:
+    """Return the scene of a result file, and those that it names; `defaults` are of keys that the file lacks."""
+    from knitstudy.stages.record import scenes_of
+
+    return scenes_of(read_dataset(name), name, defaults)

@@ -97,7 +97,7 @@ def main(traceback: bool) -> None:
     knitstudy measure rom3d-tie-course           what all models miss and cost on this knit
     knitstudy plan rom3d-tie-course --question force --accuracy 0.05   the cheapest model that is accurate enough
     knitstudy run rom3d-tie-course               simulate a scene and all that it needs
-    knitstudy show results/simulation/rom3d-tie-course.nc
+    knitstudy show results/simulation/rom3d-tie-course.nc        its numbers; its keys with --keys
     knitstudy export dns-tie-course --dialect calculix
 
     `knitstudy COMMAND --help` shows more examples. `make study` runs a whole study with its figures and its report;

@@ -12,14 +12,26 @@ from pathlib import Path
 from typing import Any
 
 import click
+import xarray as xr
 
-from knitstudy.cli.console import changed_scene, config_option, print_table, scene_argument, set_option
+from knitstudy.cli.console import (
+    changed_scene,
+    config_option,
+    is_result,
+    plain,
+    print_table,
+    recorded,
+    scene_argument,
+    set_option,
+)
 from knitstudy.errors import DataFileError
 from knitstudy.files import read_dataset, read_table
 from knitstudy.loading.restart import Progress
 from knitstudy.study.choice import ERROR, MEMORY, OWN, SECONDS
-from knitstudy.study.configuration import asks, plan_of, problem_of
+from knitstudy.study.configuration import asks, default_keys, plan_of, problem_of
 from knitstudy.study.documents import WORKFLOW
+from knitstudy.study.kinds import unit_of
+from knitstudy.study.scene import flat
 
 FOLDER = click.Path(path_type=Path, file_okay=False)
 FILE = click.Path(path_type=Path, dir_okay=False)
@@ -59,6 +71,8 @@ def run(
     knitstudy run rom3d-tie-course --set mesh.beam_size=0.25
     knitstudy run dns-tie-course --set pattern.loops=2 --set pattern.rows=2 --output small
     knitstudy run pair-slid-90 --set name=pair-smooth --set contact.friction=0.1
+    knitstudy run my.yaml                        the scene of a file
+    knitstudy run RESULT.nc --anew               what a result file holds, again, from that file alone
 
     A scene that leaves its model open (`fidelity: auto`) prints the chosen model and its price before it runs.
 
@@ -69,19 +83,29 @@ def run(
     if threads is not None:
         os.environ["OMP_NUM_THREADS"] = str(threads)
     # Models are imported here: the other commands and --help do not need them.
+    from knitstudy.measures.differences import differing_variables
     from knitstudy.measures.summary import summarise
+    from knitstudy.stages.plan import Plan
     from knitstudy.stages.simulate import simulate
 
+    before = read_dataset(scene) if is_result(scene) else None
     chosen = changed_scene(scene, changes, config)
-    _print_choice(scene, dict(changes), config)
+    if before is None:
+        _print_choice(scene, dict(changes), config)
+    plan = None if before is None else Plan.with_scenes(recorded(scene, {})[1], config)
     try:
         with _log_on_console(verbose):
-            results = simulate(chosen, output, config=config, progress=Progress, anew=anew)
+            results = simulate(chosen, output, config=config, progress=Progress, anew=anew, plan=plan)
     except KeyboardInterrupt:
         kept = f"stages that were done and the last converged increment are kept in {output}"
         raise KeyboardInterrupt(f"stopped; {kept}: the same command goes on from there") from None
     click.echo(f"{results.path}:", err=True)
     print_table(("quantity", "value", "unit"), summarise(results.history))
+    if before is not None and "load" in before and anew and not changes:
+        others = ", ".join(differing_variables(before, results.history))
+        made = plain(str(before.attrs.get("source", "")))
+        same = f"the same as in {scene}, to the last bit, but for times"
+        click.echo(f"not the same as in {scene}, made by {made}: {others}" if others else same, err=True)
 
 
 def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
@@ -163,35 +187,49 @@ def _naming(file: Path) -> Iterator[None]:
         raise DataFileError(f"{file}: {what}; make it again") from error
 
 
-@click.command(short_help="Show or draw a result file.")
+@click.command(short_help="Show, compare or draw result files.")
 @click.argument("file", type=click.Path(path_type=Path))
+@click.argument("other", type=click.Path(path_type=Path), required=False)
+@click.option(
+    "--keys", is_flag=True, help="Print all keys of its scene, those that differ from defaults first."
+)
 @click.option("--plot", type=FILE, help="Draw it too, as .png or .pdf: forces over strain, or centrelines.")
-def show(file: Path, plot: Path | None) -> None:
+@config_option
+def show(file: Path, other: Path | None, keys: bool, plot: Path | None, config: Path) -> None:
     """Show a result: its kind, its scene, the code that made it, and its main quantities with units.
 
-    FILE is a netCDF file of any stage (geometry, mesh, history, contacts), or a table (.csv).
+    FILE is a netCDF file of any stage (geometry, mesh, history, contacts), or a table (.csv). With the name of
+    another file, print what differs: keys of the two scenes, then numbers side by side with their ratio.
 
     \b
     knitstudy show results/simulation/dns-tie-course.nc
+    knitstudy show results/simulation/dns-tie-course.nc --keys
+    knitstudy show results/simulation/dns-tie-course.nc results/simulation/rom3d-tie-course.nc
     knitstudy show results/simulation/dns-tie-course.nc --plot force.png
     knitstudy show results/tables/simulation_tie.csv
     """
     if file.suffix == ".csv":
-        if plot is not None:
-            raise click.UsageError("--plot draws netCDF files")
+        if plot is not None or keys or other is not None:
+            raise click.UsageError("--plot draws netCDF files; tables have no keys, and are not compared")
         table = read_table(file)
         print_table([str(column) for column in table.columns], table.astype(object).values.tolist())
         return
-    if file.suffix != ".nc":
-        raise DataFileError(f"{file}: results are .nc and .csv files")
+    for each in filter(None, (file, other)):
+        if each.suffix != ".nc":
+            raise DataFileError(f"{each}: results are .nc and .csv files")
     from knitstudy.cli.plot import draw
     from knitstudy.figures.style import save
     from knitstudy.measures.summary import kind_of, summarise
 
     dataset = read_dataset(file)
-    with _naming(file):
-        quantities = summarise(dataset)
-    print_table(("quantity", "value", "unit"), quantities)
+    if other is not None:
+        _print_differences(dataset, read_dataset(other), file, other)
+    elif keys:
+        _print_keys(dataset, file, config)
+    else:
+        with _naming(file):
+            quantities = summarise(dataset)
+        print_table(("quantity", "value", "unit"), quantities)
     if plot is not None:
         with _naming(file):
             kind, drawing = kind_of(dataset), draw(dataset)
@@ -199,21 +237,68 @@ def show(file: Path, plot: Path | None) -> None:
         click.echo(f"drawn: {plot}", err=True)
 
 
-@click.command(short_help="Write a scene as an input deck of Abaqus or CalculiX.")
+def _keys(dataset: xr.Dataset, file: Path) -> dict[str, Any]:
+    """Return the keys of a result's scene by dotted name, and those of scenes that it names as ``SCENE: key``."""
+    from knitstudy.stages.record import keys_of
+
+    keys, sources = keys_of(dataset, file)
+    own = {f"{name}: {key}": value for name, each in sources.items() for key, value in flat(each).items()}
+    return flat(keys) | own
+
+
+def _print_keys(dataset: xr.Dataset, file: Path, config: Path) -> None:
+    """Print the keys of a result, those that differ from defaults first."""
+    defaults, rows = default_keys(config), []
+    for key, value in _keys(dataset, file).items():
+        bare = key.rpartition(": ")[2]
+        default = defaults.get(bare, "-")
+        rows.append((key, value, "" if value == default else default, unit_of(bare)))
+    print_table(("key", "value", "default", "unit"), sorted(rows, key=lambda row: row[2] == ""))
+
+
+def _print_differences(first: xr.Dataset, second: xr.Dataset, file: Path, other: Path) -> None:
+    """Print the keys that differ between two results, then their numbers."""
+    from knitstudy.measures.differences import pairs, side_by_side
+
+    try:
+        keys = _keys(first, file), _keys(second, other)
+        shared = [row for row in pairs(*keys) if ": " not in row[0] or all(row[0] in each for each in keys)]
+        print_table(("key", str(file), str(other)), [row for row in shared if row[1] != row[2]])
+        click.echo()
+    except DataFileError as error:  # the numbers of an old file can be compared all the same
+        click.echo(plain(str(error)), err=True)
+    with _naming(other):
+        rows = list(side_by_side(first, second))
+    print_table(("quantity", str(file), str(other), "ratio", "unit"), rows)
+
+
+@click.command(short_help="Write a scene for Abaqus or CalculiX, a history for ParaView.")
 @scene_argument()
 @click.option(
-    "--dialect", type=click.Choice(["abaqus", "calculix"]), required=True, help="The other program."
+    "--dialect",
+    type=click.Choice(["abaqus", "calculix", "paraview"]),
+    required=True,
+    help="The other program.",
 )
 @set_option
-@click.option("-o", "--output", type=FILE, help="The deck's file; by default SCENE.DIALECT.inp.")
+@click.option(
+    "-o", "--output", type=FILE, help="File; by default SCENE.DIALECT.inp, or HISTORY.pvd for ParaView."
+)
 @config_option
 def export(scene: str, dialect: str, changes: tuple, output: Path | None, config: Path) -> None:
-    """Write a scene of hexahedra as an input deck (.inp): mesh, ties, contact, grips and load, in m, N and Pa.
+    """Write a scene of hexahedra as an input deck (.inp): mesh, ties, contact, grips and load, in m, N and Pa; or the
+    history in a result file of any model as a time series for ParaView (.pvd), all increments, in m, N and Pa.
 
     \b
     knitstudy export dns-tie-course --dialect calculix
     knitstudy export pair-slid-90 --dialect abaqus --set mesh.size=0.3 -o pair.inp
+    knitstudy export results/simulation/rom3d-tie-course.nc --dialect paraview
     """
+    if dialect == "paraview":
+        if changes or not is_result(scene):
+            raise click.UsageError("--dialect paraview takes the file of a history (.nc), and no --set")
+        click.echo(f"{_write_series(Path(scene), output)}: all increments of {scene}; m, N, Pa")
+        return
     from knitstudy.exchange.deck import require_deck, specimen_deck
     from knitstudy.exchange.inp import write_inp
     from knitstudy.geometry.fabric import Fabric
@@ -230,3 +315,21 @@ def export(scene: str, dialect: str, changes: tuple, output: Path | None, config
     deck = specimen_deck(chosen, Fabric.from_dataset(geometry), mesh)
     write_inp(deck, path, dialect)
     click.echo(f"{path}: {len(deck.nodes)} nodes, {len(mesh.hexahedra)} hexahedra; m, N, Pa")
+
+
+def _write_series(file: Path, output: Path | None) -> Path:
+    """Write the history in a result file as a time series, and return its path."""
+    from knitstudy.exchange.series import write_series
+    from knitstudy.measures.summary import kind_of
+    from knitstudy.stages.table import STAGES, has_mesh
+
+    history, path = read_dataset(file), output or file.with_suffix(".pvd")
+    with _naming(file):
+        if (kind := kind_of(history)) != "history":
+            raise DataFileError(f"is a {kind} and must be a history")
+    scene = recorded(str(file), {})[0]
+    geometry, mesh = STAGES["geometry"].function(scene), None
+    if has_mesh(scene) and "node_displacement" in history:
+        mesh = STAGES["mesh"].function(scene, geometry=geometry)
+    write_series(scene, path, geometry, history, mesh)
+    return path

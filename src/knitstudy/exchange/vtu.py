@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 import xarray as xr
@@ -30,15 +31,15 @@ from knitstudy.models.stress import stressed_points, undeformed_splines
 from knitstudy.study.scene import Scene
 
 # Cells by their number of nodes, as meshio calls them
-CELLS = {8: "hexahedron", 20: "hexahedron20", 27: "hexahedron27"}
+CELLS = {1: "vertex", 2: "line", 8: "hexahedron", 20: "hexahedron20", 27: "hexahedron27"}
 
 
-def _write(
+def write_grid(
     path: Path | str,
     points: np.ndarray,
     cells: np.ndarray,
     point_fields: Mapping[str, np.ndarray],
-    cell_fields: Mapping[str, np.ndarray],
+    cell_fields: Mapping[str, np.ndarray] = MappingProxyType({}),
 ) -> None:
     """Write cells (C, n), in the order of VTK, with fields (P, ...) and (C, ...), whole or not at all."""
     fields = {name: [values] for name, values in cell_fields.items()}
@@ -78,7 +79,7 @@ def write_vtu(
     # The centres of quadratic surface faces, which contact uses, belong to no element.
     used, number = np.unique(hexahedra, return_inverse=True)
     shown = {name: values[used] for name, values in points.items()}
-    _write(path, mesh.nodes[used], number.reshape(hexahedra.shape), shown, cells)
+    write_grid(path, mesh.nodes[used], number.reshape(hexahedra.shape), shown, cells)
 
 
 def write_mesh(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset) -> None:
@@ -172,7 +173,7 @@ def write_spline_yarns(scene: Scene, path: Path | str, specimen: Fabric, history
         fields["contact_pressure [Pa]"] = _pressure(space, nodes, cells, area, history)
     arc_length = np.repeat(np.concatenate(cells.stations), len(cells.x))
     fields |= {"yarn": cells.yarn, "arc_length [m]": arc_length}
-    _write(path, places, cells.cells, fields, {"yarn": cells.yarn[cells.cells[:, 0]]})
+    write_grid(path, places, cells.cells, fields, {"yarn": cells.yarn[cells.cells[:, 0]]})
 
 
 def _fields(

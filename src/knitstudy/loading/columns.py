@@ -1,6 +1,6 @@
-"""Variables of histories, contacts and stresses: dimensions, unit and meaning, listed in ``columns.tsv``.
+"""Variables of all result files: dimensions, unit and meaning, listed in ``columns.tsv``.
 
-Files are written by these tables, and docs/files.md prints them (`docs/columns.py`).
+Files are described by these tables, and docs/files.md prints them (`docs/columns.py`).
 """
 
 from __future__ import annotations
@@ -56,3 +56,9 @@ CONTACTS = Columns("file of contacts", _LISTED.loc["contacts"])
 
 # Mean stresses of cells, pieces and segments of solid yarns
 STRESSES = Columns("file of stresses", _LISTED.loc["stresses"])
+
+# Fabrics, and swept meshes
+GEOMETRY, MESH = Columns("geometry", _LISTED.loc["geometry"]), Columns("mesh", _LISTED.loc["mesh"])
+
+# Names of entries along a dimension, in all files
+COORDINATES = Columns("file", _LISTED.loc["coordinates"])

@@ -12,7 +12,9 @@ import xarray as xr
 from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError, EndedEarly
 from knitstudy.files import read_dataset, read_result, recorded_digest, write_dataset
 from knitstudy.loading.restart import IN_MEMORY, Run
+from knitstudy.mechanics.batches import serial_blas
 from knitstudy.stages.code import code_digest
+from knitstudy.stages.record import Record
 from knitstudy.stages.table import STAGES, Stage, unused_code
 from knitstudy.study.configuration import CONFIG, OWN, SPRINGS, check_source, knits_of, load_scenes, measures
 from knitstudy.study.scene import Scene, digest
@@ -62,24 +64,30 @@ def make(
     path: Path | None,
     wanted: str,
     run: Run = IN_MEMORY,
+    record: Record | None = None,
 ) -> xr.Dataset | None:
     """Make a result, write it with its digest if there is a path, and then delete what a long run had kept.
+
+    The function sees the keys of `scene` alone; the `record` in the file has all of them.
 
     A history that ends before full load has a file of its own, and is not computed again for the same digest.
     Raises EndedEarly where it is there.
     """
     if not stage.is_dataset:
         return stage.function(scene, path=path, **needed)
+    record = record or Record(stage.name, scene, {})
     if path is not None:
         _require_open_end(path, wanted)
     try:
-        dataset = stage.make(scene, **needed, **({"run": run} if stage.long else {}))
+        with serial_blas():  # the last bits of its sums depend on its threads
+            dataset = stage.make(scene, **needed, **({"run": run} if stage.long else {}))
     except ConvergenceError as error:
         if path is None or error.history is None:
             raise
-        write_dataset(error.history, kept_of(path), scene, wanted)
+        write_dataset(record.describe(error.history), kept_of(path), scene, wanted)
         run.forget()
         _require_open_end(path, wanted)
+    dataset = record.describe(dataset)
     if path is not None:
         write_dataset(dataset, path, scene, wanted)
         kept_of(path).unlink(missing_ok=True)
@@ -111,18 +119,31 @@ def why_incomplete(path: Path, wanted: str) -> str:
 class Plan:
     """The results of scenes.
 
-    `scenes` are those of the configuration by name, `knits` the first scene of every geometry by its label.
+    `scenes` are those that other scenes can name, `configured` those of the configuration, which keep their labels (the
+    same by default), `knits` the first of these of every geometry by its label.
     """
 
-    def __init__(self, scenes: Mapping[str, Scene]) -> None:
+    def __init__(self, scenes: Mapping[str, Scene], configured: Mapping[str, Scene] | None = None) -> None:
         self.scenes = dict(scenes)
-        self.knits = knits_of(self.scenes)
+        self.configured = self.scenes if configured is None else dict(configured)
+        self.knits = knits_of(self.configured)
         self._digests: dict[Path, str] = {}
 
     @classmethod
     def of(cls, config: Path = CONFIG) -> Plan:
         """Return the plan of a configuration folder."""
         return cls(load_scenes(config))
+
+    @classmethod
+    def with_scenes(cls, own: Mapping[str, Scene], config: Path = CONFIG) -> Plan:
+        """Return the plan of a configuration folder and of scenes from elsewhere, which never replace its own."""
+        configured = load_scenes(config)
+        return cls(configured | own, configured)
+
+    def record(self, stage: Stage, scene: Scene) -> Record:
+        """Return what a result of a scene records, with the scenes that `named` begins with."""
+        named = filter(None, map(scene.value, scene.kind.fidelity.sources))
+        return Record(stage.name, scene, {name: self.scenes[name] for name in named if name in self.scenes})
 
     def needs(self, stage: Stage, scene: Scene) -> dict[str, Step]:
         """Return what a result is made from, by the parameters of its stage's function.
@@ -230,7 +251,7 @@ class Plan:
         A changed scene must not take the place of the one that it was made from: its name, and the label of its knit
         where the geometry has changed, end with digits of their hash.
         """
-        named, knit = self.scenes.get(scene.name), self.knits.get(scene.knit)
+        named, knit = self.configured.get(scene.name), self.knits.get(scene.knit)
         labels = {}
         if named is not None and named.hash != scene.hash:
             labels["name"] = f"{scene.name}-{scene.hash[:DIGITS]}"

@@ -15,12 +15,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TextIO
 
-from knitstudy.errors import KnitstudyError
+from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.files import provenance, read_result
 from knitstudy.loading.restart import Progress, Run, restart_of
 from knitstudy.registry import load_plugins
-from knitstudy.stages.plan import digest_of, digest_or_warning, make, result_of
+from knitstudy.stages.plan import Plan, digest_of, digest_or_warning, make, result_of
 from knitstudy.stages.table import STAGES
+from knitstudy.study.configuration import folder_of, workflow_configuration
 from knitstudy.study.scene import Scene
 
 RESTARTS = Path("run")  # Folder of restart files, by stage
@@ -48,7 +49,11 @@ def run_stage(job: Any) -> None:
         if stage.long:
             stage.require_machine(scene)
         needed = {name: read_result(path) for name, path in files.items()}
-        make(stage, scene, needed, target, wanted, Run(restart, progress))
+        plan = Plan.of(folder_of(workflow_configuration(job.config)))
+        whole = plan.scenes.get(scene.name, scene)
+        if stage.document(whole) != document:
+            raise ConfigurationError(f"scene {scene.name} was edited meanwhile; type the same command again")
+        make(stage, scene, needed, target, wanted, Run(restart, progress), plan.record(stage, whole))
 
 
 INTERRUPTED = 130  # Exit status after Ctrl-C: whoever started the study says the rest

@@ -116,7 +116,8 @@ class _Maker:
             restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
             run = Run(restart, self.progress(label) if stage.long else silent)
             seen = scene.only(stage.document(scene), stage.reads)
-            found = make(stage, seen, needed, path, wanted, run)
+            record = self.plan.record(stage, scene)
+            found = make(stage, seen, needed, path, wanted, run, record)
             if path is not None:
                 log.info(f"{label}: written to %s", path)
         self.made[name] = found

@@ -17,7 +17,7 @@ import xarray as xr
 
 from knitstudy.contacts.contacts import contacts
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.exchange import inp, vtu
+from knitstudy.exchange import inp, series, vtu
 from knitstudy.files import fault_of
 from knitstudy.geometry.feasible import loop_map
 from knitstudy.geometry.lay_out import lay_out
@@ -164,6 +164,13 @@ def _fields(scene: Scene, named: Named) -> Needs:
     return _solids(scene, named) | {"history": ("simulation", scene)}
 
 
+def _series(scene: Scene, named: Named) -> Needs:
+    """Return what a time series is drawn from: with a mesh where solids are drawn as well."""
+    if has_mesh(scene) and "fields" in scene.outputs:
+        return _fields(scene, named)
+    return {"geometry": ("geometry", scene), "history": ("simulation", scene)}
+
+
 def _solids(scene: Scene, named: Named) -> Needs:
     return {"geometry": ("geometry", scene), "mesh": ("mesh", scene)}
 
@@ -240,7 +247,14 @@ _STAGES = (
         of=lambda scene: "loop_map" in scene.outputs,
     ),
     _export("mesh_vtu", "mesh/{scene}.vtu", vtu.write_mesh, "vtu", reads=("mesh.element",)),
-    _export("deformed_vtu", "simulation/{scene}.vtu", vtu.write_deformed, "fields vtu", needs=_fields),
+    _export(
+        "series",
+        "simulation/{scene}.pvd",
+        series.write_series,
+        "vtu",
+        of=lambda scene: True,
+        needs=_series,
+    ),
     _export("deck_abaqus", "mesh/{scene}.abaqus.inp", inp.write_abaqus, "deck"),
     _export("deck_calculix", "mesh/{scene}.calculix.inp", inp.write_calculix, "deck"),
     _export(

@@ -14,7 +14,16 @@ from typing import TYPE_CHECKING, Any
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import find, listed, meanings, nearest
-from knitstudy.study.keys import SceneName, Section, describe, numerics, output, physics, validated
+from knitstudy.study.keys import (
+    Description,
+    SceneName,
+    Section,
+    describe,
+    numerics,
+    output,
+    physics,
+    validated,
+)
 from knitstudy.study.model_sections import (
     Beam,
     BeamGates,
@@ -100,7 +109,7 @@ class Fidelity:
     tied: Sections | None = field(default_factory=dict)
     solid: bool = False  # whether all yarns are solids
     sources: tuple[str, ...] = ()  # dotted keys that name direct simulations which it takes something from
-    outputs: tuple[str, ...] = ()  # what a scene may ask to be written besides
+    outputs: tuple[str, ...] = ("vtu",)  # what a scene may ask to be written besides
 
     def sections_with(self, interaction: Interaction) -> dict[str, type[Section]]:
         """Return the sections of a scene with some interaction."""
@@ -131,7 +140,7 @@ SPECIMENS = _by_name(
         {**_KNIT, "load": CellStrain},
         _KNIT_GEOMETRY,
         whole=False,
-        outputs=("deck",),
+        outputs=("vtu", "deck"),
         requires={"contact.tied_edges": "none", "solver.stabilisation": 0},
     ),
     Specimen(
@@ -347,8 +356,17 @@ def all_keys() -> dict[str, type[Section]]:
 
 def role_of(key: str) -> str | None:
     """Return the role of a dotted key or a label; None if there is no such key."""
+    return getattr(_described(key), "role", None)
+
+
+def unit_of(key: str) -> str:
+    """Return the unit of a dotted key or a label; nothing if there is no such key."""
+    return getattr(_described(key), "unit", "")
+
+
+def _described(key: str) -> Description | None:
     section = all_keys().get(key)
-    return describe(section, key.rpartition(".")[2]).role if section else None
+    return describe(section, key.rpartition(".")[2]) if section else None
 
 
 def unknown_key(key: str) -> str:
