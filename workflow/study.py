@@ -20,6 +20,7 @@ from pathlib import Path
 
 from knitstudy.stages.memory import machine_memory
 
+SNAKEFILE = Path(__file__).resolve().parents[1] / "Snakefile"
 RESULTS = Path("results")
 REPORT = RESULTS / "report.html"
 LOCK = Path("run/study.lock")
@@ -37,12 +38,14 @@ def main() -> int:
     parser.add_argument(
         "study", nargs="?", default="reduced", help="ci, reduced (default), full or reference"
     )
+    parser.add_argument("--folder", help="scenes, or a configuration, of one's own")
     parser.add_argument("options", nargs="*", help="more options of snakemake, after --")
     arguments = parser.parse_args()
-    snakemake = [sys.executable, "-m", "snakemake", *arguments.options]
+    snakemake = [sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE), *arguments.options]
     # Jobs wait until the memory that they declare is free.
     snakemake += ["--resources", f"mem_mb={machine_memory()}"]
     snakemake += ["--config", f"study={arguments.study}"]
+    snakemake += [f"folder={arguments.folder}"] if arguments.folder else []
     try:
         with alone() as process:
             if process:

@@ -79,3 +79,28 @@ def test_a_module_that_a_plugin_imports_counts(plugin):
     before = code_digest("law_of_a_test")
     plugin("constants_of_a_test", "STIFFNESS = 2\n")
     assert code_digest("law_of_a_test") != before
+
+
+def test_what_was_read_is_kept_until_the_file_changes(plugin, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "a cache"))
+    code._cache.cache_clear()
+
+    def digest_of_another_process():
+        for cached in (code_digest, code._read, code._kept):
+            cached.cache_clear()
+        return code_digest("kept_law")
+
+    plugin("kept_law", "STIFFNESS = 1\n")
+    before = digest_of_another_process()
+    with monkeypatch.context() as context:
+        context.setattr(code, "_parsed", None)
+        assert digest_of_another_process() == before
+    (kept,) = (tmp_path / "a cache" / "knitstudy").iterdir()
+    plugin("kept_law", "STIFFNESS = 20\n")
+    assert digest_of_another_process() != before
+    assert kept.read_text().count("kept_law.py") == 1
+    kept.write_text("[")
+    plugin("kept_law", "STIFFNESS = 1\n")
+    assert digest_of_another_process() == before
+    code._cache.cache_clear()
+    code._kept.cache_clear()

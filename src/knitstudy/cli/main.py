@@ -9,7 +9,7 @@ import click
 
 from knitstudy.cli.console import printable
 from knitstudy.cli.loop import loop
-from knitstudy.cli.results import export, measure, run, show
+from knitstudy.cli.results import export, measure, run, show, study
 from knitstudy.cli.scenes import check, list_scenes, plan
 from knitstudy.errors import EndedEarly, KnitstudyError
 from knitstudy.files import code_version
@@ -88,7 +88,7 @@ def main(traceback: bool) -> None:
     """How do knitted textiles carry load? One scene at a time.
 
     A scene is one simulation: a knit or two crossing yarns, the interaction of the yarns, the load, and the model.
-    The files in config/scenes list the scenes. All inputs and results are in SI units. In this order:
+    Files such as those of config/scenes list them. All inputs and results are in SI units. In this order:
 
     \b
     knitstudy list                               all scenes
@@ -108,5 +108,5 @@ def main(traceback: bool) -> None:
     """
 
 
-for command in (list_scenes, check, loop, plan, measure, run, show, export):
+for command in (list_scenes, check, loop, plan, measure, run, study, show, export):
     main.add_command(command)

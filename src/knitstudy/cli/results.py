@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -20,6 +21,7 @@ from knitstudy.files import read_dataset, read_table
 from knitstudy.loading.restart import Progress
 from knitstudy.study.choice import ERROR, MEMORY, OWN, SECONDS
 from knitstudy.study.configuration import asks, default_keys, plan_of, problem_of
+from knitstudy.study.documents import WORKFLOW
 from knitstudy.study.kinds import unit_of
 from knitstudy.study.scene import flat
 
@@ -108,6 +110,22 @@ def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
             f"{choice.ask.question} within {choice.ask.accuracy:.2g}: take {choice.rung}, {choice.basis}",
             err=True,
         )
+
+
+@click.command(
+    short_help="Run a whole study, with its figures, tables and report.",
+    context_settings={"ignore_unknown_options": True, "help_option_names": []},
+)
+@click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
+@click.pass_context
+def study(context: click.Context, arguments: tuple[str, ...]) -> None:
+    """Run a study with Snakemake in the working folder, as `make study` does in a checkout.
+
+    \b
+    knitstudy study                              the reduced study
+    knitstudy study ci -- results/geometry/plain3x3.nc          one file of a study, and all it needs
+    """
+    context.exit(subprocess.call([sys.executable, str(WORKFLOW / "study.py"), *arguments]))
 
 
 @click.command(short_help="Measure what all models cost and miss on this knit.")

@@ -7,9 +7,11 @@ outside that the configuration names under ``plugins``, whose function is decora
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from fnmatch import fnmatchcase
+from fnmatch import translate
+from functools import cache
 from inspect import signature
 from math import inf
 from typing import Any, TypeVar
@@ -81,13 +83,19 @@ class Results:
         """Return the scenes of a study that are taken, in the order of the study; an empty list if it has none."""
         if not self.several:
             return [study[name] for name in self.names if name in study][:1]
+        matches = _pattern(self.names).match
         found = [
             scene
             for name, scene in study.items()
-            if any(fnmatchcase(name, pattern) for pattern in self.names)
-            and (self.where is None or self.where(scene))
+            if matches(name) and (self.where is None or self.where(scene))
         ]
         return found if len(found) >= self.fewest else []
+
+
+@cache
+def _pattern(names: tuple[str, ...]) -> re.Pattern:
+    """Return the regular expression of the names that match one of some shell patterns."""
+    return re.compile("|".join(map(translate, names)))
 
 
 def one(stage: str, *names: str, optional: bool = False) -> Results:

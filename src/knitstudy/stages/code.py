@@ -1,7 +1,8 @@
 """The digest of the code behind a result: of modules and of all modules that they import, directly or not.
 
 Comments, docstrings and layout do not count. A module that a plugin imports counts if it belongs to the package of the
-plugin, or is not installed.
+plugin, or is not installed. What was read of a file is kept in the user's cache until the file changes, as Python
+keeps compiled modules.
 """
 
 from __future__ import annotations
@@ -9,8 +10,12 @@ from __future__ import annotations
 import ast
 import gc
 import hashlib
+import json
+import os
+import sys
 import sysconfig
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec, resolve_name
@@ -18,7 +23,8 @@ from pathlib import Path
 from types import CodeType
 from typing import Any
 
-from knitstudy.errors import ConfigurationError
+from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.files import replacing
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -46,9 +52,11 @@ class Module:
 @cache
 def code_digest(*names: str, without: tuple[str, ...] = ()) -> str:
     """Return a digest of modules and of all that they import; see `modules_behind`."""
-    digest = hashlib.sha256()
+    digest, known = hashlib.sha256(), len(_kept())
     for module in modules_behind(*names, without=without):
         digest.update(f"{module.path.name} {module.digest}\n".encode())
+    if len(_kept()) > known:
+        _keep()
     return digest.hexdigest()[:16]
 
 
@@ -110,8 +118,54 @@ def _packages_around(name: str) -> list[str]:
     return [".".join(parts[:number]) for number in range(1, len(parts))]
 
 
+def _state(path: Path) -> str:
+    """Return what changes with a file."""
+    stat = path.stat()
+    return f"{path} {stat.st_mtime_ns} {stat.st_size}"
+
+
+@cache
+def _cache() -> Path:
+    """Return the file of what was read of modules by this Python and by this module as it is now."""
+    folder = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    made_by = hashlib.sha256(f"{sys.version} {_state(Path(__file__))}".encode()).hexdigest()[:8]
+    return Path(folder) / "knitstudy" / f"code-{made_by}.json"
+
+
+@cache
+def _kept() -> dict[str, list]:
+    """Return imports and digests that were read before, by the name of the module and the state of its file."""
+    try:
+        found = json.loads(_cache().read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def _keep() -> None:
+    """Keep what is known of files as they are now; a cache that cannot be written is none."""
+
+    def holds(key: str) -> bool:
+        path = Path(key.partition(" ")[2].rsplit(" ", 2)[0])
+        return path.is_file() and key.endswith(f" {_state(path)}")
+
+    with suppress(OSError, DataFileError), replacing(_cache()) as temporary:
+        now = {key: value for key, value in _kept().items() if holds(key)}
+        temporary.write_text(json.dumps(now), encoding="utf-8")
+
+
 @cache
 def _read(path: Path, name: str) -> Module:
+    """Return a module, parsed unless its file is as it was when it was read before."""
+    kept, key = _kept(), f"{name} {_state(path)}"
+    if key not in kept:
+        module = _parsed(path, name)
+        kept[key] = [module.imports, module.digest]
+    imports, digest = kept[key]
+    return Module(path, tuple(imports), digest)
+
+
+def _parsed(path: Path, name: str) -> Module:
     collecting = gc.isenabled()
     gc.disable()  # a syntax tree is many objects that all live: looking for garbage takes most of the time
     try:

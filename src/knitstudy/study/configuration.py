@@ -307,8 +307,8 @@ def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: 
     name = scene.value(source)
     if name is None:
         return
-    direct = sorted(other.name for other in scenes.values() if other.kind.direct)
-    if name not in direct:
+    if name not in scenes or not scenes[name].kind.direct:
+        direct = sorted(other.name for other in scenes.values() if other.kind.direct)
         message = unknown_choice(f"{source} names the unknown scene of solid yarns", name, name, direct)
         raise ConfigurationError(f"{where}: {message}")
     for shared in dict.fromkeys(

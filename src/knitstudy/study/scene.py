@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
@@ -92,6 +93,10 @@ class Scene:
 
     def to_dict(self) -> dict:
         """Return the scene as nested mappings of numbers, text and lists."""
+        return {name: dict(each) if isinstance(each, dict) else each for name, each in self._document.items()}
+
+    @cached_property
+    def _document(self) -> dict:
         labels = {name: lists(getattr(self, name)) for name in Labels.model_fields}
         return labels | {name: section.model_dump(mode="json") for name, section in self.sections.items()}
 
@@ -122,7 +127,7 @@ class Scene:
         Keys that have a default in their field (see `study.keys.key`) are left out at that default, so that adding one
         changes nothing; sections that the scene does not have are left out as well.
         """
-        document = self.to_dict()
+        document = self._document
         found: dict = {}
         for name in keys:
             section, _, inner = name.partition(".")
@@ -198,17 +203,17 @@ class Scene:
         """Whether it is a knit that ends: rows of loops, or cells cut out of one."""
         return self.specimen in ("knit", "cut_knit")
 
-    @property
+    @cached_property
     def geometry_inputs(self) -> dict[str, Any]:
         """All that the geometry depends on, by dotted key."""
         return {"specimen": self.specimen} | flat(self.read(self.kind.specimen.geometry))
 
-    @property
+    @cached_property
     def geometry_key(self) -> str:
         """Hash of all that the geometry depends on."""
         return digest(self.geometry_inputs)
 
-    @property
+    @cached_property
     def hash(self) -> str:
         """Hash of everything that determines the result: all keys but the labels."""
         kinds = [name for name in Labels.model_fields if name not in LABELS]
