@@ -62,9 +62,9 @@ def keys_of(dataset: xr.Dataset, path: Path | str) -> tuple[dict, dict]:
     try:
         keys, sources = (json.loads(dataset.attrs[name]) for name in (KEYS, SOURCES))
     except (KeyError, TypeError, ValueError) as error:
-        made, scene = (dataset.attrs.get(name, "?") for name in ("code_version", "scene"))
+        made = dataset.attrs.get("code_version", "?")
         said = f"has no keys of its scene (attributes {KEYS}, {SOURCES}), made by knitstudy {made}"
-        raise DataFileError(f"{path}: {said}; make it again with `knitstudy run {scene} --anew`") from error
+        raise DataFileError(f"{path}: {said}; make it again from its scene, with this version") from error
     return keys, sources
 
 
