@@ -14,16 +14,8 @@ from typing import Any
 import click
 import xarray as xr
 
-from knitstudy.cli.console import (
-    changed_scene,
-    config_option,
-    is_result,
-    plain,
-    print_table,
-    recorded,
-    scene_argument,
-    set_option,
-)
+from knitstudy.cli import console
+from knitstudy.cli.console import changed_scene, config_option, plain, print_table, scene_argument, set_option
 from knitstudy.errors import DataFileError
 from knitstudy.files import read_dataset, read_table
 from knitstudy.loading.restart import Progress
@@ -35,6 +27,8 @@ from knitstudy.study.scene import flat
 
 FOLDER = click.Path(path_type=Path, file_okay=False)
 FILE = click.Path(path_type=Path, dir_okay=False)
+
+DIALECTS = ("abaqus", "calculix", "paraview")  # Programs that files are written for
 
 STAGES = ("knitstudy.stages.simulate", "knitstudy.loading.solve.resumed")
 """Loggers whose messages a user sees: which stages ran, and from which increment a run goes on."""
@@ -88,11 +82,11 @@ def run(
     from knitstudy.stages.plan import Plan
     from knitstudy.stages.simulate import simulate
 
-    before = read_dataset(scene) if is_result(scene) else None
+    before = read_dataset(scene) if console.is_result(scene) else None
     chosen = changed_scene(scene, changes, config)
     if before is None:
         _print_choice(scene, dict(changes), config)
-    plan = None if before is None else Plan.with_scenes(recorded(scene, {})[1], config)
+    plan = None if before is None else Plan.with_scenes(console.recorded(scene, {})[1], config)
     try:
         with _log_on_console(verbose):
             results = simulate(chosen, output, config=config, progress=Progress, anew=anew, plan=plan)
@@ -274,15 +268,10 @@ def _print_differences(first: xr.Dataset, second: xr.Dataset, file: Path, other:
 
 @click.command(short_help="Write a scene for Abaqus or CalculiX, a history for ParaView.")
 @scene_argument()
-@click.option(
-    "--dialect",
-    type=click.Choice(["abaqus", "calculix", "paraview"]),
-    required=True,
-    help="The other program.",
-)
+@click.option("--dialect", type=click.Choice(DIALECTS), required=True, help="The other program.")
 @set_option
 @click.option(
-    "-o", "--output", type=FILE, help="File; by default SCENE.DIALECT.inp, or HISTORY.pvd for ParaView."
+    "-o", "--output", type=FILE, help="By default SCENE.DIALECT.inp; of a history, its name with .pvd."
 )
 @config_option
 def export(scene: str, dialect: str, changes: tuple, output: Path | None, config: Path) -> None:
@@ -295,7 +284,7 @@ def export(scene: str, dialect: str, changes: tuple, output: Path | None, config
     knitstudy export results/simulation/rom3d-tie-course.nc --dialect paraview
     """
     if dialect == "paraview":
-        if changes or not is_result(scene):
+        if changes or not console.is_result(scene):
             raise click.UsageError("--dialect paraview takes the file of a history (.nc), and no --set")
         click.echo(f"{_write_series(Path(scene), output)}: all increments of {scene}; m, N, Pa")
         return
@@ -327,7 +316,7 @@ def _write_series(file: Path, output: Path | None) -> Path:
     with _naming(file):
         if (kind := kind_of(history)) != "history":
             raise DataFileError(f"is a {kind} and must be a history")
-    scene = recorded(str(file), {})[0]
+    scene = console.recorded(str(file), {})[0]
     geometry, mesh = STAGES["geometry"].function(scene), None
     if has_mesh(scene) and "node_displacement" in history:
         mesh = STAGES["mesh"].function(scene, geometry=geometry)

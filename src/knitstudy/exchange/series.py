@@ -23,7 +23,7 @@ SHIFTED = "displacement [m]"
 NO_FIELDS = ("increment", "position", "reference", "cell", "displacement", "tied")
 """Variables of points in contact, ``contact_...``, and crossings, ``crossing_...``, that are no fields."""
 
-Part = tuple[str, np.ndarray, np.ndarray, dict[str, np.ndarray]]  # Name, points, cells (C, 1 or 2), fields
+Part = tuple[str, np.ndarray, np.ndarray, dict]  # Name, points (P, 3), cells (C, 1 or 2), fields (P, ...)
 
 
 def write_series(
@@ -90,12 +90,12 @@ def _points(fabric: Fabric, history: xr.Dataset, number: int) -> Iterator[Part]:
     if "crossing_force" in history and history.sizes["crossing"] == len(place):
         now = history.isel(increment=number)
         moved = now["crossing_displacement"].to_numpy().mean(axis=1)
-        yield "crossings", place, _vertices(place), {SHIFTED: moved} | _fields(now, "crossing")
+        yield "crossings", place, np.arange(len(place))[:, None], {SHIFTED: moved} | _fields(now, "crossing")
     if "contact_position" in history:
         now = history.isel(point=history["contact_increment"].to_numpy() == number)
         rest = now["contact_reference"].to_numpy()
         moved = now["contact_position"].to_numpy() - rest
-        yield "contact", rest, _vertices(rest), {SHIFTED: moved} | _fields(now, "contact")
+        yield "contact", rest, np.arange(len(rest))[:, None], {SHIFTED: moved} | _fields(now, "contact")
 
 
 def _fields(now: xr.Dataset, kind: str) -> dict[str, np.ndarray]:
@@ -106,7 +106,3 @@ def _fields(now: xr.Dataset, kind: str) -> dict[str, np.ndarray]:
         for name, short in names.items()
         if short != name and short not in NO_FIELDS
     }
-
-
-def _vertices(points: np.ndarray) -> np.ndarray:
-    return np.arange(len(points))[:, None]

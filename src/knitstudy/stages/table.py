@@ -247,14 +247,7 @@ _STAGES = (
         of=lambda scene: "loop_map" in scene.outputs,
     ),
     _export("mesh_vtu", "mesh/{scene}.vtu", vtu.write_mesh, "vtu", reads=("mesh.element",)),
-    _export(
-        "series",
-        "simulation/{scene}.pvd",
-        series.write_series,
-        "vtu",
-        of=lambda scene: True,
-        needs=_series,
-    ),
+    _export("series", "simulation/{scene}.pvd", series.write_series, "vtu", of=lambda _: True, needs=_series),
     _export("deck_abaqus", "mesh/{scene}.abaqus.inp", inp.write_abaqus, "deck"),
     _export("deck_calculix", "mesh/{scene}.calculix.inp", inp.write_calculix, "deck"),
     _export(

@@ -14,16 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import find, listed, meanings, nearest
-from knitstudy.study.keys import (
-    Description,
-    SceneName,
-    Section,
-    describe,
-    numerics,
-    output,
-    physics,
-    validated,
-)
+from knitstudy.study.keys import SceneName, Section, describe, numerics, output, physics, validated
 from knitstudy.study.model_sections import (
     Beam,
     BeamGates,
@@ -356,17 +347,14 @@ def all_keys() -> dict[str, type[Section]]:
 
 def role_of(key: str) -> str | None:
     """Return the role of a dotted key or a label; None if there is no such key."""
-    return getattr(_described(key), "role", None)
+    section = all_keys().get(key)
+    return describe(section, key.rpartition(".")[2]).role if section else None
 
 
 def unit_of(key: str) -> str:
     """Return the unit of a dotted key or a label; nothing if there is no such key."""
-    return getattr(_described(key), "unit", "")
-
-
-def _described(key: str) -> Description | None:
     section = all_keys().get(key)
-    return describe(section, key.rpartition(".")[2]) if section else None
+    return describe(section, key.rpartition(".")[2]).unit if section else ""
 
 
 def unknown_key(key: str) -> str:
