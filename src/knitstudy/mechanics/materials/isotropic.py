@@ -85,7 +85,7 @@ class Hencky(Isotropic):
     def respond(self, strain: np.ndarray, tangent: bool, axes: np.ndarray | None = None) -> Stress:
         """Return the response to Green strains (e, 3, 3)."""
         mu, lame = self.shear_modulus, self.lame
-        x = np.ascontiguousarray(2 * strain[:, VOIGT[:, 0], VOIGT[:, 1]].T)  # components first: (6, e)
+        x = 2 * components(strain)
         resolvent = Resolvent(x)
         inverse, nodes, weights = resolvent.inverse, resolvent.nodes, resolvent.weights
         logs = 0.5 * product(x, resolvent.sum(weights))
@@ -100,8 +100,9 @@ class Hencky(Isotropic):
         pairs = resolvent.pairs(-mu * near * nodes)
         add_pairs(pairs, 0.5 * (mu * resolvent.sum(near) - stress), inverse)
         moduli = pairs[CROSSED[0]] + pairs[CROSSED[1]]
-        add_pairs(moduli, 0.5 * lame * inverse, inverse)
-        return Stress(energy, full, np.ascontiguousarray(moduli.T[:, POSITION]))
+        if lame:
+            add_pairs(moduli, 0.5 * lame * inverse, inverse)
+        return Stress(energy, full, moduli[POSITION].transpose(2, 0, 1))
 
 
 class Resolvent:
@@ -149,6 +150,16 @@ POSITION[PAIRS[:, 0], PAIRS[:, 1]] = POSITION[PAIRS[:, 1], PAIRS[:, 0]] = np.ara
 (_I, _J), (_K, _L) = VOIGT[PAIRS[:, 0]].T, VOIGT[PAIRS[:, 1]].T
 # Where A_ik A_jl and A_il A_jk stand for every pair of the components ij and kl (21,).
 CROSSED = POSITION[FULL[_I, _K], FULL[_J, _L]], POSITION[FULL[_I, _L], FULL[_J, _K]]
+
+
+def crossed(pairs: np.ndarray) -> np.ndarray:
+    """Return A_ik A_jl + A_il A_jk (6, 6, e) of pairs (21, e)."""
+    return (pairs[CROSSED[0]] + pairs[CROSSED[1]])[POSITION]
+
+
+def components(tensor: np.ndarray) -> np.ndarray:
+    """Return the components (6, e) of symmetric tensors (e, 3, 3)."""
+    return tensor.transpose(1, 2, 0)[VOIGT[:, 0], VOIGT[:, 1]]
 
 
 def _adjugate(x: np.ndarray) -> np.ndarray:
