@@ -97,7 +97,13 @@ class TransverselyIsotropic:
         compliance[1, 2] = compliance[2, 1] = -nu_t / e_t
         return np.linalg.inv(compliance)
 
-    def respond(self, strain: np.ndarray, tangent: bool, axes: np.ndarray | None = None) -> Stress:
+    def respond(
+        self,
+        strain: np.ndarray,
+        tangent: bool,
+        axes: np.ndarray | None = None,
+        pressure: np.ndarray | float = 0.0,
+    ) -> Stress:
         """Return the response to Green strains (e, 3, 3), with local axes (e, 3, 3) in columns.
 
         Raises ConfigurationError without local axes.
@@ -111,12 +117,16 @@ class TransverselyIsotropic:
         force = self.stiffness @ logs  # T
         slope = _moduli(0.5 * resolvent.pairs(resolvent.weights))  # dL over engineering strains (e, 6, 6)
         stress = (slope @ (TWICE[:, None] * force).T[:, :, None])[:, FULL, 0]
+        stress += (pressure * resolvent.inverse)[FULL].transpose(2, 0, 1)
         full = axes @ stress @ np.swapaxes(axes, 1, 2)
         energy = 0.5 * np.einsum("pe,pe->e", force, logs)
         if not tangent:
             return Stress(energy, full, None)
         moduli = slope @ (TWICE[:, None] * self.stiffness * TWICE) @ slope
         moduli += _moduli(self._second_order(resolvent, force))
+        pairs = np.zeros((21, len(strain)))
+        add_pairs(pairs, -0.5 * pressure * resolvent.inverse, resolvent.inverse)
+        moduli += _moduli(pairs)
         turn = rotate_strain(axes)
         return Stress(energy, full, np.swapaxes(turn, 1, 2) @ moduli @ turn)
 

@@ -21,8 +21,6 @@ from functools import cached_property
 import numpy as np
 
 from knitstudy.mechanics.batches import determinant, inverse
-from knitstudy.mechanics.materials import VOIGT
-from knitstudy.mechanics.materials.isotropic import PAIRS, crossed
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,38 +42,22 @@ class Dilatation:
         """theta_r (e, r)."""
         return self._means(self.theta)
 
-    @cached_property
+    @property
     def pressure(self) -> np.ndarray:
         """Of the means, at the points [Pa]."""
         return self._pressure(self.mean)
-
-    @cached_property
-    def metric(self) -> np.ndarray:
-        """d theta / d E (3, 3, points)."""
-        if not self.logarithmic:
-            return np.broadcast_to(np.eye(3)[..., None], self.slope.shape)
-        return np.einsum("kip,kjp->ijp", self.slope, self.slope)
 
     @property
     def energy(self) -> np.ndarray:
         """Stored energy (e,) [J]."""
         return 0.5 * self.lame * (self.mean**2).sum(axis=1)
 
-    def stress(self) -> np.ndarray:
-        """Return the stress (3, 3, points)."""
-        return self.pressure * self.metric
-
-    def moduli(self) -> np.ndarray | float:
-        """Return what the pressure adds to the moduli (6, 6, points), since d2 ln det F / dE2 = -2 C^-1 x C^-1."""
-        if not self.logarithmic:
-            return 0.0
-        metric = self.metric[VOIGT[:, 0], VOIGT[:, 1]]
-        return crossed((-self.pressure * metric)[PAIRS[:, 0]] * metric[PAIRS[:, 1]])
-
     def foreseen(self, strain: np.ndarray) -> np.ndarray:
         """Return the stress (3, 3, points) that strains (3, 3, points) add."""
-        means = self._means(np.einsum("ijp,ijp->p", self.metric, strain))
-        return self._pressure(means) * self.metric
+        metric = np.broadcast_to(np.eye(3)[..., None], strain.shape)  # d theta / d E
+        if self.logarithmic:
+            metric = np.einsum("kip,kjp->ijp", self.slope, self.slope)
+        return self._pressure(self._means(np.einsum("ijp,ijp->p", metric, strain))) * metric
 
     def _means(self, theta: np.ndarray) -> np.ndarray:
         m, e, g = self.weight.shape

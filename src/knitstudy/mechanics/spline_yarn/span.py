@@ -25,6 +25,7 @@ from knitstudy.mechanics.spline_yarn.dilatation import Dilatation, MeanDilatatio
 from knitstudy.mechanics.spline_yarn.space import Space
 
 CACHE = 1500  # points whose moduli fit into a processor's cache together
+CLOSE = 32_768  # numbers that fit into the part of it that is nearest, with what is made of them
 
 
 class Spans:
@@ -50,6 +51,9 @@ class Spans:
         value, gradient = disc.gradients(degree, points)
         self._table = np.stack([gradient[..., 0], gradient[..., 1], value])  # (alpha, m, k)
         self._pairs, self._entries = _pair_tables(self._table)
+        nodes = len(degrees) * self._full
+        order = np.arange((3 * nodes) ** 2).reshape(3, nodes, 3, nodes)
+        self._order = order.transpose(1, 3, 0, 2).reshape(-1)  # pairs of nodes, then of components
         fewer = [j * self._full + np.arange(disc.size(p)) for j, p in enumerate(degrees)]
         kept = np.concatenate(fewer)
         self._kept = None if len(kept) == len(degrees) * self._full else kept
@@ -115,24 +119,24 @@ class Spans:
         axes = None
         if self.material.directional:
             axes = axes_along(inverse(to_parent.transpose(2, 0, 1))[0][:, :, 2])
-        answer = self._rest.respond(strain.transpose(2, 0, 1), out is not None, axes)
         dilatation = self._dilatation.at(spans, weight, gradient)
-        stress = answer.stress.transpose(1, 2, 0) + dilatation.stress()
+        answer = self._rest.respond(strain.transpose(2, 0, 1), out is not None, axes, dilatation.pressure)
+        stress = answer.stress.transpose(1, 2, 0)
         weighted = (weight.reshape(-1) * to_parent).swapaxes(0, 1)  # (J, beta)
         flux = _product(dilatation.deformation, _product(stress, weighted))
         # A span turned inside out has no energy in terms of E: let the load path see it.
         flux[..., dilatation.volume_ratio <= 0] = np.nan
         if out is not None:
-            moduli = answer.tangent.transpose(1, 2, 0) + dilatation.moduli()
+            moduli = answer.tangent.transpose(1, 2, 0)
             if step is not None:
                 change = _product(self._parent_gradient(step, spans), to_parent)
                 stress = stress - self._second_order(
                     0.5 * _product(change.swapaxes(0, 1), change), moduli, dilatation
                 )
             initial = _product(to_parent, _product(stress, weighted))  # S in parent coordinates
-            tensor = _material_part(dilatation.deformation, to_parent, weight.reshape(-1) * moduli)
-            products = self._products(spans, _product(dilatation.slope, weighted), dilatation)
-            self._sum_stiffness(spans, tensor, initial, products, out)
+            tensor = _material_part(dilatation.deformation, np.sqrt(weight.reshape(-1)) * to_parent, moduli)
+            changes = self._dilatations(spans, _product(dilatation.slope, weighted), dilatation)
+            self._sum_stiffness(spans, tensor, initial, dilatation.lame, changes, out)
         energy = (weight * answer.energy.reshape(weight.shape)).sum(axis=(0, 2)) + dilatation.energy
         return self._sum_force(spans, flux), energy
 
@@ -178,18 +182,22 @@ class Spans:
         columns = along.transpose(1, 3, 2, 0).reshape(e, d, 2 * g)
         return (columns @ sums.reshape(e, 2 * g, -1)).reshape(e, d, 3, n)
 
-    def _products(self, spans: slice, flux: np.ndarray, dilatation: Dilatation) -> np.ndarray:
-        """Return the products lame d theta_r d theta_r (e, i, k, (d + 1) n, (d + 1) n) of a few spans."""
+    def _dilatations(self, spans: slice, flux: np.ndarray, dilatation: Dilatation) -> np.ndarray:
+        """Return the derivatives of theta_r by the displacements, (e, r, i, (d + 1) n), of a few spans."""
         sums = self._sums(spans, flux, self._mean_table)
         e, d, _, _ = sums.shape
         sums = sums.reshape(e, d, 3, -1, self._full).transpose(0, 3, 2, 1, 4)  # (e, r, i, d, n)
-        rows = (dilatation.orthonormal @ sums.reshape(e, sums.shape[1], -1)).reshape(e, -1, 3, d * self._full)
-        rows = np.ascontiguousarray(rows.swapaxes(1, 2))  # (e, i, r, a)
-        products = SCRATCH.array("products of dilatations", e, 3, 3, rows.shape[3], rows.shape[3])
-        return np.matmul(dilatation.lame * rows.swapaxes(2, 3)[:, :, None], rows[:, None], out=products)
+        rows = dilatation.orthonormal @ sums.reshape(e, sums.shape[1], -1)
+        return rows.reshape(e, -1, 3, d * self._full)
 
     def _sum_stiffness(
-        self, spans: slice, tensor: np.ndarray, stress: np.ndarray, products: np.ndarray, out: np.ndarray
+        self,
+        spans: slice,
+        tensor: np.ndarray,
+        stress: np.ndarray,
+        lame: float,
+        changes: np.ndarray,
+        out: np.ndarray,
     ) -> None:
         """Put the stiffness of a few spans into `out` (e, a a, 9).
 
@@ -208,20 +216,30 @@ class Spans:
             found = sums[:, first : first + 9 * size].reshape(e * g, 9, size).swapaxes(0, 1)
             np.matmul(part.reshape(9, -1, e * g).swapaxes(1, 2), table, out=found)
             first += 9 * size
-        every = SCRATCH.array("all section sums", e * g, 4 * n * n * 9)
-        np.take(sums, self._entries, axis=1, out=every, mode="clip")
         # Products of the splines and derivatives that go with them.
         splines = along.transpose(1, 2, 0, 3)
         weights = splines[:, :, :, None, :, None] * splines[:, :, None, :, None]
         weights = weights.reshape(e, 4 * g, d * d).swapaxes(1, 2)
-        blocks = SCRATCH.array("blocks of splines", e, d * d, n * n * 9)
-        np.matmul(weights, every.reshape(e, 4 * g, -1), out=blocks)
         full = out if self._kept is None else SCRATCH.array("stiffness of all", e, (d * n) ** 2, 9)
-        np.add(
-            blocks.reshape(e, d, d, n, n, 9).transpose(0, 1, 3, 2, 4, 5),
-            products.reshape(e, 9, d, n, d, n).transpose(0, 2, 3, 4, 5, 1),
-            out=full.reshape(e, d, n, d, n, 9),
-        )
+        sums, few = sums.reshape(e, g, -1), max(1, CLOSE // self._entries.size)
+        for part in (slice(low, low + few) for low in range(0, e, few)):
+            here = full[part]
+            rows = changes[part].reshape(len(here), -1, 3 * d * n)
+            products = SCRATCH.array("products of dilatations", len(here), 3 * d * n, 3 * d * n)
+            np.matmul(lame * rows.swapaxes(1, 2), rows, out=products)
+            np.take(
+                products.reshape(len(here), -1),
+                self._order,
+                axis=1,
+                out=here.reshape(len(here), -1),
+                mode="clip",
+            )
+            every = SCRATCH.array("all section sums", len(here) * g, self._entries.size)
+            np.take(sums[part].reshape(len(every), -1), self._entries, axis=1, out=every, mode="clip")
+            blocks = SCRATCH.array("blocks of splines", len(here), d * d, n * n * 9)
+            np.matmul(weights[part], every.reshape(len(here), 4 * g, -1), out=blocks)
+            target = here.reshape(-1, d, n, d, n, 9)
+            target += blocks.reshape(-1, d, d, n, n, 9).transpose(0, 1, 3, 2, 4, 5)
         if self._kept is not None:
             kept = self._kept
             full = full.reshape(e, d * n, d * n, 9)
