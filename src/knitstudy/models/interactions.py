@@ -24,7 +24,12 @@ from scipy.spatial import cKDTree
 
 from knitstudy.errors import MeshError
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.loading.gates import require_seen_contact, require_share, require_stiff_contact
+from knitstudy.loading.gates import (
+    require_integrated_contact,
+    require_seen_contact,
+    require_share,
+    require_stiff_contact,
+)
 from knitstudy.loading.history import Recorder
 from knitstudy.mechanics.beam_contact import hertz
 from knitstudy.mechanics.contact.friction import ContactHistory, Coulomb
@@ -285,6 +290,7 @@ def contact_of(scene: Scene, yarns: Discretisation, labels: np.ndarray) -> Conta
 def contact_law(scene: Scene, yarns: Discretisation) -> Coulomb | Indentation:
     """Return the law of a scene; yarns without hexahedra may add the local indentation that they do not resolve."""
     if scene.value("mesh.crossing_degree") is not None:
+        require_integrated_contact(scene)
         modulus, poisson = material_of(scene.yarn).across
         return indentation(
             scene.mesh.crossing_degree,
