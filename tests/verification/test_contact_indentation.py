@@ -93,9 +93,8 @@ def _straight(space, middle, axis):
 CASES = [(90, 0.4), (45, 0.0), (30, 0.45)]
 PRESS = 0.1
 
-FINE_CELL = (
-    0.0625  # of contact points, over the radius: where contact ends the stiffness of sticking begins steeply
-)
+# Of contact points, over the radius: where contact ends the stiffness of sticking begins steeply
+FINE_CELL = 0.0625
 
 SPACES = {2: 1.0, 3: 0.9, 4: 0.6}  # spans by degree, over the radius
 
