@@ -58,10 +58,17 @@ class Material(Protocol):
     def without_dilatation(self) -> tuple[Material, float]:
         """Return the law without an energy lame/2 theta^2 of the dilatation, and lame [Pa]."""
 
-    def respond(self, strain: np.ndarray, tangent: bool, axes: np.ndarray | None = None) -> Stress:
+    def respond(
+        self,
+        strain: np.ndarray,
+        tangent: bool,
+        axes: np.ndarray | None = None,
+        pressure: np.ndarray | float = 0.0,
+    ) -> Stress:
         """Return energy, stress and, if asked, tangent of Green strains (e, 3, 3).
 
-        `axes` (e, 3, 3) are local unit vectors in columns, the first along the yarn.
+        `axes` (e, 3, 3) are local unit vectors in columns, the first along the yarn. A given `pressure` (e,) [Pa] adds
+        pressure d theta / dE to the stress and pressure d2 theta / dE2 to the tangent, with the law's dilatation theta.
         """
 
 
