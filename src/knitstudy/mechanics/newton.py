@@ -20,7 +20,6 @@ from knitstudy.mechanics.flow import (
     FIRST,
     LEAST,
     MOST,
-    PATIENCE,
     STRIDE,
     Viscous,
     unit_viscosity,
@@ -251,8 +250,7 @@ class _Path:
         moved = self.prescribed.at(target) - self.prescribed.at(now.load)
         if self._unit is None:
             self._unit = unit_viscosity(self.model, fixed)
-        stride = min(self.settings.stride, STRIDE * self.model.length)
-        settings = replace(self.settings, stride=stride, patience=PATIENCE)
+        settings = replace(self.settings, stride=min(self.settings.stride, STRIDE * self.model.length))
         # The state from which viscous forces count, how far it is from `now`, and the last one balanced from there
         anchor, origin, found = replace(now, rates=(), updates=()), np.zeros(self.model.size), None
         level, last, fading, guess = FIRST, FIRST, FADING, None
