@@ -24,8 +24,8 @@ from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.dilatation import Dilatation, MeanDilatation
 from knitstudy.mechanics.spline_yarn.space import Space
 
-CACHE = 1500  # points whose moduli fit into a processor's cache together
-CLOSE = 32_768  # numbers that fit into the part of it that is nearest, with what is made of them
+CACHE = 3000  # points whose moduli fit into a processor's cache together
+CLOSE = 16_384  # numbers that fit into the part of it that is nearest, with what is made of them
 
 
 class Spans:
