@@ -1,7 +1,10 @@
 """What tests of several kinds share: one small plain knit that needs no optimisation, and how processes share tests."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+import yaml
 
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
@@ -27,59 +30,29 @@ def pytest_collection_modifyitems(items):
     items.sort(key=place)
 
 
-DEFAULTS = {
+def merged(defaults, sections):
+    """Return defaults with other keys in some sections."""
+    return defaults | {
+        name: defaults[name] | keys if isinstance(keys, dict) else keys for name, keys in sections.items()
+    }
+
+
+FILE = yaml.safe_load((Path(__file__).parents[1] / "config" / "defaults.yaml").read_text())
+del FILE["pattern"]["loop"]
+OWN = {
     "specimen": "knit",
-    "fidelity": "hexahedra",
-    "interaction": "tie",
-    "pattern": {"loops": 3, "rows": 3, "clearance": 0.01},
-    "pair": {"angle": 90.0, "length": 10e-3, "clearance": 0.01, "support": "back"},
-    "yarn": {"youngs_modulus": 1.3e9, "poisson_ratio": 0.42, "material": "hencky"},
-    "geometry": {"alpha": 1.0, "beta": 1.0, "gamma": 1.0, "beta_0": 1.0, "samples": 50},
-    "load": {"direction": "course", "strain": 0.05, "lateral": "fixed", "stops": []},
-    "mesh": {
-        "size": 1 / 3,
-        "growth": 1.2,
-        "element": "one_point",
-        "beam_size": 5 / 9,
-        "section_law": "curved",
-    },
-    "contact": {
-        "friction": 0.76,
-        "normal_stiffness": 10.0,
-        "tangential_stiffness": 10.0,
-        "penetration": 0.01,
-        "augmentations": 10,
-        "points": 3,
-        "tied_edges": "outer",
-    },
-    "solver": {
-        "increments": 10,
-        "residual_tolerance": 1e-6,
-        "correction_tolerance": 1e-6,
-        "hourglass": 0.005,
-        "stabilisation": 0.0,
-        "linear": "auto",
-    },
-    "rom": {
-        "joint": "rigid",
-        "springs_from": None,
-        "stiffness": [],
-        "axes": "local",
-        "displacement": "interface",
-        "section": "single",
-    },
-    "beam": {"section": "rigid", "tie": "rigid", "stiffness": 10.0},
-    "outputs": [],
+    "pair": {"length": 10e-3},
+    "yarn": {"youngs_modulus": 1.3e9},
+    "geometry": {"beta": 1.0, "gamma": 1.0, "beta_0": 1.0, "samples": 50},
+    "solver": {"increments": 10},
 }
+DEFAULTS = merged(FILE, OWN)
 
 
 @pytest.fixture(scope="session")
 def defaults_with():
     """Function that returns the defaults of small configurations with other keys in some sections."""
-    return lambda **sections: (
-        DEFAULTS
-        | {name: DEFAULTS[name] | keys if isinstance(keys, dict) else keys for name, keys in sections.items()}
-    )
+    return lambda **sections: merged(DEFAULTS, sections)
 
 
 @pytest.fixture(scope="session")

@@ -8,13 +8,14 @@ import numpy as np
 @dataclass
 class Straight:
     length: float
-    y: float = 0.0
+    start: tuple = (0.0, 0.0, 0.0)
+    along: tuple = (1.0, 0.0, 0.0)
 
     def position(self, s):
-        return np.stack([s, np.full_like(s, self.y), np.zeros_like(s)], axis=-1)
+        return self.start + np.multiply.outer(s, self.along)
 
     def tangent(self, s):
-        return np.broadcast_to([1.0, 0.0, 0.0], (s.size, 3)).copy()
+        return np.tile(self.along, (len(s), 1))
 
 
 @dataclass

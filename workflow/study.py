@@ -117,6 +117,9 @@ def execute(snakemake: list[str]) -> tuple[int, int | None, bool]:
     with subprocess.Popen(silent, stderr=subprocess.PIPE, text=True, bufsize=1) as process:
         try:
             for line in process.stderr:
+                if line.startswith("left out: "):
+                    print(line, end="", flush=True)
+                    continue
                 if steps is None:  # still planning
                     planned = re.fullmatch(r"planned (\d+) jobs\n", line)
                     steps = int(planned[1]) - 1 if planned else None

@@ -1,5 +1,7 @@
 """Named errors: one message that says what is wrong, where, and what is allowed or to be done."""
 
+from typing import Any
+
 
 class KnitstudyError(Exception):
     """Base of every error that a user can cause or mend.
@@ -21,7 +23,20 @@ class MeshError(KnitstudyError):
 
 
 class ConvergenceError(KnitstudyError):
-    """An iteration that did not reach its tolerance; what had converged is kept."""
+    """An iteration that did not reach its tolerance, or a state that a gate refuses.
+
+    Attributes
+    ----------
+    history : xarray.Dataset or None
+        The history up to the last sound increment of a load path, with where and why it ended as attribute
+        ``incomplete``.
+    """
+
+    history: Any = None
+
+
+class EndedEarly(ConvergenceError):
+    """A load path that ended before full load, and whose history up to there is in a file that the message names."""
 
 
 class CoarseIncrement(ConvergenceError):

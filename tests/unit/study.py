@@ -101,10 +101,8 @@ def history(**arguments):
     return made.assign(energy=(("increment", "form"), energy), form=list(ENERGY))
 
 
-ROUGH = (
-    11.0,
-    3e-4,
-)  # force and out-of-plane displacement with rough contact, of which only the reference speaks
+ROUGH = (11.0, 3e-4)
+"""Force and out-of-plane displacement with rough contact, of which only the reference speaks."""
 
 
 def reference(scenes, uncertainty=0.02):

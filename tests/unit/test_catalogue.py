@@ -4,10 +4,9 @@ import sys
 
 import pytest
 import study
-import synthetic
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.figures.catalogue import FIGURES, draw
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.registry import load_plugins
 from knitstudy.stages.displays import Displays
 from knitstudy.stages.plan import Plan
@@ -18,12 +17,8 @@ from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 
 TOY = """
-import pandas as pd
-from matplotlib.figure import Figure
-
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.measures.catalogue import network, several, solid
-from knitstudy.measures.response import secant_stiffness
 from knitstudy.tables.catalogue import TABLES
 
 
@@ -31,12 +26,9 @@ from knitstudy.tables.catalogue import TABLES
     "toy_curve",
     "A toy",
     results={"dns": solid("simulation", "tie-course"), "beams": several("simulation", "beam-*-none", optional=True)},
-    texts={"alt": "line"},
 )
 def curve(dns, scenes, beams=None):
-    figure = Figure()
-    figure.subplots().plot(dns["strain"], dns["force"], label=scenes["dns"].name)
-    return figure
+    return dns, scenes, beams
 
 
 @TABLES.add(
@@ -45,7 +37,7 @@ def curve(dns, scenes, beams=None):
     results={"rom3d": network("rom3d", "tie-course"), "contacts": solid("contacts", "tie-wale")},
 )
 def stiffness(rom3d, contacts):
-    return pd.DataFrame({"k": [secant_stiffness(rom3d)]})
+    return rom3d, contacts
 """
 
 
@@ -66,20 +58,15 @@ def scenes(plain_scene):
     return list(study.scenes(plain_scene).values())
 
 
-def test_figure_from_outside_is_drawn_and_named_with_its_code(toy, plain_scene):
-    figure = draw("toy_curve", dns=synthetic.history(force=(0, 1, 3)), scenes={"dns": plain_scene}, mesh=None)
-    (line,) = figure.axes[0].lines
-    assert line.get_ydata().tolist() == [0, 1, 3]
-    assert FIGURES.module("toy_curve") == TABLES.module("toy_stiffness") == toy
-    assert FIGURES.names()[0] == "fig15_force_strain"
-    assert FIGURES.names()[-1] == "toy_curve"  # those without a place in the report come last
-
-
 def displays(catalogue, scenes, reference=None):
     return Displays(catalogue, Plan({scene.name: scene for scene in scenes}), scenes, reference or {})
 
 
 def test_they_are_planned_from_the_scenes_of_a_study(toy, scenes):
+    assert FIGURES.module("toy_curve") == TABLES.module("toy_stiffness") == toy
+    assert (FIGURES.names()[0], FIGURES.names()[-1]) == ("fig15_force_strain", "toy_curve"), (
+        "of no place: last"
+    )
     figures, tables = (displays(catalogue, scenes) for catalogue in (FIGURES, TABLES))
     assert figures.files("toy_curve", "out") == {"dns": "out/simulation/dns-tie-course.nc"}
     assert tables.files("toy_stiffness", "out") == {

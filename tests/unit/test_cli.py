@@ -111,11 +111,6 @@ def test_plugins_of_the_configuration_are_imported(knitstudy, config, monkeypatc
         (("dns-b",), "unknown scene 'dns-b' (did you mean 'dns-a'?)"),
         (("dns-a", "--set", "mesh.sice=1"), "unknown key 'mesh.sice' (did you mean 'size'?)"),
         (("dns-a", "--set", "load.strain=5%"), "load.strain is '5%' but must be a number from -0.2 to 0.5"),
-        (("dns-a", "--set", "load.strain=.nan"), "load.strain is nan but must be a finite number"),
-        (
-            ("dns-a", "--set", "mesh.size=0.3 mm"),
-            "mesh.size is '0.3 mm' but must be a number from 0.01 to 10",
-        ),
         (("dns-a", "--config", "nowhere"), "nowhere/defaults.yaml: is missing"),
     ],
 )
@@ -198,6 +193,6 @@ def test_loop_refuses_spacings_below_the_diameter(knitstudy):
 
 def test_check_refuses_elements_that_are_too_long_for_the_loop(knitstudy):
     result = knitstudy("check", "rom3d-tie-course", "--set", "mesh.beam_size=5")
-    assert "mesh.beam_size is 5 yarn radii but must be at most 3.04" in message(result)
+    assert "mesh.beam_size is 5 yarn radii: straight beams in bent yarns are" in message(result)
     kept = knitstudy("check", "rom3d-tie-course")
-    assert "loop: 55.5 mm of yarn" in kept.stdout
+    assert re.search(r"loop: 55\.5 mm of yarn.*some 0\.\d% too stiff", kept.stdout)

@@ -4,9 +4,7 @@ import pytest
 import yaml
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.configuration import (
-    load_scenes,
-)
+from knitstudy.study.configuration import load_scenes
 
 FAMILY = "scenes/small.yaml"
 

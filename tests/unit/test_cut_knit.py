@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from knitstudy.errors import ConfigurationError, ConvergenceError
+from knitstudy.errors import ConvergenceError
 from knitstudy.geometry.fabric import cut_cells, middles_of_legs
 from knitstudy.mechanics.newton import trace
 from knitstudy.mesh.mesher import mesh_scene
@@ -145,7 +145,7 @@ def test_honeycomb_of_cut_cells_ends_half_way_up_its_legs(knit, pieces):
 
 def test_yarns_are_watched_beside_every_tie(scene, knit, pieces):
     """Several arches are tied to one yarn: going by rows, most of them would not be looked at."""
-    touching = scene.vary({"interaction": "isotropic", "contact.tied_edges": "outer", "contact.points": 2})
+    touching = scene.vary({"interaction": "isotropic", "contact.tied_edges": "outer"})
     yarns = build(touching, pieces).observer.yarns
     nodes = yarns.parts.nodes
     apart = yarns.beside.smallest_gap(nodes)
@@ -162,10 +162,11 @@ def test_yarns_are_watched_beside_every_tie(scene, knit, pieces):
 
 
 def test_overlap_beside_ties_is_judged_by_the_energy_of_contact(scene, pieces):
-    """24 ties, each with Hertz's 8/15 E* sqrt(R) d^2.5: 5 % of the internal energy is allowed."""
-    touching = scene.vary({"interaction": "isotropic", "contact.tied_edges": "outer", "contact.points": 2})
+    """Two of 24 ties, each with Hertz's 8/15 E* sqrt(R) d^2.5: 5 % of the internal energy is allowed."""
+    touching = scene.vary({"interaction": "isotropic", "contact.tied_edges": "outer"})
     beside = build(touching, pieces).observer.yarns.beside
-    stored = 24 * 8 / 15 * 1.3e9 / 2 / (1 - 0.42**2) * pieces.radius**0.5 * 3e-5**2.5
+    beside.gaps = np.array([-3e-5, 1e-6, np.inf, -3e-5])
+    stored = 2 * 8 / 15 * 1.3e9 / 2 / (1 - 0.42**2) * pieces.radius**0.5 * 3e-5**2.5
     recorder = SimpleNamespace(columns={"gap_beside_ties": [1.0, -3e-5]})
 
     def judge(share):
@@ -177,14 +178,3 @@ def test_overlap_beside_ties_is_judged_by_the_energy_of_contact(scene, pieces):
         ConvergenceError, match=r"increment 7: .* by 3e-05 m .* 5\.1% of the internal energy; gates\.overlap"
     ):
         judge(0.051)
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"interaction": "rough", "contact.tied_edges": "outer", "pattern.rows": 2}, "contact.tied_edges"),
-    ],
-)
-def test_what_a_cut_knit_cannot_be_is_refused(scene, changes, message):
-    with pytest.raises(ConfigurationError, match=message):
-        scene.vary(changes)

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import scipy.linalg
-import study
 import synthetic
 import xarray as xr
 
@@ -13,11 +12,6 @@ from knitstudy.measures.endless_knit import between_grips, held_over_free, limit
 from knitstudy.measures.unknowns import law_of, nodes_2d, nodes_3d
 from knitstudy.mesh.mesher import mesh_fabric, slices_of
 from knitstudy.tables import catalogue as tables
-
-
-@pytest.fixture(scope="module")
-def grown(plain_scene):
-    return study.domain(plain_scene)
 
 
 def test_counts_of_a_cell_are_those_of_larger_knits(plain_scene, knit_of):

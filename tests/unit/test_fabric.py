@@ -86,9 +86,8 @@ def test_crossings_of_a_knit_lie_on_their_yarns_and_face_each_other(loop):
             s = crossings.arc_length[here, side]
             np.testing.assert_allclose(centreline.position(s), crossings.point[here, side], atol=1e-12)
             cosine = (apart[here] * centreline.tangent(s)).sum(axis=1) / crossings.distance[here]
-            np.testing.assert_allclose(
-                cosine, 0, atol=1e-6
-            )  # rounding of a distance leaves its root in the angle
+            # Rounding of a distance leaves its root in the angle.
+            np.testing.assert_allclose(cosine, 0, atol=1e-6)
     place = crossings.point.reshape(3, 2, 4, 2, 3)
     middle, centre = place.mean(axis=3), knit.cell[0] * (np.arange(2) + 0.5)[:, None]
     assert (middle[..., [0, 2], 0] < centre).all()
@@ -142,7 +141,6 @@ def test_a_fabric_comes_back_from_its_dataset(loop):
             "cross 0 times",
         ),
         (lambda loop: replace(loop, course_spacing=1.7e-3), r"pattern.course_spacing"),
-        (lambda loop: yarn_pair(0.0, 90.0, 9e-3), r"yarn\.diameter = 0\.0 m"),
         (lambda loop: yarn_pair(RADIUS, 0.0, 9e-3), r"pair\.angle = 0\.0 degrees: allowed is more than 0"),
         (lambda loop: yarn_pair(RADIUS, 90.0, 4 * RADIUS), r"pair\.length = 0\.0036 m: allowed is more"),
     ],

@@ -11,6 +11,7 @@ from knitstudy.loading.gates import (
     expected_work,
     require_closed_ledger,
     require_elements_across,
+    require_integrated_contact,
     require_small_hourglass,
     require_small_stabilisation,
 )
@@ -116,16 +117,22 @@ def test_stabilisation_that_dissipates_or_pulls(damped, force, message):
 def test_elements_that_are_too_large_for_the_yarn(specimen, refinement, across, needed):
     def scene(across, asked=None):
         mesh = SimpleNamespace(size=2 / across, refinement=refinement)
-        return SimpleNamespace(
-            specimen=specimen,
-            mesh=mesh,
-            gates=SimpleNamespace(elements_across=asked),
-        )
+        return SimpleNamespace(specimen=specimen, mesh=mesh, gates=SimpleNamespace(elements_across=asked))
 
     with pytest.raises(MeshError, match=rf"mesh\.size is .*gates\.elements_across asks for {needed}: use"):
         require_elements_across(scene(across))
     require_elements_across(scene(needed))
     require_elements_across(scene(across, asked=2))
+
+
+def test_points_that_miss_the_pressure_of_a_cell():
+    def scene(points):
+        return SimpleNamespace(contact=SimpleNamespace(points=points))
+
+    for points, missed in ((1, "100%"), (2, "24%")):
+        with pytest.raises(MeshError, match=rf"contact\.points is {points}: .*{missed}.*use 3 or more"):
+            require_integrated_contact(scene(points))
+    require_integrated_contact(scene(3))
 
 
 def test_what_does_not_fit_into_memory():

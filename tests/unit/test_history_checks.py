@@ -17,7 +17,6 @@ from knitstudy.measures.history_checks import (
     penetration,
     unbalanced_contact,
 )
-from knitstudy.measures.summary import summarise
 from knitstudy.tables import catalogue
 
 WORK = 1e-3  # external work at full load [J]
@@ -129,7 +128,3 @@ def test_table_of_a_direct_simulation(direct):
     assert table.loc["largest residual over mean internal force", ["value", "bar"]].tolist() == [2e-7, 1e-6]
     assert table.loc["tied area of a crossing, largest", "value"] == 3e-7
     assert set(table["unit"]) == {"1", "m2"}
-
-
-def said(dataset):
-    return {quantity.name: (quantity.value, quantity.unit) for quantity in summarise(dataset)}

@@ -63,7 +63,8 @@ def test_pressure_and_stiffness_are_derivatives_of_what_is_stored(law):
 
 def test_a_small_patch_sticks_as_mindlins_and_a_large_one_gives_way_less_in_the_law(law):
     """What the space shows of a large patch is in series with it: the law's share grows."""
-    depth, angle = np.array([0.0, 0.01, 0.05]) * RADIUS, np.full(3, np.pi / 2)
+    depth, angle = np.array([0.0, 0.01, 0.03]) * RADIUS, np.full(3, np.pi / 2)
+    assert depth[-1] < law.end
     stiffness = law.at(-depth, angle)
     share = stiffness.tangential / stiffness.normal
     assert share[0] == pytest.approx(2 * (1 - POISSON) / (2 - POISSON))

@@ -33,33 +33,27 @@ def rigid(structure, weights):
     return np.concatenate([np.broadcast_to(np.eye(3)[:, None], turns.shape), turns])
 
 
-def points_of(structure):
-    """Weights of points, as many as a test needs: those of the constant sum to 1."""
+def assert_rigid(basis, knit):
+    """All rigid motions of points, sums of nodes whose weights of the constant sum to 1, are sums of columns."""
     weights = np.random.default_rng(1).normal(size=(40, NODES))
-    return weights / (weights @ structure.unity)[:, None]
+    weights /= (weights @ knit.unity)[:, None]
+    wanted, moved = rigid(knit, weights).reshape(6, -1).T, np.kron(weights, np.eye(3)) @ basis
+    share = np.linalg.lstsq(moved, wanted)[0]
+    np.testing.assert_allclose(moved @ share, wanted, atol=1e-10 * np.abs(wanted).max())
 
 
 @pytest.mark.parametrize("modes", ["whole", "groups"])
 def test_rigid_motions_of_points_are_sums_of_modes(modes):
     knit = structure()
     whole = knit.rigid_motions(np.zeros(NODES, dtype=int), None).reshape(-1, 6)
-    basis = whole if modes == "whole" else FabricScale(knit).prolongation().toarray()
-    weights = np.kron(points_of(knit), np.eye(3))
-    wanted = rigid(knit, points_of(knit)).reshape(6, -1).T
-    moved = weights @ basis
-    share = np.linalg.lstsq(moved, wanted)[0]
-    np.testing.assert_allclose(moved @ share, wanted, atol=1e-10 * np.abs(wanted).max())
+    assert_rigid(whole if modes == "whole" else FabricScale(knit).prolongation().toarray(), knit)
 
 
 def test_grid_turns_yarns_about_where_they_have_moved_to():
     knit = structure()
     moved = np.random.default_rng(2).normal(size=(NODES, 3))
     basis = FabricScale(knit).prolongation(moved).toarray()
-    weights = points_of(knit)
-    wanted = rigid(replace(knit, position=knit.position + moved), weights).reshape(6, -1).T
-    sums = np.kron(weights, np.eye(3)) @ basis
-    share = np.linalg.lstsq(sums, wanted)[0]
-    np.testing.assert_allclose(sums @ share, wanted, atol=1e-10 * np.abs(wanted).max())
+    assert_rigid(basis, replace(knit, position=knit.position + moved))
 
 
 def banded_matrix(knit, further=()):

@@ -8,7 +8,6 @@ import pytest
 import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.files import read_dataset
 from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.loading.gates import require_closed_ledger
 from knitstudy.loading.history import Motion, Stations, load_path
@@ -29,17 +28,6 @@ def test_a_motion_is_straight_between_its_corners():
     np.testing.assert_allclose(motion.at(0.5), CORNERS[1])
     np.testing.assert_allclose(motion.at(0.65), 0.4 * CORNERS[1] + 0.6 * CORNERS[2])
     np.testing.assert_allclose(motion.at(1.0), CORNERS[3], atol=1e-20)
-
-
-def test_increments_end_at_corners_and_stops():
-    drive = PrescribedDisplacement(np.arange(3), CORNERS[:2], (0.5, 1.0), (0.1, 0.7))
-    places, load = [], 0.0
-    while load < 1:
-        load = drive.next_stop(load)
-        places.append(load)
-    assert places == [0.1, 0.5, 0.7, 1.0]
-    # A load factor that rounding has brought just below a stop is that stop.
-    assert drive.next_stop(0.1 - 1e-15) == 0.5
 
 
 def test_a_pair_follows_its_path(plain_scene):
@@ -183,19 +171,23 @@ def test_an_increment_too_coarse_for_the_ledger_is_halved(problem, tmp_path):
 
 def test_what_had_converged_before_a_failure_is_kept(problem, tmp_path):
     broken = replace(problem, model=Spring(breaks_at=1.2))
-    files = {"restart": tmp_path / "a.npz", "partial": tmp_path / "a.nc"}
+    run = Run(restart=tmp_path / "a.npz")
     with pytest.raises(
-        ConvergenceError,
-        match=r"increment 3, load factor 0.75: the spring breaks. The history up to load factor 0.5 is in",
-    ):
-        solve_load_path(broken, Run(**files))
-    kept = read_dataset(files["partial"])
+        ConvergenceError, match=r"^increment 3, load factor 0.75: the spring breaks$"
+    ) as refused:
+        solve_load_path(broken, run)
+    kept = refused.value.history
     np.testing.assert_allclose(kept["force"], [0, 0.5 + 0.125, 2])
-    assert kept.attrs["incomplete"] == "increment 3, load factor 0.75: the spring breaks"
-    assert kept.attrs["scene"] == problem.scene.name
-    # With a remedy the run goes on from there, and nothing incomplete is left.
-    run = Run(**files)
-    whole = solve_load_path(problem, run)
-    assert alike(whole, solve_load_path(problem))
-    run.forget()
-    assert list(tmp_path.iterdir()) == []
+    assert kept.attrs["incomplete"] == f"ended at strain 2.50%, load factor 0.5: {refused.value}"
+    # With a remedy the run goes on from there.
+    assert alike(solve_load_path(problem, run), solve_load_path(problem))
+
+
+def test_a_state_that_a_gate_refuses_is_not_of_the_curve(problem):
+    def refuse(increment, recorder):
+        if increment.load == 1:
+            raise ConvergenceError("gates.some allows less")
+
+    with pytest.raises(ConvergenceError, match=r"gates\.some") as refused:
+        solve_load_path(replace(problem, checks=(refuse,)))
+    np.testing.assert_allclose(refused.value.history["load"], [0, 0.25, 0.5, 0.75])

@@ -27,9 +27,7 @@ def test_a_section_is_finer_by_the_refinement_where_it_is_drawn_to_and_keeps_its
     normal = np.array([-rim[1], rim[0]])
     for side, scale in ((1, 1 / 3), (-1, 3)):
         cross = side * rim + step * np.array([0 * rim, -side * rim, normal])
-        image = drawn(np.vstack([cross, -side * rim]), pull)[
-            0, :3
-        ]  # the last point: the circle it is drawn in
+        image = drawn(np.vstack([cross, -side * rim]), pull)[0, :3]  # the last: the circle it is drawn in
         arms = np.diff(image, axis=0, prepend=image[:1])[1:]
         arms[1] = image[2] - image[0]
         np.testing.assert_allclose(np.linalg.norm(arms, axis=1), scale * step, rtol=1e-4)
@@ -47,9 +45,9 @@ def test_elements_at_the_crossing_are_smaller_along_and_across(pair):
             ring = mesh.nodes[mesh.slice_nodes(here)[mesh.section.ring]]
             apart = np.linalg.norm(ring - pair.crossings.point[0].mean(axis=0), axis=1)
             first, second = np.argsort(apart)[:2]
-            assert apart[second] == pytest.approx(
-                apart[first], rel=1e-6
-            )  # a facet's middle faces the other yarn
+            assert apart[second] == pytest.approx(apart[first], rel=1e-6), (
+                "a facet's middle faces the other yarn"
+            )
             along = mesh.arc_length[here] - mesh.arc_length[here - 1]
             sizes.append((np.linalg.norm(ring[second] - ring[first]), along))
         np.testing.assert_allclose(np.divide(*sizes), 3.0, rtol=0.05)

@@ -50,14 +50,6 @@ def test_a_mesh_without_slices_where_grips_end_is_refused(scene, knit, plain):
         grips(plain, scene, knit)
 
 
-def test_gripped_yarns_are_crossed_in_the_middle_of_a_layer_all_the_same(knit, mesh):
-    for yarn, side in ((0, 0), (knit.cells[1], 1)):
-        along, s = mesh.stations[yarn], knit.crossings.arc_length[knit.crossings.yarn[:, side] == yarn, side]
-        below = np.searchsorted(along, s) - 1
-        np.testing.assert_allclose(0.5 * (along[below] + along[below + 1]), s, rtol=1e-9)
-        np.testing.assert_allclose(along[below + 1] - along[below], SIZE * RADIUS / 2, rtol=1e-6)
-
-
 RADIUS, LENGTH, CLEARANCE, PAIR_SIZE = 0.9e-3, 8e-3, 0.02, 0.5
 
 

@@ -15,7 +15,7 @@ from knitstudy.mesh.spacing import Spacing
 from knitstudy.mesh.sweep import sweep
 
 RADIUS = 0.9
-CURVES = (Helix(3.0, 0.5, 0.5), Straight(6.0, y=20.0))
+CURVES = (Helix(3.0, 0.5, 0.5), Straight(6.0, (0, 20.0, 0)))
 
 
 @pytest.fixture(scope="module")

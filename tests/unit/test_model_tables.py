@@ -8,7 +8,7 @@ import xarray as xr
 from knitstudy.errors import DataFileError
 from knitstudy.measures.response import tangent_stiffness
 from knitstudy.tables import catalogue
-from knitstudy.tables.models import WINDOWS, contact_errors
+from knitstudy.tables.models import contact_errors
 
 
 @pytest.fixture(scope="module")
@@ -67,9 +67,6 @@ def test_tangent_of_a_power(power):
     assert tangent_stiffness(history) == pytest.approx(power * 5 ** (power - 1) / 1e-4)
     one_increment = study.history(strain=(0, 0.05), force=(0, 10))
     assert tangent_stiffness(one_increment) == pytest.approx(10 / 0.5e-3)
-
-
-NAME, IN_FULL = "window-tie-course-3x3", WINDOWS["window-tie-course-3x3"]
 
 
 def crossings(columns, force, pressure):

@@ -36,13 +36,7 @@ def test_the_first_error_ends_it(monkeypatch, count):
 
 @pytest.mark.parametrize("element", ["one_point", "quadratic"])
 def test_forces_and_tangents_do_not_depend_on_threads(monkeypatch, plain_scene, knit_of, element):
-    keys = {
-        "pattern.loops": 1,
-        "pattern.rows": 1,
-        "mesh.size": 1,
-        "tie.radius": 0.3,
-        "mesh.element": element,
-    }
+    keys = {"pattern.loops": 1, "pattern.rows": 1, "mesh.size": 1, "tie.radius": 0.3, "mesh.element": element}
     scene = plain_scene.vary({"fidelity": "hexahedra", "gates.elements_across": 2.0} | keys)
     knit = knit_of(scene)
     mesh = mesh_fabric(knit, scene.mesh.size)

@@ -1,14 +1,15 @@
 """Which results scenes have, what they are made from, and which of them another key or number concerns."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
 import xarray as xr
 
-from knitstudy.errors import ConfigurationError
-from knitstudy.files import write_dataset
+from knitstudy.errors import ConfigurationError, ConvergenceError, EndedEarly
+from knitstudy.files import read_dataset, write_dataset
 from knitstudy.stages.memory import expected_memory, unknowns
-from knitstudy.stages.plan import Plan
+from knitstudy.stages.plan import Plan, kept_of, make
 from knitstudy.stages.simulate import simulate
 from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import load_scene
@@ -115,6 +116,34 @@ def test_what_cannot_be_read_is_marked(history, plan, tmp_path, caplog):
     assert mark.exists()
     assert "is truncated or is not netCDF" in caplog.text
     assert "it will be made again" in caplog.text
+
+
+def test_a_curve_that_ended_early_is_kept_and_named(plan, tmp_path):
+    stage, scene = STAGES["simulation"], plan.scenes["dns-a"]
+    path, wanted = tmp_path / stage.path(scene), plan.digest(stage, scene)
+    kept, whole = kept_of(path), xr.Dataset({"load": ("increment", [0.0, 1.0])})
+    write_dataset(whole, path)
+    calls = []
+
+    def end(_):
+        calls.append(1)
+        error = ConvergenceError("no balance.")
+        error.history = xr.Dataset(attrs={"incomplete": "ended at strain 2.00%: no balance."})
+        raise error
+
+    failing = replace(stage, function=end, long=False)
+    for _ in range(2):  # the second time from its file
+        with pytest.raises(
+            EndedEarly, match=r"^ended at strain 2\.00%: no balance\. The curve up to there is in"
+        ):
+            make(failing, scene, {}, path, wanted)
+    assert len(calls) == 1
+    assert read_dataset(path).equals(whole)
+    why = "dns-a ended at strain 2.00%: no balance."
+    network = plan.scenes["rom3d-a"]
+    assert plan.ended_early([scene, network], tmp_path) == dict.fromkeys(("dns-a", "rom3d-a"), why)
+    make(replace(failing, function=lambda _: whole), scene, {}, path, "another")
+    assert not kept.exists()
 
 
 MEASURED = {

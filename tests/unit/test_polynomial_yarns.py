@@ -29,19 +29,6 @@ def pair():
     return yarn_pair(radius=0.9e-3, angle=60.0, length=10e-3, clearance=0.02)
 
 
-def test_grips_in_course_tension_are_the_ends(yarns, mesh):
-    u = np.random.default_rng(0).normal(size=yarns.nodes.shape)
-    u[yarns.ends.held] = 0
-    u[yarns.ends.driven] = yarns.unity[yarns.ends.driven, None] * [1.0, 2.0, 3.0]
-    moved = yarns.sampled(u)
-    np.testing.assert_allclose(moved[mesh.slice_nodes(mesh.first_slice[:-1]).ravel()], 0, atol=1e-14)
-    np.testing.assert_allclose(
-        moved[mesh.slice_nodes(mesh.first_slice[1:] - 1).ravel()],
-        np.tile([1.0, 2.0, 3.0], (4 * mesh.section.size, 1)),
-        atol=1e-13,
-    )
-
-
 def test_grips_in_wale_tension_are_the_arcs(scene, knit, mesh):
     yarns = discretise(scene.replace("load.direction", "wale"), knit, mesh)
     u = np.random.default_rng(0).normal(size=yarns.nodes.shape)
@@ -86,7 +73,7 @@ def test_a_pair_is_held_at_its_ends(scene, pair):
         ({"mesh.degree": 5}, "mesh.crossing_degree is 4 but must be at least mesh.degree, 5"),
         ({"mesh.span": 0.3}, "mesh.crossing_span is 0.6 but must be at most mesh.span, 0.3"),
         ({"mesh.size": 1 / 3}, "mesh.size is no key of a scene"),
-        ({"outputs": ["deck"]}, r"outputs is \['deck'\] but must be a list out of \[fields, vtu\]"),
+        ({"outputs": ["deck"]}, r"outputs is \['deck'\] but must be a list out of \[fields, vtu, loop_map\]"),
     ],
 )
 def test_keys_that_are_refused(scene, changes, message):

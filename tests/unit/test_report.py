@@ -15,7 +15,7 @@ from knitstudy.report.page import render
 from knitstudy.tables.catalogue import TABLES
 
 ROOT = Path(__file__).resolve().parents[2]
-REPORT, RESOURCES = ROOT / "workflow" / "report", ROOT / "resources" / "reference"
+REPORT = ROOT / "workflow" / "report"
 
 CAPTIONS = {
     "figures": {
@@ -54,20 +54,27 @@ def pictures(tmp_path):
 @pytest.fixture
 def results():
     plain = pd.DataFrame({"name": ["a", "c"], "b": [1.23456, None]})
-    claims = {
-        "id": ["G1", "K1"],
-        "where": ["here", "there"],
-        "claim": ["one", "two"],
-        "measured": ["7 mm", None],
+    full = {
+        "where": "here",
+        "claim": "one",
+        "measured": "7 mm",
+        "verdict": "not reproduced",
+        "note": "only so far",
     }
-    claims |= {"verdict": ["not reproduced", "not yet run"], "note": ["only so far", None]}
-    claims |= {"rule": ["less than 8 mm", "none"], "rule fixed": ["before its numbers", "not on record"]}
-    claims |= {
-        "uncertainty": ["by other discretisations", None],
-        "hangs on": ["clearance of the yarns", None],
-        "condition": ["yarns are cut", None],
-        "sentence": ["it says so", None],
+    full |= {"rule": "less than 8 mm", "rule fixed": "before its numbers", "condition": "yarns are cut"}
+    full |= {
+        "uncertainty": "by other discretisations",
+        "hangs on": "clearance of the yarns",
+        "sentence": "it says so",
     }
+    none = {
+        "where": "there",
+        "claim": "two",
+        "verdict": "not yet run",
+        "rule": "none",
+        "rule fixed": "not on record",
+    }
+    claims = [{"id": "G1"} | full, {"id": "K1"} | dict.fromkeys(full) | none]
     return {name: plain for name in TABLES.names()} | {"verdicts": pd.DataFrame(claims)}
 
 

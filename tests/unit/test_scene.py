@@ -51,6 +51,7 @@ def having(scenes, key):
         ("yarn.poisson_ratio", 0.5, "a number between -1 and 0.5 (both excluded)"),
         ("yarn.material", "rubber", "hencky (linear in logarithmic strain), neo_hookean (of rubber)"),
         ("load.strain", 0, "a number from -0.2 to 0.5, not 0"),
+        ("load.strain", float("nan"), "a finite number"),
         ("load.path", [[0.0, 1.0]], "has the entry [0.0, 1.0] but must be a list of one displacement x, y"),
         ("outputs", ["film"], "a list out of [fields, vtu, deck] where fidelity is hexahedra"),
         ("name", "Has spaces", "a name of at most 200 small letters"),
@@ -112,12 +113,7 @@ def test_springs_are_measured_or_given(scene, sprung):
             given.replace(name, value)
 
 
-LENGTHS = (
-    "pattern.course_spacing",
-    "pattern.wale_spacing",
-    "pair.length",
-    "yarn.diameter",
-)
+LENGTHS = ("pattern.course_spacing", "pattern.wale_spacing", "pair.length", "yarn.diameter")
 POINTS = ("pattern.control_points", "load.path")
 
 

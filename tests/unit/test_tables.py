@@ -122,7 +122,7 @@ def results(knit):
         "geometry": synthetic.geometry(knit),
         "simulation": history.assign(**path, **in_plane, **sections, **tangent, **seconds),
         "contacts": synthetic.with_kinematics(extract(knit, history)),
-        "stress": synthetic.stresses(knit, "course", 33, 33, mesh_fabric(knit, 1.2e-3)),
+        "stress": synthetic.stresses(knit, "course", 33, 33, mesh_fabric(knit, 4 / 3)),
     }
 
 

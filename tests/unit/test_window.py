@@ -6,7 +6,6 @@ import pytest
 from knitstudy.contacts.contacts import extract
 from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.loading.gates import require_no_jump
-from knitstudy.loading.restart import Run
 from knitstudy.loading.solve import solve_load_path
 from knitstudy.models.simulate import build
 from knitstudy.models.window import cut_nodes, outer_contact, surroundings, window_of
@@ -113,19 +112,3 @@ def test_no_force_jumps_at_a_seam(slid):
     assert history["seam_force"].to_numpy()[-1][lower].sum(axis=0) == pytest.approx(
         -crossing, abs=1e-6 * largest[-1]
     )
-
-
-def test_a_window_that_was_interrupted_goes_on(touching, slid, tmp_path):
-    knit, whole = slid
-    restart = tmp_path / "restart.npz"
-
-    def interrupt(done, note):
-        if done > 0:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        solve_load_path(build(touching, knit), Run(restart=restart, progress=interrupt))
-    assert restart.exists()
-    continued = solve_load_path(build(touching, knit), Run(restart=restart))
-    assert continued["force"].to_numpy() == pytest.approx(whole["force"].to_numpy(), rel=1e-8)
-    assert continued.attrs["fidelity"] == "window"

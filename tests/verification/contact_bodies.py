@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from curves import Straight
 from hexahedral_block import connect, unknowns
 
 from knitstudy.mechanics.contact.friction import Coulomb
@@ -20,21 +21,6 @@ from knitstudy.models.discretisation import yarn_surfaces
 
 MODULUS = 1300.0
 POISSON = 0.4
-
-
-@dataclass(frozen=True)
-class Straight:
-    """A straight centreline."""
-
-    start: np.ndarray
-    along: np.ndarray
-    length: float
-
-    def position(self, s):
-        return self.start + np.asarray(s)[:, None] * self.along
-
-    def tangent(self, s):
-        return np.tile(self.along, (len(s), 1))
 
 
 @dataclass(frozen=True)
@@ -67,7 +53,7 @@ def crossed_yarns(core, rings, *, radius=1.0, length=6.0, angle=90.0, gap=0.0):
     bodies = []
     for side, along in ((-1, np.array([1.0, 0, 0])), (1, np.array([np.cos(turn), np.sin(turn), 0]))):
         middle = np.array([0, 0, side * (radius + 0.5 * gap)])
-        curve = Straight(middle - 0.5 * length * along, along, length)
+        curve = Straight(length, middle - 0.5 * length * along, along)
         bodies.append(yarn(curve, radius, section, size, facing=np.zeros(3)))
     return bodies
 

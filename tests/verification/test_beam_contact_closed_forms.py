@@ -62,42 +62,28 @@ def test_crossing_yarns_of_round_section_follow_the_law(law, verify):
     verify.within(f"crossing beams, undeformed: force, {law}", force, expected[law], 0.01)
 
 
-@pytest.fixture(scope="module")
-def dragged():
-    """By law: case and increments of a press, a drag along the lower beam and back as far beyond."""
-    legs = [[0, 0, -PRESS], [DRAG, 0, -PRESS], [-DRAG, 0, -PRESS]]
-    return {law: (beams(law=law), beams(law=law).trace(legs, increments=30)[1]) for law in LAWS}
-
-
 def at(increments, load):
     return next(each for each in increments if abs(each.load - load) < 1e-9)
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_friction_of_dragged_beams(dragged, law, verify):
-    case, increments = dragged[law]
-    forwards, backwards = (case.contact_force(at(increments, load)) for load in (2 / 3, 1.0))
-    verify.within(
-        f"crossing beams dragged: friction over force, {law}", -forwards[0] / forwards[2], FRICTION, 0.01
-    )
-    verify.within(
-        f"crossing beams dragged back: friction over force, {law}",
-        backwards[0] / backwards[2],
-        FRICTION,
-        0.01,
-    )
+def test_friction_and_slip_of_dragged_beams(law, verify):
+    """Pressed, dragged along the lower beam and back as far beyond.
 
-
-@pytest.mark.parametrize("law", LAWS)
-def test_slip_of_dragged_beams(dragged, law, verify):
-    """The way of the ends less what the beams give way, forwards; twice that and what they give way anew, back."""
-    case, increments = dragged[law]
-    give = FRICTION * pressed(LAWS["rigid"]) * ACROSS
-    forwards, all_the_way = (case.slip(at(increments, load)) for load in (2 / 3, 1.0))
-    verify.within(f"crossing beams dragged: slip, {law}", forwards, DRAG - give, 0.01)
-    verify.within(
-        f"crossing beams dragged back: slip, {law}", all_the_way - forwards, 2 * (DRAG - give), 0.01
-    )
+    Slip is the way of the ends less what the beams give way, forwards; twice that and what they give way anew, back.
+    """
+    legs = [[0, 0, -PRESS], [DRAG, 0, -PRESS], [-DRAG, 0, -PRESS]]
+    case = beams(law=law)
+    _, increments = case.trace(legs, increments=30)
+    ends = [at(increments, load) for load in (2 / 3, 1.0)]
+    forwards, backwards = (case.contact_force(each) for each in ends)
+    there, all_the_way = (case.slip(each) for each in ends)
+    way = DRAG - FRICTION * pressed(LAWS["rigid"]) * ACROSS
+    name = "crossing beams dragged"
+    verify.within(f"{name}: friction over force, {law}", -forwards[0] / forwards[2], FRICTION, 0.01)
+    verify.within(f"{name} back: friction over force, {law}", backwards[0] / backwards[2], FRICTION, 0.01)
+    verify.within(f"{name}: slip, {law}", there, way, 0.01)
+    verify.within(f"{name} back: slip, {law}", all_the_way - there, 2 * way, 0.01)
 
 
 @pytest.mark.parametrize("law", LAWS)

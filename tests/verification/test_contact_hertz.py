@@ -135,12 +135,7 @@ class Cylinders:
         return replace(state, history=self.contact.augment(points), augmentations=state.augmentations + 1)
 
     def commit(self, state):
-        return State(
-            state.displacement,
-            state.displacement,
-            self.contact.commit(self.points(state)),
-            state.augmentations,
-        )
+        return replace(state, before=state.displacement, history=self.contact.commit(self.points(state)))
 
     def force(self):
         """Force that presses the cylinders on each other by PRESS."""

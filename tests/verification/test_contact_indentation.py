@@ -2,14 +2,99 @@
 
 import numpy as np
 import pytest
-from crossed_solid_yarns import CrossedYarns, converged, stuck
+from scipy.optimize import brentq
+
+from knitstudy.mechanics.contact.cylinders import Cylinders
+from knitstudy.mechanics.contact.indentation import Crossing, indentation
+from knitstudy.mechanics.contact.interaction import Contact
+from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
+from knitstudy.mechanics.linear import LU
+from knitstudy.mechanics.materials.isotropic import Hencky
+from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.patch_compliance import ACROSS, ALONG, LENGTH, PHASE, far
+from knitstudy.mechanics.solid import SolidModel
+from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
+from knitstudy.mechanics.spline_yarn.span import span_groups
+
+CELL = 0.25
+
+
+class CrossedYarns:
+    """Yarns of unit radius and modulus, of a degree and spans, whose middles lie at `phase` of a span."""
+
+    def __init__(self, degree, span, angle, poisson, *, friction=0.0, phase=PHASE, cell=CELL):
+        breaks = 0.5 * LENGTH + span * (np.arange(-20, 21) - phase)
+        breaks = breaks[(breaks > 0.25 * span) & (breaks < LENGTH - 0.25 * span)]
+        own = yarn_space(np.concatenate([[0.0], breaks, [LENGTH]]), degree)
+        self.space = Space((own, own))
+        turn = np.radians(angle)
+        axes = np.array([[1.0, 0, 0], [np.cos(turn), np.sin(turn), 0]])
+        nodes = np.concatenate(
+            [_straight(own, np.array([0, 0, side]), axis) for side, axis in zip((-1, 1), axes, strict=True)]
+        )
+        law = indentation(degree, span, 3, modulus=1.0, poisson=poisson, radius=1.0, friction=friction)
+        half = round(1.5 / cell)
+        fine = 0.5 * LENGTH + cell * np.arange(-half, half + 1)
+        along = np.concatenate([np.linspace(0, fine[0], 4)[:-1], fine, np.linspace(fine[-1], LENGTH, 4)[1:]])
+        surfaces = Cylinders(self.space, 1.0, [along, along], round(2 * np.pi / cell))
+        apart = ~np.eye(2, dtype=bool)
+        contact = Contact(nodes, surfaces, law, meets=apart, margin=0.3, overlap=1e-6)
+        groups = span_groups(self.space, nodes, Hencky(1.0, poisson))
+        self.model = SolidModel(nodes, groups, span, contact=contact)
+        first = own.first_node
+        ends = np.concatenate([np.arange(first[1]), np.arange(*first[-2:])])
+        self.ends = ends, ends + own.size
+
+    def force(self, path, increments=1):
+        """Forces (increments, 3) on the upper yarn along a path (m, 3) of its ends."""
+        held = np.concatenate(self.ends)
+        unity = self.space.unity[held]
+        unity[: len(self.ends[0])] = 0
+        path = np.atleast_2d(path)
+        values = unity[:, None] * path[:, None]
+        drive = PrescribedDisplacement(
+            (3 * held[:, None] + np.arange(3)).ravel(),
+            values.reshape(len(path), -1),
+            tuple((np.arange(len(path)) + 1) / len(path)),
+        )
+        settings = Settings(increments=increments, residual_tolerance=1e-6, correction_tolerance=1e-5)
+        forces = [
+            unity @ increment.response.force.reshape(-1, 3)[held]
+            for increment in trace(self.model, drive, settings, LU())
+        ]
+        return np.array(forces)
+
+
+def converged(angle, poisson, approach):
+    """Force of the converged solid: Hertz's indentation, and what yarns give way besides."""
+    hertz, elastic, beyond = Crossing.at(np.radians(angle)), 0.5 / (1 - poisson**2), far(poisson)
+    return brentq(lambda p: hertz.approach * (p / elastic) ** (2 / 3) + 2 * beyond * p - approach, 0, 1)
+
+
+def stuck(angle, poisson, approach, slide):
+    """Force (2,) of the converged solid, pressed and then slid (2,) while it sticks: Mindlin's share, and the yarns."""
+    turn, force = np.radians(angle), converged(angle, poisson, approach)
+    local = Crossing.at(turn).approach * (force / (0.5 / (1 - poisson**2))) ** (2 / 3) / (1.5 * force)
+    compliance = 0.5 * (2 - poisson) / (1 - poisson) * local * np.eye(2)
+    for axis in ([1.0, 0.0], [np.cos(turn), np.sin(turn)]):
+        along = np.outer(axis, axis)
+        compliance += far(poisson, ALONG) * along + far(poisson, ACROSS) * (np.eye(2) - along)
+    return np.linalg.solve(compliance, slide)
+
+
+def _straight(space, middle, axis):
+    s = np.linspace(0, LENGTH, 100)
+    centre = space.spline.fit(s, middle + (s - 0.5 * LENGTH)[:, None] * axis)
+    up = np.array([0.0, 0, 1])
+    frames = [np.tile(d, (len(centre), 1)) for d in (up, np.cross(axis, up))]
+    return space.coefficients(centre, *frames, 1.0)
+
 
 CASES = [(90, 0.4), (45, 0.0), (30, 0.45)]
 PRESS = 0.1
 
-FINE_CELL = (
-    0.0625  # of contact points, over the radius: where contact ends the stiffness of sticking begins steeply
-)
+# Of contact points, over the radius: where contact ends the stiffness of sticking begins steeply
+FINE_CELL = 0.0625
 
 SPACES = {2: 1.0, 3: 0.9, 4: 0.6}  # spans by degree, over the radius
 

@@ -70,6 +70,3 @@ def test_patch_where_the_facets_differ(full, verify):
             f"contact patch, rings of 48 on 64 facets, {points} Gauss points a side: spread of the pressure"
         )
         verify.at_most(case, errors[points], bar)
-
-
-# A yarn dragged across the facets of another one: what the grid adds to a force that should be constant

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from contact_bodies import MODULUS, Straight, back, drive, law, reaction, together, yarn
+from contact_bodies import MODULUS, back, drive, law, reaction, together, yarn
+from curves import Straight
 
 from knitstudy.mechanics import model as free_bodies
 from knitstudy.mechanics.increment import Settings
@@ -21,16 +22,10 @@ class Stack:
     def __init__(self, friction=np.inf):
         section, rise = Section.butterfly(3, 1), 2 * RADIUS + GAP
         across = [(y, z) for z in (-rise, rise) for y in (-1.5, 1.5)]
-        curves = [Straight(np.array([-2.0, y, z]), np.array([1.0, 0, 0]), 4.0) for y, z in across]
-        curves.append(Straight(np.array([0, -3.0, 0]), np.array([0, 1.0, 0]), 6.0))
+        curves = [Straight(4.0, (-2.0, y, z)) for y, z in across]
+        curves.append(Straight(6.0, (0, -3.0, 0), (0, 1.0, 0)))
         bodies = [
-            yarn(
-                curve,
-                RADIUS,
-                section,
-                SIZE,
-                facing=0.5 * (curve.start + curve.position([curve.length])[0]) * [0, 1, 0],
-            )
+            yarn(curve, RADIUS, section, SIZE, facing=curve.position([0.5 * curve.length])[0] * [0, 1, 0])
             for curve in curves
         ]
         self.model, first = together(bodies, law(SIZE, friction), size=SIZE)

@@ -19,7 +19,6 @@ PRESSED = {
     "solver.increments": 2,
     "gates.ledger": 1,
 }
-TIED = {"interaction": "tie", "load.path": [[0, 0, -1e-9]], "solver.hourglass": 0.5, "solver.increments": 1}
 KNIT = {"pattern.loops": 1, "load.strain": 0.002, "load.stops": [], "solver.increments": 2}
 
 
@@ -42,7 +41,6 @@ KNIT = {"pattern.loops": 1, "load.strain": 0.002, "load.stops": [], "solver.incr
             r"have taken 1\d\.\d% of the work.*gates\.penalty allows",
         ),
         ("pair-slid-90", {"contact.points": 2}, r"contact\.points is 2: yarns penetrate .*use an odd number"),
-        ("pair-slid-90", TIED, r"hourglass energy is .*gates\.hourglass allows"),
         (
             "beam-isotropic-course",
             KNIT | {"beam.stiffness": 0.01},
@@ -54,7 +52,7 @@ KNIT = {"pattern.loops": 1, "load.strain": 0.002, "load.stops": [], "solver.incr
             r"mesh\.beam_size is 3\.33.*: use 2\.\d or less",
         ),
     ],
-    ids=["tangential", "both", "normal", "points", "hourglass", "beams", "beam_size"],
+    ids=["tangential", "both", "normal", "points", "beams", "beam_size"],
 )
 def test_silent_answers_are_refused(name, changes, message):
     base = PRESSED if name.startswith("pair") else {}

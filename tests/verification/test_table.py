@@ -30,17 +30,7 @@ def test_the_table_is_of_this_physics(lines, heads):
 
 def test_every_case_was_run(rows):
     collected = subprocess.run(
-        [
-            sys.executable,
-            "-m",
-            "pytest",
-            str(HERE),
-            "--collect-only",
-            "--cases",
-            "-q",
-            "-p",
-            "no:cacheprovider",
-        ],
+        [sys.executable, *"-m pytest --collect-only --cases -q -p no:cacheprovider".split(), str(HERE)],
         capture_output=True,
         text=True,
         check=True,

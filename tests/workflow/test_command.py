@@ -1,7 +1,6 @@
 """The `knitstudy` command as a user types it: a small knit is run, shown, killed and gone on with."""
 
 import os
-import resource
 import shlex
 import signal
 import subprocess
@@ -105,18 +104,6 @@ def test_ended_runs_go_on_to_the_same_numbers(start, knitstudy, tmp_path):
     assert not list(restart.glob("*.npz"))
     assert knitstudy(*BEAMS, "-o", "undisturbed").returncode == 0
     assert history(tmp_path / "results").equals(history(tmp_path / "undisturbed"))
-
-
-def test_full_disk_is_one_message_and_leaves_no_part_of_a_file(start, tmp_path):
-    """No file may grow beyond 20 kB, which one of the run has to."""
-    with start(*BEAMS) as process:
-        resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (20_000, resource.RLIM_INFINITY))
-        messages = process.stderr.read()
-    assert process.returncode == 1
-    assert "Traceback" not in messages
-    (line,) = [line for line in messages.splitlines() if line.startswith("error")]
-    assert "cannot be written" in line
-    assert not list(tmp_path.rglob("*.partial*"))
 
 
 def test_two_runs_of_one_scene_at_once_spoil_nothing(start, tmp_path):

@@ -31,12 +31,17 @@ try:
     CONFIG = Path(CONFIGURATION.folder)
     PLAN = Plan.of(CONFIG)
     STUDY = [PLAN.scenes[name] for name in load_study(CONFIGURATION.study, CONFIG)]
+    # Load paths that are known to end early, and what is made from them: the report names them.
+    ENDED = PLAN.ended_early(STUDY, Path("results"))
+    STUDY = [scene for scene in STUDY if scene.name not in ENDED]
 except KnitstudyError as error:
     stop(error)
 
 RESULTS = "results"
 
 if workflow.is_main_process:
+    for name, why in ENDED.items():
+        print(f"left out: {name}, since {why}", file=sys.stderr)
     PLAN.mark_outdated(Path(RESULTS))
 
 

@@ -73,7 +73,8 @@ def notes():
             said.append(age_warning(REFERENCE, "code", code, "Values of the reference", "reference"))
     except KnitstudyError as error:
         stop(error)
-    return [each for each in said if each]
+    left_out = [f"{name} is left out of figures, tables and verdicts: {why}" for name, why in ENDED.items()]
+    return [*left_out, *(each for each in said if each)]
 
 
 def data_of_study():

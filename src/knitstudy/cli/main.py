@@ -10,7 +10,7 @@ import click
 from knitstudy.cli.loop import loop
 from knitstudy.cli.results import export, measure, run, show
 from knitstudy.cli.scenes import check, list_scenes, plan
-from knitstudy.errors import KnitstudyError
+from knitstudy.errors import EndedEarly, KnitstudyError
 from knitstudy.files import code_version
 
 
@@ -26,6 +26,12 @@ class Stopped(OneMessage):
     """The end of a command that was interrupted: status 130, as the shell's own commands have."""
 
     exit_code = 130
+
+
+class Incomplete(OneMessage):
+    """A load path that ended early, and whose curve is kept."""
+
+    exit_code = 3
 
 
 class Commands(click.Group):
@@ -46,7 +52,8 @@ class Commands(click.Group):
                 raise OneMessage(
                     f"out of memory ({error or 'no more details'}); use larger elements"
                 ) from error
-            raise OneMessage(str(error)) from error
+            kind = Incomplete if isinstance(error, EndedEarly) else OneMessage
+            raise kind(str(error)) from error
 
 
 def print_version(context: click.Context, option: click.Parameter, wanted: bool) -> None:
@@ -85,7 +92,8 @@ def main(traceback: bool) -> None:
     `knitstudy COMMAND --help` shows more examples. `make study` runs a whole study with its figures and its report;
     docs/tutorial.md does the same from Python.
 
-    Exit status: 0 done, 1 an error (one message names it), 2 wrong usage, 130 stopped.
+    Exit status: 0 done, 1 an error (one message names it), 2 wrong usage, 3 a load path that ended
+    early and whose curve is kept, 130 stopped.
     """
 
 

@@ -30,7 +30,8 @@ def draw(dataset: xr.Dataset) -> Figure:
     drawing = figure(1.35 * SINGLE, SINGLE)
     axes = drawing.add_axes((0.14, 0.13, 0.82, 0.82))
     _DRAWN[kind](dataset, axes)
-    axes.set_title(str(dataset.attrs.get("scene", "")), loc="left")
+    incomplete = " (incomplete)" if "incomplete" in dataset.attrs else ""
+    axes.set_title(f"{dataset.attrs.get('scene', '')}{incomplete}", loc="left")
     return drawing
 
 

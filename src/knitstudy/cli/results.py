@@ -60,6 +60,8 @@ def run(
 
     A scene that leaves its model open (`fidelity: auto`) prints the chosen model and its price before it runs.
 
+    A load path that ends early leaves its curve in SCENE.incomplete.nc beside the histories, and ends with status 3.
+
     Units are SI; sizes of elements are in yarn radii. `knitstudy show` tells more about a file.
     """
     if threads is not None:

@@ -109,16 +109,17 @@ def _check_folder(folder: Path) -> None:
 
 
 def _checked_loop(scene: Scene) -> str:
-    """Lay out the loop of a scene, mesh a cell of it, and return what it is like in words."""
+    """Lay out the loop of a scene, divide its knit, and return what both are like in words."""
     # The geometry is imported here: the other commands and --help do not need it.
+    from knitstudy.geometry.fabric import Fabric
     from knitstudy.geometry.lay_out import lay_out
-    from knitstudy.mesh.resolution import require_resolution
+    from knitstudy.models.simulate import require_resolution
 
     geometry = lay_out(scene)
     after = geometry.isel(state=-1)
     length, gap, other = (1e3 * float(after[name]) for name in ("loop_length", "gap", "other_gap"))
     said = f"{length:.4g} mm of yarn, gaps of {gap:.3g} mm at crossings and {other:.3g} mm elsewhere"
-    return f"loop: {said}; {require_resolution(scene, geometry)}"
+    return f"loop: {said}; {require_resolution(scene, Fabric.from_dataset(geometry))}"
 
 
 def _print_keys(scene: Scene, sources: bool) -> None:

@@ -71,17 +71,13 @@ class Run:
 
     # Restart file, rewritten at every increment. If it exists, the run goes on from it
     restart: Path | None = None
-    # Where the history of what had converged is written, with the reason as attribute `incomplete`, if full
-    # load is not reached
-    partial: Path | None = None
     # Called at every converged increment with the load factor and, in words, the place on the load path
     progress: ReportProgress = silent
 
     def forget(self) -> None:
-        """Delete restart file and partial history, once the whole history is on disk."""
-        for path in (self.restart, self.partial):
-            if path is not None:
-                path.unlink(missing_ok=True)
+        """Delete the restart file, once the history is on disk."""
+        if self.restart is not None:
+            self.restart.unlink(missing_ok=True)
 
 
 IN_MEMORY = Run()  # nothing kept and nothing reported
@@ -100,11 +96,6 @@ def restart_of(folder: Path | str, name: str, digest: str) -> Path:
         if path.stem != restart.stem:
             path.unlink(missing_ok=True)  # another run of the scene may have been first
     return restart
-
-
-def run_with(restart: Path | None, progress: ReportProgress = silent) -> Run:
-    """Return a run with a restart file and the partial history beside it; without a file, in memory."""
-    return Run(restart, restart.with_suffix(".nc"), progress) if restart else Run(progress=progress)
 
 
 _LEAVES = (np.ndarray, np.generic, bool, int, float, str)

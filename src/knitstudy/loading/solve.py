@@ -11,7 +11,6 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import CoarseIncrement, ConvergenceError
-from knitstudy.files import write_dataset
 from knitstudy.loading.gates import loosened
 from knitstudy.loading.history import Meter, Motion, Recorder, Stations, place_on_path
 from knitstudy.loading.restart import IN_MEMORY, Checkpoint, Run
@@ -90,7 +89,7 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
     Raises
     ------
     ConvergenceError
-        If the load cannot be reached or a check refuses a state; the files of the run keep what had converged.
+        If the load cannot be reached or a check refuses a state; its `history` is what had converged.
     DataFileError
         If the restart file is damaged or belongs to another scene.
     """
@@ -109,17 +108,16 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
             increment, gaps = next(increments, None), []
             while increment is not None:
                 _record(problem, recorder, increment)
-                before, last = last, increment
                 coarse = _check(problem, increment, recorder)
                 if coarse is not None:
                     gaps.append(coarse.gap)
                     if len(gaps) < 3 or gaps[-1] <= WORTHWHILE * gaps[-3]:
-                        last = before
                         recorder.drop()
                         increment = increments.send(str(coarse))
                         continue
                     if not coarse.bearable:
                         raise coarse
+                last = increment
                 if checkpoint:
                     # Writing takes a tenth of a reduced model's time and is not part of its cost.
                     with recorder.meter.paused():
@@ -127,13 +125,12 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
                 run.progress(increment.load, place_on_path(scene.load, increment.load))
                 increment, gaps = next(increments, None), []
     except ConvergenceError as error:
-        if run.partial is None or last is None:
-            raise
-        partial = _history(problem, recorder, last).assign_attrs(incomplete=str(error))
-        write_dataset(partial, run.partial, scene)
-        raise ConvergenceError(
-            f"{str(error).rstrip('.')}. The history up to load factor {last.load:.4g} is in {run.partial}"
-        ) from None
+        if last is not None and last.load > 0:
+            if len(recorder.columns["load"]) > last.index + 1:
+                recorder.drop()  # refused
+            reached = f"ended at {place_on_path(scene.load, last.load)}, load factor {last.load:.4g}"
+            error.history = _history(problem, recorder, last).assign_attrs(incomplete=f"{reached}: {error}")
+        raise
     return _history(problem, recorder, last)
 
 

@@ -126,7 +126,10 @@ class BeamContact:
         law: Power,  # normal force over gap
         tangential: float,  # stiffness against elastic slip [N/m]
         friction: float,  # mu; inf for rough contact, 0 for none
+        crossings: int
+        | None = None,  # of the pairs, the first ones, whose contact must not end beside its piece
     ) -> None:
+        self.crossings = len(pairs.start) if crossings is None else crossings
         self.curves, self.pairs, self.node, self.offset = curves, pairs, node, offset
         self.radius, self.law = radius, law
         # Coulomb's law meets forces here: with a normal stiffness of one, a change of force is a change of gap.
@@ -209,7 +212,7 @@ class BeamContact:
         Raises ConvergenceError if a pair that touched has no closest points any more.
         """
         points, history = self.points(state), state.contact
-        lost = (history.force > 0) & ~points.approach.found
+        lost = ((history.force > 0) & ~points.approach.found)[: self.crossings]
         if lost.any():
             one, other = self.pairs.yarn[int(np.argmax(lost))]
             raise ConvergenceError(

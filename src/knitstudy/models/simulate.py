@@ -9,15 +9,19 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric import Fabric, plain_knit
+from knitstudy.loading.gates import require_elements_across, require_fine_beams
 from knitstudy.loading.history import Meter
 from knitstudy.loading.restart import IN_MEMORY, Run
 from knitstudy.loading.solve import Problem, solve_load_path
+from knitstudy.mesh.mesher import check_shape, mesh_fabric
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models import beams_in_contact, hexahedra, network_2d, network_3d, spline_yarns, window
+from knitstudy.models.joints import JointPoints
 from knitstudy.study.scene import Scene
 
 # Functions `build(scene, fabric, ...)`, which name the data of other stages that they take
@@ -48,6 +52,25 @@ def build(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None, **data: x
     meter = Meter()
     given = {name: each for name, each in {"mesh": mesh, **data}.items() if each is not None}
     return replace(MODELS[scene.fidelity](scene, fabric, **given), meter=meter)
+
+
+def require_resolution(scene: Scene, fabric: Fabric) -> str:
+    """Divide the yarns of a scene without simulating them, and return what that resolves, in words.
+
+    Raises MeshError where yarns overlap or bend too tightly, or gates refuse the size of hexahedra or beams.
+    """
+    check_shape(fabric)
+    if (size := scene.value("mesh.beam_size")) is not None:
+        every = np.ones(len(fabric.crossings.row), dtype=bool)
+        points = JointPoints.at_crossings(fabric.crossings, every)
+        stiffer = network_3d.spatial_network(fabric, points, size).polygon
+        require_fine_beams(scene, stiffer)
+        return f"straight beams in bent yarns are some {stiffer:.1%} too stiff"
+    if (size := scene.value("mesh.size")) is not None and fabric.loop is not None:
+        require_elements_across(scene)
+        mesh_fabric(plain_knit(fabric.loop, 1, 1), size, scene.mesh.growth, scene.mesh.refinement)
+        return f"{2 / size:.3g} elements across a yarn"
+    return "nothing more is judged before a run"
 
 
 def solve(scene: Scene, fabric: Fabric, run: Run = IN_MEMORY, **data: Any) -> xr.Dataset:

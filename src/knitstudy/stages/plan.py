@@ -9,8 +9,8 @@ from pathlib import Path
 
 import xarray as xr
 
-from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.files import read_result, recorded_digest, write_dataset
+from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError, EndedEarly
+from knitstudy.files import read_dataset, read_result, recorded_digest, write_dataset
 from knitstudy.loading.restart import IN_MEMORY, Run
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.table import STAGES, Stage, unused_code
@@ -63,14 +63,49 @@ def make(
     wanted: str,
     run: Run = IN_MEMORY,
 ) -> xr.Dataset | None:
-    """Make a result, write it with its digest if there is a path, and then delete what a long run had kept."""
+    """Make a result, write it with its digest if there is a path, and then delete what a long run had kept.
+
+    A history that ends before full load has a file of its own, and is not computed again for the same digest.
+    Raises EndedEarly where it is there.
+    """
     if not stage.is_dataset:
         return stage.function(scene, path=path, **needed)
-    dataset = stage.make(scene, **needed, **({"run": run} if stage.long else {}))
+    if path is not None:
+        _require_open_end(path, wanted)
+    try:
+        dataset = stage.make(scene, **needed, **({"run": run} if stage.long else {}))
+    except ConvergenceError as error:
+        if path is None or error.history is None:
+            raise
+        write_dataset(error.history, kept_of(path), scene, wanted)
+        run.forget()
+        _require_open_end(path, wanted)
     if path is not None:
         write_dataset(dataset, path, scene, wanted)
+        kept_of(path).unlink(missing_ok=True)
         run.forget()
     return dataset
+
+
+def kept_of(path: Path) -> Path:
+    """Return the file of a history that ended before full load, beside that of the whole one."""
+    return path.with_suffix(".incomplete.nc")
+
+
+def _require_open_end(path: Path, wanted: str) -> None:
+    """Refuse a result of which it is known that it ends early."""
+    if why := why_incomplete(path, wanted):
+        kept = kept_of(path)
+        raise EndedEarly(f"{why} The curve up to there is in {kept}; to compute it again, delete it")
+
+
+def why_incomplete(path: Path, wanted: str) -> str:
+    """Return where and why the history of a digest ended before full load; nothing where that is not known."""
+    try:
+        known = read_dataset(kept_of(path)).attrs if kept_of(path).is_file() else {}
+    except DataFileError:
+        return ""
+    return f"{known['incomplete'].rstrip('.')}." if known.get("digest") == wanted else ""
 
 
 class Plan:
@@ -116,6 +151,20 @@ class Plan:
 
         needed = [stage for stage in STAGES.values() if stage.is_dataset and stage.name in stages]
         return [scene for scene in scenes if all(there(stage, scene) for stage in needed if stage.of(scene))]
+
+    def ended_early(self, scenes: Iterable[Scene], results: Path) -> dict[str, str]:
+        """Return why scenes have no history to full load, by name: their own ended early, or one that they need."""
+        history = STAGES["simulation"]
+
+        def why(stage: Stage, scene: Scene) -> str:
+            path = results / stage.path(scene)
+            if kept_of(path).is_file() and (own := why_incomplete(path, self.digest(stage, scene))):
+                return f"{scene.name} {own}"
+            return next(filter(None, (why(*step) for step in self.needs(stage, scene).values())), "")
+
+        if not any(results.glob(str(kept_of(Path(history.path_pattern.format(scene="*", knit="*")))))):
+            return {}
+        return {scene.name: said for scene in scenes if (said := why(history, scene))}
 
     def mark_outdated(self, results: Path, marks: Path = OUTDATED) -> None:
         """Leave a mark for every dataset of another digest than it should have, and delete all other marks.

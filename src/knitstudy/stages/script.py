@@ -17,7 +17,7 @@ from typing import Any, TextIO
 
 from knitstudy.errors import KnitstudyError
 from knitstudy.files import provenance, read_result
-from knitstudy.loading.restart import Progress, restart_of, run_with
+from knitstudy.loading.restart import Progress, Run, restart_of
 from knitstudy.registry import load_plugins
 from knitstudy.stages.plan import digest_of, digest_or_warning, make, result_of
 from knitstudy.stages.table import STAGES
@@ -48,7 +48,7 @@ def run_stage(job: Any) -> None:
         if stage.long:
             stage.require_machine(scene)
         needed = {name: read_result(path) for name, path in files.items()}
-        make(stage, scene, needed, target, wanted, run_with(restart, progress))
+        make(stage, scene, needed, target, wanted, Run(restart, progress))
 
 
 INTERRUPTED = 130  # Exit status after Ctrl-C: whoever started the study says the rest

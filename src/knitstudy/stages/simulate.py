@@ -13,8 +13,8 @@ from pathlib import Path
 
 import xarray as xr
 
-from knitstudy.loading.restart import ReportProgress, restart_of, run_with, silent
-from knitstudy.stages.plan import Plan, make, result_of
+from knitstudy.loading.restart import ReportProgress, Run, restart_of, silent
+from knitstudy.stages.plan import Plan, kept_of, make, result_of
 from knitstudy.stages.table import STAGES, Stage
 from knitstudy.study.configuration import CONFIG
 from knitstudy.study.scene import Scene
@@ -69,7 +69,8 @@ def simulate(
     anew : bool
         Simulate the scene even if its result is there.
 
-    Errors are those of the stages (KnitstudyError); results that were there before stay.
+    Errors are those of the stages (KnitstudyError); results that were there before stay. The history of a simulation
+    that ends before full load is the attribute `history` of its ConvergenceError, and in a file of the folder.
     """
     plan = plan or Plan.of(config)
     scene = plan.labelled(scene)
@@ -100,7 +101,9 @@ class _Maker:
             return self.made[name]
         path, wanted = self.folder and self.folder / name, self.plan.digest(stage, scene)
         found = None
-        if path is not None and path.is_file() and not anew:
+        if path is not None and anew:
+            kept_of(path).unlink(missing_ok=True)
+        elif path is not None and path.is_file():
             found = result_of(path, wanted)
             what = "taken from %s" if found is not None else "%s is not up to date and will be replaced"
             log.info(f"{label}: {what}", path)
@@ -111,7 +114,7 @@ class _Maker:
                 argument: self.obtain(*step) for argument, step in self.plan.needs(stage, scene).items()
             }
             restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
-            run = run_with(restart, self.progress(label) if stage.long else silent)
+            run = Run(restart, self.progress(label) if stage.long else silent)
             seen = scene.only(stage.document(scene), stage.reads)
             found = make(stage, seen, needed, path, wanted, run)
             if path is not None:

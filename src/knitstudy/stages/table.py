@@ -69,7 +69,7 @@ class Stage:
     outputs: tuple[str, ...] = ()  # entries of the scene's outputs that the result depends on
     # Whether a study asks for it, beside what stages need
     wanted: Callable[[Scene], bool] = lambda scene: True
-    long: bool = False  # whether it takes a restart file, a place for a partial history, and progress
+    long: bool = False  # whether it takes a restart file and progress
     memory: Callable[[Scene], int] = lambda scene: 1000  # expected [MB]
 
     @property
