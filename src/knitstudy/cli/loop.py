@@ -34,9 +34,7 @@ def _key_options(command: Any) -> Any:
 @click.command(short_help="Draw and optimise a loop for spacings and a yarn.")
 @click.argument("scene", required=False)
 @_key_options
-@click.option(
-    "--points", type=click.Path(path_type=Path, dir_okay=False), help="CSV file of control points."
-)
+@click.option("--points", type=click.Path(path_type=Path, dir_okay=False), help="CSV file of control points.")
 @click.option(
     "-o",
     "--output",
