@@ -19,7 +19,6 @@ FIRST = 1e-2  # viscosity at first, over the stiffness of a typical unknown
 MOST = 1.0  # the same where less does not balance, beyond which the increment is too large
 FADING = 0.1  # ratio of viscosities that follow each other; nearer to 1 where less does not balance
 LEAST = 1e-9  # viscosity after which there is none: that of bending waves of 100 elements
-PATIENCE = 10  # iterations without a smaller residual after which a viscosity counts as too small
 STRIDE = 0.5  # largest displacement that one correction may make, over the element size
 
 

@@ -20,7 +20,6 @@ from knitstudy.mechanics.flow import (
     FIRST,
     LEAST,
     MOST,
-    PATIENCE,
     STRIDE,
     Viscous,
     unit_viscosity,
@@ -50,6 +49,7 @@ REMEDY = (
 )
 
 HEADWAY = 0.05  # share of the load by which a path has gone on, whatever failed on the way
+WORK = 2.5e6  # unknowns times iterations without headway that small models may take: half a minute to two
 NEAR = 1e-2  # residual from which one accurate step usually balances a state
 FAR = 1.0  # residual of a predicted state from which a curve through the last states has led astray
 ROUGHLY = 1e-3  # residual at which a state is balanced well enough to see whether it will be settled
@@ -88,6 +88,7 @@ def trace(
         now = Increment(0, 0.0, state, model.respond(state, stiffness=False), share)
         yield now
     path = _Path(model, prescribed, settings, solver)
+    settings = replace(settings, waste=max(settings.waste, int(WORK / (500 + model.size))))
     attempts = _Attempts(settings, now.load)
     size, largest = now.size, min(now.largest, share)
     while now.load < 1.0:
@@ -249,8 +250,7 @@ class _Path:
         moved = self.prescribed.at(target) - self.prescribed.at(now.load)
         if self._unit is None:
             self._unit = unit_viscosity(self.model, fixed)
-        stride = min(self.settings.stride, STRIDE * self.model.length)
-        settings = replace(self.settings, stride=stride, patience=PATIENCE)
+        settings = replace(self.settings, stride=min(self.settings.stride, STRIDE * self.model.length))
         # The state from which viscous forces count, how far it is from `now`, and the last one balanced from there
         anchor, origin, found = replace(now, rates=(), updates=()), np.zeros(self.model.size), None
         level, last, fading, guess = FIRST, FIRST, FADING, None

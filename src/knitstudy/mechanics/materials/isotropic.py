@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.mechanics.materials import FULL, MATERIALS, VOIGT, Stress
+from knitstudy.mechanics.materials import FULL, MATERIALS, VOIGT, Axes, Field, Stress
 
 
 @dataclass(frozen=True)
@@ -82,13 +82,7 @@ class Hencky(Isotropic):
 
     name, meaning = "hencky", "linear in logarithmic strain"
 
-    def respond(
-        self,
-        strain: np.ndarray,
-        tangent: bool,
-        axes: np.ndarray | None = None,
-        pressure: np.ndarray | float = 0.0,
-    ) -> Stress:
+    def respond(self, strain: np.ndarray, tangent: bool, axes: Axes = None, pressure: Field = 0.0) -> Stress:
         """Return the response to Green strains (e, 3, 3)."""
         mu, lame = self.shear_modulus, self.lame
         x = 2 * components(strain)
@@ -211,13 +205,7 @@ class NeoHooke(Isotropic):
 
     name, meaning = "neo_hookean", "of rubber"
 
-    def respond(
-        self,
-        strain: np.ndarray,
-        tangent: bool,
-        axes: np.ndarray | None = None,
-        pressure: np.ndarray | float = 0.0,
-    ) -> Stress:
+    def respond(self, strain: np.ndarray, tangent: bool, axes: Axes = None, pressure: Field = 0.0) -> Stress:
         """Return the response to Green strains (e, 3, 3)."""
         mu, lame = self.shear_modulus, self.lame
         c = np.eye(3) + 2 * strain
@@ -246,13 +234,7 @@ class StVenantKirchhoff(Isotropic):
     name, meaning = "st_venant_kirchhoff", "linear in Green's strain"
     logarithmic = False
 
-    def respond(
-        self,
-        strain: np.ndarray,
-        tangent: bool,
-        axes: np.ndarray | None = None,
-        pressure: np.ndarray | float = 0.0,
-    ) -> Stress:
+    def respond(self, strain: np.ndarray, tangent: bool, axes: Axes = None, pressure: Field = 0.0) -> Stress:
         """Return the response to Green strains (e, 3, 3)."""
         mu, lame = self.shear_modulus, self.lame
         trace = np.trace(strain, axis1=1, axis2=2)

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.mechanics.materials import FULL, MATERIALS, Stress, rotate_strain
+from knitstudy.mechanics.materials import FULL, MATERIALS, Axes, Field, Stress, rotate_strain
 from knitstudy.mechanics.materials.isotropic import Resolvent, add_pairs, components, crossed, product
 
 TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # engineering components over those of the tensor
@@ -97,13 +97,7 @@ class TransverselyIsotropic:
         compliance[1, 2] = compliance[2, 1] = -nu_t / e_t
         return np.linalg.inv(compliance)
 
-    def respond(
-        self,
-        strain: np.ndarray,
-        tangent: bool,
-        axes: np.ndarray | None = None,
-        pressure: np.ndarray | float = 0.0,
-    ) -> Stress:
+    def respond(self, strain: np.ndarray, tangent: bool, axes: Axes = None, pressure: Field = 0.0) -> Stress:
         """Return the response to Green strains (e, 3, 3), with local axes (e, 3, 3) in columns.
 
         Raises ConfigurationError without local axes.
@@ -123,8 +117,7 @@ class TransverselyIsotropic:
         if not tangent:
             return Stress(energy, full, None)
         moduli = slope @ (TWICE[:, None] * self.stiffness * TWICE) @ slope
-        moduli += _moduli(self._second_order(resolvent, force))
-        pairs = np.zeros((21, len(strain)))
+        pairs = self._second_order(resolvent, force)
         add_pairs(pairs, -0.5 * pressure * resolvent.inverse, resolvent.inverse)
         moduli += _moduli(pairs)
         turn = rotate_strain(axes)

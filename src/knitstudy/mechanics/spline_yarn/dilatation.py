@@ -16,7 +16,6 @@ lame sum of theta_r M_r acts pointwise; the products lame d theta_r d theta_r ar
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -27,51 +26,15 @@ from knitstudy.mechanics.batches import determinant, inverse
 class Dilatation:
     """The mean dilatation of a few spans in one configuration."""
 
-    lame: float  # [Pa]
-    functions: np.ndarray  # (m, r), given, at the points of a section
-    orthonormal: np.ndarray  # (e, r, r), from these to M_r
-    weight: np.ndarray  # (m, e, g), volumes of the points [m3]
-    logarithmic: bool  # ln det F, or else tr E
-    theta: np.ndarray  # (points,)
     deformation: np.ndarray  # (3, 3, points), F
     volume_ratio: np.ndarray  # (points,), det F
     slope: np.ndarray  # (3, 3, points), d theta / d F
-
-    @cached_property
-    def mean(self) -> np.ndarray:
-        """theta_r (e, r)."""
-        return self._means(self.theta)
-
-    @property
-    def pressure(self) -> np.ndarray:
-        """Of the means, at the points [Pa]."""
-        return self._pressure(self.mean)
-
-    @property
-    def energy(self) -> np.ndarray:
-        """Stored energy (e,) [J]."""
-        return 0.5 * self.lame * (self.mean**2).sum(axis=1)
-
-    def foreseen(self, strain: np.ndarray) -> np.ndarray:
-        """Return the stress (3, 3, points) that strains (3, 3, points) add."""
-        metric = np.broadcast_to(np.eye(3)[..., None], strain.shape)  # d theta / d E
-        if self.logarithmic:
-            metric = np.einsum("kip,kjp->ijp", self.slope, self.slope)
-        return self._pressure(self._means(np.einsum("ijp,ijp->p", metric, strain))) * metric
-
-    def _means(self, theta: np.ndarray) -> np.ndarray:
-        m, e, g = self.weight.shape
-        sums = self.functions.T @ (self.weight.reshape(m, -1) * theta.reshape(m, -1))
-        sums = sums.reshape(-1, e, g).sum(axis=2).T
-        return (self.orthonormal @ sums[..., None])[..., 0]
-
-    def _pressure(self, mean: np.ndarray) -> np.ndarray:
-        of_given = (mean[:, None] @ self.orthonormal)[:, 0]
-        return np.repeat(self.lame * (self.functions @ of_given.T), self.weight.shape[2], axis=1).reshape(-1)
+    pressure: np.ndarray  # (points,), of the means [Pa]
+    energy: np.ndarray  # (e,), stored [J]
 
 
 class MeanDilatation:
-    """The energy lame/2 theta^2 of the mean dilatation of all spans of a batch."""
+    """The energy lame/2 theta^2 of the mean dilatation of all spans of a batch; tensors have their components first."""
 
     def __init__(
         self,
@@ -80,12 +43,13 @@ class MeanDilatation:
         functions: np.ndarray,  # (m, r), at the points of a section
         weight: np.ndarray,  # (m, E, g), volumes of the points [m3]
     ) -> None:
-        self._lame, self._logarithmic, self._functions = lame, logarithmic, functions
+        self.lame, self._logarithmic = lame, logarithmic
+        self._functions, self._weight = functions, weight
         gram = functions.T @ (weight.sum(axis=2).T[..., None] * functions)
-        self._orthonormal = np.linalg.inv(np.linalg.cholesky(gram))  # (E, r, r)
+        self.orthonormal = np.linalg.inv(np.linalg.cholesky(gram))  # (E, r, r), from given functions to M_r
 
-    def at(self, spans: slice, weight: np.ndarray, gradient: np.ndarray) -> Dilatation:
-        """Return the mean dilatation of a few spans: weights (m, e, g), displacement gradients (3, 3, points)."""
+    def at(self, spans: slice, gradient: np.ndarray) -> Dilatation:
+        """Return the mean dilatation of a few spans with displacement gradients (3, 3, points)."""
         deformation = gradient + np.eye(3)[..., None]
         trace = np.einsum("iip->p", gradient)
         if self._logarithmic:
@@ -98,14 +62,26 @@ class MeanDilatation:
         else:
             theta = trace + 0.5 * np.einsum("ijp,ijp->p", gradient, gradient)
             slope, ratio = deformation, determinant(deformation.transpose(2, 0, 1))
-        return Dilatation(
-            self._lame,
-            self._functions,
-            self._orthonormal[spans],
-            weight,
-            self._logarithmic,
-            theta,
-            deformation,
-            ratio,
-            slope,
+        mean = self._means(spans, theta)
+        energy = 0.5 * self.lame * (mean**2).sum(axis=1)
+        return Dilatation(deformation, ratio, slope, self._pressure(spans, mean), energy)
+
+    def foreseen(self, spans: slice, slope: np.ndarray, strain: np.ndarray) -> np.ndarray:
+        """Return the stress (3, 3, points) that strains (3, 3, points) add."""
+        metric = np.broadcast_to(np.eye(3)[..., None], strain.shape)  # d theta / d E
+        if self._logarithmic:
+            metric = np.einsum("kip,kjp->ijp", slope, slope)
+        mean = self._means(spans, np.einsum("ijp,ijp->p", metric, strain))
+        return self._pressure(spans, mean) * metric
+
+    def _means(self, spans: slice, theta: np.ndarray) -> np.ndarray:
+        """Return theta_r (e, r)."""
+        m, e, g = self._weight[:, spans].shape
+        sums = self._functions.T @ (self._weight[:, spans].reshape(m, -1) * theta.reshape(m, -1))
+        return (self.orthonormal[spans] @ sums.reshape(-1, e, g).sum(axis=2).T[..., None])[..., 0]
+
+    def _pressure(self, spans: slice, mean: np.ndarray) -> np.ndarray:
+        of_given = (mean[:, None] @ self.orthonormal[spans])[:, 0]
+        return np.repeat(self.lame * (self._functions @ of_given.T), self._weight.shape[2], axis=1).reshape(
+            -1
         )

@@ -21,11 +21,11 @@ from knitstudy.mechanics.batches import SCRATCH, inverse
 from knitstudy.mechanics.elements import ElementGroup, ElementResponse, in_parts
 from knitstudy.mechanics.materials import FULL, VOIGT, Material, axes_along
 from knitstudy.mechanics.spline_yarn import basis as disc
-from knitstudy.mechanics.spline_yarn.dilatation import Dilatation, MeanDilatation
+from knitstudy.mechanics.spline_yarn.dilatation import MeanDilatation
 from knitstudy.mechanics.spline_yarn.space import Space
 
-CACHE = 1500  # points whose moduli fit into a processor's cache together
-CLOSE = 32_768  # numbers that fit into the part of it that is nearest, with what is made of them
+CACHE = 3000  # points whose moduli fit into a processor's cache together
+CLOSE = 16_384  # numbers that fit into the part of it that is nearest, with what is made of them
 
 
 class Spans:
@@ -115,11 +115,12 @@ class Spans:
         """Return force (e, a, 3) and energy (e,) of a few spans; put their stiffness into `out`."""
         to_parent, weight = self._inverse[:, :, :, spans].reshape(3, 3, -1), self._weight[:, spans]
         gradient = _product(self._parent_gradient(displacement, spans), to_parent)
-        strain = _green(gradient)
+        transposed = gradient.swapaxes(0, 1)
+        strain = 0.5 * (gradient + transposed + _product(transposed, gradient))
         axes = None
         if self.material.directional:
             axes = axes_along(inverse(to_parent.transpose(2, 0, 1))[0][:, :, 2])
-        dilatation = self._dilatation.at(spans, weight, gradient)
+        dilatation = self._dilatation.at(spans, gradient)
         answer = self._rest.respond(strain.transpose(2, 0, 1), out is not None, axes, dilatation.pressure)
         stress = answer.stress.transpose(1, 2, 0)
         weighted = (weight.reshape(-1) * to_parent).swapaxes(0, 1)  # (J, beta)
@@ -130,21 +131,15 @@ class Spans:
             moduli = answer.tangent.transpose(1, 2, 0)
             if step is not None:
                 change = _product(self._parent_gradient(step, spans), to_parent)
-                stress = stress - self._second_order(
-                    0.5 * _product(change.swapaxes(0, 1), change), moduli, dilatation
-                )
+                strain = 0.5 * _product(change.swapaxes(0, 1), change)
+                stress = stress - _stress(moduli, strain)
+                stress -= self._dilatation.foreseen(spans, dilatation.slope, strain)
             initial = _product(to_parent, _product(stress, weighted))  # S in parent coordinates
             tensor = _material_part(dilatation.deformation, np.sqrt(weight.reshape(-1)) * to_parent, moduli)
-            changes = self._dilatations(spans, _product(dilatation.slope, weighted), dilatation)
-            self._sum_stiffness(spans, tensor, initial, dilatation.lame, changes, out)
+            changes = self._dilatations(spans, _product(dilatation.slope, weighted))
+            self._sum_stiffness(spans, tensor, initial, changes, out)
         energy = (weight * answer.energy.reshape(weight.shape)).sum(axis=(0, 2)) + dilatation.energy
         return self._sum_force(spans, flux), energy
-
-    def _second_order(self, strain: np.ndarray, moduli: np.ndarray, dilatation: Dilatation) -> np.ndarray:
-        """Return the stress (3, 3, points) of the strain (3, 3, points) that is quadratic in a step."""
-        i, j = VOIGT.T
-        engineering = np.where(i == j, 1.0, 2.0)[:, None] * strain[i, j]
-        return np.einsum("pqk,qk->pk", moduli, engineering)[FULL] + dilatation.foreseen(strain)
 
     def _parent_gradient(self, nodes: np.ndarray, spans: slice) -> np.ndarray:
         """Return the derivatives (i, alpha, points) by parent coordinates of a sum over nodes (e, a, 3)."""
@@ -182,26 +177,19 @@ class Spans:
         columns = along.transpose(1, 3, 2, 0).reshape(e, d, 2 * g)
         return (columns @ sums.reshape(e, 2 * g, -1)).reshape(e, d, 3, n)
 
-    def _dilatations(self, spans: slice, flux: np.ndarray, dilatation: Dilatation) -> np.ndarray:
-        """Return the derivatives of theta_r by the displacements, (e, r, i, (d + 1) n), of a few spans."""
+    def _dilatations(self, spans: slice, flux: np.ndarray) -> np.ndarray:
+        """Return the derivatives of theta_r by the displacements (e, r, i (d + 1) n) of a few spans."""
         sums = self._sums(spans, flux, self._mean_table)
         e, d, _, _ = sums.shape
         sums = sums.reshape(e, d, 3, -1, self._full).transpose(0, 3, 2, 1, 4)  # (e, r, i, d, n)
-        rows = dilatation.orthonormal @ sums.reshape(e, sums.shape[1], -1)
-        return rows.reshape(e, -1, 3, d * self._full)
+        return self._dilatation.orthonormal[spans] @ sums.reshape(e, sums.shape[1], -1)
 
     def _sum_stiffness(
-        self,
-        spans: slice,
-        tensor: np.ndarray,
-        stress: np.ndarray,
-        lame: float,
-        changes: np.ndarray,
-        out: np.ndarray,
+        self, spans: slice, tensor: np.ndarray, stress: np.ndarray, changes: np.ndarray, out: np.ndarray
     ) -> None:
         """Put the stiffness of a few spans into `out` (e, a a, 9).
 
-        From A (points, alpha i, beta k) without stress, the stress (alpha, beta, points) and the `products`.
+        From A (points, alpha i, beta k) without stress, the stress (alpha, beta, points) and what `_dilatations` gives.
         """
         along = self._along[:, spans]
         _, e, g, d = along.shape
@@ -224,16 +212,10 @@ class Spans:
         sums, few = sums.reshape(e, g, -1), max(1, CLOSE // self._entries.size)
         for part in (slice(low, low + few) for low in range(0, e, few)):
             here = full[part]
-            rows = changes[part].reshape(len(here), -1, 3 * d * n)
+            rows, flat = changes[part], here.reshape(len(here), -1)
             products = SCRATCH.array("products of dilatations", len(here), 3 * d * n, 3 * d * n)
-            np.matmul(lame * rows.swapaxes(1, 2), rows, out=products)
-            np.take(
-                products.reshape(len(here), -1),
-                self._order,
-                axis=1,
-                out=here.reshape(len(here), -1),
-                mode="clip",
-            )
+            np.matmul(self._dilatation.lame * rows.swapaxes(1, 2), rows, out=products)
+            np.take(products.reshape(flat.shape), self._order, axis=1, out=flat, mode="clip")
             every = SCRATCH.array("all section sums", len(here) * g, self._entries.size)
             np.take(sums[part].reshape(len(every), -1), self._entries, axis=1, out=every, mode="clip")
             blocks = SCRATCH.array("blocks of splines", len(here), d * d, n * n * 9)
@@ -251,10 +233,10 @@ def _product(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.einsum("ijp,jkp->ikp", one, other)
 
 
-def _green(gradient: np.ndarray) -> np.ndarray:
-    """Return Green's strain (3, 3, points) of displacement gradients."""
-    transposed = gradient.swapaxes(0, 1)
-    return 0.5 * (gradient + transposed + _product(transposed, gradient))
+def _stress(moduli: np.ndarray, strain: np.ndarray) -> np.ndarray:
+    """Return the stress (3, 3, points) by moduli (6, 6, points) of strains (3, 3, points)."""
+    i, j = VOIGT.T
+    return np.einsum("pqk,qk->pk", moduli, np.where(i == j, 1.0, 2.0)[:, None] * strain[i, j])[FULL]
 
 
 def _material_part(deformation: np.ndarray, to_parent: np.ndarray, moduli: np.ndarray) -> np.ndarray:
@@ -273,10 +255,8 @@ def _material_part(deformation: np.ndarray, to_parent: np.ndarray, moduli: np.nd
     return np.matmul(strain.swapaxes(1, 2), half, out=SCRATCH.array("B C B", count, 9, 9))
 
 
-def _pair_tables(
-    table: np.ndarray,  # (alpha, m, n)
-) -> tuple[tuple[tuple[tuple[slice, slice], np.ndarray], ...], np.ndarray]:
-    """Return products (r m, .) of functions over the section for pairs (alpha, beta), and where sums with them stand.
+def _pair_tables(table: np.ndarray) -> tuple[list, np.ndarray]:
+    """Return pairs (alpha, beta) with products (r m, .) of functions (alpha, m, n), and where sums with them stand.
 
     Of no derivative along the yarn, of one in the column, and of two. The first and the last are as large as the
     transposed, and only pairs of functions a <= b are summed. The sums follow each other, of each kind in the order
@@ -297,7 +277,7 @@ def _pair_tables(
         places[column, row, b, a] = here.transpose(2, 1, 0)
         places[row, column, a, b] = here.transpose(2, 0, 1)
         first += 9 * len(a)
-    return tuple(found), places.reshape(-1)
+    return found, places.reshape(-1)
 
 
 def span_groups(
