@@ -13,25 +13,22 @@ from knitstudy.cli.scenes import check, list_scenes, plan
 from knitstudy.errors import EndedEarly, KnitstudyError
 from knitstudy.files import code_version
 
+STOPPED, INCOMPLETE = (
+    130,
+    3,
+)  # Exit statuses: interrupted, as the shell's own commands; a path that ended early
+
 
 class OneMessage(click.ClickException):
-    """An error that ends the command with its message alone and status 1."""
+    """An error that ends the command with its message alone and a status."""
+
+    def __init__(self, message: str, status: int = 1) -> None:
+        super().__init__(message)
+        self.exit_code = status
 
     def show(self, file: Any = None) -> None:
         """Print the message as the workflow does."""
         click.echo(f"error: {self.format_message()}", file=file or sys.stderr)
-
-
-class Stopped(OneMessage):
-    """The end of a command that was interrupted: status 130, as the shell's own commands have."""
-
-    exit_code = 130
-
-
-class Incomplete(OneMessage):
-    """A load path that ended early, and whose curve is kept."""
-
-    exit_code = 3
 
 
 class Commands(click.Group):
@@ -47,13 +44,13 @@ class Commands(click.Group):
             if context.params["traceback"]:
                 raise
             if isinstance(error, KeyboardInterrupt):
-                raise Stopped(str(error) or "stopped; what was there before is as it was") from error
+                said = str(error) or "stopped; what was there before is as it was"
+                raise OneMessage(said, STOPPED) from error
             if isinstance(error, MemoryError):
                 raise OneMessage(
                     f"out of memory ({error or 'no more details'}); use larger elements"
                 ) from error
-            kind = Incomplete if isinstance(error, EndedEarly) else OneMessage
-            raise kind(str(error)) from error
+            raise OneMessage(str(error), INCOMPLETE if isinstance(error, EndedEarly) else 1) from error
 
 
 def print_version(context: click.Context, option: click.Parameter, wanted: bool) -> None:

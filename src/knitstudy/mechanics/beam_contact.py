@@ -84,6 +84,7 @@ class BeamContactHistory:
     force: np.ndarray  # (k,), normal force [N]; where it is positive the material points count as joined
     slip: np.ndarray  # (k,), length slipped since first contact [m]
     hold: np.ndarray  # (k,), springs of closest points, see `beam_approach`
+    on_a: np.ndarray  # (k, 3), force of contact on side A, before springs are held anew [N]
     dissipated: float  # work of friction so far [J]
 
 
@@ -146,7 +147,8 @@ class BeamContact:
         places, none = self.places(state), np.zeros(len(self.pairs.start))
         here = approach(self.curves, places.position, self.pairs)
         arm = self._arms(here, places.rotation, none[:, None])
-        return BeamContactHistory(here.s, arm, self._gap(here), none, none, needed_hold(here), 0.0)
+        start, zero = (here.s, arm, self._gap(here), none, none), np.zeros((len(none), 3))
+        return BeamContactHistory(*start, needed_hold(here), zero, 0.0)
 
     def points(self, state: BeamState) -> BeamContactPoints:
         """Evaluate all pairs."""
@@ -228,6 +230,7 @@ class BeamContact:
             force=points.force,
             slip=np.where(points.force > 0, history.slip + points.slipped, 0.0),
             hold=needed_hold(points.approach),
+            on_a=points.on_a,
             dissipated=history.dissipated + self._work(points, history),
         )
 

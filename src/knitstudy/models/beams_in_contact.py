@@ -206,15 +206,14 @@ class BeamKnit:
     def at_crossings(self, state: BeamState) -> dict[str, np.ndarray]:
         """Return forces, displacements, gaps and slip at crossings, as columns of the history.
 
-        Slip has been committed with the state; forces and gaps are those of its positions.
+        All that is of contact has been committed with the state.
         """
         contact, tied, stencil = self.model.contact, self.tied, self._stencil
-        places, points = contact.places(state), contact.points(state)
-        self.pressed = float(points.gap[contact.crossings :].min(initial=0.0))
-        points, slipped = points[: contact.crossings], state.contact.slip[: contact.crossings]
+        places, past, n = contact.places(state), state.contact, contact.crossings
+        self.pressed = float(past.gap[n:].min(initial=0.0))
         (slip, gap), force = np.full((2, len(tied)), np.nan), np.zeros((len(tied), 3))
-        slip[~tied], force[~tied] = slipped, points.on_a
-        gap[~tied] = np.where(np.isfinite(points.gap), points.gap, np.nan)
+        slip[~tied], force[~tied] = past.slip[:n], past.on_a[:n]
+        gap[~tied] = np.where(np.isfinite(past.gap[:n]), past.gap[:n], np.nan)
         station_force = self.apart.respond(places, stiffness=False).force.reshape(-1, 6)[:, :3]
         force[tied] = station_force[self._lower]
         # Of tied yarns, the gap at the points of their centrelines that were closest at rest
