@@ -248,8 +248,10 @@ class _Room:
 
     def refusal(self, what: str, nearest: str, reason: str) -> NoRoom:
         """Return the error of a loop beyond this one, the last that fits: by the limits it has reached, or a reason."""
-        if self.missing > EXACT:
-            return NoRoom(f"{what}: {reason}", ["interlock"], 0.0)
+        if (
+            self.missing > EXACT or self.there
+        ):  # none that is nearer has room, or none of those that have is a minimum
+            return NoRoom(f"{what}: {reason}", ["interlock"], float(self.there))
         radius = np.dot(self.path.radius, [1, self.share])
         bend = radius / smallest_radius_of_curvature(self.unit.curve)
         said = {}
