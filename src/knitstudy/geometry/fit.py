@@ -254,13 +254,13 @@ class _Room:
             return NoRoom(f"{what}: {reason}", ["interlock"], float(self.there))
         radius = np.dot(self.path.radius, [1, self.share])
         bend = radius / smallest_radius_of_curvature(self.unit.curve)
-        said = {}
-        if bend > LARGEST_CURVATURE - ACTIVE:
-            said["curvature"] = f"the yarn bends to R / rho = {bend:.2f}, allowed is {LARGEST_CURVATURE:g}"
         touching = self.near["distance"] < radius * self.unit.target + ACTIVE
+        said = {}
         for row in sorted(set(self.near["row"][touching].astype(int))):
             whose = "of one row" if row == 0 else f"of rows {row} apart"
             said["row" if row == 0 else "rows"] = f"neighbouring yarns {whose} touch beside the crossings"
+        if bend > LARGEST_CURVATURE - ACTIVE:
+            said["curvature"] = f"the yarn bends to R / rho = {bend:.2f}, allowed is {LARGEST_CURVATURE:g}"
         said = said or {"interlock": reason}
         return NoRoom(f"{what}: {' and '.join(said.values())}. {nearest}", said, radius)
 
