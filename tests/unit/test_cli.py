@@ -171,9 +171,7 @@ def test_how_a_run_ended_is_its_status(knitstudy, config, monkeypatch, error, st
 
 def test_show(knitstudy, knit, tmp_path):
     write_dataset(geometry(knit), "knit.nc")
-    result = knitstudy("show", "knit.nc", "--plot", "knit.png")
-    assert ["kind", "geometry", ""] in table(result)
-    assert (tmp_path / "knit.png").stat().st_size > 10_000
+    assert ["kind", "geometry", ""] in table(knitstudy("show", "knit.nc"))
     (tmp_path / "table.csv").write_text("model,force [N]\ndns,1.25\n")
     assert table(knitstudy("show", "table.csv")) == [["model", "force [N]"], ["dns", "1.25"]]
 

@@ -1,5 +1,7 @@
 """Where a window lies in a knit, what it is made of, and which windows are refused."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -82,15 +84,11 @@ def test_ties_need_a_size_that_pins_are_known_for(scene, knit):
 
 
 def test_a_jump_of_force_is_refused(scene):
-    class Recorder:
-        columns = {"seam_jump": [1e-3], "seam_force": [np.array([[3.0, 0.0, 4.0]])]}  # noqa: RUF012
-
-    class Increment:
-        index = 2
-
+    columns = {"seam_jump": [1e-3], "seam_force": [np.array([[3.0, 0.0, 4.0]])]}
+    there = SimpleNamespace(index=2), SimpleNamespace(columns=columns)
     with pytest.raises(ConvergenceError, match=r"increment 2: force jumps by 0\.001 N .* gates\.jump allows"):
-        require_no_jump(scene, Increment, Recorder)
-    require_no_jump(scene.replace("gates.jump", 1e-3), Increment, Recorder)
+        require_no_jump(scene, *there)
+    require_no_jump(scene.replace("gates.jump", 1e-3), *there)
 
 
 def test_contacts_of_a_window_are_those_of_its_cells(slid):
