@@ -48,8 +48,8 @@ def test_error_of_a_series_is_the_largest_that_is_known(scenes, reference):
         return series.points[0].u_z.uncertainty / series.points[0].u_z.value
 
     assert error() == pytest.approx(SURE)  # the drawn loop meets the reference
-    finer = "sweep-wale-c125-isotropic-course-p3"
-    found[finer] = study.history(lift=1.1 * 1.25 * LIFT, scene=finer)
+    finer = "sweep-shape-c075-isotropic-course-p3"
+    found[finer] = study.history(lift=1.1 * 0.75 * LIFT, scene=finer)
     assert error() == pytest.approx(0.1)
 
 
