@@ -275,16 +275,19 @@ def judge_stabilisation(evidence: Evidence) -> Judgement:
     }
     if not names:
         raise NotRun("the study has no simulation with contact that uses stabilisation")
-    energy = {kind: evidence.histories[name]["energy"] for kind, name in names.items()}
-    shares = {
-        kind: float((each.sel(form="stabilisation") / each.sel(form="internal")).max())
-        for kind, each in energy.items()
-    }
     allowed = evidence.printed("sec2.2", "stabilisation", "largest share of strain energy") / 100
-    said = ", ".join(f"{kind} {share:.2%}" for kind, share in shares.items())
+    said, largest = [], []
+    for kind, name in names.items():
+        history = evidence.histories[name]
+        energy, strain = history["energy"], history["strain"].to_numpy()
+        share = (energy.sel(form="stabilisation") / energy.sel(form="internal")).to_numpy()
+        largest.append(float(np.nanmax(share)))
+        above = np.flatnonzero(share > allowed)
+        below = f", below {allowed:.0%} after {strain[above[-1]]:.2%} strain" if len(above) else ""
+        said.append(f"{kind} {largest[-1]:.2%}{below}, {share[-1]:.2%} at {strain[-1]:.2%} strain")
     return Judgement(
-        f"largest share of the internal energy: {said} (paper: at most {allowed:.0%})",
-        verdict(max(shares.values()) <= allowed),
+        f"largest share of the internal energy: {'; '.join(said)} (paper: at most {allowed:.0%})",
+        verdict(max(largest) <= allowed),
         scenes=tuple(names.values()),
     )
 
