@@ -4,11 +4,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import synthetic
 
 from knitstudy.contacts.contacts import extract
 from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.loading.gates import require_no_jump
 from knitstudy.loading.solve import solve_load_path
+from knitstudy.models.joints import spring_axes
 from knitstudy.models.simulate import build
 from knitstudy.models.window import cut_nodes, outer_contact, surroundings, window_of
 
@@ -75,6 +77,23 @@ def test_beams_touch_where_yarns_are_neither_tied_nor_solid(scene, knit):
     # At rest closest points are those of the crossings: relabelled yarns have kept their places.
     points = touching.points(network.model(scene.yarn, "curved", touching).start())
     assert np.abs(points.gap).max() < 0.05 * knit.radius
+
+
+def test_springs_lie_along_the_normals_of_their_measurement(scene, knit, contacts):
+    measured = synthetic.contacts_with_springs(contacts, np.ones(3))
+    normal = measured["normal"].to_numpy() + np.array([0.0, 0.2, 0.0])  # a resultant some degrees off
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    axes = spring_axes(normal, "local")
+    stiffness = np.einsum("kai,a,kaj->kij", axes, [20e3, 40e3, 700e3], axes)
+    moved = measured["relative_displacement"].to_numpy()
+    measured["contact_normal"] = ("crossing", "xyz"), normal
+    measured["force"] = measured["force"].dims, np.einsum("kij,tkj->tki", stiffness, moved - moved[1])
+    scene = scene.replace("interaction", "isotropic")
+    window = window_of(scene, knit)
+    free = (knit.crossings.row == 1) & (knit.crossings.column != 1)
+    springs = surroundings(scene, knit, window, measured).springs.stiffness
+    outside = np.delete(np.arange(36), window.crossing)
+    np.testing.assert_allclose(springs[free[outside]], stiffness[free], rtol=1e-9, atol=1e-3)
 
 
 def test_ties_need_a_size_that_pins_are_known_for(scene, knit):
