@@ -90,6 +90,14 @@ def rods():
     return Neighbours(curves, yarn, crossings, 0.2), np.concatenate([along_x, along_y, beside]), yarn
 
 
+def test_yarns_may_touch_beside_crossings(rods):
+    neighbours, position, _ = rods
+    pairs = neighbours.beside(position)  # yarns 0 and 2 are too far apart, and 0 and 1 cross
+    assert pairs.yarn.tolist() == [[1, 2]]
+    np.testing.assert_allclose(pairs.start, [[3.9, 3.0]], atol=1e-9)
+    np.testing.assert_allclose(pairs.bounds, [[[3.1, 4.7], [2.2, 3.8]]], atol=1e-9)
+
+
 def test_gaps_of_a_crossing_and_elsewhere(rods):
     neighbours, position, yarn = rods
     gaps = neighbours.gaps(position)

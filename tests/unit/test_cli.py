@@ -9,6 +9,7 @@ from click.testing import CliRunner
 from synthetic import geometry
 
 from knitstudy.cli.main import main
+from knitstudy.errors import ConvergenceError, EndedEarly
 from knitstudy.files import write_dataset
 from knitstudy.stages.simulate import Results
 
@@ -262,11 +263,22 @@ def test_run(knitstudy, config, simulated, monkeypatch):
     assert (str(simulated["folder"]), simulated["config"], simulated["anew"]) == ("mine", config, False)
 
 
+@pytest.mark.parametrize(
+    ("error", "status"), [(EndedEarly("so"), 3), (ConvergenceError("so"), 1), (KeyboardInterrupt(), 130)]
+)
+def test_how_a_run_ended_is_its_status(knitstudy, config, monkeypatch, error, status):
+    def fail(*_, **__):
+        raise error
+
+    monkeypatch.setattr("knitstudy.stages.simulate.simulate", fail)
+    result = knitstudy("run", "dns-a", "--config", config)
+    assert result.exit_code == status
+    assert result.stderr.startswith("error: so" if status != 130 else "error: stopped; stages that were done")
+
+
 def test_show(knitstudy, knit, tmp_path):
     write_dataset(geometry(knit), "knit.nc")
-    result = knitstudy("show", "knit.nc", "--plot", "knit.png")
-    assert ["kind", "geometry", ""] in table(result)
-    assert (tmp_path / "knit.png").stat().st_size > 10_000
+    assert ["kind", "geometry", ""] in table(knitstudy("show", "knit.nc"))
     (tmp_path / "table.csv").write_text("model,force [N]\ndns\x1b[2J,1.25\n")
     assert table(knitstudy("show", "table.csv")) == [["model", "force [N]"], [r"dns\x1b[2J", "1.25"]]
 

@@ -22,12 +22,8 @@ def contact(nodes, grids, friction=0.3, **options):
 def pressed():
     """Contact of two tubes, their nodes before and after the upper one was pressed on, and the mask of its nodes."""
     nodes, grids, upper = crossing(0.02)
-    return (
-        contact(nodes, grids, meets=APART),
-        nodes,
-        nodes + np.where(upper[:, None], [0, 0, -0.08], 0),
-        upper,
-    )
+    pressed = nodes + np.where(upper[:, None], [0, 0, -0.08], 0)
+    return contact(nodes, grids, meets=APART), nodes, pressed, upper
 
 
 def active(points):

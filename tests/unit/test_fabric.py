@@ -194,14 +194,3 @@ def test_models_take_any_fabric(weave, plain_scene):
     solids = solve_load_path(spline_yarns.build(solid, fabric, sampled_sections(fabric)))
     touching = solve_load_path(beams_in_contact.build(beams, fabric))
     assert float(solids["force"][-1]) == pytest.approx(float(touching["force"][-1]), rel=0.1), "of 25 N"
-
-
-@pytest.mark.parametrize("angle", [12.0, 47.0, 90.0])
-def test_the_crossing_of_a_pair(angle):
-    fabric = yarn_pair(RADIUS, angle, 9e-3, 0.02)
-    crossings = fabric.crossings
-    np.testing.assert_allclose(
-        crossings.point[0], [[0, 0, -1.01 * RADIUS], [0, 0, 1.01 * RADIUS]], atol=1e-15
-    )
-    np.testing.assert_allclose(crossings.arc_length, [[4.5e-3, 4.5e-3]])
-    np.testing.assert_allclose(crossings.distance, 2.02 * RADIUS)

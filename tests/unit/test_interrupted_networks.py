@@ -1,4 +1,4 @@
-"""Reduced models and beams in contact that were interrupted go on as if nothing had happened, and report progress."""
+"""Reduced models, beams in contact and windows that were interrupted go on as if nothing had happened."""
 
 from functools import partial
 

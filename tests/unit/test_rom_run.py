@@ -7,20 +7,24 @@ from knitstudy.errors import DataFileError
 from knitstudy.models.simulate import solve
 
 
+def with_area(contacts, scene, radius):
+    """Return tied contacts on discs of a radius over the yarn's."""
+    area = np.pi * (radius * scene.yarn.radius) ** 2
+    return contacts.assign(area=contacts["area"] * 0 + area, tied=contacts["area"] * 0 + 1)
+
+
 @pytest.mark.parametrize("joint", ["rigid", "patch"])
 def test_ties_need_no_simulation(plain_scene, knit, contacts, joint):
     """What a simulation says of tied crossings is what the geometry and the radius of ties say."""
     keys = {"rom.joint": joint, "mesh.beam_size": 1.2, "solver.increments": 1, "load.strain": 0.002}
     scene = plain_scene.vary(keys | {"tie.radius": 0.3, "rom.contacts_from": None})
-    area = np.pi * (0.3 * scene.yarn.radius) ** 2
-    measured = contacts.assign(area=contacts["area"] * 0 + area, tied=contacts["area"] * 0 + 1)
+    measured = with_area(contacts, scene, 0.3)
     assert float(solve(scene, knit)["force"][-1]) == float(solve(scene, knit, contacts=measured)["force"][-1])
 
 
 def test_joints_that_yield_are_softer_than_pins(plain_scene, knit, contacts):
     scene = plain_scene.vary({"mesh.beam_size": 1.2, "solver.increments": 1, "load.strain": 0.002})
-    area = np.pi * (0.4 * scene.yarn.radius) ** 2
-    tied = contacts.assign(area=contacts["area"] * 0 + area, tied=contacts["area"] * 0 + 1)
+    tied = with_area(contacts, scene, 0.4)
     pinned, patch = (
         float(solve(scene.replace("rom.joint", joint), knit, contacts=tied)["force"][-1])
         for joint in ("pinned", "patch")
@@ -30,8 +34,7 @@ def test_joints_that_yield_are_softer_than_pins(plain_scene, knit, contacts):
 
 @pytest.mark.parametrize("size", [0.0, 0.05, 0.7])
 def test_joints_that_yield_need_ties_of_a_size(plain_scene, knit, contacts, size):
-    area = np.pi * (size * plain_scene.yarn.radius) ** 2
-    tied = contacts.assign(area=contacts["area"] * 0 + area, tied=contacts["area"] * 0 + 1)
+    tied = with_area(contacts, plain_scene, size)
     with pytest.raises(DataFileError, match=r"ties have a radius .* but rom\.joint 'patch' needs"):
         solve(plain_scene.replace("rom.joint", "patch"), knit, contacts=tied)
 

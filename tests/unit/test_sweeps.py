@@ -33,7 +33,7 @@ def test_series_are_of_one_reading_interaction_and_discretisation(scenes, refere
     ratios = [point.value for point in main["wale_spacing", "isotropic"].points]
     assert ratios == [0.75, 0.8, 0.9, 1.0, 1.1, 1.2, 1.25]
     assert [point.scene.name for point in main["shape", "tie"].points][-1] == "yarns-tie-course"
-    assert all(len(each.points) == 2 for each in found if not each.main)
+    assert all(1 < len(each.points) < 5 for each in found if not each.main)
 
 
 def test_error_of_a_series_is_the_largest_that_is_known(scenes, reference):
@@ -48,8 +48,8 @@ def test_error_of_a_series_is_the_largest_that_is_known(scenes, reference):
         return series.points[0].u_z.uncertainty / series.points[0].u_z.value
 
     assert error() == pytest.approx(SURE)  # the drawn loop meets the reference
-    finer = "sweep-wale-c125-isotropic-course-p3"
-    found[finer] = study.history(lift=1.1 * 1.25 * LIFT, scene=finer)
+    finer = "sweep-shape-c075-isotropic-course-p3"
+    found[finer] = study.history(lift=1.1 * 0.75 * LIFT, scene=finer)
     assert error() == pytest.approx(0.1)
 
 

@@ -1,12 +1,16 @@
 """Where a window lies in a knit, what it is made of, and which windows are refused."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+import synthetic
 
 from knitstudy.contacts.contacts import extract
 from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.loading.gates import require_no_jump
 from knitstudy.loading.solve import solve_load_path
+from knitstudy.models.joints import spring_axes
 from knitstudy.models.simulate import build
 from knitstudy.models.window import cut_nodes, outer_contact, surroundings, window_of
 
@@ -75,6 +79,23 @@ def test_beams_touch_where_yarns_are_neither_tied_nor_solid(scene, knit):
     assert np.abs(points.gap).max() < 0.05 * knit.radius
 
 
+def test_springs_lie_along_the_normals_of_their_measurement(scene, knit, contacts):
+    measured = synthetic.contacts_with_springs(contacts, np.ones(3))
+    normal = measured["normal"].to_numpy() + np.array([0.0, 0.2, 0.0])  # a resultant some degrees off
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    axes = spring_axes(normal, "local")
+    stiffness = np.einsum("kai,a,kaj->kij", axes, [20e3, 40e3, 700e3], axes)
+    moved = measured["relative_displacement"].to_numpy()
+    measured["contact_normal"] = ("crossing", "xyz"), normal
+    measured["force"] = measured["force"].dims, np.einsum("kij,tkj->tki", stiffness, moved - moved[1])
+    scene = scene.replace("interaction", "isotropic")
+    window = window_of(scene, knit)
+    free = (knit.crossings.row == 1) & (knit.crossings.column != 1)
+    springs = surroundings(scene, knit, window, measured).springs.stiffness
+    outside = np.delete(np.arange(36), window.crossing)
+    np.testing.assert_allclose(springs[free[outside]], stiffness[free], rtol=1e-9, atol=1e-3)
+
+
 def test_ties_need_a_size_that_pins_are_known_for(scene, knit):
     scene = scene.replace("tie.radius", 0.07)
     with pytest.raises(ConfigurationError, match=r"tie\.radius is 0\.07 but must be from 0\.1 to 0\.6"):
@@ -82,15 +103,11 @@ def test_ties_need_a_size_that_pins_are_known_for(scene, knit):
 
 
 def test_a_jump_of_force_is_refused(scene):
-    class Recorder:
-        columns = {"seam_jump": [1e-3], "seam_force": [np.array([[3.0, 0.0, 4.0]])]}  # noqa: RUF012
-
-    class Increment:
-        index = 2
-
+    columns = {"seam_jump": [1e-3], "seam_force": [np.array([[3.0, 0.0, 4.0]])]}
+    there = SimpleNamespace(index=2), SimpleNamespace(columns=columns)
     with pytest.raises(ConvergenceError, match=r"increment 2: force jumps by 0\.001 N .* gates\.jump allows"):
-        require_no_jump(scene, Increment, Recorder)
-    require_no_jump(scene.replace("gates.jump", 1e-3), Increment, Recorder)
+        require_no_jump(scene, *there)
+    require_no_jump(scene.replace("gates.jump", 1e-3), *there)
 
 
 def test_contacts_of_a_window_are_those_of_its_cells(slid):

@@ -26,13 +26,11 @@ def knit(geometry):
     return Fabric.from_dataset(geometry)
 
 
-def test_yarns_just_do_not_touch(geometry, knit, verify):
+def test_yarns_just_do_not_touch(knit, verify):
     radius = knit.radius
     target = radius * (2 + knit.loop.clearance)
     error = np.abs(knit.crossings.distance - target).max() / radius
     verify.at_most("optimised knit: |D - 2R - c0| over R at the crossings", error, 1e-3)
-    other = float(geometry["other_gap"].sel(state="after")) / radius
-    verify.at_least("optimised knit: gap of all other pieces over R", other, 0.0, "0")
 
 
 def test_calibration(geometry, verify):

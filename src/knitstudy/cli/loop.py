@@ -41,9 +41,7 @@ def _key_options(command: Any) -> Any:
 @click.command(short_help="Draw and optimise a loop for spacings and a yarn.")
 @scene_argument(required=False)
 @_key_options
-@click.option(
-    "--points", type=click.Path(path_type=Path, dir_okay=False), help="CSV file of control points, in m."
-)
+@click.option("--points", type=click.Path(path_type=Path, dir_okay=False), help="CSV file of control points.")
 @click.option(
     "-o",
     "--output",
@@ -60,7 +58,8 @@ def loop(
     """Draw a loop, optimise it, and print its gaps, curvature, length and angles. Nothing is simulated.
 
     The loop is that of a scene, by default the first one of a knit, with the keys that the options stand for. Where
-    no loop fits, one message names the limit that it violates and the nearest spacings that fit. Units are SI.
+    no loop fits, one message names the limit that it violates and the nearest spacings or length that fit. Units are
+    SI. Loops fit from wale spacings of about four diameters and course spacings of two on (fig_loops).
 
     \b
     knitstudy loop --course 0.9e-3 --wale 1.1e-3 --diameter 0.25e-3
@@ -68,8 +67,9 @@ def loop(
     knitstudy loop --points my-loop.csv --course 13e-3 --diameter 1.8e-3
     knitstudy loop rom3d-tie-course              the loop of a scene
 
-    A file of points has the columns x, y, z and one loop from a sinker's centre to the next one's, its last row; where
-    it stands does not matter. It is made symmetric, and the largest distance that a point moves is printed.
+    A file of points has x, y, z of one loop from a sinker's centre to the next one's, its last row: in m, or in mm with
+    the columns "x (mm), y (mm), z (mm)". Where it stands, and from which side it is seen, does not matter. It is made
+    symmetric, and the largest distance that a point moves is printed.
 
     The last line is what to add to `knitstudy run` and `knitstudy check`; the keys may stand in families of scenes.
     """

@@ -15,26 +15,21 @@ from knitstudy.errors import EndedEarly, KnitstudyError
 from knitstudy.files import code_version
 from knitstudy.registry import plugin_behind
 
+# Exit statuses: interrupted, as the shell's own commands have; a path that ended early
+STOPPED, INCOMPLETE = 130, 3
+
 
 class OneMessage(click.ClickException):
-    """An error that ends the command with its message alone and status 1."""
+    """An error that ends the command with its message alone and a status."""
+
+    def __init__(self, message: str, status: int = 1) -> None:
+        super().__init__(message)
+        self.exit_code = status
 
     def show(self, file: Any = None) -> None:
         """Print the message as the workflow does."""
         lines = map(printable, f"error: {self.format_message()}".split("\n"))
         click.echo("\n".join(lines), file=file or sys.stderr)
-
-
-class Stopped(OneMessage):
-    """The end of a command that was interrupted: status 130, as the shell's own commands have."""
-
-    exit_code = 130
-
-
-class Incomplete(OneMessage):
-    """A load path that ended early, and whose curve is kept."""
-
-    exit_code = 3
 
 
 class Commands(click.Group):
@@ -50,13 +45,13 @@ class Commands(click.Group):
             if context.params["traceback"]:
                 raise
             if isinstance(error, KeyboardInterrupt):
-                raise Stopped(str(error) or "stopped; what was there before is as it was") from error
+                said = str(error) or "stopped; what was there before is as it was"
+                raise OneMessage(said, STOPPED) from error
             if isinstance(error, MemoryError):
                 raise OneMessage(
                     f"out of memory ({error or 'no more details'}); use larger elements"
                 ) from error
-            kind = Incomplete if isinstance(error, EndedEarly) else OneMessage
-            raise kind(str(error)) from error
+            raise OneMessage(str(error), INCOMPLETE if isinstance(error, EndedEarly) else 1) from error
         except (Exception, SystemExit) as error:
             plugin = plugin_behind(error)
             if context.params["traceback"] or not plugin:

@@ -36,7 +36,7 @@ DASHES = {"pinned": ":", "patch": "-."}  # by ``beam.tie``; those of rigid ties 
 ABOVE, BELOW = 82.0, 82.0  # heights of the parts (a) and (b) [mm]
 # Knits of which no row is tied, as beams and as solids
 UNTIED_BEAMS = "reading-untied-beam-isotropic-course"
-UNTIED = ("inputs-untied-isotropic-course", "yarns-untied-course", "yarns-untied-course-p3")
+UNTIED = ("inputs-untied-isotropic-course", "yarns-untied-course-p3")
 BEAMS = {"rigid": Look("", "#0072B2", "-", "v"), "hertz": Look("", "#56B4E9", "--", "^")}  # by their section
 
 

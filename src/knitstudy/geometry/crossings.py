@@ -23,8 +23,11 @@ ROUNDING = 1e-9  # share of the distance of two samples within which a crossing 
 REACH = 3.0  # distance of centrelines over the radius beyond which two yarns pass each other without meeting
 SAME = 1e-6  # length over the radius within which two places on a yarn are one
 
-NEWTON_STEPS = 40
-HALVINGS = 20
+NEWTON_STEPS = 25
+HALVINGS = 6
+LEVEL = 1e-12  # relative growth of a squared distance that is rounding
+SMALLEST = 1e-8  # curvature of a squared distance over the squared speed
+CONVERGED = 1e-11  # step of a parameter after which the next one would be its square
 
 
 # ---- Crossings of a fabric
@@ -255,7 +258,9 @@ def closest_points(
     return refine(first, second, start, windows)
 
 
-def refine(first: CatmullRom, second: CatmullRom, start: np.ndarray, windows: np.ndarray) -> Approach:
+def refine(
+    first: CatmullRom, second: CatmullRom, start: np.ndarray, windows: np.ndarray, shift: Any = 0.0
+) -> Approach:
     """Newton's method for local minima of the distance of two curves.
 
     Parameters
@@ -264,38 +269,49 @@ def refine(first: CatmullRom, second: CatmullRom, start: np.ndarray, windows: np
         Parameters to start from.
     windows : ndarray (K, 2, 2)
         First and last parameter allowed.
+    shift : ndarray (K, 3), optional
+        Vectors by which the second curve is moved. [m]
     """
     curves, u = (first, second), start.copy()
     low, high = windows[..., 0], windows[..., 1]
-    value, newton = _half_square(curves, u)
+    value, step = _half_square(curves, shift, u, low, high)
     active = np.ones(len(u), dtype=bool)
     for _ in range(NEWTON_STEPS):
-        step = np.where(active[:, None], np.clip(u + newton, low, high) - u, 0.0)
+        step = np.where(active[:, None], step, 0.0)
         for _ in range(HALVINGS):
-            worse = _half_square(curves, u + step)[0] > value * (1 + 1e-15)  # beyond rounding
+            trial = np.clip(u + step, low, high)
+            found, following = _half_square(curves, shift, trial, low, high)
+            worse = found > value * (1 + LEVEL)
             if not worse.any():
                 break
             step = np.where(worse[:, None], 0.5 * step, step)
-        step = np.where(worse[:, None], 0.0, step)
-        u = u + step
-        active &= np.abs(step).max(axis=1) > 1e-13
+        u = np.where(worse[:, None], u, trial)
+        active &= ~worse & (np.abs(step).max(axis=1) > CONVERGED)
         if not active.any():
             break
-        value, newton = _half_square(curves, u)
-    point = np.stack([first.value(u[:, 0]), second.value(u[:, 1])], axis=1)
+        value, step = found, following
+    point = np.stack([first.value(u[:, 0]), second.value(u[:, 1]) + shift], axis=1)
     interior = ((u > low + 1e-9) & (u < high - 1e-9)).all(axis=1)
     return Approach(u, point, np.linalg.norm(point[:, 1] - point[:, 0], axis=-1), interior)
 
 
-def _half_square(curves: tuple[CatmullRom, CatmullRom], u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Half the squared distance (K,) and the Newton step that lowers it (K, 2)."""
-    (a, b), (first, second) = u.T, curves
-    apart, ta, tb = first.value(a) - second.value(b), first.d1(a), second.d1(b)
+def _half_square(
+    curves: tuple[CatmullRom, CatmullRom], shift: Any, u: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Half the squared distance (K,) at u (K, 2), and a step (K, 2) that lowers it, within bounds."""
+    (a, ta, da), (b, tb, db) = (curve.jet(u[:, side]) for side, curve in enumerate(curves))
+    apart = a - b - shift
     gradient = np.stack([np.vecdot(apart, ta), -np.vecdot(apart, tb)], axis=-1)
     mixed, saa, sbb = -np.vecdot(ta, tb), np.vecdot(ta, ta), np.vecdot(tb, tb)
-    haa, hbb = saa + np.vecdot(apart, first.d2(a)), sbb - np.vecdot(apart, second.d2(b))
-    # Where the Hessian is not positive definite, the Gauss-Newton part of it is.
-    bad = (haa <= 0) | (haa * hbb - mixed**2 <= 1e-6 * saa * sbb)
-    haa, hbb = np.where(bad, 1.01 * saa, haa), np.where(bad, 1.01 * sbb, hbb)
-    one, two = mixed * gradient[:, 1] - hbb * gradient[:, 0], mixed * gradient[:, 0] - haa * gradient[:, 1]
-    return 0.5 * np.vecdot(apart, apart), np.stack([one, two], axis=-1) / (haa * hbb - mixed**2)[:, None]
+    haa, hbb = saa + np.vecdot(apart, da), sbb - np.vecdot(apart, db)
+    # Newton's method with the sizes of the eigenvalues, so that it leads down everywhere.
+    sizes, vectors = np.linalg.eigh(np.stack([haa, mixed, mixed, hbb], axis=-1).reshape(-1, 2, 2))
+    sizes = np.maximum(np.abs(sizes), SMALLEST * (saa + sbb)[:, None])
+    newton = -np.vecmat(np.vecmat(gradient, vectors) / sizes, vectors.mT)
+    # To the first bound in its way; where it stands there, each parameter goes its own way.
+    room = np.where(newton > 0, high - u, low - u)
+    ratio = np.where(np.abs(newton) > np.abs(room), room, newton) / np.where(newton == 0, 1.0, newton)
+    ratio = np.where(newton == 0, 1.0, ratio).min(axis=1, keepdims=True)
+    alone = -gradient / np.maximum(np.abs(np.stack([haa, hbb], axis=-1)), SMALLEST * (saa + sbb)[:, None])
+    alone = np.clip(u + alone, low, high) - u
+    return 0.5 * np.vecdot(apart, apart), np.where(ratio == 0, alone, ratio * newton)

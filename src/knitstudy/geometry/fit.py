@@ -3,9 +3,9 @@
 A drawn loop is x = w t / (2 pi) + a sin 2t, y = -h/2 cos t, z = -b cos 2t, as long as Peirce's loop. Its control points
 move to where the bending and length terms of Eq. (1) are smallest among the loops that have room: yarns stand exactly
 2R + c0 apart at the crossings, all other pieces of yarn at least as far, and the yarn bends to R / rho of at most
-`LARGEST_CURVATURE` (sequential quadratic programming). Where none is found, a thin yarn of the same spacings is
-thickened step by step: it comes to the wanted diameter, or to the thickest one that fits. Lengths are in radii but for
-those of `Loop`.
+`LARGEST_CURVATURE` (sequential quadratic programming). The share of the radius that the yarn has is an unknown as well,
+and what it lacks of 1 costs more than all bending: the minimum is the wanted loop, or the thickest one that fits. A
+wanted length follows in the same way. Lengths are in radii but for those of `Loop` and `Wanted`.
 
 Peirce 1947, "Geometrical principles applicable to the design of functional fabrics", Textile Research Journal 17.
 """
@@ -17,56 +17,40 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.optimize import OptimizeResult, brentq, minimize
+import pandas as pd
+from scipy.optimize import OptimizeResult, minimize
 
 from knitstudy.errors import GeometryError
-from knitstudy.geometry.crossings import closest_points, refine, windows_of_loop
+from knitstudy.geometry.crossings import Approach, closest_points, refine
 from knitstudy.geometry.loop import Loop, symmetric_motions, symmetries, whole_loop
-from knitstudy.geometry.optimise import CostFunction, Optimum, check_interlock
+from knitstudy.geometry.optimise import CostFunction, Optimum
 from knitstudy.geometry.spline import CatmullRom
-from knitstudy.geometry.survey import approaches, away_from_crossings, survey
+from knitstudy.geometry.survey import approaches, away_from_crossings, smallest_radius_of_curvature
 
 POINTS = 16  # control points of a drawn loop
-DRAWN_SAMPLES = 4000  # of a drawn curve, between which control points are spaced evenly
+DRAWN_SAMPLES = 1000  # of a drawn curve, between which control points are spaced evenly
 OVERLAP, HEIGHT = 2.0, 0.54  # of a drawn loop, in diameters: h over c, and b
-BULGE = (0.08, 0.35)  # range of a over w
+BULGE, BULGES = (0.08, 0.35), 28  # range of a over w, and values between which a length is interpolated
 TIGHT = (3.364, 4.0)  # course and wale spacing over the diameter of Peirce's loop whose yarns touch
 LARGEST_CURVATURE = 0.9  # R / rho that a loop may have; sections of a yarn cut each other at 1
 CURVATURE_SAMPLES = 8  # a Bezier segment, both of its ends among them
 NEAR = 3.0  # distance of centrelines in radii up to which pieces of yarn may be kept apart
+WATCHED = 0.3  # radii beyond the clearance up to which they are
 SLIDE = 0.5  # Bezier segments by which the closest points of two pieces may move in one minimisation
 STRIDE = 0.03  # share of the length by which a control point may move in one minimisation
-EXACT = 1e-5  # radii by which distances, and the length, may miss what is asked
-ROUNDS, ITERATIONS = 6, 60  # minimisations, each with the pairs that the one before brought too near
-WATCHED = 0.3  # radii beyond the clearance up to which pairs are kept apart from the first minimisation on
+SMALLEST_STRIDE = 1e-4  # and at least, or there is no way on
+IDLE = 3e-5  # the same, below which the minimisation makes no headway
+EXACT = 5e-5  # radii by which distances, and the length, may miss what is asked
+LACK = 1e3  # what the share that a loop lacks costs, over the largest slope of the bending and length terms
+STATIONARY = 1e-3  # slope over the largest one of the bending and length terms that a minimum may have
+GAIN = 1e-4  # share below which a loop that fits is no better than the one before
+ROUNDS, ITERATIONS = 20, 60  # minimisations from loop to loop, and of each of them
 ACTIVE = 0.03  # distance from a limit below which it is named as the reason why no thicker yarn fits
-THIN = (0.75, 0.5, 0.3, 0.15)  # shares of the diameter at which a loop is looked for first
-SMALLEST_STEP = 1 / 64  # of the share by which a yarn grows
 
 
 def peirce_length(course: float, wale: float, diameter: float) -> float:
     """Return the length of yarn in Peirce's loop, whose arcs lie in the plane and touch: all in one unit."""
     return 2 * course + wale + 5.94 * diameter
-
-
-def drawn_loop(course: float, wale: float, radius: float, clearance: float, length: float) -> Loop:
-    """Return the loop of given spacings, yarn radius and length of yarn, as far as `BULGE` allows. [m]"""
-    t = np.linspace(0, 2 * np.pi, DRAWN_SAMPLES + 1)
-    height, depth = course + 2 * OVERLAP * radius, 2 * HEIGHT * radius
-
-    def drawn(bulge: float) -> tuple[np.ndarray, np.ndarray]:
-        x = wale * (t / (2 * np.pi) + bulge * np.sin(2 * t))
-        points = np.column_stack([x, -0.5 * height * np.cos(t), -depth * np.cos(2 * t)])
-        return points, np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
-
-    low, high = (drawn(bulge)[1][-1] - length for bulge in BULGE)
-    inside = low < 0 < high
-    bulge = brentq(lambda b: drawn(b)[1][-1] - length, *BULGE) if inside else BULGE[int(low < 0)]
-    points, s = drawn(bulge)
-    at = np.arange(POINTS // 4 + 1) / POINTS * s[-1]
-    quarter = np.column_stack([np.interp(at, s, points[:, axis]) for axis in range(3)])
-    quarter[-1, :2] = wale / 4, 0.0
-    return Loop(whole_loop(quarter, wale), wale, course, radius, clearance)
 
 
 @dataclass(frozen=True)
@@ -85,195 +69,259 @@ class Wanted:
         return min(2 * self.radius, self.course / TIGHT[0], self.wale / TIGHT[1])
 
     @property
-    def rest(self) -> float:
-        """Length that the loop is drawn with. [m]"""
-        return self.length or peirce_length(self.course, self.wale, self.drawn_diameter)
+    def drawn_length(self) -> float:
+        """Length of yarn that the loop is drawn with, as far as `BULGE` allows. [m]"""
+        return peirce_length(self.course, self.wale, self.drawn_diameter)
 
     def drawn(self) -> Loop:
         """Return the loop as it is drawn."""
-        drawn = drawn_loop(self.course, self.wale, 0.5 * self.drawn_diameter, self.clearance, self.rest)
-        return replace(drawn, radius=self.radius)
+        t = np.linspace(0, 2 * np.pi, DRAWN_SAMPLES + 1)
+        height, depth = self.course + OVERLAP * self.drawn_diameter, HEIGHT * self.drawn_diameter
+
+        def curve(bulge: float) -> tuple[np.ndarray, np.ndarray]:
+            x = self.wale * (t / (2 * np.pi) + bulge * np.sin(2 * t))
+            points = np.column_stack([x, -0.5 * height * np.cos(t), -depth * np.cos(2 * t)])
+            return points, np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+
+        bulges = np.linspace(*BULGE, BULGES)
+        points, s = curve(np.interp(self.drawn_length, [curve(bulge)[1][-1] for bulge in bulges], bulges))
+        at = np.arange(POINTS // 4 + 1) / POINTS * s[-1]
+        quarter = np.column_stack([np.interp(at, s, points[:, axis]) for axis in range(3)])
+        quarter[-1, :2] = self.wale / 4, 0.0
+        return Loop(whole_loop(quarter, self.wale), self.wale, self.course, self.radius, self.clearance)
 
 
 def fitted_loop(wanted: Wanted, settings: Any) -> tuple[Loop, Loop, Optimum]:
     """Return a loop as drawn and as optimised within the limits, and the outcome of its optimisation.
 
     `settings` are those of `knitstudy.geometry.optimise.optimise`; of these beta, gamma, beta_0 and samples count.
-    Raises GeometryError when no loop fits, which names the limit and the nearest spacings or length that do.
+    Raises NoRoom when no loop fits, which names the limits and the nearest spacings or length that do.
     """
-    drawn = wanted.drawn()
-    try:
-        return drawn, *_fit(drawn, wanted, settings)
-    except GeometryError:
-        free = replace(wanted, length=None)
-        loop, optimum = _thickened(free, settings)
-    if wanted.length is None:
-        return drawn, loop, optimum
-    return drawn, *_lengthened(loop, wanted, settings)
-
-
-def _thickened(wanted: Wanted, settings: Any) -> tuple[Loop, Optimum]:
-    """Return the loop that a thin yarn leads to; GeometryError if it ends before the wanted diameter."""
-    drawn = wanted.drawn()
-
-    def attempt(share: float, before: Loop) -> tuple[Loop, Optimum]:
-        start = replace(before, radius=share * wanted.radius)
-        return _fit(start, wanted, settings, warm=before is not drawn)
-
-    error: GeometryError | None = None
-    for share in THIN:
-        try:
-            first = attempt(share, drawn)
-        except GeometryError as failed:
-            error = failed
-            continue
-        found, share, error = _continued(attempt, first, share)
-        if error is None:
-            return found
-        limits = _limits(found[0], error)
-        course, wale = (f"{1e3 * spacing / share:.4g}" for spacing in (wanted.course, wanted.wale))
-        thickest = f"{2e3 * share * wanted.radius:.4g}"
-        raise NoRoom(
-            f"no loop fits: {' and '.join(limits.values())}. The nearest spacings that fit are pattern.course_spacing "
-            f"{course} and pattern.wale_spacing {wale} mm, the thickest yarn.diameter {thickest} mm",
-            limits,
-            share,
-        )
-    raise NoRoom(f"no loop fits, not even of {THIN[-1]:g} times the diameter: {error}", ["interlock"], 0.0)
-
-
-def _lengthened(loop: Loop, wanted: Wanted, settings: Any) -> tuple[Loop, Optimum]:
-    """Return the loop of the wanted length that one of free length leads to; GeometryError if it ends before."""
-    own = loop.length
-
-    def attempt(share: float, before: Loop) -> tuple[Loop, Optimum]:
-        return _fit(before, replace(wanted, length=own + share * (wanted.length - own)), settings, warm=True)
-
-    found, _, error = _continued(attempt, attempt(0.0, loop), 0.0)
-    if error is None:
-        return found
-    limits = _limits(found[0], error)
-    raise NoRoom(
-        f"no loop fits of pattern.loop_length {1e3 * wanted.length:.4g} mm: {' and '.join(limits.values())}. "
-        f"The nearest length that fits is {1e3 * found[0].length:.4g} mm; without one it is {1e3 * own:.4g}",
-        limits,
-        1.0,
+    drawn, radius = wanted.drawn(), wanted.radius
+    # A problem of another scale is the same one to the last bit, and so is what becomes of it.
+    unit = Wanted(
+        *(float(f"{each / radius:.12g}") for each in (wanted.course, wanted.wale)), 1.0, wanted.clearance
     )
-
-
-def _continued(
-    attempt: Callable[[float, Loop], tuple[Loop, Optimum]], found: tuple[Loop, Optimum], share: float
-) -> tuple[tuple[Loop, Optimum], float, GeometryError | None]:
-    """Go from a share towards 1 in steps that are halved: the last loop, its share, and what ended it if not at 1."""
-    step, error = 0.5 * (1 - share), None
-    while share < 1 and step >= SMALLEST_STEP:
-        try:
-            found = attempt(min(share + step, 1.0), found[0])
-            share, error = min(share + step, 1.0), None
-        except GeometryError as failed:
-            step, error = 0.5 * step, failed
-    return found, share, error if share < 1 else None
-
-
-def _crossings(unit: Loop) -> np.ndarray:
-    """Return the parameters (4, 2) of the crossings of a loop in radii."""
-    curve = unit.curve
-    return closest_points(curve, curve.shifted(unit.rise), windows_of_loop(curve, unit.rise)).parameter
+    try:
+        start = _Room(unit.drawn(), _Path(unit.drawn_length, (0.0, 1.0)), None, settings)
+    except GeometryError as error:
+        raise NoRoom(f"no loop is drawn that interlocks: {_plain(error)}", ["interlock"], 0.0) from error
+    room, optimum, reason = _gone(start)
+    if optimum is None:
+        course, wale = (f"{1e3 * spacing / room.share:.4g}" for spacing in (wanted.course, wanted.wale))
+        raise room.refusal(
+            "no loop fits",
+            f"The nearest spacings that fit are pattern.course_spacing {course} and pattern.wale_spacing {wale} mm, "
+            f"the thickest yarn.diameter {2e3 * room.share * radius:.4g} mm",
+            reason,
+        )
+    if wanted.length is not None:
+        own, asked = room.unit.length, float(f"{wanted.length / radius:.12g}")
+        path = _Path(asked, (1.0, 0.0), (own, asked - own))
+        room, optimum, reason = _gone(_Room(room.unit, path, 0.0, settings, room.crossing))
+        if optimum is None:
+            nearest, without = (f"{1e3 * radius * length:.4g}" for length in (room.unit.length, own))
+            raise room.refusal(
+                f"no loop fits of pattern.loop_length {1e3 * wanted.length:.4g} mm",
+                f"The nearest length that fits is {nearest} mm; without one it is {without}",
+                reason,
+            )
+    return drawn, replace(drawn, control_points=optimum.points * radius), optimum
 
 
 class NoRoom(GeometryError):
-    """No loop fits: the limits that the thickest yarn which does has reached, and its share of the diameter."""
+    """No loop fits: the limits that the nearest one which does has reached, and its share of the diameter."""
 
     def __init__(self, message: str, limits: Iterable[str], share: float):
         super().__init__(message)
         self.limits, self.share = tuple(limits), share
 
 
-def _limits(loop: Loop, error: GeometryError) -> dict[str, str]:
-    """Return the limits that the last loop which fits has reached, in words; else what the next one failed by."""
-    unit = loop.in_radii()
-    curvature = 1 / survey(unit).radius_of_curvature
-    near = away_from_crossings(approaches(unit, NEAR), _crossings(unit))
-    said = {}
-    if curvature > LARGEST_CURVATURE - ACTIVE:
-        said["curvature"] = f"the yarn bends to R / rho = {curvature:.2f}, allowed is {LARGEST_CURVATURE:g}"
-    for row in sorted(set(near["row"][near["distance"] < unit.target + ACTIVE].astype(int))):
-        whose = "of one row" if row == 0 else f"of rows {row} apart"
-        said["row" if row == 0 else "rows"] = f"neighbouring yarns {whose} touch beside the crossings"
-    return said or {"interlock": str(error)}
+def _plain(error: GeometryError) -> str:
+    """Return the text of an error without the name of a key that a drawn loop has not."""
+    return str(error).removeprefix("pattern.control_points: ")
 
 
-# ---- One minimisation within limits
+_Valued = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+# ---- From a loop that has room to the wanted one
 
 
-class _Rows:
-    """A curve, at every pair moved by a vector of its own (k, 3)."""
+@dataclass(frozen=True)
+class _Path:
+    """What is asked of a loop at a share of the way: radius and length a + share b, in radii of the wanted yarn."""
 
-    def __init__(self, curve: CatmullRom, shift: np.ndarray):
-        self.value = lambda v: curve.value(v) + shift
-        self.d1, self.d2 = curve.d1, curve.d2
+    rest: float  # length that the length term of Eq. (1) aims at
+    radius: tuple[float, float]
+    length: tuple[float, float] | None = None
+
+
+def _gone(room: _Room) -> tuple[_Room, Optimum | None, str]:
+    """Go on from a loop until it is the wanted one or has no room: the last loop, the outcome, or why there is none.
+
+    A minimisation moves control points by a stride at most. One that loses the interlock is repeated with a quarter of
+    the stride.
+    """
+    best, before, iterations, stride, idle, reason = (
+        room,
+        room.cost.terms(room.unit.control_points),
+        0,
+        STRIDE,
+        0,
+        "",
+    )
+    for _ in range(ROUNDS):
+        reach = stride * room.path.rest
+        try:
+            result = room.minimise(reach)
+            following = room.moved(result.x)
+        except GeometryError as error:
+            reason, stride = _plain(error), 0.25 * stride
+            if stride < SMALLEST_STRIDE:
+                break
+            continue
+        iterations += result.nit
+        gradient, moved, there = room.stationary(result.x), np.abs(result.x[:-1]).max(), room.there
+        room, stride = following, min(STRIDE, 2 * stride)
+        idle = idle + 1 if moved < IDLE * room.path.rest else 0
+        exact, gain = room.missing <= EXACT, room.share - (best.share if best.missing <= EXACT else -1.0)
+        settled = idle or (moved < 0.99 * reach and (result.status == 0 or gradient < STATIONARY))
+        if exact and there and settled:
+            points = room.unit.control_points
+            return room, Optimum(points, before, room.cost.terms(points), iterations, gradient), ""
+        if exact and gain >= 0:
+            best = room
+        if (exact and not room.there and (settled or gain < GAIN)) or idle > 1:
+            break
+    return best, None, reason or f"no other loop is found in {iterations} iterations"
 
 
 class _Room:
-    """Cost and constraints of a loop's control points as functions of the symmetric motions q (n,) from a start."""
+    """A loop, and cost and constraints of its symmetric motions and of the share: functions of x (n + 1,)."""
 
-    def __init__(self, start: Loop, rest: float, settings: Any, length: float | None, pairs: np.ndarray):
-        self.cost = cost = CostFunction(start, settings)
-        cost.rest_length, cost.sigma = np.full((2, POINTS), rest / POINTS)
-        self.start, self.length, curve = start.control_points, length, start.curve
-        self.reach = STRIDE * rest
-        self.motions = symmetric_motions(np.ones((POINTS, 3), dtype=bool), symmetries(curve))
-        share = np.linspace(0, 1 - 1e-9, CURVATURE_SAMPLES)
-        u = (np.arange(POINTS // 4)[:, None] + share).ravel()
-        self._tangent, self._bend = curve.operator(u, 1), curve.operator(u, 2)
-        crossing = cost.approach(self.start)
-        # All four crossings are images of the first one.
-        first = np.append(1.0, crossing.parameter[0])[None]
-        reach = np.minimum(SLIDE, 0.25 * (pairs[:, 2] - pairs[:, 1] + np.where(pairs[:, 0] > 0, np.inf, 0.0)))
+    def __init__(
+        self, unit: Loop, path: _Path, share: float | None, settings: Any, at: np.ndarray | None = None
+    ):
+        self.unit, self.path, self._settings = unit, path, settings
+        self.cost = cost = CostFunction(unit, settings)
+        cost.rest_length, cost.sigma = np.full((2, POINTS), path.rest / POINTS)
+        curve, window = unit.curve, cost.windows[:1]
+        above = curve.shifted(unit.rise)
+        crossing = closest_points(curve, above, window) if at is None else refine(curve, above, at, window)
+        self.crossing = crossing.parameter
+        if not crossing.interior.all() or crossing.point[0, 1, 2] > crossing.point[0, 0, 2]:
+            raise GeometryError("an interlock loses its crossings")
+        share = crossing.distance.min() / unit.target if share is None else share
+        self.share = 1.0 if share > 1 - EXACT else float(share)
+        # The images of the crossing by both symmetries are the other three.
+        half, (u, v) = POINTS // 2, self.crossing[0]
+        images = np.array([[u, v], [half - v, half - u], [2 * half - u, 2 * half - v], [half + v, half + u]])
+        near = away_from_crossings(approaches(unit, NEAR), images)
+        near = near[near["distance"] < unit.target + WATCHED]
+        self.near = near[~_images(near).duplicated()]  # of images by symmetry one is enough
+        self._motions = symmetric_motions(np.ones((POINTS, 3), dtype=bool), symmetries(curve))
+        u = np.arange(POINTS // 4)[:, None] + np.linspace(0, 1 - 1e-9, CURVATURE_SAMPLES)
+        self._tangent, self._bend = curve.operator(u.ravel(), 1), curve.operator(u.ravel(), 2)
+        pairs = self.near[["row", "u", "v"]].to_numpy()
+        # Windows of places do not overlap, lest two of them end at one.
+        every = np.concatenate([np.insert(images, 0, 1.0, axis=1), pairs])
+        apart = np.abs(pairs[:, None, 1:] - every[:, 1:]).max(axis=-1)
+        nearest = np.where((apart > 0) & (pairs[:, :1] == every[:, 0]), apart, np.inf).min(axis=1)
+        own = np.where(pairs[:, 0] > 0, np.inf, 0.5 * (pairs[:, 2] - pairs[:, 1]))
+        reach = np.minimum(SLIDE, 0.5 * np.minimum(nearest, own))
         windows = pairs[:, 1:, None] + reach[:, None, None] * [-1, 1]
-        self._pairs = np.concatenate([first, pairs])
-        self._last = self._pairs[:, 1:].copy()
+        # All four crossings are images of the first one.
+        self._pairs = np.concatenate([np.append(1.0, self.crossing)[None], pairs])
+        self._windows = np.concatenate([window, windows])
+        self._unit = np.abs(cost.value(unit.control_points, share=0.0)[1]).max() or 1.0
         self._kept: tuple[bytes, Any] = b"", None
-        self._windows = np.concatenate([cost.windows[:1], windows])
-        self._unit = np.abs(cost.value(self.start, share=0.0)[1]).max() or 1.0
+        # In the order of `evaluate`: the cost, what must vanish, and what must not be negative.
+        equal = 2 if path.length is None else 3
+        self._cost, self._equal, self._above = 0, slice(1, equal), slice(equal, None)
+        start = self.evaluate(self._start)[0]
+        self.missing = max(np.abs(start[self._equal]).max(), -start[self._above].min())
+        self.there = self.share == 1 and self.missing <= 10 * EXACT
 
-    def points(self, q: np.ndarray) -> np.ndarray:
-        """Return the control points (P, 3)."""
-        return self.start + self.motions @ q
+    @property
+    def _start(self) -> np.ndarray:
+        return np.append(np.zeros(self._motions.shape[-1]), self.share)
 
-    def _along(self, slope: np.ndarray) -> np.ndarray:
-        return np.einsum("kai,...ka->...i", self.motions, slope)
+    def refusal(self, what: str, nearest: str, reason: str) -> NoRoom:
+        """Return the error of a loop beyond this one, the last that fits: by the limits it has reached, or a reason."""
+        if (
+            self.missing > EXACT or self.there
+        ):  # none that is nearer has room, or none of those that have is a minimum
+            return NoRoom(f"{what}: {reason}", ["interlock"], float(self.there))
+        radius = np.dot(self.path.radius, [1, self.share])
+        bend = radius / smallest_radius_of_curvature(self.unit.curve)
+        touching = self.near["distance"] < radius * self.unit.target + ACTIVE
+        said = {}
+        for row in sorted(set(self.near["row"][touching].astype(int))):
+            whose = "of one row" if row == 0 else f"of rows {row} apart"
+            said["row" if row == 0 else "rows"] = f"neighbouring yarns {whose} touch beside the crossings"
+        if bend > LARGEST_CURVATURE - ACTIVE:
+            said["curvature"] = f"the yarn bends to R / rho = {bend:.2f}, allowed is {LARGEST_CURVATURE:g}"
+        said = said or {"interlock": reason}
+        return NoRoom(f"{what}: {' and '.join(said.values())}. {nearest}", said, radius)
 
-    def value(self, q: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return F without its term of the distances, which are constraints here, and its gradient."""
-        value, slope = self.cost.value(self.points(q), share=0.0)
-        return value / self._unit, self._along(slope) / self._unit
+    def _points(self, x: np.ndarray) -> np.ndarray:
+        return self.unit.control_points + self._motions @ x[:-1]
 
-    def distances(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the distances of the crossing and of the pairs less the wanted one: (k,), gradients (k, n)."""
-        if self._kept[0] != q.tobytes():
-            self._kept = q.tobytes(), self._distances(self.points(q))
+    def moved(self, x: np.ndarray) -> _Room:
+        """Return the room of another loop. Raises GeometryError if it is not interlocked."""
+        points = self._points(x)
+        crossing = self._found(points).parameter[:1]
+        return _Room(replace(self.unit, control_points=points), self.path, x[-1], self._settings, crossing)
+
+    def evaluate(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the cost and all constraints (k,) with their gradients (k, n + 1).
+
+        The last call is kept: values and slopes are asked for one after the other.
+        """
+        if self._kept[0] != x.tobytes():
+            points, share = self._points(x), x[-1]
+            parts = [self._lack, self._distances, self._curvature]
+            if self.path.length is not None:
+                parts.insert(1, self._length)
+            found = zip(*(part(points, share) for part in parts), strict=True)
+            value, slope, by_share = (np.concatenate(each) for each in found)
+            along = np.tensordot(slope, self._motions, axes=[[1, 2], [0, 1]])
+            self._kept = x.tobytes(), (value, np.column_stack([along, by_share]))
         return self._kept[1]
 
-    def _distances(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    # Each of these returns values (k,), slopes along the control points (k, P, 3), and along the share (k,).
+
+    def _lack(self, points: np.ndarray, share: float) -> _Valued:
+        """F without its term of the distances, which are constraints here, and the cost of what the share lacks."""
+        value, slope = self.cost.value(points, share=0.0)
+        return (
+            np.array([value / self._unit + LACK * (1 - share)]),
+            slope[None] / self._unit,
+            np.array([-LACK]),
+        )
+
+    def _length(self, points: np.ndarray, share: float) -> _Valued:
+        length, slope = self.cost.arc_length(points)
+        start, growth = self.path.length or (0.0, 0.0)
+        return np.array([length - start - share * growth]), slope[None], np.array([-growth])
+
+    def _distances(self, points: np.ndarray, share: float) -> _Valued:
+        """Distances of the crossing and of the pairs less the wanted one."""
+        near = self._found(points)
+        start, growth = np.multiply(self.cost.target, self.path.radius)
+        slope = self.cost.distance_slope(points, near)
+        return near.distance - start - share * growth, slope, np.full(len(slope), -growth)
+
+    def _found(self, points: np.ndarray) -> Approach:
+        """Closest points of the crossing and of the pairs. Raises GeometryError where yarns cut each other."""
         curve = CatmullRom(points, self.cost.advance)  # refuses points that are not finite
-        near = refine(curve, _Rows(curve, self._pairs[:, :1] * self.cost.rise), self._last, self._windows)
-        self._last = near.parameter  # the next ones are not far
+        near = refine(curve, curve, self._pairs[:, 1:], self._windows, self._pairs[:, :1] * self.cost.rise)
         if not near.distance.min() > 0:
             raise GeometryError("yarns cut each other on the way to the minimum")
-        return near.distance - self.cost.target, self._along(self.cost.distance_slope(points, near))
+        return near
 
-    def equal(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return what must vanish: the error of the distance at the crossing, and of the length if it is given."""
-        error, slope = (each[:1] for each in self.distances(q))
-        if self.length is None:
-            return error, slope
-        length, along = self.cost.arc_length(self.points(q))
-        return np.append(error, length - self.length), np.vstack([slope, self._along(along)])
-
-    def curvature(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return 1 - (R / rho / the largest allowed)^2 at samples of a quarter of the loop: (k,), gradients (k, n)."""
-        points = self.points(q)
+    def _curvature(self, points: np.ndarray, share: float) -> _Valued:
+        """1 - (R / rho / the largest allowed)^2 at samples of a quarter of the loop."""
         (first, first_offset), (second, second_offset) = self._tangent, self._bend
         d1, d2 = first @ points + first_offset, second @ points + second_offset
         normal = np.cross(d1, d2)
@@ -281,105 +329,35 @@ class _Room:
         by_d1 = 2 * np.cross(d2, normal) / speed**3 - 6 * area / speed**4 * d1
         by_d2 = 2 * np.cross(normal, d1) / speed**3
         slope = first[:, :, None] * by_d1[:, None] + second[:, :, None] * by_d2[:, None]
-        share = (area / speed**3)[:, 0] / LARGEST_CURVATURE**2
-        return 1 - share, -self._along(slope) / LARGEST_CURVATURE**2
+        start, growth = np.divide(self.path.radius, LARGEST_CURVATURE)
+        radius, square = start + share * growth, (area / speed**3)[:, 0]
+        return 1 - radius**2 * square, -(radius**2) * slope, -2 * radius * growth * square
 
-    def above_zero(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return what must not be negative: room for curvature, and gaps of the pairs beyond the clearance."""
-        (bends, bends_slope), (gaps, gaps_slope) = self.curvature(q), self.distances(q)
-        return np.append(bends, gaps[1:]), np.vstack([bends_slope, gaps_slope[1:]])
+    def minimise(self, reach: float) -> OptimizeResult:
+        """Return scipy's result from the loop, of points that move by a reach [radii] at most."""
 
-    def minimise(self) -> OptimizeResult:
-        """Return scipy's result from the start."""
-        kept = {"eq": _kept(self.equal), "ineq": _kept(self.above_zero)}
-        constraints = [
-            {"type": kind, "fun": lambda q, of=of: of(q)[0], "jac": lambda q, of=of: of(q)[1]}
-            for kind, of in kept.items()
-        ]
+        def of(rows: Any, slope: int) -> Callable[[np.ndarray], Any]:
+            return lambda x: self.evaluate(x)[slope][rows]
+
+        kinds = ((self._equal, "eq"), (self._above, "ineq"))
+        constraints = [{"type": kind, "fun": of(rows, 0), "jac": of(rows, 1)} for rows, kind in kinds]
+        bounds = [*[(-reach, reach)] * self._motions.shape[-1], (1.0 if self.there else 0.0, 1.0)]
         options = {"ftol": 1e-9, "maxiter": ITERATIONS}
-        q = np.zeros(self.motions.shape[-1])
-        bounds = [(-self.reach, self.reach)] * len(q)
-        return minimize(
-            self.value, q, jac=True, method="SLSQP", bounds=bounds, constraints=constraints, options=options
-        )
+        slsqp = {"method": "SLSQP", "bounds": bounds, "constraints": constraints, "options": options}
+        return minimize(of(self._cost, 0), self._start, jac=of(self._cost, 1), **slsqp)
+
+    def stationary(self, x: np.ndarray) -> float:
+        """Return what remains of the gradient beside the forces of the constraints that are met with equality."""
+        value, slope = self.evaluate(x)
+        met = np.abs(value) < EXACT
+        met[self._cost] = False
+        unknown = slice(-1) if self.there else slice(None)
+        forces, cost = slope[met, unknown].T, slope[self._cost, unknown]
+        return float(np.abs(cost - forces @ np.linalg.lstsq(forces, cost, rcond=None)[0]).max())
 
 
-def _kept(function: Callable[[np.ndarray], Any]) -> Callable[[np.ndarray], Any]:
-    """Return a function that keeps its last result: values and slopes are asked for one after the other."""
-    last: list = [None, None]
-
-    def kept(q: np.ndarray) -> Any:
-        if last[0] is None or not np.array_equal(q, last[0]):
-            last[:] = q.copy(), function(q)
-        return last[1]
-
-    return kept
-
-
-def _fit(start: Loop, wanted: Wanted, settings: Any, warm: bool = False) -> tuple[Loop, Optimum]:
-    """Return the optimised loop from a start with its radius, and the outcome; see `fitted_loop`.
-
-    A `warm` start has room, but for a yarn that was a little thinner or a loop that was a little shorter or longer.
-    """
-    radius = start.radius
-    rest = wanted.rest / radius
-    length = None if wanted.length is None else wanted.length / radius
-    unit, pairs, iterations = start.in_radii(), np.empty((0, 3)), 0
-    if warm:
-        pairs = _too_near(unit, _crossings(unit), WATCHED)
-    before, unfinished = None, 0
-    for _ in range(ROUNDS):
-        room = _Room(unit, rest, settings, length, pairs)
-        before = before or room.cost.terms(unit.control_points)
-        result = room.minimise()
-        iterations += result.nit
-        _require_room(room, result.x)
-        unit = replace(unit, control_points=room.points(result.x))
-        crossing = room.cost.approach(unit.control_points)
-        check_interlock(room.cost, unit.control_points)
-        if not crossing.interior.all():
-            raise GeometryError("the two crossings of an interlock become one")
-        error = np.abs(crossing.distance - room.cost.target).max()
-        new = _too_near(unit, crossing.parameter, -10 * EXACT)
-        if len(new) == 0 and error <= EXACT and result.status == 0 and np.abs(result.x).max() < room.reach:
-            points = unit.control_points
-            gradient = _stationary(room, result.x)
-            optimum = Optimum(points, before, room.cost.terms(points), iterations, gradient)
-            return replace(start, control_points=points * radius), optimum
-        unfinished += int(result.status != 0)
-        if unfinished > 1:
-            break
-        pairs = np.concatenate([pairs, new])
-    raise GeometryError(f"no minimum in {iterations} iterations")
-
-
-def _require_room(room: _Room, q: np.ndarray) -> None:
-    """Raise GeometryError where constraints are not met, and name the one that is missed most."""
-    equal, bends, gaps = room.equal(q)[0], room.curvature(q)[0], room.distances(q)[0][1:]
-    missed = {
-        "crossings miss their distance by {:.2g} radii": abs(equal[0]),
-        "the yarn in a loop misses its length by {:.2g} radii": np.abs(equal[1:]).max(initial=0.0),
-        f"the yarn bends too tightly (R / rho is at most {LARGEST_CURVATURE:g}), by {{:.2g}}": -bends.min(),
-        "neighbouring yarns are {:.2g} radii too near beside the crossings": -gaps.min(initial=0.0),
-    }
-    worst = max(missed, key=lambda name: missed[name])
-    if not missed[worst] <= EXACT:
-        raise GeometryError(worst.format(missed[worst]))
-
-
-def _too_near(unit: Loop, crossings: np.ndarray, margin: float) -> np.ndarray:
-    """Pairs (k, 3) of a row and two parameters, away from the crossings, that are nearer than the wanted distance.
-
-    A margin [radii] adds to that distance. Of images by symmetry one is enough.
-    """
-    near = away_from_crossings(approaches(unit, NEAR), crossings)
-    near = near[near["distance"] < unit.target + margin]
-    return near[~near["distance"].round(5).duplicated()][["row", "u", "v"]].to_numpy()
-
-
-def _stationary(room: _Room, q: np.ndarray) -> float:
-    """Return what remains of the gradient beside the forces of the constraints that are met with equality."""
-    slope, (value, active) = room.value(q)[1], room.above_zero(q)
-    forces = np.vstack([room.equal(q)[1], active[value < EXACT]]).T
-    rest = slope - forces @ np.linalg.lstsq(forces, slope, rcond=None)[0]
-    return float(np.abs(rest).max())
+def _images(near: pd.DataFrame) -> pd.DataFrame:
+    """Return what approaches and their images by the mirror, the half turn and the period have in common."""
+    along, between = near["u"] + near["v"], near["v"] - near["u"]
+    turned = np.cos(np.pi * along / POINTS).abs().round(3)
+    return pd.concat([near["row"], near["distance"].round(5), between.abs().round(3), turned], axis=1)

@@ -69,6 +69,19 @@ class CatmullRom:
         index, weights = stencil(u, order)
         return (weights[..., None] * self.points(index)).sum(axis=-2)
 
+    def jet(self, u):
+        """Points and the first two derivatives with respect to u: (k,) -> three times (k, 3), m."""
+        segment = np.floor(u)
+        t = (u - segment)[:, None]
+        zero, one, two, three = np.moveaxis(
+            BASIS.T @ self.points(segment[:, None].astype(int) + STENCIL), 1, 0
+        )
+        return (
+            zero + t * (one + t * (two + t * three)),
+            one + t * (2 * two + 3 * t * three),
+            2 * two + 6 * t * three,
+        )
+
     def points(self, index):
         """Control points of any integer index, beyond one period too: (...) -> (..., 3), m."""
         turns, k = np.divmod(index, self.period)

@@ -17,6 +17,7 @@ from itertools import pairwise
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.lib.stride_tricks import as_strided
 
 PAIRS = 32_768  # pairs of nodes a batch, 512 hexahedra of eight nodes; bounds the memory of a batch
 
@@ -219,12 +220,12 @@ class SpanSum:
     def put(self, data: np.ndarray, blocks: np.ndarray) -> np.ndarray:
         """Return the sums (k, b) of blocks (e a^2, b) at all entries of the batch: none of `data` is its own."""
         total = np.zeros((self._size, blocks.shape[1]))
-        width = self._place.shape[1]
-        blocks = blocks.reshape(len(self._place), -1, blocks.shape[1])
+        run = self._place.shape[1] * blocks.shape[1]  # of a row of an element
+        rows = as_strided(total, (self._size - self._place.shape[1] + 1, run), total.strides)
+        blocks = blocks.reshape(*self._place.shape, run)
         for number in range(self._rounds):  # of elements that share no node
             chosen = slice(number, None, self._rounds)
-            places = self._place[chosen][:, :, None] + np.arange(width)
-            total[places.reshape(len(places), -1)] += blocks[chosen]
+            rows[self._place[chosen]] += blocks[chosen]
         return total
 
     def add(self, data: np.ndarray, total: np.ndarray) -> None:

@@ -23,8 +23,13 @@ _SHARES = np.array([[1.0, 0, -3, 2], [0, 0, 3, -2]])
 class Chosen:
     """Arrays over the same points, of which some can be chosen."""
 
-    def __getitem__(self, chosen: np.ndarray) -> Self:
+    def __getitem__(self, chosen: np.ndarray | slice) -> Self:
         return type(self)(*(each[chosen] for each in vars(self).values()))
+
+    def joined(self, other: Self) -> Self:
+        """Return these points and then those of another."""
+        pairs = zip(vars(self).values(), vars(other).values(), strict=True)
+        return type(self)(*(np.concatenate(both) for both in pairs))
 
 
 @dataclass(frozen=True, eq=False)

@@ -84,6 +84,7 @@ class BeamContactHistory:
     force: np.ndarray  # (k,), normal force [N]; where it is positive the material points count as joined
     slip: np.ndarray  # (k,), length slipped since first contact [m]
     hold: np.ndarray  # (k,), springs of closest points, see `beam_approach`
+    on_a: np.ndarray  # (k, 3), force of contact on side A, before springs are held anew [N]
     dissipated: float  # work of friction so far [J]
 
 
@@ -126,7 +127,10 @@ class BeamContact:
         law: Power,  # normal force over gap
         tangential: float,  # stiffness against elastic slip [N/m]
         friction: float,  # mu; inf for rough contact, 0 for none
+        crossings: int
+        | None = None,  # of the pairs, the first ones, whose contact must not end beside its piece
     ) -> None:
+        self.crossings = len(pairs.start) if crossings is None else crossings
         self.curves, self.pairs, self.node, self.offset = curves, pairs, node, offset
         self.radius, self.law = radius, law
         # Coulomb's law meets forces here: with a normal stiffness of one, a change of force is a change of gap.
@@ -143,7 +147,8 @@ class BeamContact:
         places, none = self.places(state), np.zeros(len(self.pairs.start))
         here = approach(self.curves, places.position, self.pairs)
         arm = self._arms(here, places.rotation, none[:, None])
-        return BeamContactHistory(here.s, arm, self._gap(here), none, none, needed_hold(here), 0.0)
+        start, zero = (here.s, arm, self._gap(here), none, none), np.zeros((len(none), 3))
+        return BeamContactHistory(*start, needed_hold(here), zero, 0.0)
 
     def points(self, state: BeamState) -> BeamContactPoints:
         """Evaluate all pairs."""
@@ -209,7 +214,7 @@ class BeamContact:
         Raises ConvergenceError if a pair that touched has no closest points any more.
         """
         points, history = self.points(state), state.contact
-        lost = (history.force > 0) & ~points.approach.found
+        lost = ((history.force > 0) & ~points.approach.found)[: self.crossings]
         if lost.any():
             one, other = self.pairs.yarn[int(np.argmax(lost))]
             raise ConvergenceError(
@@ -225,6 +230,7 @@ class BeamContact:
             force=points.force,
             slip=np.where(points.force > 0, history.slip + points.slipped, 0.0),
             hold=needed_hold(points.approach),
+            on_a=points.on_a,
             dissipated=history.dissipated + self._work(points, history),
         )
 

@@ -17,10 +17,8 @@ from knitstudy.mechanics.model import Model, Response
 
 FIRST = 1e-2  # viscosity at first, over the stiffness of a typical unknown
 MOST = 1.0  # the same where less does not balance, beyond which the increment is too large
-FADING = 0.1  # ratio of viscosities that follow each other
-SLOWEST = 0.6  # the same ratio where less does not balance, beyond which the flow goes on from the last state
+FADING = 0.1  # ratio of viscosities that follow each other; nearer to 1 where less does not balance
 LEAST = 1e-9  # viscosity after which there is none: that of bending waves of 100 elements
-STEPS = 12  # steps of the flow after which an increment counts as failed
 STRIDE = 0.5  # largest displacement that one correction may make, over the element size
 
 

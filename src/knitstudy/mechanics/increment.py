@@ -98,7 +98,9 @@ class Settings:
     patience: int = 15  # iterations without a smaller residual than before after which it does
     cutbacks: int = 8  # halvings in a row after which the path counts as unreachable
     vain: int = 30  # iterations of failed attempts, likewise, after which a viscous flow leads on
-    waste: int = 240  # iterations of failed attempts, while the path hardly goes on, after which it does
+    waste: int = (
+        240  # iterations in all without headway after which it does, of models of 10,000 unknowns or more
+    )
     growth: float = 1.5  # factor on the increment after a quick one (at most `quick` iterations)
     quick: int = 6  # see `growth`
     predictor: int = 3  # largest order of the extrapolation from the increments before

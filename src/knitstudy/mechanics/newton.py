@@ -20,8 +20,6 @@ from knitstudy.mechanics.flow import (
     FIRST,
     LEAST,
     MOST,
-    SLOWEST,
-    STEPS,
     STRIDE,
     Viscous,
     unit_viscosity,
@@ -51,6 +49,7 @@ REMEDY = (
 )
 
 HEADWAY = 0.05  # share of the load by which a path has gone on, whatever failed on the way
+WORK = 2.5e6  # unknowns times iterations without headway that small models may take: half a minute to two
 NEAR = 1e-2  # residual from which one accurate step usually balances a state
 FAR = 1.0  # residual of a predicted state from which a curve through the last states has led astray
 ROUGHLY = 1e-3  # residual at which a state is balanced well enough to see whether it will be settled
@@ -80,7 +79,7 @@ def trace(
     Raises
     ------
     ConvergenceError
-        If halving the increment `settings.cutbacks` times does not help, `settings.waste` iterations were in vain, or
+        If halving the increment `settings.cutbacks` times does not help, `settings.waste` iterations bring nothing, or
         rounding keeps the residual up; what was yielded stays valid.
     """
     share, now = 1.0 / settings.increments, resume
@@ -89,6 +88,7 @@ def trace(
         now = Increment(0, 0.0, state, model.respond(state, stiffness=False), share)
         yield now
     path = _Path(model, prescribed, settings, solver)
+    settings = replace(settings, waste=max(settings.waste, int(WORK / (500 + model.size))))
     attempts = _Attempts(settings, now.load)
     size, largest = now.size, min(now.largest, share)
     while now.load < 1.0:
@@ -97,7 +97,8 @@ def trace(
             raise ConvergenceError(f"{attempts.reason}; the increment has become too small. {REMEDY}")
         flows = attempts.failed > settings.vain
         try:
-            done = path.flow(now, target) if flows else path.increment(now, target)
+            left = settings.waste - attempts.tried
+            done = path.flow(now, target, left) if flows else path.increment(now, target)
         except ConvergenceError as error:
             raise ConvergenceError(f"increment {now.index + 1}, load factor {target:.6g}: {error}") from None
         except _Failed as failure:
@@ -118,7 +119,7 @@ def trace(
             )
             reason = yield done
             if not reason:
-                attempts.end(target, largest)
+                attempts.end(target, largest, path.spent)
                 now, size, largest = done, done.size, most
                 continue
             # The next ones would be too large as well.
@@ -148,27 +149,32 @@ class _Attempts:
         self.settings = settings
         self.reason = ""
         self.spent = np.zeros(2, dtype=int)  # iterations of Newton's method and of the linear solver
-        self._cutbacks, self._since, self.failed = 0, load, 0
+        self._cutbacks, self._since = 0, load
+        self.failed, self.tried = 0, 0  # iterations since the path last made headway, in vain and in all
 
     def add(self, now: Increment, spent: np.ndarray, reason: str) -> None:
         """Count a failed attempt beyond an increment."""
         self._cutbacks, self.reason = self._cutbacks + 1, reason
-        self.spent, self.failed = self.spent + spent, self.failed + spent[0]
+        self.spent, self.failed, self.tried = (
+            self.spent + spent,
+            self.failed + spent[0],
+            self.tried + spent[0],
+        )
         if self._cutbacks > self.settings.cutbacks:
             raise ConvergenceError(
                 f"{reason}; the increment was halved {self.settings.cutbacks} times. {REMEDY}"
             )
-        if self.failed > self.settings.waste:
+        if self.tried > self.settings.waste:
             raise ConvergenceError(
-                f"increment {now.index + 1} makes no headway beyond load factor {now.load:.6g}: {self.failed} "
-                f"iterations were in vain since load factor {self._since:.6g}; at last, {reason}. {REMEDY}"
+                f"increment {now.index + 1} makes no headway beyond load factor {now.load:.6g}: {self.tried} "
+                f"iterations since load factor {self._since:.6g}; at last, {reason}. {REMEDY}"
             )
 
-    def end(self, load: float, largest: float) -> None:
+    def end(self, load: float, largest: float, spent: np.ndarray) -> None:
         """Begin anew at a load factor that was reached."""
-        self._cutbacks, self.spent = 0, np.zeros(2, dtype=int)
+        self._cutbacks, self.spent, self.tried = 0, np.zeros(2, dtype=int), self.tried + spent[0]
         if load - self._since >= min(largest, HEADWAY):
-            self._since, self.failed = load, 0
+            self._since, self.failed, self.tried = load, 0, 0
 
 
 @dataclass
@@ -234,35 +240,47 @@ class _Path:
             self._take(at, self._search(at.state, at.response, step))
         return self._converged(at, now, target)
 
-    def flow(self, now: Increment, target: float) -> Increment:
+    def flow(self, now: Increment, target: float, most: int) -> Increment:
         """Return the increment at load factor `target` to which a viscous flow leads, or raise _Failed.
 
-        The work of viscous forces counts, by the trapezoidal rule, less that which the driven side did against them.
+        It ends after `most` iterations. The work of viscous forces counts, by the trapezoidal rule, less that which the
+        driven side did against them.
         """
         change, fixed = target - now.load, self.prescribed.fixed
         moved = self.prescribed.at(target) - self.prescribed.at(now.load)
         if self._unit is None:
             self._unit = unit_viscosity(self.model, fixed)
-        unit = self._unit
-        anchor, level, guess = replace(now, rates=(), updates=()), FIRST, None
-        origin, way, pull, work, pulled = np.zeros(self.model.size), 0.0, 0.0, 0.0, None
-        spent = np.zeros(2, dtype=int)
-        for _ in range(STEPS):
-            balanced, used = self._fade(anchor, target, unit, level, guess)
-            spent += used
-            if not balanced:
-                break
-            for level, found in balanced:
-                total = found.rates[0].step * change
-                before, pull = pull, level * unit * total
-                work += 0.5 * float((before + pull) @ (origin + total - way))
-                way = origin + total
-                pulled = found.response.force[fixed] if pulled is None else pulled
+        settings = replace(self.settings, stride=min(self.settings.stride, STRIDE * self.model.length))
+        # The state from which viscous forces count, how far it is from `now`, and the last one balanced from there
+        anchor, origin, found = replace(now, rates=(), updates=()), np.zeros(self.model.size), None
+        level, last, fading, guess = FIRST, FIRST, FADING, None
+        way, pull, work, pulled = origin, 0.0, 0.0, None
+        self.spent = spent = np.zeros(2, dtype=int)
+        while spent[0] <= most and level <= MOST:
+            viscosity = level * self._unit
+            path = _Path(Viscous(self.model, viscosity), self.prescribed, settings, self.solver)
+            try:
+                balanced = path.increment(anchor, target, guess)
+            except (_Failed, ConvergenceError) as failure:
+                log.debug("viscosity %.1e: %s", level, failure)
+                spent += path.spent
+                if found is None:
+                    level /= FADING
+                else:  # on from there
+                    anchor = replace(found, load=now.load, index=now.index, rates=(), updates=())
+                    origin, found, guess, level = way, None, np.zeros(self.model.size), last
+                    fading = fading**0.5
+                continue
+            spent += path.spent
+            log.debug("viscosity %.1e: balanced after %d iterations", level, path.spent[0])
+            found, last, guess = balanced, level, balanced.rates[0].step * change
+            before, pull = pull, viscosity * guess
+            work += 0.5 * float((before + pull) @ (origin + guess - way))
+            way = origin + guess
+            pulled = found.response.force[fixed] if pulled is None else pulled
             if level == 0.0:
-                lag = 0.5 * float((pulled - found.response.force[fixed]) @ moved)
-                released = max(work - lag, 0.0)
+                released = max(work - 0.5 * float((pulled - found.response.force[fixed]) @ moved), 0.0)
                 energy = summed(found.response.energy, {"stabilisation": released})
-                self.spent = spent
                 return replace(
                     found,
                     rates=(Rate(change, way / change), *now.rates)[: self.settings.predictor],
@@ -271,39 +289,9 @@ class _Path:
                     newton_iterations=spent[0],
                     krylov_iterations=spent[1],
                 )
-            anchor = replace(found, load=now.load, index=now.index, rates=(), updates=())
-            level, guess, origin = min(FIRST, level / FADING), np.zeros(self.model.size), way
-        self.spent = spent
+            fading = max(FADING, fading**1.5)
+            level = level * fading if level > LEAST else 0.0
         raise _Failed(f"a viscous flow finds no equilibrium; the last viscosity is {level:.1e}")
-
-    def _fade(
-        self, now: Increment, target: float, unit: np.ndarray, level: float, guess: np.ndarray | None
-    ) -> tuple[list[tuple[float, Increment]], np.ndarray]:
-        """Return falling viscosities with their increments, as far as they can be balanced, and iterations (2,)."""
-        balanced, fading, spent = [], FADING, np.zeros(2, dtype=int)
-        settings = replace(self.settings, stride=min(self.settings.stride, STRIDE * self.model.length))
-        while fading <= SLOWEST:
-            path = _Path(Viscous(self.model, level * unit), self.prescribed, settings, self.solver)
-            try:
-                found = path.increment(now, target, guess)
-            except (_Failed, ConvergenceError) as failure:
-                log.debug("viscosity %.1e: %s", level, failure)
-                fading = fading**0.5
-            else:
-                log.debug("viscosity %.1e: balanced after %d iterations", level, path.spent[0])
-                guess, fading = found.rates[0].step * (target - now.load), max(FADING, fading**2)
-                balanced.append((level, found))
-            spent += path.spent
-            if not balanced:
-                level, fading = level / FADING, FADING
-                if level > MOST:
-                    break
-                continue
-            last = balanced[-1][0]
-            if last == 0.0:
-                break
-            level = last * fading if last > LEAST else 0.0
-        return balanced, spent
 
     def _guessed(self, now: Increment, target: float, guess: np.ndarray) -> _Iterate:
         """Return the state with which the iterations start, a guess (size,) away from where the increment begins."""

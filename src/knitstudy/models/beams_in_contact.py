@@ -49,6 +49,10 @@ def point_pairs(crossings: Crossings, chosen: np.ndarray, length: np.ndarray) ->
 
 
 MARGIN = 0.3  # gap up to which pieces count as near, over the radius
+BESIDE = (
+    1.0  # the same at rest, up to which yarns may come to touch beside crossings, as the legs of a loop do
+)
+WINDOW = 4.0  # how far such contacts may slide along either yarn, over the radius
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,28 +87,54 @@ class Neighbours:
         self._starts = self._place(crossings.yarn, start).ravel()[order]
         self._piece_yarn, self._piece_crossing = crossings.yarn.ravel()[order], order // 2
         self._step = float(np.diff(curves.arc_length).max())
+        self._crossed = (
+            np.sort(crossings.yarn),
+            np.where(np.diff(crossings.yarn) < 0, crossings.arc_length[:, ::-1], crossings.arc_length),
+        )
 
-    def gaps(self, position: np.ndarray) -> Gaps:
-        """Return the gaps where the stations are at positions (S, 3) [m]."""
-        reach = (2 + MARGIN) * self.radius + self._step
+    def _closest(self, position: np.ndarray, margin: float) -> tuple[Pairs, np.ndarray, np.ndarray]:
+        """Return near pairs, their closest points (k, 2), and their gaps, inf where yarns cannot touch."""
+        reach = (2 + margin) * self.radius + self._step
         one, other = cKDTree(position).query_pairs(reach, output_type="ndarray").T
         s = self.curves.arc_length
         near = np.stack([one, other], axis=1)
         near = near[self._may_meet(self.yarn[near], s[near]) & self._nearest(near, position)]
-        crossing = np.full(self.count, np.inf)
-        if not len(near):
-            return Gaps(crossing, np.inf, (-1, -1), (np.nan, np.nan))
         start = s[near]
         low = np.maximum(start - self._step, 0.0)
         high = np.minimum(start + self._step, self.curves.length[self.yarn[near]])
         pairs = Pairs(self.yarn[near], np.stack([low, high], axis=-1), start)
         here = approach(self.curves, position, pairs)
-        gap = np.where(self._may_meet(pairs.yarn, here.s), here.distance - 2 * self.radius, np.inf)
-        known = self._crossing_of(pairs.yarn, here.s)
+        meets = self._may_meet(pairs.yarn, here.s)
+        return pairs, here.s, np.where(meets, here.distance - 2 * self.radius, np.inf)
+
+    def beside(self, position: np.ndarray) -> Pairs:
+        """Return pairs of points that are near each other where yarns do not cross; no window has a crossing in it."""
+        pairs, s, gap = self._closest(position, BESIDE)
+        chosen = (gap < BESIDE * self.radius) & (self._crossing_of(pairs.yarn, s) < 0)
+        yarn, s = pairs.yarn[chosen], s[chosen]
+        twice = cKDTree(self._place(yarn, s)).query_pairs(2 * self._step, output_type="ndarray")[:, 1]
+        yarn, s = np.delete(yarn, twice, axis=0), np.delete(s, twice, axis=0)
+        away = np.abs(s[:, None] - self._crossed[1]).max(axis=2, initial=0.0)  # (k, K)
+        away[(yarn[:, None] != self._crossed[0]).any(axis=2)] = np.inf
+        alone = np.where(
+            yarn[:, A] == yarn[:, B], 0.5 * (np.abs(s[:, A] - s[:, B]) - np.pi * self.radius), np.inf
+        )
+        width = np.minimum(np.minimum(0.5 * away.min(axis=1, initial=np.inf), alone), WINDOW * self.radius)
+        low = np.maximum(s - width[:, None], 0.0)
+        high = np.minimum(s + width[:, None], self.curves.length[yarn])
+        return Pairs(yarn, np.stack([low, high], axis=-1), s)
+
+    def gaps(self, position: np.ndarray) -> Gaps:
+        """Return the gaps where the stations are at positions (S, 3) [m]."""
+        pairs, s, gap = self._closest(position, MARGIN)
+        crossing = np.full(self.count, np.inf)
+        if not len(gap):
+            return Gaps(crossing, np.inf, (-1, -1), (np.nan, np.nan))
+        known = self._crossing_of(pairs.yarn, s)
         np.minimum.at(crossing, known[known >= 0], gap[known >= 0])
         beyond = np.where(known < 0, gap, np.inf)
         k = int(np.argmin(beyond))
-        return Gaps(crossing, float(beyond[k]), tuple(map(int, pairs.yarn[k])), tuple(map(float, here.s[k])))
+        return Gaps(crossing, float(beyond[k]), tuple(map(int, pairs.yarn[k])), tuple(map(float, s[k])))
 
     def _nearest(self, near: np.ndarray, position: np.ndarray) -> np.ndarray:
         """Return which pairs of stations (k, 2) are no farther apart than those beside them along their yarns."""
@@ -150,6 +180,7 @@ class BeamKnit:
     apart: BeamModel
     crossings: Crossings
     gaps: Gaps | None = None  # of the increment that was recorded last
+    pressed: float = 0.0  # smallest gap of contacts beside crossings then, at most zero [m]
 
     def __post_init__(self) -> None:
         stations, crossings = self.network.stations, self.crossings
@@ -175,13 +206,14 @@ class BeamKnit:
     def at_crossings(self, state: BeamState) -> dict[str, np.ndarray]:
         """Return forces, displacements, gaps and slip at crossings, as columns of the history.
 
-        Slip has been committed with the state; forces and gaps are those of its positions.
+        All that is of contact has been committed with the state.
         """
         contact, tied, stencil = self.model.contact, self.tied, self._stencil
-        places, points = contact.places(state), contact.points(state)
+        places, past, n = contact.places(state), state.contact, contact.crossings
+        self.pressed = float(past.gap[n:].min(initial=0.0))
         (slip, gap), force = np.full((2, len(tied)), np.nan), np.zeros((len(tied), 3))
-        slip[~tied], force[~tied] = state.contact.slip, points.on_a
-        gap[~tied] = np.where(np.isfinite(points.gap), points.gap, np.nan)
+        slip[~tied], force[~tied] = past.slip[:n], past.on_a[:n]
+        gap[~tied] = np.where(np.isfinite(past.gap[:n]), past.gap[:n], np.nan)
         station_force = self.apart.respond(places, stiffness=False).force.reshape(-1, 6)[:, :3]
         force[tied] = station_force[self._lower]
         # Of tied yarns, the gap at the points of their centrelines that were closest at rest
@@ -205,12 +237,13 @@ class BeamKnit:
         their patches are indented.
         """
         gaps, allowed = self.gaps, UNSEEN * self.neighbours.radius
+        elsewhere = gaps.elsewhere - self.pressed
         known = np.fmin(recorder.columns["crossing_gap"][-1], 0.0)  # (K,)
         unseen = gaps.crossing - known
-        if gaps.elsewhere < -allowed:
+        if elsewhere < -allowed:
             (one, other), (s, t) = gaps.yarn, gaps.arc_length
             where = f"yarns {one} and {other} at arc lengths {s:.4g} and {t:.4g} m, which is no crossing,"
-            depth = -gaps.elsewhere
+            depth = -elsewhere
         elif unseen.min(initial=np.inf) < -allowed:
             k = int(np.argmin(unseen))
             kind = "tied" if self.tied[k] else "touching"
@@ -239,9 +272,10 @@ def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
     beams = spatial_network(fabric, points, scene.mesh.beam_size, joints=joints, stops=stops)
     stations, law, yarn = beams.stations, scene.mesh.section_law, scene.yarn
     curves = Curves(stations.yarn, stations.arc_length)
-    contact = beam_contact(scene, beams, curves, point_pairs(crossings, np.flatnonzero(~tied), curves.length))
-    model = beams.model(yarn, law, contact)
     neighbours = Neighbours(curves, stations.yarn, crossings, yarn.radius)
+    pairs = point_pairs(crossings, np.flatnonzero(~tied), curves.length)
+    contact = beam_contact(scene, beams, curves, pairs, neighbours.beside(stations.position))
+    model = beams.model(yarn, law, contact)
     first = np.flatnonzero(stations.yarn[1:] == stations.yarn[:-1])
     elements = np.column_stack([first, first + 1])
     apart = BeamModel(stations.position, elements, beams.section(yarn, law), yarn.radius)
@@ -252,8 +286,10 @@ def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
 STICK = 10.0
 
 
-def beam_contact(scene: Scene, beams: Network, curves: Curves, pairs: Pairs) -> BeamContact:
-    """Return the contact of pairs of points on beams.
+def beam_contact(
+    scene: Scene, beams: Network, curves: Curves, pairs: Pairs, beside: Pairs | None = None
+) -> BeamContact:
+    """Return the contact of pairs of points on beams, at crossings and beside them.
 
     The stiffness against elastic slip is ``beam.stiffness`` for both laws: Hertz's approach is normal.
     """
@@ -264,7 +300,8 @@ def beam_contact(scene: Scene, beams: Network, curves: Curves, pairs: Pairs) -> 
         law = hertz(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius)
     friction = scene.kind.interaction.friction(scene)
     stations = beams.station_node, beams.station_offset
-    return BeamContact(curves, pairs, *stations, yarn.radius, law, penalty, friction)
+    every = pairs if beside is None else pairs.joined(beside)
+    return BeamContact(curves, every, *stations, yarn.radius, law, penalty, friction, len(pairs.start))
 
 
 def _penalty(scene: Scene) -> float:

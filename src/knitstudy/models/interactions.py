@@ -205,9 +205,10 @@ class Ties:
             master[place, : len(nodes)], weight[place, : len(nodes)] = nodes, each
         return Equations(np.concatenate([np.empty(0, dtype=np.int64), *slaves]), master, weight)
 
-    def beside(self, points: np.ndarray) -> np.ndarray:
-        """Return which undeformed points (k, 3) [m] lie beside all discs (k,)."""
-        return cKDTree(self.discs.centre).query(points)[0] > BESIDE * self.discs.radius
+    def nearest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the nearest disc (k,) of undeformed points (k, 3) [m], and which of them lie beside all discs."""
+        distance, disc = cKDTree(self.discs.centre).query(points)
+        return disc, distance > BESIDE * self.discs.radius
 
 
 def tie_crossings(
@@ -373,33 +374,36 @@ class BesideTies:
         self._hertz = hertz(*material_of(scene.yarn).across, mesh.radius)
         # With the same empty history all along, pairs of a search stay followed.
         self._history = ContactHistory.empty()
+        self.gaps = np.empty(0)  # smallest beside every tie, of the nodes that were looked at last [m]
 
     def smallest_gap(self, nodes: np.ndarray) -> float:
-        """Return the smallest gap of current nodes (N, 3) beside the ties [m]; inf if nothing is near."""
+        """Return the smallest gap of current nodes (N, 3) beside the ties [m], inf if nothing is near."""
         points = self._contact.points(nodes, nodes, self._history)
         (xi, gap), pairs = self._contact.everywhere(points), points.followed
         quadrature = self._contact.quadrature
         own = self._label(quadrature.surface[pairs.point], quadrature.xi[pairs.point, 0])
         other = self._label(pairs.surface, xi[:, 0])
         near = np.flatnonzero(np.isfinite(gap) & (own == other) & (own >= 0))
-        place = self._contact.reference(pairs.point[near])
-        return float(gap[near[self._ties.beside(place)]].min(initial=np.inf))
+        tie, beside = self._ties.nearest(self._contact.reference(pairs.point[near]))
+        self.gaps = np.full(len(self._ties.discs.crossing), np.inf)
+        np.minimum.at(self.gaps, tie[beside], gap[near[beside]])
+        return float(self.gaps.min())
 
     def _label(self, yarn: np.ndarray, along: np.ndarray) -> np.ndarray:
         """Return the labels of the rings at natural coordinates along yarns."""
         return self._labels[self._rings.nearest(yarn, along)]
 
     def require_apart(self, scene: Scene, increment: Increment, recorder: Recorder) -> None:
-        """Refuse a state in which contact beside the ties, which is left out, would store much energy.
+        """Refuse a state, recorded last, in which contact beside the ties, which is left out, would store much energy.
 
-        It is that of Hertz's contact with the deepest overlap, once for every tie: yarns that roll over a tied disc
+        It is that of Hertz's contact with the deepest overlap beside every tie: yarns that roll over a tied disc
         overlap on one side of it. Raises ConvergenceError.
         """
         gap = recorder.columns["gap_beside_ties"][-1]
         require_share(
             scene,
             "overlap",
-            len(self._ties.discs.crossing) * float(self._hertz.energy(gap)),
+            float(self._hertz.energy(self.gaps).sum()),
             increment.response.energy["internal"],
             f"increment {increment.index}: tied yarns penetrate each other by {-gap:.3g} m beside their ties, where "
             "contact would store {} the internal energy",

@@ -70,7 +70,7 @@ def require_resolution(scene: Scene, fabric: Fabric) -> str:
         require_elements_across(scene)
         mesh_fabric(plain_knit(fabric.loop, 1, 1), size, scene.mesh.growth, scene.mesh.refinement)
         return f"{2 / size:.3g} elements across a yarn"
-    return "the curved spans of the yarns need no more than their gates ask for"
+    return "nothing more is judged before a run"
 
 
 def solve(scene: Scene, fabric: Fabric, run: Run = IN_MEMORY, **data: Any) -> xr.Dataset:

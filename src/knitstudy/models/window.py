@@ -31,6 +31,7 @@ from knitstudy.models.joints import (
     SMALLEST,
     JointPoints,
     Joints,
+    contact_normals,
     contacts_of_crossings,
     patch_stiffness,
     spring_axes,
@@ -172,15 +173,23 @@ def _joints(
     return joints.pinned(patch_stiffness(fabric, points, every, scene.yarn))
 
 
+ALIKE = 0.9  # cosine between lines of closest points: crossings of one kind have 1, of others 0.4 at most
+
+
 def _measured(scene: Scene, contacts: xr.Dataset, normal: np.ndarray) -> np.ndarray:
-    """Return springs (K, 3, 3) [N/m] at contacts with normals (K, 3), that contacts of a smaller knit measure."""
+    """Return springs (K, 3, 3) [N/m] at contacts with lines of closest points (K, 3), as measured in a smaller knit."""
     stiffness = springs(contacts, "interface").averaged
     if not np.all(stiffness > 0):
         raise ConfigurationError(
             f"scene {scene.name!r}: window.springs_from is {scene.window.springs_from!r}, whose averaged springs are "
             f"{', '.join(f'{k:.4g}' for k in stiffness)} N/m along x, y, z but must be positive: name another scene"
         )
-    axes = spring_axes(normal, "local")
+    # The axes are those of the measurement: of crossings whose line of closest points is the same
+    free = ~contacts["tied"].to_numpy().astype(bool)
+    alike = normal @ contacts["normal"].to_numpy()[free].T > ALIKE
+    along = alike @ contact_normals(contacts)[free]
+    along = np.where(alike.any(axis=1, keepdims=True), along, normal)
+    axes = spring_axes(along / np.linalg.norm(along, axis=1, keepdims=True), "local")
     return np.einsum("a,kai,kaj->kij", stiffness, axes, axes)
 
 

@@ -6,6 +6,7 @@ These names may be set like keys of a scene, in families and with ``--set``; a s
 from __future__ import annotations
 
 import logging
+import re
 from collections.abc import Mapping
 from functools import cache
 from math import pi, sqrt
@@ -26,7 +27,8 @@ LENGTH, POINTS, FREE = "pattern.loop_length", "pattern.control_points", "geometr
 PER_METRE = {"pattern.courses_per_metre": COURSE, "pattern.wales_per_metre": WALE}
 TEX, DENSITY = "yarn.tex", "yarn.density"  # g/km; kg/m3 of the yarn with the air in it
 POINTS_FILE = "pattern.points_file"
-"""CSV file with the columns x, y, z in m: one loop from a sinker's centre to the next one's, which is its last row."""
+"""CSV file of points x, y, z: one loop from a sinker's centre to the next one's, which is its last row."""
+_COLUMN = re.compile(r"([xyz]) *[(\[]?(mm|m|)[)\]]?")
 
 OTHER_WAYS = (*PER_METRE, TEX, DENSITY, POINTS_FILE)
 """Names that may be set like keys, though no scene has them."""
@@ -95,24 +97,26 @@ def diameter_of(tex: float, density: float) -> float:
 def read_points(path: Path) -> tuple[np.ndarray, float, float]:
     """Return the control points (P, 3) of a file, made symmetric, their wale spacing and by how much they moved. [m]
 
-    The first point goes to x = 0, the middles of y and z to 0. The mirror image about the middle of the loop and, where
-    the number of points is a multiple of four, that of the half turn about the middle of a leg are averaged in.
+    Half a turn leads them along x with heads and sinkers behind the legs; the first point goes to x = 0, the middles of
+    y and z to 0. The mirror image about the middle of the loop and, where the number of points is a multiple of four,
+    that of the half turn about the middle of a leg are averaged in.
     Raises ConfigurationError where the file is no table of a loop.
     """
     try:
-        table = pd.read_csv(path, comment="#", skipinitialspace=True)
-        points = table[["x", "y", "z"]].to_numpy(dtype=float)
-    except (OSError, KeyError, ValueError) as error:
-        wanted = "must be a CSV file with the columns x, y, z in m"
+        points = _table(path)
+    except (OSError, IndexError, ValueError) as error:
+        wanted = "must be a CSV file of x, y, z in m, or with the columns x (mm), y (mm), z (mm)"
         raise ConfigurationError(f"{path}: {POINTS_FILE} {wanted}: {error}") from error
     count = len(points) - 1
-    wale = float(points[-1, 0] - points[0, 0]) if count > 0 else 0.0
-    if count < 4 or count % 2 or not np.isfinite(points).all() or wale <= 0:
-        wanted = "5, 7, 9 ... rows of numbers from a sinker's centre to the next one's, further along x"
-        raise ConfigurationError(
-            f"{path}: {POINTS_FILE} has {count + 1} rows over {wale:g} m of x but must have {wanted}"
-        )
+    along, _, behind = np.sign([points[-1, 0] - points[0, 0], 1.0, points[:, 2].mean() - points[0, 2]])
+    points = points * [along, along * (behind or 1.0), behind or 1.0]
+    wale = float(points[-1, 0] - points[0, 0])
     middle = 0.5 * (points.max(axis=0) + points.min(axis=0))
+    if count < 4 or count % 2 or not np.isfinite(points).all() or wale <= 0 or points[0, 1] > middle[1]:
+        raise ConfigurationError(
+            f"{path}: {POINTS_FILE} has {count + 1} rows over {wale:g} m of x but must have 5, 7, 9 ... rows of "
+            "numbers along x, from a sinker's centre below the heads to the next one's"
+        )
     points = points - [points[0, 0], middle[1], middle[2]]
     symmetric = 0.5 * (points + [wale, 0, 0] + points[::-1] * [-1, 1, 1])
     if count % 4 == 0:
@@ -121,3 +125,16 @@ def read_points(path: Path) -> tuple[np.ndarray, float, float]:
         symmetric = np.vstack([half, [wale, 0, 0] + half[-2::-1] * [-1, 1, 1]])
     moved = float(np.linalg.norm(symmetric - points, axis=1).max())
     return symmetric[:-1], wale, moved
+
+
+def _table(path: Path) -> np.ndarray:
+    """Return the points (P + 1, 3) of a file, with or without names of its columns. [m]"""
+    table = pd.read_csv(path, comment="#", skipinitialspace=True, header=None, dtype=str)
+    names = [_COLUMN.fullmatch(str(name).strip()) for name in table.iloc[0]]
+    if not any(names):
+        return table.iloc[:, [0, 1, 2]].to_numpy(dtype=float)
+    units = {name[2] or "m" for name in names if name}
+    if len(units) > 1:
+        raise ValueError("columns are in m and in mm")
+    order = [[name and name[1] for name in names].index(axis) for axis in "xyz"]
+    return table.iloc[1:, order].to_numpy(dtype=float) * (1e-3 if units == {"mm"} else 1.0)

@@ -174,13 +174,13 @@ def _change(one: Point, other: Point, sign: int) -> tuple[float, float]:
 
 
 def _said(key: str, sweep: Sweep) -> str:
-    """Return the ends of a sweep and the number of its values in words."""
-    form = "{:.2f} c" if key == SPACING else "{:.4g} m"
-    ends = ", ".join(
-        f"{1e3 * point.u_z.value:.3f} ± {1e3 * point.u_z.uncertainty:.3f} mm at {form.format(point.value)}"
-        for point in (sweep.points[0], sweep.points[-1])
-    )
-    return f"{ends} ({len(sweep.points)} values)"
+    """Return the values of a sweep, and where they lie, in words."""
+    form, unit = ("{:.2f}", "c") if key == SPACING else ("{:.4g}", "mm")
+    scale = 1.0 if key == SPACING else 1e3
+    values = ", ".join(f"{1e3 * point.u_z.value:.3f}" for point in sweep.points)
+    at = ", ".join(form.format(scale * point.value) for point in sweep.points)
+    known = max(point.u_z.uncertainty / point.u_z.value for point in sweep.points)
+    return f"{values} mm (± {known:.1%}) at {at} {unit}"
 
 
 # The bars were fixed before any number was known.

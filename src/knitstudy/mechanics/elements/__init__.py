@@ -50,7 +50,7 @@ def in_parts(
     out: np.ndarray | None = None,
     step: np.ndarray | None = None,
 ) -> ElementResponse:
-    """Return the response of a batch, `few` elements at a time: what they need fits into a processor's cache.
+    """Return the response of a batch, about `few` elements at a time: what they need fits into a processor's cache.
 
     `respond` takes their slice, displacements, memory for the stiffness or None and, if there is one, the step. It
     returns forces and energies.
@@ -60,6 +60,9 @@ def in_parts(
     if stiffness and out is None:
         out = np.empty((count, nodes**2, 9))
     start = batch.start or 0
+    few = -(
+        -count // max(1, round(count / few))
+    )  # parts of one size: a small one costs as many calls as a large one
     for first in range(0, count, few):
         part = slice(first, min(first + few, count))
         here = slice(start + part.start, start + part.stop)

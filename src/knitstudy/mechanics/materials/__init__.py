@@ -15,6 +15,9 @@ import numpy as np
 
 from knitstudy.registry import Registry
 
+Axes = np.ndarray | None
+Field = np.ndarray | float
+
 # Index pairs of the six independent components.
 VOIGT = np.array([(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)])
 FULL = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])  # position (3, 3) of every tensor component among the six
@@ -58,10 +61,11 @@ class Material(Protocol):
     def without_dilatation(self) -> tuple[Material, float]:
         """Return the law without an energy lame/2 theta^2 of the dilatation, and lame [Pa]."""
 
-    def respond(self, strain: np.ndarray, tangent: bool, axes: np.ndarray | None = None) -> Stress:
+    def respond(self, strain: np.ndarray, tangent: bool, axes: Axes = None, pressure: Field = 0.0) -> Stress:
         """Return energy, stress and, if asked, tangent of Green strains (e, 3, 3).
 
-        `axes` (e, 3, 3) are local unit vectors in columns, the first along the yarn.
+        `axes` (e, 3, 3) are local unit vectors in columns, the first along the yarn. A given `pressure` (e,) [Pa] adds
+        pressure d theta / dE to the stress and pressure d2 theta / dE2 to the tangent, with the law's dilatation theta.
         """
 
 

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.mechanics.materials import FULL, MATERIALS, VOIGT, Stress
+from knitstudy.mechanics.materials import FULL, MATERIALS, VOIGT, Axes, Field, Stress
 
 
 @dataclass(frozen=True)
@@ -82,16 +82,16 @@ class Hencky(Isotropic):
 
     name, meaning = "hencky", "linear in logarithmic strain"
 
-    def respond(self, strain: np.ndarray, tangent: bool, axes: np.ndarray | None = None) -> Stress:
+    def respond(self, strain: np.ndarray, tangent: bool, axes: Axes = None, pressure: Field = 0.0) -> Stress:
         """Return the response to Green strains (e, 3, 3)."""
         mu, lame = self.shear_modulus, self.lame
-        x = np.ascontiguousarray(2 * strain[:, VOIGT[:, 0], VOIGT[:, 1]].T)  # components first: (6, e)
+        x = 2 * components(strain)
         resolvent = Resolvent(x)
         inverse, nodes, weights = resolvent.inverse, resolvent.nodes, resolvent.weights
         logs = 0.5 * product(x, resolvent.sum(weights))
         volume = logs[:3].sum(axis=0)
         energy = mu * ((logs[:3] ** 2).sum(axis=0) + 2 * (logs[3:] ** 2).sum(axis=0)) + 0.5 * lame * volume**2
-        stress = product(inverse, 2 * mu * logs + lame * volume * UNIT)
+        stress = product(inverse, 2 * mu * logs + (lame * volume + pressure) * UNIT)
         full = stress[FULL].transpose(2, 0, 1)
         if not tangent:
             return Stress(energy, full, None)
@@ -100,8 +100,9 @@ class Hencky(Isotropic):
         pairs = resolvent.pairs(-mu * near * nodes)
         add_pairs(pairs, 0.5 * (mu * resolvent.sum(near) - stress), inverse)
         moduli = pairs[CROSSED[0]] + pairs[CROSSED[1]]
-        add_pairs(moduli, 0.5 * lame * inverse, inverse)
-        return Stress(energy, full, np.ascontiguousarray(moduli.T[:, POSITION]))
+        if lame:
+            add_pairs(moduli, 0.5 * lame * inverse, inverse)
+        return Stress(energy, full, moduli[POSITION].transpose(2, 0, 1))
 
 
 class Resolvent:
@@ -151,6 +152,16 @@ POSITION[PAIRS[:, 0], PAIRS[:, 1]] = POSITION[PAIRS[:, 1], PAIRS[:, 0]] = np.ara
 CROSSED = POSITION[FULL[_I, _K], FULL[_J, _L]], POSITION[FULL[_I, _L], FULL[_J, _K]]
 
 
+def crossed(pairs: np.ndarray) -> np.ndarray:
+    """Return A_ik A_jl + A_il A_jk (6, 6, e) of pairs (21, e)."""
+    return (pairs[CROSSED[0]] + pairs[CROSSED[1]])[POSITION]
+
+
+def components(tensor: np.ndarray) -> np.ndarray:
+    """Return the components (6, e) of symmetric tensors (e, 3, 3)."""
+    return tensor.transpose(1, 2, 0)[VOIGT[:, 0], VOIGT[:, 1]]
+
+
 def _adjugate(x: np.ndarray) -> np.ndarray:
     """Return the transposed cofactors of symmetric tensors (6, e)."""
     a, b, c, d, f, g = x
@@ -194,7 +205,7 @@ class NeoHooke(Isotropic):
 
     name, meaning = "neo_hookean", "of rubber"
 
-    def respond(self, strain: np.ndarray, tangent: bool, axes: np.ndarray | None = None) -> Stress:
+    def respond(self, strain: np.ndarray, tangent: bool, axes: Axes = None, pressure: Field = 0.0) -> Stress:
         """Return the response to Green strains (e, 3, 3)."""
         mu, lame = self.shear_modulus, self.lame
         c = np.eye(3) + 2 * strain
@@ -203,7 +214,8 @@ class NeoHooke(Isotropic):
         trace = np.trace(strain, axis1=1, axis2=2)
         energy = mu * (trace - log_j) + 0.5 * lame * log_j**2
         # I - C^-1 = 2 C^-1 E keeps its digits at small strains.
-        stress = 2 * mu * inverse @ strain + (lame * log_j)[:, None, None] * inverse
+        pressure = lame * log_j + pressure
+        stress = 2 * mu * inverse @ strain + pressure[:, None, None] * inverse
         stress = 0.5 * (stress + np.swapaxes(stress, 1, 2))
         if not tangent:
             return Stress(energy, stress, None)
@@ -211,7 +223,7 @@ class NeoHooke(Isotropic):
         dyad = inverse[:, i, j][:, :, None] * inverse[:, i, j][:, None, :]
         first = inverse[:, i[:, None], i] * inverse[:, j[:, None], j]
         second = inverse[:, i[:, None], j] * inverse[:, j[:, None], i]
-        moduli = lame * dyad + (mu - lame * log_j)[:, None, None] * (first + second)
+        moduli = lame * dyad + (mu - pressure)[:, None, None] * (first + second)
         return Stress(energy, stress, moduli)
 
 
@@ -222,11 +234,11 @@ class StVenantKirchhoff(Isotropic):
     name, meaning = "st_venant_kirchhoff", "linear in Green's strain"
     logarithmic = False
 
-    def respond(self, strain: np.ndarray, tangent: bool, axes: np.ndarray | None = None) -> Stress:
+    def respond(self, strain: np.ndarray, tangent: bool, axes: Axes = None, pressure: Field = 0.0) -> Stress:
         """Return the response to Green strains (e, 3, 3)."""
         mu, lame = self.shear_modulus, self.lame
         trace = np.trace(strain, axis1=1, axis2=2)
         energy = mu * np.einsum("eij,eij->e", strain, strain) + 0.5 * lame * trace**2
-        stress = 2 * mu * strain + lame * trace[:, None, None] * np.eye(3)
+        stress = 2 * mu * strain + (lame * trace + pressure)[:, None, None] * np.eye(3)
         constant = np.broadcast_to(self.moduli, (len(strain), 6, 6)) if tangent else None
         return Stress(energy, stress, constant)

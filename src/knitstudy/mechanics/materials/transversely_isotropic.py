@@ -9,8 +9,8 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.mechanics.materials import FULL, MATERIALS, VOIGT, Stress, rotate_strain
-from knitstudy.mechanics.materials.isotropic import CROSSED, POSITION, Resolvent, add_pairs, product
+from knitstudy.mechanics.materials import FULL, MATERIALS, Axes, Field, Stress, rotate_strain
+from knitstudy.mechanics.materials.isotropic import Resolvent, add_pairs, components, crossed, product
 
 TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # engineering components over those of the tensor
 
@@ -97,7 +97,7 @@ class TransverselyIsotropic:
         compliance[1, 2] = compliance[2, 1] = -nu_t / e_t
         return np.linalg.inv(compliance)
 
-    def respond(self, strain: np.ndarray, tangent: bool, axes: np.ndarray | None = None) -> Stress:
+    def respond(self, strain: np.ndarray, tangent: bool, axes: Axes = None, pressure: Field = 0.0) -> Stress:
         """Return the response to Green strains (e, 3, 3), with local axes (e, 3, 3) in columns.
 
         Raises ConfigurationError without local axes.
@@ -105,18 +105,21 @@ class TransverselyIsotropic:
         if axes is None:
             raise ConfigurationError("transversely isotropic elasticity needs the local axes of every strain")
         local = np.swapaxes(axes, 1, 2) @ strain @ axes
-        x = np.ascontiguousarray(2 * local[:, VOIGT[:, 0], VOIGT[:, 1]].T)  # components first: (6, e)
+        x = 2 * components(local)
         resolvent = Resolvent(x)
         logs = TWICE[:, None] * (0.5 * product(x, resolvent.sum(resolvent.weights)))
         force = self.stiffness @ logs  # T
-        slope = _crossed(0.5 * resolvent.pairs(resolvent.weights))  # dL over engineering strains (e, 6, 6)
+        slope = _moduli(0.5 * resolvent.pairs(resolvent.weights))  # dL over engineering strains (e, 6, 6)
         stress = (slope @ (TWICE[:, None] * force).T[:, :, None])[:, FULL, 0]
+        stress += (pressure * resolvent.inverse)[FULL].transpose(2, 0, 1)
         full = axes @ stress @ np.swapaxes(axes, 1, 2)
         energy = 0.5 * np.einsum("pe,pe->e", force, logs)
         if not tangent:
             return Stress(energy, full, None)
         moduli = slope @ (TWICE[:, None] * self.stiffness * TWICE) @ slope
-        moduli += _crossed(self._second_order(resolvent, force))
+        pairs = self._second_order(resolvent, force)
+        add_pairs(pairs, -0.5 * pressure * resolvent.inverse, resolvent.inverse)
+        moduli += _moduli(pairs)
         turn = rotate_strain(axes)
         return Stress(energy, full, np.swapaxes(turn, 1, 2) @ moduli @ turn)
 
@@ -126,11 +129,11 @@ class TransverselyIsotropic:
         for number, (node, weight) in enumerate(zip(resolvent.nodes, resolvent.weights, strict=True)):
             a = resolvent.sum(np.eye(len(resolvent.nodes))[number])
             full = a[FULL].transpose(2, 0, 1)
-            b = (full @ force[FULL].transpose(2, 0, 1) @ full)[:, VOIGT[:, 0], VOIGT[:, 1]].T
+            b = components(full @ force[FULL].transpose(2, 0, 1) @ full)
             add_pairs(pairs, -weight * node * a, b)
         return pairs
 
 
-def _crossed(pairs: np.ndarray) -> np.ndarray:
-    """Return A_ik A_jl + A_il A_jk (e, 6, 6) of pairs (21, e)."""
-    return np.ascontiguousarray((pairs[CROSSED[0]] + pairs[CROSSED[1]]).T[:, POSITION])
+def _moduli(pairs: np.ndarray) -> np.ndarray:
+    """Return A_ik A_jl + A_il A_jk (e, 6, 6) of pairs (21, e), every matrix one run of memory."""
+    return np.ascontiguousarray(crossed(pairs).transpose(2, 0, 1))

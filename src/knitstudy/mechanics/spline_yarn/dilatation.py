@@ -20,87 +20,68 @@ from dataclasses import dataclass
 import numpy as np
 
 from knitstudy.mechanics.batches import determinant, inverse
-from knitstudy.mechanics.materials import VOIGT
 
 
 @dataclass(frozen=True, eq=False)
 class Dilatation:
-    """The mean dilatation of a few spans in one configuration; tensors in parent coordinates."""
+    """The mean dilatation of a few spans in one configuration."""
 
-    lame: float  # [Pa]
-    part: np.ndarray  # (e, r, q), M_r times the volume of the points
-    mean: np.ndarray  # (e, r), theta_r
-    flux: np.ndarray  # (e q, 3, 3), d theta over the change of covariant vectors in columns, times the volume
-    orthonormal: np.ndarray  # (e, r, r), from given functions to M_r
-    metric: np.ndarray  # (e q, 3, 3), d theta / d E
-    moduli_factor: float  # of the pressure in the moduli: 1 for ln det F, 0 for tr E
-
-    @property
-    def energy(self) -> np.ndarray:
-        """Stored energy (e,) [J]."""
-        return 0.5 * self.lame * (self.mean**2).sum(axis=1)
-
-    def stress(self, mean: np.ndarray | None = None) -> np.ndarray:
-        """Return the stress (e q, 3, 3) of means (e, r), by default those of here, times the volume of the points."""
-        return self._pressure(self.mean if mean is None else mean) * self.metric
-
-    def moduli(self) -> np.ndarray:
-        """Return what the pressure adds to the moduli (e q, 6, 6), since d2 theta / dE2 = -2 C^-1 x C^-1."""
-        (i, j), m = VOIGT.T, self.metric
-        crossed = m[:, i[:, None], i] * m[:, j[:, None], j] + m[:, i[:, None], j] * m[:, j[:, None], i]
-        return -self.moduli_factor * self._pressure(self.mean) * crossed
-
-    def means(self, theta: np.ndarray) -> np.ndarray:
-        """Return the means (e, r) of a dilatation (e q,)."""
-        return (self.part @ theta.reshape(len(self.part), -1, 1))[..., 0]
-
-    def foreseen(self, strain: np.ndarray) -> np.ndarray:
-        """Return the stress (e q, 3, 3) that strains (e q, 3, 3) add."""
-        return self.stress(self.means(np.einsum("pij,pij->p", self.metric, strain)))
-
-    def _pressure(self, mean: np.ndarray) -> np.ndarray:
-        return self.lame * (mean[:, None] @ self.part).reshape(-1, 1, 1)
+    deformation: np.ndarray  # (3, 3, points), F
+    volume_ratio: np.ndarray  # (points,), det F
+    slope: np.ndarray  # (3, 3, points), d theta / d F
+    pressure: np.ndarray  # (points,), of the means [Pa]
+    energy: np.ndarray  # (e,), stored [J]
 
 
 class MeanDilatation:
-    """The energy lame/2 theta^2 of the mean dilatation of all spans of a batch."""
+    """The energy lame/2 theta^2 of the mean dilatation of all spans of a batch; tensors have their components first."""
 
     def __init__(
         self,
         lame: float,  # [Pa]
         logarithmic: bool,  # whether theta is ln det F; else the trace of Green's strain
-        functions: np.ndarray,  # (q, r), at the points of a span
-        weight: np.ndarray,  # (E, q), volumes of the points [m3]
+        functions: np.ndarray,  # (m, r), at the points of a section
+        weight: np.ndarray,  # (m, E, g), volumes of the points [m3]
     ) -> None:
-        self.lame, self._logarithmic, self._functions = lame, logarithmic, functions
-        gram = functions.T @ (weight[..., None] * functions)
-        self._orthonormal = np.linalg.inv(np.linalg.cholesky(gram))  # (E, r, r)
+        self.lame, self._logarithmic = lame, logarithmic
+        self._functions, self._weight = functions, weight
+        gram = functions.T @ (weight.sum(axis=2).T[..., None] * functions)
+        self.orthonormal = np.linalg.inv(np.linalg.cholesky(gram))  # (E, r, r), from given functions to M_r
 
-    def at(
-        self,
-        spans: slice,
-        weight: np.ndarray,  # (e q,), volumes of the points [m3]
-        to_parent: np.ndarray,  # (e q, 3, 3), d xi / d x in the reference
-        gradient: np.ndarray,  # (e q, 3, 3), of the displacement
-        current: np.ndarray,  # (e q, 3, 3), covariant vectors in columns
-    ) -> Dilatation:
-        """Return the mean dilatation of a few spans."""
-        orthonormal = self._orthonormal[spans]
-        part = orthonormal @ self._functions.T
-        part *= weight.reshape(len(part), 1, -1)
-        trace = np.trace(gradient, axis1=1, axis2=2)
+    def at(self, spans: slice, gradient: np.ndarray) -> Dilatation:
+        """Return the mean dilatation of a few spans with displacement gradients (3, 3, points)."""
+        deformation = gradient + np.eye(3)[..., None]
+        trace = np.einsum("iip->p", gradient)
         if self._logarithmic:
             # det F - 1 of all its digits
-            minors = 0.5 * (trace**2 - np.einsum("pij,pji->p", gradient, gradient))
-            change = trace + minors + determinant(gradient)
+            minors = 0.5 * (trace**2 - np.einsum("ijp,jip->p", gradient, gradient))
+            change = trace + minors + determinant(gradient.transpose(2, 0, 1))
             theta = np.log1p(np.where(change > -1, change, np.nan))
-            back = inverse(current)[0]
-            slope = np.swapaxes(back, 1, 2)
+            back, ratio = inverse(deformation.transpose(2, 0, 1))
+            slope = back.transpose(2, 1, 0)
         else:
-            theta = trace + 0.5 * np.einsum("pij,pij->p", gradient, gradient)
-            back = to_parent
-            slope = current @ back @ np.swapaxes(back, 1, 2)
-        metric = back @ np.swapaxes(back, 1, 2)
-        mean = (part @ theta.reshape(len(part), -1, 1))[..., 0]
-        flux = weight[:, None, None] * slope
-        return Dilatation(self.lame, part, mean, flux, orthonormal, metric, float(self._logarithmic))
+            theta = trace + 0.5 * np.einsum("ijp,ijp->p", gradient, gradient)
+            slope, ratio = deformation, determinant(deformation.transpose(2, 0, 1))
+        mean = self._means(spans, theta)
+        energy = 0.5 * self.lame * (mean**2).sum(axis=1)
+        return Dilatation(deformation, ratio, slope, self._pressure(spans, mean), energy)
+
+    def foreseen(self, spans: slice, slope: np.ndarray, strain: np.ndarray) -> np.ndarray:
+        """Return the stress (3, 3, points) that strains (3, 3, points) add."""
+        metric = np.broadcast_to(np.eye(3)[..., None], strain.shape)  # d theta / d E
+        if self._logarithmic:
+            metric = np.einsum("kip,kjp->ijp", slope, slope)
+        mean = self._means(spans, np.einsum("ijp,ijp->p", metric, strain))
+        return self._pressure(spans, mean) * metric
+
+    def _means(self, spans: slice, theta: np.ndarray) -> np.ndarray:
+        """Return theta_r (e, r)."""
+        m, e, g = self._weight[:, spans].shape
+        sums = self._functions.T @ (self._weight[:, spans].reshape(m, -1) * theta.reshape(m, -1))
+        return (self.orthonormal[spans] @ sums.reshape(-1, e, g).sum(axis=2).T[..., None])[..., 0]
+
+    def _pressure(self, spans: slice, mean: np.ndarray) -> np.ndarray:
+        of_given = (mean[:, None] @ self.orthonormal[spans])[:, 0]
+        return np.repeat(self.lame * (self._functions @ of_given.T), self._weight.shape[2], axis=1).reshape(
+            -1
+        )

@@ -8,7 +8,8 @@ vanish there, spline by spline, k within. With parent coordinates xi = (x1, x2, 
 
 Sums over the section come first, against tables that are the same for all spans: three matrices a point along the yarn,
 for none, one and two derivatives along it. Sums along the yarn then weigh those with the splines. Spans whose splines
-have the same degrees over the section are one batch (`span_groups`).
+have the same degrees over the section are one batch (`span_groups`). Tensors at points have their components first and
+the points (m, e, g), those of the section first, in the last axis: a component of all points is one run of memory.
 """
 
 from __future__ import annotations
@@ -16,15 +17,15 @@ from __future__ import annotations
 import numpy as np
 
 from knitstudy.errors import MeshError
-from knitstudy.mechanics.batches import SCRATCH, determinant, inverse
+from knitstudy.mechanics.batches import SCRATCH, inverse
 from knitstudy.mechanics.elements import ElementGroup, ElementResponse, in_parts
-from knitstudy.mechanics.elements.hexahedron import tangent_moduli
-from knitstudy.mechanics.materials import FULL, VOIGT, Material, axes_along, rotate_strain
+from knitstudy.mechanics.materials import FULL, VOIGT, Material, axes_along
 from knitstudy.mechanics.spline_yarn import basis as disc
-from knitstudy.mechanics.spline_yarn.dilatation import Dilatation, MeanDilatation
+from knitstudy.mechanics.spline_yarn.dilatation import MeanDilatation
 from knitstudy.mechanics.spline_yarn.space import Space
 
-CACHE = 1500  # points whose moduli fit into a processor's cache together
+CACHE = 3000  # points whose moduli fit into a processor's cache together
+CLOSE = 16_384  # numbers that fit into the part of it that is nearest, with what is made of them
 
 
 class Spans:
@@ -48,44 +49,46 @@ class Spans:
         self._full = disc.size(degree)
         points, section = disc.quadrature(degree)
         value, gradient = disc.gradients(degree, points)
-        self._table = np.stack([gradient[..., 0], gradient[..., 1], value], axis=1)  # (m, alpha, k)
-        self._pairs = _pair_tables(self._table)
+        self._table = np.stack([gradient[..., 0], gradient[..., 1], value])  # (alpha, m, k)
+        self._pairs, self._entries = _pair_tables(self._table)
+        nodes = len(degrees) * self._full
+        order = np.arange((3 * nodes) ** 2).reshape(3, nodes, 3, nodes)
+        self._order = order.transpose(1, 3, 0, 2).reshape(-1)  # pairs of nodes, then of components
         fewer = [j * self._full + np.arange(disc.size(p)) for j, p in enumerate(degrees)]
         kept = np.concatenate(fewer)
         self._kept = None if len(kept) == len(degrees) * self._full else kept
         count, few = len(corners), max(1, CACHE // self.points)
-        self._inverse, size = np.empty((count * self.points, 3, 3)), np.empty(count * self.points)
+        shape = len(points), count, weight.shape[1]
+        self._inverse, size = np.empty((3, 3, *shape)), np.empty(shape)  # d xi / d x and the Jacobian
         for first in range(0, count, few):
             spans = slice(first, min(first + few, count))
-            at = slice(spans.start * self.points, spans.stop * self.points)
-            self._inverse[at], size[at] = inverse(self._parent_gradient(corners[spans], spans))
+            covariant = self._parent_gradient(corners[spans], spans)
+            back, jacobian = inverse(covariant.transpose(2, 0, 1))
+            part = self._inverse[:, :, :, spans]
+            part[:] = back.transpose(1, 2, 0).reshape(part.shape)
+            size[:, spans] = jacobian.reshape(part.shape[2:])
         if not np.all(size > 0):
             raise MeshError(
-                f"span {int(np.argmin(size)) // self.points} of {count} of the yarns is folded: its Jacobian is "
+                f"span {int(np.argmin(size.min(axis=(0, 2))))} of {count} of the yarns is folded: its Jacobian is "
                 f"{size.min():.3g} and has to be positive; the yarn is bent tighter than its radius, or spans are "
                 "too long for its bends: use a thinner yarn or shorter spans"
             )
-        self._weight = (weight[..., None] * section).reshape(-1) * size
-        self.volume = self._weight.reshape(count, -1).sum(axis=1)
+        self._weight = section[:, None, None] * weight * size  # (m, E, g)
+        self.volume = self._weight.sum(axis=(0, 2))
         self._rest, lame = material.without_dilatation()
         means = disc.values(max(int(degrees.min()) - 1, 0), points)  # (m, r)
-        self._mean_table = (means[:, None, :, None] * self._table[:, :, None]).reshape(len(means), 3, -1)
-        over_span = np.tile(means, (weight.shape[1], 1))
-        self._dilatation = MeanDilatation(
-            lame, material.logarithmic, over_span, self._weight.reshape(count, -1)
-        )
+        self._mean_table = (self._table[:, :, None] * means[..., None]).reshape(3, len(means), -1)
+        self._dilatation = MeanDilatation(lame, material.logarithmic, means, self._weight)
 
     @property
     def points(self) -> int:
         """Number of quadrature points a span."""
-        return self._along.shape[2] * len(self._table)
+        return self._along.shape[2] * self._table.shape[1]
 
     def node_volume(self) -> np.ndarray:
         """Return the integrals (E, a) of N_j phi_k^2, of which those with k = 0 add up to the volume [m3]."""
-        value = self._along[0]  # (E, g, d + 1)
-        weight = self._weight.reshape(*value.shape[:2], -1)
-        across = weight @ self._table[:, 2] ** 2  # (E, g, k)
-        found = (np.swapaxes(value, 1, 2) @ across).reshape(len(value), -1)
+        across = self._weight.transpose(1, 2, 0) @ self._table[2] ** 2  # (E, g, k)
+        found = (np.swapaxes(self._along[0], 1, 2) @ across).reshape(len(across), -1)
         return found if self._kept is None else found[:, self._kept]
 
     def respond(
@@ -110,47 +113,36 @@ class Spans:
         self, spans: slice, displacement: np.ndarray, out: np.ndarray | None, step: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return force (e, a, 3) and energy (e,) of a few spans; put their stiffness into `out`."""
-        at = slice(spans.start * self.points, spans.stop * self.points)
-        to_parent, weight = self._inverse[at], self._weight[at]
-        covariant = inverse(to_parent)[0]
-        h = self._parent_gradient(displacement, spans)  # columns d u / d xi_alpha
-        gradient = h @ to_parent
-        transposed = np.swapaxes(gradient, 1, 2)
-        strain = 0.5 * (gradient + transposed + transposed @ gradient)
-        axes = axes_along(covariant[:, :, 2]) if self.material.directional else None
-        answer = self._rest.respond(strain, out is not None, axes)
-        current = covariant + h
-        dilatation = self._dilatation.at(spans, weight, to_parent, gradient, current)
-        stress = (weight[:, None, None] * to_parent) @ answer.stress @ np.swapaxes(to_parent, 1, 2)
-        stress += dilatation.stress()
+        to_parent, weight = self._inverse[:, :, :, spans].reshape(3, 3, -1), self._weight[:, spans]
+        gradient = _product(self._parent_gradient(displacement, spans), to_parent)
+        transposed = gradient.swapaxes(0, 1)
+        strain = 0.5 * (gradient + transposed + _product(transposed, gradient))
+        axes = None
+        if self.material.directional:
+            axes = axes_along(inverse(to_parent.transpose(2, 0, 1))[0][:, :, 2])
+        dilatation = self._dilatation.at(spans, gradient)
+        answer = self._rest.respond(strain.transpose(2, 0, 1), out is not None, axes, dilatation.pressure)
+        stress = answer.stress.transpose(1, 2, 0)
+        weighted = (weight.reshape(-1) * to_parent).swapaxes(0, 1)  # (J, beta)
+        flux = _product(dilatation.deformation, _product(stress, weighted))
         # A span turned inside out has no energy in terms of E: let the load path see it.
-        flux = current @ stress
-        flux[determinant(gradient + np.eye(3)) <= 0] = np.nan
+        flux[..., dilatation.volume_ratio <= 0] = np.nan
         if out is not None:
-            turn = rotate_strain(to_parent)  # engineering strains in parent coordinates to Cartesian ones
-            moduli = np.swapaxes(turn, 1, 2) @ (weight[:, None, None] * answer.tangent) @ turn
-            moduli += dilatation.moduli()
+            moduli = answer.tangent.transpose(1, 2, 0)
             if step is not None:
-                stress = stress - self._second_order(spans, step, moduli, dilatation)
-            tensor = SCRATCH.array("parent moduli", len(weight), 9, 9)
-            tangent_moduli(current, stress, moduli, tensor)
-            self._sum_stiffness(spans, tensor, out)
-            self._add_products(spans, dilatation, out)
-        energy = (weight * answer.energy).reshape(len(displacement), -1).sum(axis=1) + dilatation.energy
+                change = _product(self._parent_gradient(step, spans), to_parent)
+                strain = 0.5 * _product(change.swapaxes(0, 1), change)
+                stress = stress - _stress(moduli, strain)
+                stress -= self._dilatation.foreseen(spans, dilatation.slope, strain)
+            initial = _product(to_parent, _product(stress, weighted))  # S in parent coordinates
+            tensor = _material_part(dilatation.deformation, np.sqrt(weight.reshape(-1)) * to_parent, moduli)
+            changes = self._dilatations(spans, _product(dilatation.slope, weighted))
+            self._sum_stiffness(spans, tensor, initial, changes, out)
+        energy = (weight * answer.energy.reshape(weight.shape)).sum(axis=(0, 2)) + dilatation.energy
         return self._sum_force(spans, flux), energy
 
-    def _second_order(
-        self, spans: slice, step: np.ndarray, moduli: np.ndarray, dilatation: Dilatation
-    ) -> np.ndarray:
-        """Return the stress (points, 3, 3) of the strain that is quadratic in a step, all in parent coordinates."""
-        h = self._parent_gradient(step, spans)
-        strain = 0.5 * np.swapaxes(h, 1, 2) @ h
-        i, j = VOIGT.T
-        engineering = np.where(i == j, 1.0, 2.0) * strain[:, i, j]
-        return (moduli @ engineering[..., None])[:, FULL, 0] + dilatation.foreseen(strain)
-
     def _parent_gradient(self, nodes: np.ndarray, spans: slice) -> np.ndarray:
-        """Return the derivatives (points, 3, 3) of a sum over nodes (e, a, 3), columns by parent coordinate."""
+        """Return the derivatives (i, alpha, points) by parent coordinates of a sum over nodes (e, a, 3)."""
         along = self._along[:, spans]
         _, e, g, d = along.shape
         if self._kept is not None:
@@ -159,87 +151,133 @@ class Spans:
             nodes = every
         rows = np.swapaxes(along, 0, 1).reshape(e, 2 * g, d)
         sums = (rows @ nodes.reshape(e, d, -1)).reshape(e, 2, g, self._full, 3)
-        m = len(self._table)
-        across = self._table[:, :2].reshape(2 * m, self._full) @ sums[:, 0]  # (e, g, m alpha, 3)
-        found = np.empty((e, g, m, 3, 3))
-        found[..., :2] = np.swapaxes(across.reshape(e, g, m, 2, 3), 3, 4)
-        found[..., 2] = self._table[:, 2] @ sums[:, 1]
-        return found.reshape(-1, 3, 3)
+        value, slope = np.ascontiguousarray(sums.transpose(1, 4, 3, 0, 2)).reshape(2, 3, self._full, e * g)
+        m = self._table.shape[1]
+        found = np.empty((3, 3, m, e * g))
+        np.matmul(self._table[:2].reshape(2 * m, -1), value, out=found[:, :2].reshape(3, 2 * m, -1))
+        np.matmul(self._table[2], slope, out=found[:, 2])
+        return found.reshape(3, 3, -1)
 
     def _sum_force(self, spans: slice, flux: np.ndarray) -> np.ndarray:
-        """Return forces (e, a, 3) of weighted stresses (points, i, alpha)."""
-        force = self._sums(spans, flux, self._table).reshape(-1, self._along.shape[3] * self._full, 3)
+        """Return forces (e, a, 3) of weighted stresses (i, alpha, points)."""
+        force = self._sums(spans, flux, self._table).swapaxes(2, 3)
+        force = force.reshape(len(force), -1, 3)
         return force if self._kept is None else force[:, self._kept]
 
     def _sums(self, spans: slice, flux: np.ndarray, table: np.ndarray) -> np.ndarray:
-        """Return sums (e, d + 1, n, 3) of fluxes (points, i, alpha) with a table (m, alpha, n) over the section."""
+        """Return sums (e, d + 1, 3, n) of fluxes (i, alpha, points) with a table (alpha, m, n) over the section."""
         along = self._along[:, spans]
         _, e, g, d = along.shape
-        m, _, n = table.shape
-        flux = np.swapaxes(flux, 1, 2).reshape(e, g, m, 3, 3)  # alpha, i
-        sums = np.empty((e, 2, g, n, 3))
-        across = table[:, :2].reshape(2 * m, -1).T
-        sums[:, 0] = across @ flux[..., :2, :].reshape(e, g, 2 * m, 3)
-        sums[:, 1] = table[:, 2].T @ flux[..., 2, :]
-        columns = along.transpose(1, 3, 0, 2).reshape(e, d, 2 * g)
-        return (columns @ sums.reshape(e, 2 * g, -1)).reshape(e, d, n, 3)
+        _, m, n = table.shape
+        flux = flux.reshape(3, 3, m, e * g)
+        sums = np.empty((e * g, 2, 3, n))
+        across = flux[:, :2].reshape(3, 2 * m, -1).swapaxes(1, 2)
+        np.matmul(across, table[:2].reshape(2 * m, n), out=sums[:, 0].swapaxes(0, 1))
+        np.matmul(flux[:, 2].swapaxes(1, 2), table[2], out=sums[:, 1].swapaxes(0, 1))
+        columns = along.transpose(1, 3, 2, 0).reshape(e, d, 2 * g)
+        return (columns @ sums.reshape(e, 2 * g, -1)).reshape(e, d, 3, n)
 
-    def _add_products(self, spans: slice, dilatation: Dilatation, out: np.ndarray) -> None:
-        """Add the products lame d theta_r d theta_r to the stiffness `out` (e, a a, 9) of a few spans."""
-        rows = self._sums(spans, dilatation.flux, self._mean_table)
-        e, d, _, _ = rows.shape
-        rows = rows.reshape(e, d, -1, self._full, 3).swapaxes(1, 2).reshape(e, -1, d * self._full, 3)
-        if self._kept is not None:
-            rows = rows[:, :, self._kept]
-        _, r, a, _ = rows.shape
-        rows = dilatation.orthonormal @ rows.reshape(e, r, 3 * a)
-        products = (dilatation.lame * np.swapaxes(rows, 1, 2)) @ rows
-        out.reshape(e, a, a, 3, 3)[:] += products.reshape(e, a, 3, a, 3).swapaxes(2, 3)
+    def _dilatations(self, spans: slice, flux: np.ndarray) -> np.ndarray:
+        """Return the derivatives of theta_r by the displacements (e, r, i (d + 1) n) of a few spans."""
+        sums = self._sums(spans, flux, self._mean_table)
+        e, d, _, _ = sums.shape
+        sums = sums.reshape(e, d, 3, -1, self._full).transpose(0, 3, 2, 1, 4)  # (e, r, i, d, n)
+        return self._dilatation.orthonormal[spans] @ sums.reshape(e, sums.shape[1], -1)
 
-    def _sum_stiffness(self, spans: slice, tensor: np.ndarray, out: np.ndarray) -> None:
-        """Put the stiffness of a few spans into `out` (e, a a, 9), from A (points, alpha beta, i k)."""
+    def _sum_stiffness(
+        self, spans: slice, tensor: np.ndarray, stress: np.ndarray, changes: np.ndarray, out: np.ndarray
+    ) -> None:
+        """Put the stiffness of a few spans into `out` (e, a a, 9).
+
+        From A (points, alpha i, beta k) without stress, the stress (alpha, beta, points) and what `_dilatations` gives.
+        """
         along = self._along[:, spans]
         _, e, g, d = along.shape
-        m, n = len(self._table), self._full
-        points = tensor.reshape(e * g, m, 9, 9)
-        sums = SCRATCH.array("section sums", 4, n * n, e * g, 9)
-        for kind, (table, parts) in enumerate(self._pairs):
-            gathered = SCRATCH.array("gathered moduli", m, len(parts), e * g, 9)
-            for place, part in enumerate(parts):
-                np.copyto(gathered[:, place], np.swapaxes(points[:, :, part], 0, 1))
-            np.matmul(table, gathered.reshape(m * len(parts), -1), out=sums[kind].reshape(n * n, -1))
-        # The transposed of what has its derivative in the column.
-        mixed = sums[1].reshape(n, n, e * g, 3, 3)
-        np.copyto(sums[3].reshape(n, n, e * g, 3, 3), mixed.transpose(1, 0, 2, 4, 3))
-        orders = ((0, 0), (0, 1), (1, 1), (1, 0))  # of the derivatives of row and column
-        weights = np.stack([along[i][..., None] * along[j][..., None, :] for i, j in orders], axis=1)
+        n, count = self._full, len(tensor)
+        sums, first = SCRATCH.array("section sums", e * g, int(self._entries.max()) + 1), 0
+        for (alpha, beta), table in self._pairs:
+            moduli = tensor.reshape(count, 3, 3, 3, 3)[:, alpha, :, beta].transpose(2, 4, 1, 3, 0)
+            part = SCRATCH.array("moduli of a pair", *moduli.shape)
+            np.copyto(part, moduli)
+            part.reshape(9, *part.shape[2:])[::4] += stress[alpha, beta]
+            size = table.shape[1]
+            found = sums[:, first : first + 9 * size].reshape(e * g, 9, size).swapaxes(0, 1)
+            np.matmul(part.reshape(9, -1, e * g).swapaxes(1, 2), table, out=found)
+            first += 9 * size
+        # Products of the splines and derivatives that go with them.
+        splines = along.transpose(1, 2, 0, 3)
+        weights = splines[:, :, :, None, :, None] * splines[:, :, None, :, None]
         weights = weights.reshape(e, 4 * g, d * d).swapaxes(1, 2)
-        by_span = SCRATCH.array("section sums by span", e, 4, g, n * n, 9)
-        np.copyto(by_span, sums.reshape(4, n * n, e, g, 9).transpose(2, 0, 3, 1, 4))
-        blocks = SCRATCH.array("blocks of splines", e, d * d, n * n * 9)
-        np.matmul(weights, by_span.reshape(e, 4 * g, -1), out=blocks)
-        blocks = blocks.reshape(e, d, d, n, n, 9).transpose(0, 1, 3, 2, 4, 5)
-        if self._kept is None:
-            np.copyto(out.reshape(e, d, n, d, n, 9), blocks)
-        else:
-            full = blocks.reshape(e, d * n, d * n, 9)
+        full = out if self._kept is None else SCRATCH.array("stiffness of all", e, (d * n) ** 2, 9)
+        sums, few = sums.reshape(e, g, -1), max(1, CLOSE // self._entries.size)
+        for part in (slice(low, low + few) for low in range(0, e, few)):
+            here = full[part]
+            rows, flat = changes[part], here.reshape(len(here), -1)
+            products = SCRATCH.array("products of dilatations", len(here), 3 * d * n, 3 * d * n)
+            np.matmul(self._dilatation.lame * rows.swapaxes(1, 2), rows, out=products)
+            np.take(products.reshape(flat.shape), self._order, axis=1, out=flat, mode="clip")
+            every = SCRATCH.array("all section sums", len(here) * g, self._entries.size)
+            np.take(sums[part].reshape(len(every), -1), self._entries, axis=1, out=every, mode="clip")
+            blocks = SCRATCH.array("blocks of splines", len(here), d * d, n * n * 9)
+            np.matmul(weights[part], every.reshape(len(here), 4 * g, -1), out=blocks)
+            target = here.reshape(-1, d, n, d, n, 9)
+            target += blocks.reshape(-1, d, d, n, n, 9).transpose(0, 1, 3, 2, 4, 5)
+        if self._kept is not None:
             kept = self._kept
+            full = full.reshape(e, d * n, d * n, 9)
             out.reshape(e, len(kept), len(kept), 9)[:] = full[:, kept[:, None], kept]
 
 
-def _pair_tables(table: np.ndarray) -> tuple[tuple[np.ndarray, tuple[int, ...]], ...]:
-    """Return products (n n, m r) of functions over the section, and which r of the 9 pairs (alpha, beta) they meet.
+def _product(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the products (i, k, points) of tensors (i, j, points) and (j, k, points)."""
+    return np.einsum("ijp,jkp->ikp", one, other)
 
-    Of no derivative along the yarn, of one in the column, and of two.
+
+def _stress(moduli: np.ndarray, strain: np.ndarray) -> np.ndarray:
+    """Return the stress (3, 3, points) by moduli (6, 6, points) of strains (3, 3, points)."""
+    i, j = VOIGT.T
+    return np.einsum("pqk,qk->pk", moduli, np.where(i == j, 1.0, 2.0)[:, None] * strain[i, j])[FULL]
+
+
+def _material_part(deformation: np.ndarray, to_parent: np.ndarray, moduli: np.ndarray) -> np.ndarray:
+    """Return B^T C B (points, alpha i, beta k): B is the derivative of engineering strains by d u_i / d xi_alpha."""
+    count = moduli.shape[-1]
+    rows = SCRATCH.array("strain rows", 6, 3, 3, count)
+    for row, (i, j) in zip(rows, VOIGT, strict=True):
+        np.multiply(to_parent[:, None, i], deformation[:, j], out=row)
+        if i != j:
+            row += to_parent[:, None, j] * deformation[:, i]
+    # Small matrices are multiplied one after the other where each of them is one run of memory.
+    strain, law = SCRATCH.array("B", count, 6, 9), SCRATCH.array("C", count, 6, 6)
+    np.copyto(strain.reshape(count, 54), rows.reshape(54, count).T)
+    np.copyto(law.reshape(count, 36), moduli.reshape(36, count).T)
+    half = np.matmul(law, strain, out=SCRATCH.array("C B", count, 6, 9))
+    return np.matmul(strain.swapaxes(1, 2), half, out=SCRATCH.array("B C B", count, 9, 9))
+
+
+def _pair_tables(table: np.ndarray) -> tuple[list, np.ndarray]:
+    """Return pairs (alpha, beta) with products (r m, .) of functions (alpha, m, n), and where sums with them stand.
+
+    Of no derivative along the yarn, of one in the column, and of two. The first and the last are as large as the
+    transposed, and only pairs of functions a <= b are summed. The sums follow each other, of each kind in the order
+    (i, k), pair of functions; the places (4 n n 9,) are those of (order of the derivative of the row, of the column, a,
+    b, i, k) among them.
     """
-    found = []
-    for rows, columns in (((0, 1), (0, 1)), ((0, 1), (2,)), ((2,), (2,))):
-        pairs = [(alpha, beta) for alpha in rows for beta in columns]
-        product = np.stack([table[:, a, :, None] * table[:, b, None, :] for a, b in pairs], axis=1)
-        m, r, n, _ = product.shape
-        flat = np.ascontiguousarray(product.reshape(m * r, n * n).T)
-        found.append((flat, tuple(3 * a + b for a, b in pairs)))
-    return tuple(found)
+    n = table.shape[2]
+    across, along = slice(0, 2), slice(2, 3)
+    half = np.triu_indices(n)
+    every = tuple(np.indices((n, n)).reshape(2, -1))
+    found, first = [], 0
+    places = np.empty((2, 2, n, n, 3, 3), dtype=np.intp)
+    for rows, columns, (a, b) in ((across, across, half), (across, along, every), (along, along, half)):
+        product = table[rows][:, None, :, a] * table[columns][None, :, :, b]
+        found.append(((rows, columns), np.ascontiguousarray(product.reshape(-1, len(a)))))
+        here = first + np.arange(9 * len(a)).reshape(3, 3, -1)
+        row, column = rows.start // 2, columns.start // 2
+        places[column, row, b, a] = here.transpose(2, 1, 0)
+        places[row, column, a, b] = here.transpose(2, 0, 1)
+        first += 9 * len(a)
+    return found, places.reshape(-1)
 
 
 def span_groups(
