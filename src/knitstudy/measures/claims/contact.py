@@ -288,14 +288,13 @@ def judge_stabilisation(evidence: Evidence) -> Judgement:
         share = (energy.sel(form="stabilisation") / energy.sel(form="internal")).to_numpy()
         largest.append(float(np.nanmax(share)))
         above = np.flatnonzero(share > allowed)
-        below = f", below {allowed:.0%} after {strain[above[-1]]:.2%} strain" if len(above) else ""
-        said.append(f"{name} {largest[-1]:.2%}{below}, {share[-1]:.2%} at {strain[-1]:.2%} strain")
+        last = f", last above {allowed:.0%} at {strain[above[-1]]:.2%} strain" if len(above) else ""
+        said.append(f"{name} {largest[-1]:.2%}{last}, {share[-1]:.2%} at {strain[-1]:.2%} strain")
+    holds = max(largest) <= allowed
     return Judgement(
         f"largest share of the internal energy: {'; '.join(said)} (paper: at most {allowed:.0%})",
-        verdict(max(largest) <= allowed),
-        scenes=tuple(names)
-        if max(largest) <= allowed
-        else (),  # one increment above is enough, whatever follows
+        verdict(holds),
+        scenes=tuple(names) if holds else (),  # one increment above is enough, whatever follows
     )
 
 

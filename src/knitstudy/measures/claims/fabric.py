@@ -175,10 +175,9 @@ def _change(one: Point, other: Point, sign: int) -> tuple[float, float]:
 
 def _said(key: str, sweep: Sweep) -> str:
     """Return the values of a sweep, and where they lie, in words."""
-    form, unit = ("{:.2f}", "c") if key == SPACING else ("{:.4g}", "mm")
-    scale = 1.0 if key == SPACING else 1e3
+    form, scale, unit = (".2f", 1.0, "c") if key == SPACING else (".4g", 1e3, "mm")
     values = ", ".join(f"{1e3 * point.u_z.value:.3f}" for point in sweep.points)
-    at = ", ".join(form.format(scale * point.value) for point in sweep.points)
+    at = ", ".join(f"{scale * point.value:{form}}" for point in sweep.points)
     known = max(point.u_z.uncertainty / point.u_z.value for point in sweep.points)
     return f"{values} mm (± {known:.1%}) at {at} {unit}"
 
