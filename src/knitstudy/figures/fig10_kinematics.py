@@ -57,10 +57,10 @@ ZONES = (
 SIDES = ("yarn of the lower row", "yarn of the upper row")
 
 QUANTITIES: dict[str, Callable[[xr.Dataset], np.ndarray]] = {
-    "rotation of\nthe section (°)": lambda contacts: np.degrees(rotation_angle(contacts)),
-    "shortening between\ncrossings (%)": lambda contacts: PERCENT * closest_neighbour(contacts),
-    "sliding along\nthe yarn (µm)": lambda contacts: MICROMETRE * np.abs(contacts["sliding"].to_numpy()),
-    "spin of the contact\nabout the yarn (°)": lambda contacts: np.degrees(contacts["contact_spin"]),
+    "rotation\n(°)": lambda contacts: np.degrees(rotation_angle(contacts)),
+    "shortening\n(%)": lambda contacts: PERCENT * closest_neighbour(contacts),
+    "sliding\n(µm)": lambda contacts: MICROMETRE * np.abs(contacts["sliding"].to_numpy()),
+    "spin of the\ncontact (°)": lambda contacts: np.degrees(contacts["contact_spin"]),
 }
 """Values (I, K, 2) of each row of panels, from above to below, by the label of the axis."""
 

@@ -16,8 +16,8 @@ from knitstudy.files import read_result, read_table
 from knitstudy.study.documents import read_yaml
 
 READERS = {".nc": read_result, ".csv": read_table, ".yaml": read_yaml}
-WIDTH = 1400  # points of the widest picture of the page on a screen of two points a pixel
-FORMAT = {"format": "WEBP", "quality": 85}  # lines and letters stay sharp
+WIDTH = 1300  # points of the widest picture of the page, which is at most 822 pixels wide on a screen
+FORMAT = {"format": "WEBP", "quality": 80}  # lines and letters stay sharp
 
 
 def read_sources(files: Iterable[tuple[str, Any]]) -> dict[str, Any]:

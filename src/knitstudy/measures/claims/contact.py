@@ -27,6 +27,7 @@ CONTRACTS = 0.01  # Claim K8: least contraction of the chord to a neighbour over
 # Claim K11: slip of the outer rows over that of the others; share of the force below which load is not
 # transferred; factor of iterations that counts as worse convergence.
 SLIDE, TRANSFERRED, HARDER = 1.5, 0.9, 1.2
+NAMED = {"tie": "ties", "rough": "rough contact", "isotropic": "friction"}
 FRICTION_SWEEP = "inputs-friction"  # Claim K7: scenes with other coefficients of friction
 
 
@@ -216,7 +217,7 @@ def judge_order(quantity: str, order: tuple[str, ...], evidence: Evidence) -> Ju
     ]
     first, last = order[0], order[-1]
     ratio = f"{true[first].value / true[last].value:.2f}"
-    whole = Measured(f"{quantity}, {INTERACTIONS[first]} over {INTERACTIONS[last]}", ratio, "> 1")
+    whole = Measured(f"{quantity}, {NAMED[first]} over {NAMED[last]}", ratio, "> 1")
     return Judgement(
         (whole, *told, *said),
         verdict(all_hold(true[one].larger_than(true[other]) for one, other in pairwise(order))),
