@@ -139,6 +139,7 @@ def test_modulus_of_a_tied_cell_by_the_commands(tmp_path, monkeypatch):
     said = knitstudy("fit", "rom3d-tie-course", "lab.csv", *changes).stderr  # the width is kept
     assert "friction cannot be told: no yarns of the scene slide with friction" in said
     found = read_table("results/fit/cell-lab.csv").iloc[0]
+    assert found["note"].startswith("friction cannot be told")
     for column in ("value", "95 % from", "to"):
         assert found[column] == pytest.approx(1.25 * 1.3e9, rel=1e-9)
     assert (tmp_path / "results" / "fit" / "cell-lab.png").stat().st_size > 10_000

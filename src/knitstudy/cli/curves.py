@@ -199,6 +199,7 @@ def fit(
     rows.append((f"what is left, of the {of}", 100 * found.noise, "", "", "%"))
     table = pd.DataFrame(rows, columns=["quantity", "value", "95 % from", "to", "unit"])
     console.print_table(list(table.columns), table.to_numpy())
+    table["note"] = ["; ".join(found.remarks()), *[""] * (len(rows) - 1)]
     for line in found.remarks():
         click.echo(line, err=True)
     fitted = Curve(np.append(0, curve.strain), np.append(0, found.forces))

@@ -6,6 +6,7 @@ them), else those that the names of the columns tell, such as ``strain (%)`` or 
 
 from __future__ import annotations
 
+import logging
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -33,6 +34,8 @@ UNITS = {
 """Over 1 or N/m; or over m and N, which are divided by a size of the specimen."""
 SIZES = {"mm": "length", "cm": "length", "m": "length"} | dict.fromkeys(("N", "cN", "mN", "kN"), "width")
 SCATTER = re.compile(r"[\W_](sd|std|dev|error|rate)", re.IGNORECASE)
+log = logging.getLogger(__name__)
+
 LARGEST = 1.5  # a strain without a unit that exceeds this one may be meant in %
 
 
@@ -75,7 +78,14 @@ def read_curve(path: Path, said: Mapping[str, Any], only: Mapping[str, str], dir
     chosen where a column has it. Raises DataFileError where the file does not hold one curve.
     """
     table, beside = _one_curve(_table(path), only, direction, path), path.with_suffix(".columns.yaml")
-    how = (read_yaml(beside) if beside.is_file() else {}) | dict(said)
+    kept = read_yaml(beside) if beside.is_file() else {}
+    if not all(
+        len(each) == 2 if isinstance(each, list) else name in SIZES.values() for name, each in kept.items()
+    ):
+        raise DataFileError(
+            f"{beside}: is not as knitstudy wrote it; delete it, and name columns and units again"
+        )
+    how = kept | dict(said)
     (strain, _), (force, unit) = (_values(table, name, how, path) for name in WORDS)
     there = np.flatnonzero(np.isfinite(strain) & np.isfinite(force))
     there = there[: np.argmax(strain[there]) + 1] if len(there) else there  # what follows is unloading
@@ -84,8 +94,11 @@ def read_curve(path: Path, said: Mapping[str, Any], only: Mapping[str, str], dir
             f"{path}: has {len(there)} rows of numbers up to the largest strain; 3 are needed"
         )
     if said:
-        kept = {name: list(each) if isinstance(each, tuple) else each for name, each in how.items()}
-        write_text(f"# How knitstudy reads {path.name}; sizes in m\n{yaml.safe_dump(kept)}", beside)
+        kept = {name: list(each) if name in WORDS else each for name, each in how.items()}
+        try:
+            write_text(f"# How knitstudy reads {path.name}; sizes in m\n{yaml.safe_dump(kept)}", beside)
+        except (OSError, DataFileError) as error:
+            log.warning("%s; columns and units have to be named again next time", error)
     there = there[np.argsort(strain[there], kind="stable")]
     return Curve(strain[there], force[there], "N/m" if unit in SIZES else unit)
 
