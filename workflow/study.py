@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from knitstudy.stages.memory import machine_memory
+from knitstudy.stages.cost import machine_memory
 
 SNAKEFILE = Path(__file__).resolve().parents[1] / "Snakefile"
 RESULTS = Path("results")

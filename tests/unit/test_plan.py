@@ -8,7 +8,7 @@ import xarray as xr
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, EndedEarly
 from knitstudy.files import read_dataset, write_dataset
-from knitstudy.stages.memory import expected_memory, unknowns
+from knitstudy.stages.cost import expected_memory, expected_seconds, unknowns
 from knitstudy.stages.plan import Plan, kept_of, make
 from knitstudy.stages.simulate import simulate
 from knitstudy.stages.table import STAGES
@@ -147,22 +147,23 @@ def test_a_curve_that_ended_early_is_kept_and_named(plan, tmp_path):
 
 
 MEASURED = {
-    "dns-tie-course": (188_928, 918),
-    "yarns-tie-course": (11_574, 270),
-    "pair-slid-90": (10_944, 270),
-    "reference-3x3-rough-course-quadratic-060": (341_352, 2_236),
-    "domain-yarns-tie-course-10x10": (124_830, 698),
+    "dns-tie-course": (188_928, 918, 35.6),
+    "yarns-tie-course": (11_574, 270, 5.6),
+    "pair-slid-90": (10_944, 270, 9.1),
+    "reference-3x3-rough-course-quadratic-060": (341_352, 2_236, 475),
+    "domain-yarns-tie-course-10x10": (124_830, 698, 90.2),
 }
-"""Unknowns, and peak of the process [MB]."""
+"""Unknowns, peak of the process [MB], processor time [s]."""
 
 
 @pytest.mark.parametrize("name", MEASURED)
 def test_what_was_measured_is_expected(name):
     """Unknowns are counted of the loop as drawn; a job may be promised up to twice too much, never too little."""
-    count, peak = MEASURED[name]
+    count, peak, seconds = MEASURED[name]
     scene = load_scene(name)
     assert unknowns(scene) == pytest.approx(count, rel=0.1)
     assert peak <= expected_memory(scene) <= 2 * peak
+    assert seconds <= expected_seconds(scene) <= 4 * seconds
 
 
 def test_scene_that_exceeds_the_machine_is_refused_before_it_begins(monkeypatch):

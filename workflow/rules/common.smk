@@ -11,11 +11,11 @@ sys.executable = shlex.quote(sys.executable)
 sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 
 from knitstudy.errors import KnitstudyError
-from knitstudy.registry import load_plugins
-from knitstudy.stages.memory import machine_memory
+from knitstudy.registry import find, load_plugins
+from knitstudy.stages.cost import machine_memory, time_limit
 from knitstudy.stages.plan import OUTDATED, Plan
 from knitstudy.stages.table import STAGES
-from knitstudy.study.configuration import folder_of, load_study, workflow_configuration
+from knitstudy.study.configuration import folder_of, load_study, own_scenes, workflow_configuration
 from knitstudy.study.documents import RESOURCES
 from knitstudy.study.sample import load_trade
 
@@ -46,19 +46,23 @@ if workflow.is_main_process:
     PLAN.mark_outdated(Path(RESULTS))
 
 
+# Lists of all names would be patterns that take a tenth of the time of planning.
 wildcard_constraints:
-    knit="|".join(PLAN.knits),
-    scene="|".join(PLAN.scenes),
+    knit="[^/.]+",
+    scene="[^/.]+",
 
 
-def scene_of(wildcards):
-    """Return the scene of a job: of a geometry, the first that has it."""
-    return PLAN.knits[wildcards.knit] if "knit" in wildcards.keys() else PLAN.scenes[wildcards.scene]
-
-
-def scenes_with(stage):
-    """Return a regular expression of the scenes that have a stage."""
-    return "|".join(name for name, scene in PLAN.scenes.items() if STAGES[stage].of(scene)) or "(?!)"
+def scene_of(wildcards, rule=None):
+    """Return the scene of a job: of a geometry, the first that has it; stop where there is none, or none of this stage."""
+    try:
+        if "knit" in wildcards.keys():
+            return find("knit", PLAN.knits, wildcards.knit)
+        scene = find("scene", PLAN.scenes, wildcards.scene)
+        if rule and not STAGES[rule].of(scene):
+            raise KnitstudyError(f"the scene {scene.name!r} has no {rule}")
+        return scene
+    except KnitstudyError as error:
+        stop(error)
 
 
 def wanted(scenes):
@@ -74,7 +78,7 @@ def made(rule, name):
 
     def path(wildcards):
         try:
-            needs = PLAN.needs(STAGES[rule], scene_of(wildcards))
+            needs = PLAN.needs(STAGES[rule], scene_of(wildcards, rule))
         except KnitstudyError as error:
             stop(error)
         if name not in needs:
@@ -89,7 +93,7 @@ def outdated(rule):
     """Return the function of the mark of a job's result, where there is one."""
 
     def mark(wildcards):
-        path = OUTDATED / STAGES[rule].path(scene_of(wildcards))
+        path = OUTDATED / STAGES[rule].path(scene_of(wildcards, rule))
         return [str(path)] if path.is_file() else []
 
     return mark
@@ -112,9 +116,46 @@ def digest(rule):
     return lambda wildcards: PLAN.digest(STAGES[rule], scene_of(wildcards))
 
 
-def memory(rule):
-    """Return the function of a job's memory, at most what there is: the stage itself refuses what does not fit."""
-    return lambda wildcards: min(STAGES[rule].memory(scene_of(wildcards)), machine_memory())
+# ---- What a queue is asked for
+
+OF_SNAKEMAKE = 400  # MB of the two processes of Snakemake in every job of a queue: 250 were measured
+IN_ARRAYS = {}  # Wildcards of all jobs of the rules whose jobs are submitted as arrays
+
+
+def gather_arrays():
+    """Note the jobs of arrays (option --slurm-array-jobs); stop where the plugin would wait for some of them for ever."""
+    asked = (getattr(workflow.executor_settings, "array_jobs", None) or "").replace(";", ",")
+    named = {each.strip() for each in asked.split(",")}
+    for job in workflow.dag.needrun_jobs():
+        if not job.is_local and named & {"all", job.rule.name}:
+            IN_ARRAYS.setdefault(job.rule.name, []).append(job.wildcards)
+    many = max(map(len, IN_ARRAYS.values()), default=0)
+    if many > workflow.nodes:
+        stop(f"--jobs is {workflow.nodes} but must be at least {many}: an array is submitted as a whole")
+
+
+def largest(rule, need):
+    """Return the function of what a job needs: in an array, which has one limit for all, what the largest job needs."""
+    of_array = cache(lambda: max(map(need, IN_ARRAYS[rule])))
+    return lambda wildcards: of_array() if rule in IN_ARRAYS else need(wildcards)
+
+
+def memory(rule, need=None):
+    """Return the function of a job's memory [MB]: in a queue the need times the attempt, else at most what there is."""
+    need = largest(rule, need or (lambda wildcards: STAGES[rule].memory(scene_of(wildcards))))
+
+    def asked(wildcards, attempt):
+        if workflow.local_exec:
+            return min(need(wildcards), machine_memory())
+        return attempt * (need(wildcards) + OF_SNAKEMAKE)
+
+    return asked
+
+
+def runtime(rule, seconds=None):
+    """Return the function of a job's time limit [min]. What a simulation has done by then is kept for the next attempt."""
+    seconds = largest(rule, seconds or (lambda wildcards: STAGES[rule].seconds(scene_of(wildcards))))
+    return lambda wildcards, attempt: attempt * time_limit(seconds(wildcards))
 
 
 # ---- Trials of the campaign of extremes

@@ -11,7 +11,8 @@ rule trial:
         trial="[a-z0-9-]+",
     threads: 1
     resources:
-        mem_mb=1000,
+        mem_mb=memory("trial", lambda wildcards: 1000),
+        runtime=runtime("trial", lambda wildcards: trials()[wildcards.trial].limit),
     params:
         digest=lambda wildcards: trials()[wildcards.trial].digest(),
         config=str(CONFIG),

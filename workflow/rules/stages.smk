@@ -30,8 +30,6 @@ rule mesh:
         update("results/mesh/{scene}.nc"),
     log:
         "logs/mesh/{scene}.log",
-    wildcard_constraints:
-        scene=scenes_with("mesh"),
     threads: 1
     resources:
         mem_mb=memory("mesh"),
@@ -60,6 +58,7 @@ rule simulation:
     threads: 1
     resources:
         mem_mb=memory("simulation"),
+        runtime=runtime("simulation"),
     params:
         labels=labels,
         reads=reads("simulation"),
@@ -78,8 +77,6 @@ rule contacts:
         update("results/contacts/{scene}.nc"),
     log:
         "logs/contacts/{scene}.log",
-    wildcard_constraints:
-        scene=scenes_with("contacts"),
     threads: 1
     resources:
         mem_mb=memory("contacts"),
@@ -102,8 +99,6 @@ rule stress:
         update("results/stress/{scene}.nc"),
     log:
         "logs/stress/{scene}.log",
-    wildcard_constraints:
-        scene=scenes_with("stress"),
     threads: 1
     resources:
         mem_mb=memory("stress"),
@@ -123,11 +118,10 @@ rule loop_map:
         update("results/loops/{scene}.nc"),
     log:
         "logs/loop_map/{scene}.log",
-    wildcard_constraints:
-        scene=scenes_with("loop_map"),
     threads: 1
     resources:
         mem_mb=memory("loop_map"),
+        runtime=runtime("loop_map"),
     params:
         labels=labels,
         reads=reads("loop_map"),
@@ -145,8 +139,6 @@ rule mesh_vtu:
         update("results/mesh/{scene}.vtu"),
     log:
         "logs/mesh_vtu/{scene}.log",
-    wildcard_constraints:
-        scene=scenes_with("mesh_vtu"),
     threads: 1
     resources:
         mem_mb=memory("mesh_vtu"),
@@ -169,8 +161,6 @@ rule series:
         update("results/simulation/{scene}.pvd"),
     log:
         "logs/series/{scene}.log",
-    wildcard_constraints:
-        scene=scenes_with("series"),
     threads: 1
     resources:
         mem_mb=memory("series"),
@@ -192,8 +182,6 @@ rule deck_abaqus:
         update("results/mesh/{scene}.abaqus.inp"),
     log:
         "logs/deck_abaqus/{scene}.log",
-    wildcard_constraints:
-        scene=scenes_with("deck_abaqus"),
     threads: 1
     resources:
         mem_mb=memory("deck_abaqus"),
@@ -215,8 +203,6 @@ rule deck_calculix:
         update("results/mesh/{scene}.calculix.inp"),
     log:
         "logs/deck_calculix/{scene}.log",
-    wildcard_constraints:
-        scene=scenes_with("deck_calculix"),
     threads: 1
     resources:
         mem_mb=memory("deck_calculix"),
@@ -237,8 +223,6 @@ rule shell_section:
         update("results/simulation/{scene}.abaqus.inp"),
     log:
         "logs/shell_section/{scene}.log",
-    wildcard_constraints:
-        scene=scenes_with("shell_section"),
     threads: 1
     resources:
         mem_mb=memory("shell_section"),

@@ -31,7 +31,8 @@ rule rung:
         rung="[a-z0-9-]+",
     threads: 1
     resources:
-        mem_mb=lambda wildcards: 4000 if wildcards.rung in ("yarns3", "yarns4") else 1500,
+        mem_mb=memory("rung", lambda wildcards: 4000 if wildcards.rung in ("yarns3", "yarns4") else 1500),
+        runtime=runtime("rung", lambda wildcards: load_trade().limit),
     params:
         digest=lambda wildcards: rung_digest(wildcards.case, wildcards.rung),
     message:

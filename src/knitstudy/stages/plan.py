@@ -197,11 +197,14 @@ class Plan:
             path, mark = results / stage.path(scene), marks / stage.path(scene)
             if not stage.is_dataset:
                 continue
+            if not path.is_file():
+                mark.unlink(missing_ok=True)
+                continue
             try:
                 wanted = self.digest(stage, scene)
             except ConfigurationError:
                 continue  # the message appears when the result is asked for
-            found = digest_or_warning(path) if path.is_file() else wanted
+            found = digest_or_warning(path)
             if found == wanted:
                 mark.unlink(missing_ok=True)
                 continue

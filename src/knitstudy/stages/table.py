@@ -27,7 +27,7 @@ from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mesh import mesher
 from knitstudy.models import stress
 from knitstudy.models.simulate import MODELS, simulate
-from knitstudy.stages.memory import expected_memory, machine_memory
+from knitstudy.stages.cost import expected_memory, expected_seconds, machine_memory
 from knitstudy.study.scene import Scene
 
 Needs = Mapping[str, tuple[str, Scene]]
@@ -37,9 +37,6 @@ Named = Callable[[str], Scene]  # Returns the scene that a dotted key names
 
 OF_SIZE = ("pattern.loops", "pattern.rows", "pair.length", "mesh.size", "mesh.crossing_degree")
 """Keys that memory depends on."""
-
-MEMORY_OF_BEAMS = {"rom2d": 500, "rom3d": 500, "beam": 1000, "window": 1500}
-"""Expected memory of simulations without solid yarns, or with few [MB]."""
 
 KIND = ("specimen", "fidelity", "interaction")
 
@@ -71,6 +68,7 @@ class Stage:
     wanted: Callable[[Scene], bool] = lambda scene: True
     long: bool = False  # whether it takes a restart file and progress
     memory: Callable[[Scene], int] = lambda scene: 1000  # expected [MB]
+    seconds: Callable[[Scene], float] = lambda scene: 60.0  # expected at most, of one processor
 
     @property
     def is_dataset(self) -> bool:
@@ -219,7 +217,8 @@ _STAGES = (
         needs=_model_needs,
         code=_model_code,
         long=True,
-        memory=lambda scene: MEMORY_OF_BEAMS.get(scene.fidelity) or expected_memory(scene),
+        memory=expected_memory,
+        seconds=expected_seconds,
     ),
     Stage(
         name="contacts",

@@ -126,6 +126,13 @@ def load_study(name: str, config: Path = CONFIG) -> tuple[str, ...]:
     return tuple(member.name for member in load_families(config).values() if name in member.studies)
 
 
+def own_scenes(config: Path) -> tuple[str, ...]:
+    """Return the names of the scenes that a folder, or a file, adds to the default configuration; else all."""
+    base = base_of(config)
+    known = () if base == Path(config) else load_families(base)
+    return tuple(name for name in load_families(config) if name not in known)
+
+
 def knits_of(scenes: Mapping[str, Scene]) -> dict[str, Scene]:
     """Return for every knit or pair the first scene of it: the geometry of all that share the label is the same."""
     found: dict[str, Scene] = {}

@@ -1,10 +1,12 @@
-"""What a simulation is expected to take of memory, before anything of it is made: for whoever places jobs on machines.
+"""What a simulation is expected to take of memory and time, before anything of it is made: for whoever places jobs.
 
-Unknowns are counted from the scene, bytes an unknown were measured (docs/notes/performance.md). Stages refuse what
-does not fit, by their meshes; this is known before there is one.
+Unknowns are counted from the scene, bytes and seconds an unknown were measured (docs/notes/performance.md). Stages
+refuse what does not fit, by their meshes; this is known before there is one.
 """
 
 from __future__ import annotations
+
+from math import ceil
 
 import psutil
 
@@ -23,6 +25,24 @@ BYTES_AN_UNKNOWN = {
 }
 """Growth of memory by elements, with ties and with contact: the most that was measured on knits of 3 x 3 to 30 x 30."""
 
+MEMORY_OF_BEAMS = {"rom2d": 500, "rom3d": 500, "beam": 1000, "window": 1500}
+"""Expected memory of simulations without solid yarns, or with few [MB]."""
+
+SECONDS_AN_UNKNOWN = {
+    "hexahedra": {False: 0.22e-3, True: 1.1e-3},
+    "quadratic": {False: 1.0e-3, True: 3.4e-3},
+    "polynomials": {False: 1.0e-3, True: 6.8e-3},
+}
+"""Processor time by elements, with ties and with contact: the most that was measured in `INCREMENTS` on knits of 1 x 1
+to 10 x 10 with tied outer yarns; outer yarns without ties take up to ten times as long."""
+
+SECONDS_A_CELL = {"rom2d": 0.15, "rom3d": 0.15, "beam": 1.1, "window": 1.0}
+"""The same of beams, and of a window among them, by the cells of the knit."""
+
+INCREMENTS = 12
+SPARE = 3  # Limit of a job over its expected time
+START = 10  # Minutes on top, for a start on a busy file system
+
 MORE_SLICES, MORE_SPANS = 0.65, 0.6
 """Share of a yarn that lies near crossings, where a mesh is refined and spans are shorter."""
 
@@ -36,9 +56,24 @@ def machine_memory() -> int:
 
 
 def expected_memory(scene: Scene) -> int:
-    """Return what a direct simulation is expected to take [MB]."""
+    """Return what a simulation is expected to take [MB]."""
+    if scene.fidelity in MEMORY_OF_BEAMS:
+        return MEMORY_OF_BEAMS[scene.fidelity]
     growth = unknowns(scene) * BYTES_AN_UNKNOWN[_kind(scene)][scene.kind.interaction.touches]
     return round((PROCESS + growth) / MEGABYTE)
+
+
+def expected_seconds(scene: Scene) -> float:
+    """Return the processor time that a simulation is expected to take at most [s]."""
+    increments = max(1.0, scene.solver.increments / INCREMENTS)
+    if scene.fidelity in SECONDS_A_CELL:
+        return increments * SECONDS_A_CELL[scene.fidelity] * scene.pattern.loops * scene.pattern.rows
+    return increments * unknowns(scene) * SECONDS_AN_UNKNOWN[_kind(scene)][scene.kind.interaction.touches]
+
+
+def time_limit(seconds: float) -> int:
+    """Return the time after which a queue may end a job of an expected processor time [s] [min]."""
+    return START + ceil(SPARE * seconds / 60)
 
 
 def unknowns(scene: Scene) -> float:
