@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from knitstudy.cli.console import printable
+from knitstudy.cli.curves import compare, fit
 from knitstudy.cli.loop import loop
 from knitstudy.cli.results import export, measure, run, show, study
 from knitstudy.cli.scenes import check, list_scenes, plan
@@ -93,6 +94,8 @@ def main(traceback: bool) -> None:
     knitstudy plan rom3d-tie-course --question force --accuracy 0.05   the cheapest model that is accurate enough
     knitstudy run rom3d-tie-course               simulate a scene and all that it needs
     knitstudy show results/simulation/rom3d-tie-course.nc        its numbers; its keys with --keys
+    knitstudy compare results/simulation/rom3d-tie-course.nc lab.csv     with a measured curve
+    knitstudy fit beam-isotropic-course lab.csv  modulus and friction from a measured curve
     knitstudy export dns-tie-course --dialect calculix
 
     `knitstudy COMMAND --help` shows more examples. `make study` runs a whole study with its figures and its report;
@@ -103,5 +106,5 @@ def main(traceback: bool) -> None:
     """
 
 
-for command in (list_scenes, check, loop, plan, measure, run, study, show, export):
+for command in (list_scenes, check, loop, plan, measure, run, study, show, compare, fit, export):
     main.add_command(command)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
 
 import numpy as np
@@ -12,6 +13,8 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.style import FAINT, INK, PAPER, SINGLE, YARNS, figure, styled
 from knitstudy.geometry.fabric import Fabric, plain_knit
+from knitstudy.measures.curve_fit import Fit
+from knitstudy.measures.measured_curve import Curve
 from knitstudy.measures.summary import kind_of, require_layout, touched
 from knitstudy.mechanics.materials import FULL
 from knitstudy.mechanics.solid import principal_axes
@@ -49,10 +52,10 @@ def _contacts(dataset: xr.Dataset, axes: Axes) -> None:
     force = np.linalg.norm(dataset["force"].to_numpy(), axis=-1)
     for zone, colour in enumerate(YARNS):
         chosen = dataset["zone"].to_numpy() == zone
-        lines = axes.plot(PERCENT * dataset["strain"], force[:, chosen], color=colour, linewidth=0.9)
-        for line in lines[:1]:
-            line.set_label(f"zone {zone}")
-    axes.set(xlabel="strain (%)", ylabel="force at a crossing (N)")
+        if chosen.any():
+            largest = force[:, chosen].max(axis=1)
+            axes.plot(PERCENT * dataset["strain"], largest, color=colour, label=f"zone {zone}")
+    axes.set(xlabel="strain (%)", ylabel="largest force at a crossing (N)")
     axes.legend()
 
 
@@ -113,6 +116,25 @@ def draw_loop(dataset: xr.Dataset) -> Figure:
         widths = np.tile([1.15 * width, width], len(pieces))
         axes.add_collection(LineCollection(pieces[order], colors=colours, linewidths=widths, capstyle="butt"))
     views[1].set_xticks([0.0])
+    return drawing
+
+
+@styled
+def draw_curves(measured: Curve, others: Mapping[str, Curve], fit: Fit | None = None) -> Figure:
+    """Draw a measured curve and others by their labels, and beside them the profile of a fit over friction."""
+    wide = fit is not None and fit.friction is not None
+    drawing = figure((2.2 if wide else 1.35) * SINGLE, SINGLE, layout="constrained")
+    axes, *more = drawing.subplots(1, 1 + wide, squeeze=False)[0]
+    axes.plot(PERCENT * measured.strain, measured.shown(measured.unit), "o", color=INK, label="measured")
+    for (label, curve), colour in zip(others.items(), YARNS, strict=False):
+        axes.plot(PERCENT * curve.strain, curve.shown(measured.unit), "-", color=colour, label=label)
+    axes.set(xlabel="strain (%)", ylabel=f"force per width ({measured.unit})", xlim=(0, None), ylim=(0, None))
+    for beside in more:
+        beside.plot(*fit.profile, "-", color=INK)
+        beside.axhline(1, color=FAINT, linestyle="--", label="limit of the 95 % interval")
+        beside.set(xlabel="friction (1)", ylabel="sum of squares over its limit (1)", ylim=(0, 5))
+    for each in drawing.axes:
+        each.legend()
     return drawing
 
 

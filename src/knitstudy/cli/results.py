@@ -88,7 +88,7 @@ def run(
         _print_choice(scene, dict(changes), config)
     plan = None if before is None else Plan.with_scenes(console.recorded(scene, {})[1], config)
     try:
-        with _log_on_console(verbose):
+        with log_on_console(verbose):
             results = simulate(chosen, output, config=config, progress=Progress, anew=anew, plan=plan)
     except KeyboardInterrupt:
         kept = f"stages that were done and the last converged increment are kept in {output}"
@@ -146,7 +146,7 @@ def measure(scene: str, changes: tuple, output: Path, config: Path) -> None:
     from knitstudy.stages.trade import measure as measured
 
     problem, _, _ = problem_of(scene, dict(changes), config)
-    with _log_on_console(verbose=False):
+    with log_on_console(verbose=False):
         table = measured(problem, output)
     columns = ["rung", "question", ERROR, SECONDS, MEMORY, "reason"]
     print_table(columns, table[columns].fillna("").itertuples(index=False))
@@ -154,7 +154,7 @@ def measure(scene: str, changes: tuple, output: Path, config: Path) -> None:
 
 
 @contextmanager
-def _log_on_console(verbose: bool) -> Iterator[None]:
+def log_on_console(verbose: bool) -> Iterator[None]:
     """Print what the stages say on standard error, beside their progress."""
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(logging.Formatter("%(message)s"))
@@ -170,7 +170,7 @@ def _log_on_console(verbose: bool) -> Iterator[None]:
 
 
 @contextmanager
-def _naming(file: Path) -> Iterator[None]:
+def naming(file: Path) -> Iterator[None]:
     """Name the file in whatever is wrong with its content."""
     try:
         yield
@@ -221,11 +221,11 @@ def show(file: Path, other: Path | None, keys: bool, plot: Path | None, config: 
     elif keys:
         _print_keys(dataset, file, config)
     else:
-        with _naming(file):
+        with naming(file):
             quantities = summarise(dataset)
         print_table(("quantity", "value", "unit"), quantities)
     if plot is not None:
-        with _naming(file):
+        with naming(file):
             kind, drawing = kind_of(dataset), draw(dataset)
         save(drawing, [plot], {kind: dataset}, f"{kind} of {dataset.attrs.get('scene', file.stem)}")
         click.echo(f"drawn: {plot}", err=True)
@@ -261,7 +261,7 @@ def _print_differences(first: xr.Dataset, second: xr.Dataset, file: Path, other:
         click.echo()
     except DataFileError as error:  # the numbers of an old file can be compared all the same
         click.echo(plain(str(error)), err=True)
-    with _naming(other):
+    with naming(other):
         rows = list(side_by_side(first, second))
     print_table(("quantity", str(file), str(other), "ratio", "unit"), rows)
 
@@ -313,7 +313,7 @@ def _write_series(file: Path, output: Path | None) -> Path:
     from knitstudy.stages.table import STAGES, has_mesh
 
     history, path = read_dataset(file), output or file.with_suffix(".pvd")
-    with _naming(file):
+    with naming(file):
         if (kind := kind_of(history)) != "history":
             raise DataFileError(f"is a {kind} and must be a history")
     scene = console.recorded(str(file), {})[0]

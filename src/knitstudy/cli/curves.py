@@ -1,0 +1,208 @@
+"""``knitstudy compare`` and ``fit``: a measured curve beside a simulated one, and what it says of the yarn."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+import pandas as pd
+
+from knitstudy.cli import console
+from knitstudy.cli.results import FILE, FOLDER, log_on_console, naming
+from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
+from knitstudy.files import read_dataset, write_table
+from knitstudy.loading.restart import Progress
+from knitstudy.study.kinds import unit_of
+from knitstudy.study.scene import Scene
+
+FRICTION = "contact.friction"
+MODULI = ("yarn.youngs_modulus", "yarn.transverse_modulus", "yarn.axial_shear_modulus")
+SIZE = click.FloatRange(min=0, min_open=True)
+
+
+def _curve_options(command: Any) -> Any:
+    """Add the argument and the options that name a measured curve."""
+    pair = {"type": (str, str), "metavar": "COLUMN UNIT"}
+    for add in (
+        click.option("--length", type=SIZE, help="Length between the clamps [m], of a strain in mm."),
+        click.option("--width", type=SIZE, help="Width of the specimen [m], of a force in N."),
+        click.option("--force", **pair, help="Column and unit of the force, such as Load N."),
+        click.option("--strain", **pair, help="Column and unit of the strain, such as Elongation %."),
+        click.option("--only", multiple=True, metavar="COLUMN=VALUE", help="One curve of several in a file."),
+        click.argument("measured", type=FILE),
+    ):
+        command = add(command)
+    return command
+
+
+def _read(measured: Path, scene: Scene, said: dict[str, Any]) -> Any:
+    """Return the measured curve for the direction of a scene."""
+    from knitstudy.measures.measured_curve import read_curve
+
+    direction = scene.value("load.direction") or scene.value("load.deformation")
+    if direction not in ("course", "wale") or scene.load.strain < 0:
+        wanted = "a knit or a cell that is pulled in course or wale direction"
+        raise ConfigurationError(f"scene {scene.name!r}: must be {wanted} to be compared with a curve")
+    only = dict(each.partition("=")[::2] for each in said.pop("only"))
+    given = {name: each for name, each in said.items() if each is not None}
+    return read_curve(measured, given, only, direction)
+
+
+def _write(stem: Path, table: pd.DataFrame, drawn: tuple, title: str) -> None:
+    """Write a table and a picture beside each other."""
+    from knitstudy.cli.plot import draw_curves
+    from knitstudy.figures.style import save
+
+    write_table(table, f"{stem}.csv")
+    save(draw_curves(*drawn), [f"{stem}.png"], {}, title)
+    click.echo(f"{stem}.csv, .png: {title}", err=True)
+
+
+@click.command(short_help="Compare a result with a measured curve.")
+@click.argument("result", type=FILE)
+@_curve_options
+def compare(result: Path, measured: Path, **said: Any) -> None:
+    """Compare RESULT, the history of a knit or a cell (.nc), with MEASURED, a curve of force over strain (.csv).
+
+    Columns and units are read from names such as "strain (%)" and "force_per_width_N_mm". Others are said once, by
+    options, and kept in MEASURED.columns.yaml. Of several curves that of the result's direction is taken; --only
+    chooses among others. Unloading is left out.
+
+    \b
+    knitstudy compare results/simulation/jersey.nc lab.csv
+    knitstudy compare results/simulation/jersey.nc lab.csv --only yarn=cotton
+    knitstudy compare jersey.nc lab.csv --strain Weg mm --length 0.1 --force Kraft N --width 0.05
+
+    The distance is the root mean square of the difference over that of the measured force. The nearest modulus is the
+    one with which the distance is least. Points (.csv) and picture (.png) are written beside the result.
+    """
+    from knitstudy.measures.measured_curve import Curve, simulated_curve
+    from knitstudy.stages.table import STAGES
+
+    history = read_dataset(result)
+    scene = console.recorded(str(result), {})[0]
+    name = "-".join((result.stem, measured.stem, *(each.partition("=")[2] for each in said["only"])))
+    whole = _read(measured, scene, said)
+    with naming(result):
+        simulated = simulated_curve(history, STAGES["geometry"].function(scene))
+    curve, reach = whole.within(simulated.strain[-1]), f"{100 * simulated.strain[-1]:.3g} % strain"
+    if not len(curve.strain):
+        raise DataFileError(f"{measured}: has no point up to {reach}, where {result} ends: simulate more")
+    forces, unit = simulated.at(curve.strain), curve.unit
+    factor, norm = curve.force @ forces / (forces @ forces), 100 / np.linalg.norm(curve.force)
+    points = pd.DataFrame({"strain [1]": curve.strain, f"measured [{unit}]": curve.shown(unit)})
+    points[f"simulated [{unit}]"] = Curve(curve.strain, forces).shown(unit)
+    rows = [
+        ("points compared", len(curve.strain), f"of {len(whole.strain)}"),
+        ("largest strain of them", 100 * curve.strain[-1], "%"),
+        ("force there, measured", points.iloc[-1, 1], unit),
+        ("force there, simulated", points.iloc[-1, 2], unit),
+        ("distance", norm * np.linalg.norm(forces - curve.force), "%"),
+        ("nearest Young's modulus", factor * scene.yarn.youngs_modulus, "Pa"),
+        ("distance with it", norm * np.linalg.norm(factor * forces - curve.force), "%"),
+    ]
+    console.print_table(("quantity", "value", "unit"), rows)
+    if len(curve.strain) < len(whole.strain):
+        more = f"--set load.strain={whole.strain[-1]:.3g} simulates all of the measured curve"
+        click.echo(f"{result} ends at {reach}; {more}", err=True)
+    title = f"{scene.name} and {measured.name}"
+    _write(result.with_name(name), points, (whole, {scene.name: simulated}), title)
+
+
+@click.command(short_help="Find modulus and friction from a measured curve.")
+@console.scene_argument()
+@_curve_options
+@click.option(
+    "--between", type=(SIZE, SIZE), default=(0.05, 1.0), show_default=True, help="Range of the friction."
+)
+@click.option("--check", type=console.Change(), multiple=True, help="Key of a more accurate model, as --set.")
+@console.set_option
+@click.option("-o", "--output", type=FOLDER, default="results", show_default=True, help="Folder of results.")
+@console.config_option
+def fit(
+    scene: str,
+    measured: Path,
+    between: tuple,
+    check: tuple,
+    changes: tuple,
+    output: Path,
+    config: Path,
+    **said: Any,
+) -> None:
+    """Find the Young's modulus and the friction with which SCENE comes nearest to MEASURED, a curve (.csv).
+
+    Forces are proportional to the modulus; a few frictions are simulated, and the best one is searched between them.
+    Intervals (95 %) are those of the noise. What the model itself is off by is not in them: with --check, the scene
+    is simulated once by a more accurate model, and all curves are corrected by the ratio of the two. Where all
+    frictions fit equally well, a line says so. `knitstudy compare --help` says how files are read.
+
+    \b
+    knitstudy fit jersey.yaml lab.csv
+    knitstudy fit jersey.yaml lab.csv --set load.strain=0.1 --between 0.1 0.6
+    knitstudy fit jersey.yaml lab.csv --check fidelity=spline_yarns
+    knitstudy fit rom3d-tie-course lab.csv       tied yarns: the modulus alone, from one simulation
+
+    A scene that leaves its model open (fidelity: auto) takes the cheapest one that is accurate enough. Points up to
+    the scene's load.strain are used. Table and picture are written to the folder fit of the results; the last line is
+    what to add to `knitstudy run`.
+    """
+    from knitstudy.measures import curve_fit
+    from knitstudy.measures.measured_curve import Curve, simulated_curve
+    from knitstudy.stages.plan import Plan
+    from knitstudy.stages.simulate import simulate
+
+    chosen = console.changed_scene(scene, changes, config)
+    if chosen.value("rom.stiffness"):
+        why = "rom.stiffness is given in N/m, so that forces are not proportional to the modulus"
+        raise ConfigurationError(f"scene {chosen.name!r}: {why}; leave it out")
+    name = "-".join((chosen.name, measured.stem, *(each.partition("=")[2] for each in said["only"])))
+    whole = _read(measured, chosen, said)
+    curve, used = whole.within(chosen.load.strain), []
+    counted = f"{len(curve.strain)} of {len(whole.strain)} points"
+    click.echo(f"{measured}: {counted}, up to load.strain, {chosen.load.strain:g}", err=True)
+    if len(curve.strain) < curve_fit.LEAST:
+        raise DataFileError(f"{measured}: {curve_fit.LEAST} points are needed; set a larger load.strain")
+    plan = Plan.with_scenes(console.recorded(scene, {})[1] if console.is_result(scene) else {}, config)
+
+    @cache
+    def forces(friction: float | None, checked: bool = False) -> np.ndarray | None:
+        changed = ({} if friction is None else {FRICTION: friction}) | (dict(check) if checked else {})
+        try:
+            used.append(simulate(chosen.vary(changed), output, config=config, progress=Progress, plan=plan))
+            return simulated_curve(used[-1].history, used[-1].geometry).at(curve.strain)
+        except ConvergenceError as error:
+            if friction is None or checked:
+                raise
+            click.echo(f"friction {friction:.3g} is left out: {error}", err=True)
+            return None
+
+    def nearest(ratio: np.ndarray | float = 1.0) -> curve_fit.Fit:
+        if chosen.value(FRICTION) is None:
+            return curve_fit.fit(curve.force, np.zeros(1), ratio * forces(None)[None])
+        return curve_fit.search(curve.force, forces, sorted(between), ratio)
+
+    with log_on_console(verbose=False):
+        found = nearest()
+        if check:
+            ratio = forces(found.friction and found.friction[0], True) * found.factor[0] / found.forces
+            found = nearest(ratio)
+            off = f"{100 * (ratio.min() - 1):.2g} to {100 * (ratio.max() - 1):.2g} %"
+            click.echo(f"forces with --check differ by {off}, for which the fit is corrected", err=True)
+    moduli = {key: chosen.value(key) for key in MODULI if chosen.value(key) is not None}
+    values = {key: tuple(value * each for each in found.factor) for key, value in moduli.items()}
+    values |= {FRICTION: found.friction} if found.friction else {}
+    rows = [(key, *values[key], unit_of(key)) for key in values]
+    of = "force" if found.proportional else "largest force"
+    rows.append((f"what is left, of the {of}", 100 * found.noise, "", "", "%"))
+    table = pd.DataFrame(rows, columns=["quantity", "value", "95 % from", "to", "unit"])
+    console.print_table(list(table.columns), table.to_numpy())
+    table["note"] = ["; ".join(found.remarks()), *[""] * (len(rows) - 1)]
+    for line in found.remarks():
+        click.echo(line, err=True)
+    fitted = Curve(np.append(0, curve.strain), np.append(0, found.forces))
+    title = f"fit of {chosen.name} to {measured.name}, {len(used)} simulations"
+    _write(output / "fit" / name, table, (whole, {"fit": fitted}, found), title)
+    click.echo(" ".join(f"--set {key}={console.plain(value)}" for key, (value, *_) in values.items()))

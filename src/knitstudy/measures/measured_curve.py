@@ -1,0 +1,170 @@
+"""Measured curves: force per width over strain from a CSV file of a laboratory.
+
+Columns and units are those that the caller names, else those named before (a YAML file beside the CSV file keeps
+them), else those that the names of the columns tell, such as ``strain (%)`` or ``force_per_width_N_mm``.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+import yaml
+from scipy.interpolate import PchipInterpolator
+
+from knitstudy.errors import DataFileError
+from knitstudy.files import write_text
+from knitstudy.geometry.fabric import Fabric
+from knitstudy.registry import find
+from knitstudy.study.documents import read_yaml
+
+WORDS = {"strain": "strain|elongation|extension|displacement", "force": "force|load|(?<!ex)tension"}
+UNITS = {
+    "strain": {"%": 0.01, "1": 1.0, "mm/mm": 1.0, "mm": 1e-3, "cm": 1e-2, "m": 1.0},
+    "force": {"N/m": 1.0, "N/cm": 1e2, "N/mm": 1e3, "cN/cm": 1.0, "cN/mm": 10.0, "mN/mm": 1.0}
+    | {"N": 1.0, "cN": 1e-2, "mN": 1e-3, "kN": 1e3},
+}
+"""Over 1 or N/m; or over m and N, which are divided by a size of the specimen."""
+SIZES = {"mm": "length", "cm": "length", "m": "length"} | dict.fromkeys(("N", "cN", "mN", "kN"), "width")
+SCATTER = re.compile(r"[\W_](sd|std|dev|error|rate)", re.IGNORECASE)
+log = logging.getLogger(__name__)
+
+LARGEST = 1.5  # a strain without a unit that exceeds this one may be meant in %
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Force per width over strain, by rising strain."""
+
+    strain: np.ndarray  # (n,) [1]
+    force: np.ndarray  # (n,) [N/m]
+    unit: str = "N/m"  # in which the force is shown
+
+    def at(self, strain: np.ndarray) -> np.ndarray:
+        """Return the force per width [N/m] at strains on the curve, without overshoot between its points."""
+        return PchipInterpolator(self.strain, self.force)(strain)
+
+    def within(self, strain: float) -> Curve:
+        """Return the part up to a strain, without points at rest, which say nothing."""
+        inside = (self.strain > 0) & (self.strain <= strain * (1 + 1e-9))
+        return Curve(self.strain[inside], self.force[inside], self.unit)
+
+    def shown(self, unit: str) -> np.ndarray:
+        """Return the force per width in a unit."""
+        return self.force / UNITS["force"][unit]
+
+
+def simulated_curve(history: xr.Dataset, geometry: xr.Dataset) -> Curve:
+    """Return the curve of a history: of a cell its force per width, of a knit the force over its width at rest."""
+    axis = int(history.attrs["axis"])
+    if "force_per_width" in history:
+        return Curve(history["strain"].to_numpy(), history["force_per_width"].to_numpy()[:, axis])
+    width = Fabric.from_dataset(geometry).size[1 - axis]
+    return Curve(history["strain"].to_numpy(), history["force"].to_numpy() / width)
+
+
+def read_curve(path: Path, said: Mapping[str, Any], only: Mapping[str, str], direction: str) -> Curve:
+    """Return a curve of a CSV file, up to its largest strain.
+
+    `said` has for ``strain`` and ``force`` a column and its unit, and ``width`` and ``length`` of the specimen [m]; it
+    is kept beside the file. `only` has values of columns that tell curves apart; `direction`, "course" or "wale", is
+    chosen where a column has it. Raises DataFileError where the file does not hold one curve.
+    """
+    table, beside = _one_curve(_table(path), only, direction, path), path.with_suffix(".columns.yaml")
+    kept = read_yaml(beside) if beside.is_file() else {}
+    if not all(
+        len(each) == 2 if isinstance(each, list) else name in SIZES.values() for name, each in kept.items()
+    ):
+        raise DataFileError(
+            f"{beside}: is not as knitstudy wrote it; delete it, and name columns and units again"
+        )
+    how = kept | dict(said)
+    (strain, _), (force, unit) = (_values(table, name, how, path) for name in WORDS)
+    there = np.flatnonzero(np.isfinite(strain) & np.isfinite(force))
+    there = there[: np.argmax(strain[there]) + 1] if len(there) else there  # what follows is unloading
+    if len(there) < 3:
+        raise DataFileError(
+            f"{path}: has {len(there)} rows of numbers up to the largest strain; 3 are needed"
+        )
+    if said:
+        kept = {name: list(each) if name in WORDS else each for name, each in how.items()}
+        try:
+            write_text(f"# How knitstudy reads {path.name}; sizes in m\n{yaml.safe_dump(kept)}", beside)
+        except (OSError, DataFileError) as error:
+            log.warning("%s; columns and units have to be named again next time", error)
+    there = there[np.argsort(strain[there], kind="stable")]
+    return Curve(strain[there], force[there], "N/m" if unit in SIZES else unit)
+
+
+def _table(path: Path) -> pd.DataFrame:
+    """Return a table whose columns commas, tabs or semicolons part; `_numbers` reads decimal commas."""
+    try:
+        head = path.read_text(encoding="utf-8-sig").partition("\n")[0]
+        mark = next((each for each in ";\t" if each in head), ",")
+        table = pd.read_csv(path, sep=mark, skipinitialspace=True, encoding="utf-8-sig")
+    except (OSError, ValueError) as error:
+        said = " ".join(str(error).split())
+        raise DataFileError(
+            f"{path}: is no CSV file with names of columns in its first row ({said})"
+        ) from error
+    return table.rename(columns=lambda name: str(name).strip())
+
+
+def _one_curve(table: pd.DataFrame, only: Mapping[str, str], direction: str, path: Path) -> pd.DataFrame:
+    """Return the rows of one curve."""
+    for column, value in only.items():
+        there = find("column", table, column, str(path)).astype(str)
+        find(f"{column} in --only", dict.fromkeys(there), value, str(path))
+        table = table[there == value]
+    for column in table.select_dtypes(
+        exclude="number"
+    ):  # of which those without any number tell curves apart
+        names = table[column].dropna().astype(str)
+        if direction in set(names):
+            table = table[names == direction]
+        elif names.nunique() > 1 and _numbers(names).isna().all():
+            has = f"has {names.nunique()} curves by {column!r} ({', '.join(names.unique()[:4])})"
+            raise DataFileError(f"{path}: {has}: add --only {column}={names.iloc[0]}")
+    return table
+
+
+def _values(table: pd.DataFrame, name: str, how: Mapping[str, Any], path: Path) -> tuple[np.ndarray, str]:
+    """Return strain [1] or force [N/m], and the unit of its column."""
+    column, unit = how.get(name) or _recognised(table, name, path)
+    where = f"{path}: --{name}"
+    texts = find("column", table, column, where).astype(str).str.replace(",", ".")
+    values = pd.to_numeric(texts, errors="coerce").to_numpy(dtype=float) * find(
+        "unit", UNITS[name], unit, where
+    )
+    if (size := SIZES.get(unit)) is None:
+        return values, unit
+    if size not in how:
+        remedy = f"add --{size} of the specimen in m, for example --{size} 0.05"
+        raise DataFileError(f"{path}: {column!r} is in {unit}: {remedy}")
+    return values / how[size], unit
+
+
+def _numbers(texts: pd.Series) -> pd.Series:
+    return pd.to_numeric(texts.astype(str).str.replace(",", "."), errors="coerce").astype(float)
+
+
+def _recognised(table: pd.DataFrame, name: str, path: Path) -> tuple[str, str]:
+    """Return the column of strain or force, and its unit, by the names of the columns."""
+    found = [each for each in table if re.search(WORDS[name], each.lower()) and not SCATTER.search(each)]
+    add = f"add --{name} COLUMN UNIT, with a unit of {', '.join(UNITS[name])}"
+    if len(found) != 1:
+        are = f"{len(found) or 'no'} columns are named like a {name}: {', '.join(map(repr, found or table))}"
+        raise DataFileError(f"{path}: {are}; {add}")
+    for unit in sorted(UNITS[name], key=len, reverse=True):  # force [N], force (N/mm), force_N_mm
+        if re.search(rf"[\s_(\[,/]{re.escape(unit).replace('/', '[/_]')}[\])]?$", found[0]):
+            return found[0], unit
+    if name == "strain" and _numbers(table[found[0]]).max() <= LARGEST:
+        return found[0], "1"
+    raise DataFileError(f"{path}: {found[0]!r} does not say its unit; {add}")

@@ -1,0 +1,146 @@
+"""Curves of a laboratory are read as they come, and say modulus and friction within the intervals of the fit."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+
+from knitstudy.cli.main import main
+from knitstudy.errors import KnitstudyError
+from knitstudy.files import read_dataset, read_table
+from knitstudy.measures.curve_fit import search
+from knitstudy.measures.measured_curve import read_curve
+
+OPTIONS = {"strain": ("Weg", "mm"), "force": ("Kraft", "N"), "width": 0.05, "length": 0.1}
+PLAIN = "strain (%),force_per_width_N_mm\n1,0.1\n2,0.3\n4,0.9\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "said", "only"),
+    [
+        (PLAIN, {}, {}),
+        (PLAIN + "3,0.5\n2,0.2\n", {}, {}),  # unloading
+        ("Elongation [1];Load (N/m)\n0,01;100\n0,02;300,0\n0,04;900\n", {}, {}),
+        ("strain,strain_sd,force [N/cm]\n0.01,5,1\n0.02,5,3\n0.04,5,9\n", {}, {}),
+        ("Weg\tKraft\tN\nmm\tN\t-\n1\t5\t1\n2\t15\t2\n4\t45\t3\n", OPTIONS, {}),
+        ("direction,strain,load N/m\nwale,1,1\ncourse,.01,100\ncourse,.02,300\ncourse,.04,900\n", {}, {}),
+        ("yarn,strain,load N/m\nb,1,1\na,.01,100\na,.02,300\na,.04,900\n", {}, {"yarn": "a"}),
+    ],
+)
+def test_a_file_is_read_as_it_is(tmp_path, text, said, only):
+    path = tmp_path / "lab.csv"
+    path.write_text(text, encoding="utf-8-sig")
+    for _ in range(2):  # what was said is kept
+        curve = read_curve(path, said, only, "course")
+        np.testing.assert_allclose(curve.strain, [0.01, 0.02, 0.04])
+        np.testing.assert_allclose(curve.force, [100, 300, 900])
+        said = {}
+
+
+@pytest.mark.parametrize(
+    ("text", "said", "message"),
+    [
+        (
+            "Weg,Kraft\n1,2\n",
+            {},
+            "no columns are named like a strain: 'Weg', 'Kraft'; add --strain COLUMN UNIT",
+        ),
+        ("strain,load,force\n1,2,3\n", {}, "2 columns are named like a force: 'load', 'force'; add --force"),
+        ("strain,force_N\n1,2\n", {}, "'force_N' is in N: add --width of the specimen in m"),
+        ("strain,force_N_m\n5,2\n", {}, "'strain' does not say its unit; add --strain"),
+        (PLAIN, {"strain": ("strain", "%")}, "unknown column 'strain' (did you mean 'strain (%)'?)"),
+        ("yarn,strain,force_N_m\na,0,2\nb,0,2\n", {}, "has 2 curves by 'yarn' (a, b): add --only yarn=a"),
+        ("strain,force_N_m\n0,2\nx,1\n", {}, "has 1 rows of numbers up to the largest strain; 3 are needed"),
+        ("", {}, "is no CSV file with names of columns in its first row"),
+    ],
+)
+def test_what_cannot_be_read_is_said_with_a_remedy(tmp_path, text, said, message):
+    path = tmp_path / "lab.csv"
+    path.write_text(text)
+    with pytest.raises(KnitstudyError) as error:
+        read_curve(path, said, {}, "course")
+    assert str(error.value).startswith(f"{path}: ")
+    assert message in str(error.value)
+    assert len(str(error.value).splitlines()) == 1
+    assert [each.name for each in tmp_path.iterdir()] == ["lab.csv"]
+
+
+STRAIN = np.linspace(0.002, 0.05, 20)
+
+
+def forces(friction):
+    """Forces of a made-up knit: friction raises them, at small strains most, up to where all sticks."""
+    return 100 * STRAIN * (1 + 8 * STRAIN) * (1 + 0.8 * np.tanh(2 * friction) * np.exp(-STRAIN / 0.02))
+
+
+def noisy(seed, proportional, friction=0.4):
+    exact, noise = 1.3 * forces(friction), 0.02 * np.random.default_rng(seed).standard_normal(len(STRAIN))
+    return exact * (1 + noise) if proportional else exact + noise * exact.max()
+
+
+@pytest.mark.parametrize("proportional", [False, True])
+def test_intervals_cover_the_truth_as_often_as_they_say(proportional):
+    """Of 40 intervals of 95 % at least 34 cover it, but for one case in 700 (binomial)."""
+    fits = [search(noisy(seed, proportional), forces, (0.05, 1.0)) for seed in range(40)]
+    assert sum(each.factor[1] <= 1.3 <= each.factor[2] for each in fits) >= 34
+    assert sum(each.friction[1] <= 0.4 <= each.friction[2] for each in fits) >= 34
+    assert sum(each.proportional == proportional for each in fits) >= 34
+    assert np.mean([each.noise for each in fits]) == pytest.approx(0.02, rel=0.1)
+    assert max(each.friction[2] - each.friction[1] for each in fits) < 0.96
+
+
+@pytest.mark.parametrize(
+    ("frictions", "said"),
+    [
+        (
+            lambda friction: forces(0.4),
+            "friction cannot be told from this curve: all values between 0.05 and 1",
+        ),
+        (lambda friction: forces(min(friction, 0.4)), "friction is at least 0.3"),
+        (lambda friction: forces(max(friction, 0.4)), "friction is at most 0.4"),
+        (lambda friction: forces(friction) * np.exp(-10 * STRAIN), "neighbours correlate by 0."),
+    ],
+)
+def test_what_cannot_be_told_is_said(frictions, said):
+    (remark,) = [each for each in search(noisy(1, True), frictions, (0.05, 1.0)).remarks() if said in each]
+    assert remark
+
+
+def test_frictions_that_do_not_converge_are_left_out():
+    found = search(noisy(0, True), lambda friction: None if friction < 0.1 else forces(friction), (0.05, 1.0))
+    assert found.friction[1] <= 0.4 <= found.friction[2]
+    with pytest.raises(KnitstudyError, match="2 of 5 frictions could be simulated, and 3 are needed"):
+        search(noisy(0, True), lambda friction: forces(friction) if friction > 0.6 else None, (0.05, 1.0))
+
+
+def test_modulus_of_a_tied_cell_by_the_commands(tmp_path, monkeypatch):
+    """Forces are proportional to it: of a curve without noise it is exact, and the factor of the measured one."""
+    monkeypatch.chdir(tmp_path)
+
+    def knitstudy(*arguments):
+        ended = CliRunner().invoke(main, [str(each) for each in arguments])
+        assert ended.exit_code == 0, ended.stderr
+        return ended
+
+    keys = ("pattern.loops=1", "pattern.rows=1", "rom.contacts_from=null", "mesh.beam_size=1.5", "name=cell")
+    changes = [word for key in keys for word in ("--set", key)]
+    knitstudy("run", "rom3d-tie-course", *changes)
+    result = tmp_path / "results" / "simulation" / "cell.nc"
+    history = read_dataset(result)
+    table = pd.DataFrame({"strain (%)": 100 * history["strain"], "load (N)": 1.25 * history["force"]})
+    table.to_csv("lab.csv", index=False)
+    geometry = read_dataset(next((tmp_path / "results" / "geometry").glob("*.nc")))
+    size = ("--width", float(geometry["course_spacing"]))
+    rows = dict(
+        line.split("\t")[:2] for line in knitstudy("compare", result, "lab.csv", *size).stdout.splitlines()
+    )
+    assert float(rows["nearest Young's modulus"]) == pytest.approx(1.25 * 1.3e9, rel=1e-5)
+    assert float(rows["distance"]) == pytest.approx(20, rel=1e-5)
+    said = knitstudy("fit", "rom3d-tie-course", "lab.csv", *changes).stderr  # the width is kept
+    assert "friction cannot be told: no yarns of the scene slide with friction" in said
+    found = read_table("results/fit/cell-lab.csv").iloc[0]
+    assert found["note"].startswith("friction cannot be told")
+    for column in ("value", "95 % from", "to"):
+        assert found[column] == pytest.approx(1.25 * 1.3e9, rel=1e-9)
+    assert (tmp_path / "results" / "fit" / "cell-lab.png").stat().st_size > 10_000
+    assert (tmp_path / "results" / "simulation" / "cell-lab.png").stat().st_size > 10_000

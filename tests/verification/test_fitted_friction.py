@@ -1,0 +1,32 @@
+"""Friction and modulus of a curve of finer beams with 2 % noise, found with coarser ones."""
+
+from functools import cache
+
+import numpy as np
+
+from knitstudy.measures.curve_fit import search
+from knitstudy.measures.measured_curve import simulated_curve
+from knitstudy.stages.simulate import simulate
+from knitstudy.study.configuration import load_scene
+
+KEYS = {"pattern.loops": 1, "load.strain": 0.03, "load.stops": [], "solver.increments": 10, "outputs": []}
+STRAIN = np.linspace(0.001, 0.03, 30)
+
+
+@cache
+def forces(friction, size=1.5):
+    changes = KEYS | {"contact.friction": friction, "mesh.beam_size": size}
+    results = simulate(load_scene("beam-isotropic-course").vary(changes))
+    return simulated_curve(results.history, results.geometry).at(STRAIN)
+
+
+def test_fit_finds_friction_and_modulus_of_another_resolution():
+    noise = 1 + 0.02 * np.random.default_rng(0).standard_normal(len(STRAIN))
+    measured = 0.8 * forces(0.3, size=1.0) * noise
+    rough = search(measured, forces, (0.05, 1.0))
+    finer = forces(rough.friction[0], size=1.0)  # what `knitstudy fit --check` does
+    found = search(measured, forces, (0.05, 1.0), finer * rough.factor[0] / rough.forces)
+    assert found.factor[1] <= 0.8 <= found.factor[2]
+    assert found.friction[1] <= 0.3 <= found.friction[2]
+    assert found.friction[2] - found.friction[1] < 0.3
+    assert found.remarks() == []
