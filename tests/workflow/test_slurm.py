@@ -87,10 +87,11 @@ def test_killed_cancelled_and_without_memory(own, jobs):
         assert jobs("%m")[-2:] == ["330M", "660M"]
     for path in (ONE, FOUR):
         again = own.run("-m", "knitstudy", "run", path, "--anew")
-        assert "to the last bit" in again.stdout, again.stdout + again.stderr
+        assert "to the last bit" in again.stderr, again.stdout + again.stderr
 
 
 def test_campaign_is_an_array_whose_jobs_ask_for_what_the_largest_needs(own, jobs):
+    assert own.snakemake("campaign", "--until", "geometry", *OWN).returncode == 0
     campaign = ("campaign", "--slurm-array-jobs", "simulation", *OWN)
     _, said = on_slurm(own, "--jobs", "1", *campaign).communicate()
     assert "--jobs is 1 but must be at least 2" in said
