@@ -69,7 +69,7 @@ def test_what_cannot_be_read_is_said_with_a_remedy(tmp_path, text, said, message
 def test_columns_that_were_kept_otherwise_are_refused(tmp_path, kept):
     (tmp_path / "lab.csv").write_text(PLAIN)
     (tmp_path / "lab.columns.yaml").write_text(kept)
-    with pytest.raises(KnitstudyError, match="lab.columns.yaml: is not as knitstudy wrote it; delete it"):
+    with pytest.raises(KnitstudyError, match=r"columns\.yaml: is not as knitstudy wrote it; delete it"):
         read_curve(tmp_path / "lab.csv", {}, {}, "course")
 
 
