@@ -2,6 +2,7 @@
 
 import logging
 from itertools import chain
+from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import sweeping
 import synthetic
 import xarray as xr
 from matplotlib.image import imread
+from matplotlib.text import Text
 from PIL import Image
 
 from knitstudy.contacts.contacts import extract
@@ -137,7 +139,7 @@ def results(knit, plain_scene, touching, pairs, paper, cases):
     outcome = (("course", "wale"), np.arange(6.0).reshape(2, 3) % len(OUTCOMES))
     spacings = {"course": [3.0, 4.0], "wale": [4.0, 5.0, 6.0]}
     own["fig_loops"] = {"feasible": xr.Dataset({"outcome": outcome, "bend": outcome}, spacings)}
-    own |= {"fig16_wale": own["fig16_out_of_plane"]}
+    own |= {"fig16_wale": own["fig16_out_of_plane"], "fig15_variants": own["fig15_force_strain"]}
     in_contact = ("fig07_contact", "fig08_out_of_plane", "fig10_kinematics")
 
     def find(name):
@@ -194,6 +196,15 @@ def test_every_figure_is_written_with_units_and_its_origin(drawn, results, name,
     assert all("(" in label for label in labels if label), "units"
     legends = [*figure.legends, *filter(None, (axes.get_legend() for axes in figure.axes))]
     assert all(len(legend.get_texts()) <= 7 for legend in legends)
+    small = {
+        text.get_text()
+        for text in figure.findobj(Text)
+        if text.get_text().strip() and text.get_fontsize() < 8
+    }
+    assert not small, "labels of eight points at least"
+    for axes in filter(attrgetter("axison"), figure.axes):
+        curves = [line for line in axes.lines if len(line.get_xdata()) > 2 and line.get_linestyle() != "None"]
+        assert len(curves) <= 5, "no more can be told apart"
 
 
 def test_figure_that_cannot_be_rendered_is_left_out_with_a_note(results, monkeypatch, caplog):
@@ -209,8 +220,7 @@ def test_figure_that_cannot_be_rendered_is_left_out_with_a_note(results, monkeyp
 
 
 def test_force_curves_end_with_their_names_and_the_highest_is_cut(drawn, cases):
-    *panels, others = drawn("fig15_force_strain").axes
-    axes, histories = panels[0], study.histories(cases)
+    axes, histories = drawn("fig15_force_strain").axes[0], study.histories(cases)
     for model in ("dns", "rom3d", "rom2d"):
         history = histories[f"{model}-tie-course"]
         curve = np.column_stack([100 * history["strain"], history["force"]])
@@ -221,6 +231,7 @@ def test_force_curves_end_with_their_names_and_the_highest_is_cut(drawn, cases):
         "DNS\n12.0 N\n(1.00 ± 0.02)",
     ]
     assert axes.get_ylim()[1] == pytest.approx(CUT * 14.4)
+    others = drawn("fig15_variants").axes[0]
     assert "3D ROM, pinned joints" in [label.get_text() for label in others.get_yticklabels()]
 
 

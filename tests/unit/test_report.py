@@ -9,9 +9,10 @@ import synthetic
 import yaml
 from matplotlib.figure import Figure
 
+from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import save
-from knitstudy.report.page import render
+from knitstudy.report.page import numbers, render
 from knitstudy.tables.catalogue import TABLES
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -28,6 +29,17 @@ CAPTIONS = {
         for name in FIGURES.names()
     },
     "tables": {name: {"caption": f"about {name}"} for name in TABLES.names()},
+    "opening": {
+        "asked": "What is asked?",
+        "pictures": ["none", "fig09_interactions"],
+        "sentences": ["b is {{ value('t', 'a', 'b') }}.", "Left out: {{ value('t', 'c', 'b') }}."],
+    },
+}
+CAPTIONS["figures"]["fig02_interfaces"]["folded"] = True
+CAPTIONS["figures"]["fig03_interactions"]["numbers"] = {
+    "table": "t",
+    "columns": {"size (m)": "b"},
+    "rows": ["a"],
 }
 
 
@@ -57,7 +69,11 @@ def results():
     full = {
         "where": "here",
         "claim": "one",
-        "measured": "7 mm",
+        "short": "first",
+        "quantity": "length",
+        "ours": "7 mm",
+        "paper": "8 mm",
+        "measured": "length | 7 mm | 8 mm\nwidth | 3 mm | ",
         "verdict": "not reproduced",
         "note": "only so far",
     }
@@ -69,6 +85,7 @@ def results():
     }
     none = {
         "where": "there",
+        "short": "second",
         "claim": "two",
         "verdict": "not yet run",
         "rule": "none",
@@ -83,7 +100,7 @@ def page(pictures, results):
     TABLES.add("t", "of another package", texts={"caption": "of t"})(lambda: None)
     provenance = pd.DataFrame({"file": ["dns/a.nc"], "scene": ["dns-a"]})
     results = results | {"t": results["geometry"]}
-    kept = results["verdicts"].assign(made="2026-11-20", measured="9 mm", verdict="not decidable")
+    kept = results["verdicts"].assign(made="2026-11-20", ours="9 mm", verdict="not decidable")
     notes = ["The reference is old."]
     yield render(REPORT / "template.html", CAPTIONS, pictures, results, provenance, "reduced", notes, kept)
     TABLES.forget("t")
@@ -91,7 +108,8 @@ def page(pictures, results):
 
 def test_page_holds_every_figure_and_table_in_order_and_nothing_from_elsewhere(page):
     pictures = re.findall(r'<img src="data:image/webp;base64,[\w+/=]+" [^>]*alt="sight of (\w+)"', page)
-    assert pictures == list(FIGURES.names()) == re.findall(r'<a href="figures/(\w+)\.png"><img ', page)
+    assert pictures[0] == "fig09_interactions"
+    assert sorted(pictures) == sorted(FIGURES.names())
     for name in TABLES.names():
         assert f'href="tables/{name}.csv"' in page
     loaded = re.findall(r'(?:src|srcset|poster|data)="([^"]*)"', page) + re.findall(r"url\(([^)]*)\)", page)
@@ -99,13 +117,47 @@ def test_page_holds_every_figure_and_table_in_order_and_nothing_from_elsewhere(p
     assert not re.search(r"<(?:script|link|iframe|object)\b", page)
     assert 'href="dns/a.nc"' in page
     assert "dns of dns-a [beef]" in page
-    parts = ("verdicts", "comparison", "fig15_force_strain", "rom_distance", "fig01_unit_cell")
+    parts = (
+        "top",
+        "verdicts",
+        "fig15_force_strain",
+        "fig01_unit_cell",
+        "fig02_interfaces",
+        "rom_distance",
+        "data",
+    )
     places = [page.index(f'id="{part}"') for part in parts]
-    assert places == sorted(places), "the page opens on verdicts and the comparison of models"
+    assert places == sorted(places), "folded figures and tables come last"
+
+
+def test_page_opens_with_what_was_asked_a_picture_and_sentences(page):
+    head = page[: page.index("<main>")]
+    assert "What is asked?" in head
+    assert head.count("<img ") == 1
+    assert "<p>b is 1.23.</p>" in head, "sentences without a number are left out"
+
+
+def test_a_verdict_is_one_line_and_all_else_is_folded(page):
+    lines = re.findall(r'<details class="claim"><summary class="line">(.*?)</summary>', page, flags=re.DOTALL)
+    said = [re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", line)).strip() for line in lines]
+    assert said == [
+        "G1 first not reproduced length 8 mm 7 mm",
+        "K1 second not yet run 9 mm (full study)",
+    ]
+    assert "<td>width</td><td>3 mm</td>" in page
+
+
+def test_numbers_of_a_figure_stand_in_a_table(results):
+    table = {"t": results["geometry"]}
+    shown = numbers(table, "t", {"size (m)": "b"})
+    assert (shown["header"], shown["rows"]) == (["name", "size (m)"], [["a", "1.235"], ["c", "–"]])
+    assert numbers({}, "t", {"size (m)": "b"}) is None
+    with pytest.raises(ConfigurationError, match="captions: table 't' has no column 'z'"):
+        numbers(table, "t", {"size": "z"})
 
 
 def test_captions_name_all_figures_and_tables(captions):
     assert set(captions["figures"]) == set(FIGURES.names())
     assert set(captions["tables"]) == set(TABLES.names())
     for texts in captions["figures"].values():
-        assert set(texts) == {"alt", "caption", "paper", "ours"}
+        assert set(texts) - {"folded", "numbers"} == {"alt", "caption", "paper", "ours"}

@@ -1,6 +1,7 @@
-"""The README and the tutorial run as they are printed, and all links of pages lead somewhere."""
+"""The README and the tutorials run as they are printed, and all links of pages lead somewhere."""
 
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 TUTORIAL = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
+JERSEY = (ROOT / "docs" / "jersey.md").read_text(encoding="utf-8")
 CORE = (ROOT / "docs" / "core.md").read_text(encoding="utf-8")
 PAGES = [ROOT / "README.md", ROOT / "config" / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
@@ -51,6 +53,34 @@ def test_tutorial(fresh, tmp_path):
     direct = list((tmp_path / "my-results" / "simulation").glob("dns-*.nc"))
     assert len(direct) == 1, "the reduced model takes its joints from the same run"
     assert (tmp_path / "my-results" / "force.png").stat().st_size > 10_000
+
+
+def test_your_own_jersey(fresh, tmp_path):
+    """All commands, in their order, at less strain and with fewer cells."""
+    (scenes,) = blocks(JERSEY, "yaml")
+    small = {f"load.strain: 0.{each}0": "load.strain: 0.05\n    solver.increments: 2" for each in (2, 3)}
+    small |= {"pattern.loops: 4": "pattern.loops: 1", "pattern.rows: 4": "pattern.rows: 3"}
+    for printed, tiny in small.items():
+        assert scenes.count(printed) == 1
+        scenes = scenes.replace(printed, tiny)
+    (tmp_path / "jersey.yaml").write_text(scenes)
+    command = f'set -e\nknitstudy() {{ {shlex.quote(sys.executable)} -m knitstudy "$@"; }}\n'
+    script = command + "\n".join(blocks(JERSEY, "bash"))
+    said = subprocess.run(
+        ["bash", "-c", script],
+        cwd=tmp_path,
+        env=fresh.environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert said.returncode == 0, said.stderr
+    for line in ("course force over width at the end", "wale strain at the end", "mesh.degree"):
+        assert line in said.stdout
+    (code,) = blocks(JERSEY, "python")
+    last = run(code, tmp_path, fresh.environment).stdout.splitlines()
+    assert [re.sub(r"\d+ N/m", "_", line) for line in last] == ["cell: _ at 5%", "swatch: _ at 5%"]
+    assert all((tmp_path / f"{name}.png").stat().st_size > 10_000 for name in ("loop", "cell", "edges"))
 
 
 def test_snakemake_commands_of_the_readme(fresh):

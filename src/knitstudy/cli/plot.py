@@ -52,10 +52,10 @@ def _contacts(dataset: xr.Dataset, axes: Axes) -> None:
     force = np.linalg.norm(dataset["force"].to_numpy(), axis=-1)
     for zone, colour in enumerate(YARNS):
         chosen = dataset["zone"].to_numpy() == zone
-        lines = axes.plot(PERCENT * dataset["strain"], force[:, chosen], color=colour, linewidth=0.9)
-        for line in lines[:1]:
-            line.set_label(f"zone {zone}")
-    axes.set(xlabel="strain (%)", ylabel="force at a crossing (N)")
+        if chosen.any():
+            largest = force[:, chosen].max(axis=1)
+            axes.plot(PERCENT * dataset["strain"], largest, color=colour, label=f"zone {zone}")
+    axes.set(xlabel="strain (%)", ylabel="largest force at a crossing (N)")
     axes.legend()
 
 

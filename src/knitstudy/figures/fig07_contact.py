@@ -69,7 +69,7 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     upper, lower = (place(drawing, 0.075, foot + bottom, 0.4, high) for bottom, high in ((49, 30), (17, 28)))
     _draw_curves(upper, lower, place(drawing, 0.57, foot + 17, 0.4, 62), dns, contacts)
     text = ";  ".join(point.label for point in points)
-    drawing.text(0.5, 1 - (CURVES - 2) / (foot + CURVES), text, ha="center", va="bottom", fontsize=7.0)
+    drawing.text(0.5, 1 - (CURVES - 2) / (foot + CURVES), text, ha="center", va="bottom")
     touching = [_touching(dns, cell, point.increment) for point in points]
     largest = max((pressure.max(initial=0) for _, pressure in touching), default=0) or 1.0
     scale = ScalarMappable(Normalize(0, MEGAPASCAL * largest), "cividis")
@@ -103,7 +103,6 @@ def _draw_curves(upper: Axes, lower: Axes, force: Axes, dns: xr.Dataset, contact
             axes.axvline(PERCENT * point.strain, color=FAINT, linewidth=0.7, linestyle=":", zorder=0)
     upper.set(xlabel="", xticklabels=[])
     onset.set(xlabel="strain (%)")
-    onset.tick_params(labelsize=6.0)
     upper.yaxis.set_major_locator(MaxNLocator(integer=True))
     for axes, letter in ((upper, "a"), (force, "b")):
         above = 1 + NUMBERS / (INCH * axes.figure.get_figheight() * axes.get_position().height)

@@ -90,4 +90,4 @@ def draw_forces(axes: Axes, contacts: xr.Dataset, sign: np.ndarray) -> None:
         look = {"color": colour, "width": 0.3, "zorder": 6, "path_effects": HALO, "label": text}
         axes.quiver(*tail.T, *arm.T, angles="xy", units="xy", scale_units="xy", scale=1, **look)
     title = f"longest arrow {size[acting].max():.3g} N"
-    axes.legend(loc="lower center", bbox_to_anchor=(0.48, -0.03), ncols=2, title=title, title_fontsize=7.5)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.48, -0.03), ncols=2, title=title)

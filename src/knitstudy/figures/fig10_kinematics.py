@@ -39,7 +39,7 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import centre_cell, closest_neighbour, rotation_angle
 
-CURVES = 131.0  # height of the curves [mm]
+CURVES = 112.0  # height of the curves [mm]
 REACH = 2.4  # half the width of the pictures of the crossing, in radii
 MAGNIFIED = 5.0  # rotation and sliding in these pictures; yarns are true to scale
 LOWER, UPPER = "#0072B2", "#D55E00"
@@ -57,10 +57,10 @@ ZONES = (
 SIDES = ("yarn of the lower row", "yarn of the upper row")
 
 QUANTITIES: dict[str, Callable[[xr.Dataset], np.ndarray]] = {
-    "rotation of\nthe section (°)": lambda contacts: np.degrees(rotation_angle(contacts)),
-    "shortening between\ncrossings (%)": lambda contacts: PERCENT * closest_neighbour(contacts),
-    "sliding along\nthe yarn (µm)": lambda contacts: MICROMETRE * np.abs(contacts["sliding"].to_numpy()),
-    "spin of the contact\nabout the yarn (°)": lambda contacts: np.degrees(contacts["contact_spin"]),
+    "rotation\n(°)": lambda contacts: np.degrees(rotation_angle(contacts)),
+    "shortening\n(%)": lambda contacts: PERCENT * closest_neighbour(contacts),
+    "sliding\n(µm)": lambda contacts: MICROMETRE * np.abs(contacts["sliding"].to_numpy()),
+    "spin of the\ncontact (°)": lambda contacts: np.degrees(contacts["contact_spin"]),
 }
 """Values (I, K, 2) of each row of panels, from above to below, by the label of the axis."""
 
@@ -108,7 +108,6 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
         transform=panels[1].transAxes,
         ha="center",
         va="top",
-        fontsize=7.0,
     )
     _draw_spin(section, np.nan_to_num(states["contact_spin"]))
     _draw_histories(drawing, contacts)

@@ -1,4 +1,4 @@
-"""Fig. 11: largest out-of-plane motion against course spacing (a) and yarn diameter (b), by what is held fixed."""
+"""Fig. 11: largest out-of-plane motion against course spacing and yarn diameter, by what is held fixed."""
 
 from __future__ import annotations
 
@@ -15,12 +15,11 @@ from knitstudy.figures.renderer import MILLIMETRE
 from knitstudy.figures.style import DOUBLE, INK, figure, panel_letter, shared_legend
 from knitstudy.measures.catalogue import DRAWN, of_case, several
 from knitstudy.measures.discretisation import INTERACTIONS, SOLID_YARNS
-from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.sweeps import DIAMETER, HELD, SPACING, Point, Sweep, sweeps_of
 from knitstudy.study.scene import Scene
 
 COLOURS = {"wale_spacing": INK, "length": "#0072B2", "shape": "#D9740B"}  # by the quantity that is held fixed
-LOOKS = {"isotropic": ("-", "o"), "tie": ("--", "s")}  # dash and marker by interaction
+LOOKS = {"isotropic": ("-", "o"), "tie": ("--", "s")}  # dash and marker by interaction, a row each
 BARS = {"linewidth": 1.2, "elinewidth": 0.6, "capsize": 1.8, "clip_on": False}
 CHECKS = {True: "D", False: "^"}  # marker of other discretisations: whether of solid yarns
 
@@ -39,40 +38,35 @@ def draw(
     scenes: Mapping[str, Scene],
     reference: pd.DataFrame,
 ) -> Figure:
-    """Draw the largest |u_z| at full strain, and its share of the diameter, over both."""
+    """Draw the largest |u_z| at full strain over both, with friction above and with ties below."""
     spacings, diameters = (sweeps_of(key, drawn | sweeps, scenes, reference) for key in (SPACING, DIAMETER))
     spacing = MILLIMETRE * spacings[0].points[0].scene.pattern.course_spacing
     columns = (
         ("course spacing (mm)", spacings, spacing),
         ("yarn diameter (mm)", diameters, MILLIMETRE),
     )
-    quantities = (
-        ("largest $|u_z|$ (mm)", lambda point: point.u_z.of(lambda value: MILLIMETRE * value)),
-        ("largest $|u_z|$ over diameter (1)", lambda point: point.over_diameter),
-    )
     drawing = figure(DOUBLE, 125.0, layout="constrained")
-    panels = drawing.subplots(2, 2, sharex="col")
+    panels = drawing.subplots(2, 2, sharex="col", sharey="row")
     for k, (label, series, unit) in enumerate(columns):
-        for axes, (name, quantity) in zip(panels[:, k], quantities, strict=True):
+        for row, (kind, axes) in enumerate(zip(LOOKS, panels[:, k], strict=True)):
             for each in series:
-                _draw_series(axes, each, lambda point, unit=unit: unit * point.value, quantity)
-            axes.set(ylabel=name, ylim=(0, None))
+                if each.interaction == kind:
+                    _draw_series(axes, each, lambda point, unit=unit: unit * point.value)
+            axes.set(ylim=(0, None))
+            panel_letter(axes, "abcd"[2 * row + k], INTERACTIONS[kind])
+            panels[row, 0].set_ylabel("largest out-of-plane motion (mm)")
         panels[1, k].set_xlabel(label)
-        panel_letter(panels[0, k], "ab"[k])
-    shared_legend(drawing, loc="outside lower left", ncols=3, fontsize=6.0, handlelength=3.0)
+    shared_legend(drawing, loc="outside lower left", ncols=3, handlelength=2.5)
     return drawing
 
 
-def _draw_series(
-    axes: Axes, series: Sweep, scale: Callable[[Point], float], quantity: Callable[[Point], Estimate]
-) -> None:
-    found = [quantity(point) for point in series.points]
+def _draw_series(axes: Axes, series: Sweep, scale: Callable[[Point], float]) -> None:
+    found = [point.u_z.of(lambda value: MILLIMETRE * value) for point in series.points]
     dash, marker = LOOKS[series.interaction]
     look = {"color": COLOURS[series.keep], **BARS}
     if series.main:
         look |= {"linestyle": dash, "marker": marker, "markersize": 3.5}
-        held = f"{HELD[series.keep]}, {INTERACTIONS[series.interaction]}"
-        look["label"] = "the same with ties" if series.interaction == "tie" else held
+        look["label"] = HELD[series.keep]
     else:
         marker = CHECKS[series.made_of.startswith(SOLID_YARNS)]
         look |= {"linestyle": "none", "marker": marker, "markersize": 5.0, "markerfacecolor": "none"}

@@ -1,4 +1,4 @@
-"""Fig. 15: force against strain of the three models and the reference in four cases, and other models beside them."""
+"""Fig. 15: force against strain of the three models and the reference in four cases; their variants."""
 
 from __future__ import annotations
 
@@ -27,8 +27,9 @@ from knitstudy.figures.style import (
     figure,
     panel_letter,
     place,
+    shared_legend,
 )
-from knitstudy.measures.cases import Case, Simulation, cases_of
+from knitstudy.measures.cases import cases_of
 from knitstudy.measures.catalogue import (
     CASES,
     OTHER_SOLIDS,
@@ -47,80 +48,95 @@ from knitstudy.study.scene import Scene
 # Names of the scenes.
 SHOWN = [name for case in CASES for name in of_case(case, SOLIDS + OTHER_SOLIDS + REDUCED)]
 
-# Above the axes, their height, below them for their labels, and of a line of (e) [mm].
-HEAD, HEIGHT, FOOT, LINE = 7.0, 60.0, 13.0, 4.2
+RESULTS = {
+    "every": several("simulation", *SHOWN),
+    "dns": solid("simulation", "tie-course"),
+    "rom3d": network("rom3d", "tie-course"),
+    "rom2d": network("rom2d", "tie-course"),
+}
+
+# Above the axes, their height, below them for their labels, and of a line of variants [mm].
+HEAD, HEIGHT, FOOT, LINE = 7.0, 48.0, 12.0, 4.6
 CUT = 1.6  # an axis ends at so much of the second largest value where the largest one lies beyond
-LINE_OF_TEXT = 3.1  # height [mm]
-CASE_LOOKS = {"tie": (INK, "s"), "isotropic": ("#D9740B", "o")}  # colour and marker in (e)
+LINE_OF_TEXT = 3.5  # height [mm]
+# Looks of variants
+WAYS = {
+    "course": {"fmt": "s", "color": INK},
+    "wale": {"fmt": "o", "color": "#D9740B", "markerfacecolor": PAPER},
+}
 
 
 @FIGURES.add(
     "fig15_force_strain",
     "Fig. 15: force against strain of the direct simulation and the reduced models",
-    results={
-        "every": several("simulation", *SHOWN),
-        "dns": solid("simulation", "tie-course"),
-        "rom3d": network("rom3d", "tie-course"),
-        "rom2d": network("rom2d", "tie-course"),
-    },
+    results=RESULTS,
     order=1,
 )
 def draw(
-    every: Mapping[str, xr.Dataset],
-    scenes: Mapping[str, Scene],
-    reference: pd.DataFrame,
-    **first: xr.Dataset,
+    every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame, **first: xr.Dataset
 ) -> Figure:
-    """Draw a panel for each case that has all three models, and below them the stiffness of all other models.
+    """Draw a panel for each case that has all three models.
 
     The models of the first case are asked for by themselves: a study without them has no such figure.
     """
     cases = [case for case in cases_of(every, scenes, reference) if len(case.main) == 2]
-    others = [
-        (case, model)
-        for case in cases
-        for model in (*case.others, *case.reduced)
-        if model.scene.name not in {each.scene.name for each in (case.dns, *case.main.values())}
-    ]
-    names = list(dict.fromkeys(model.label for _, model in others))
-    below = HEAD + LINE * len(names) + FOOT if names else 0.0
     rows = -(-len(cases) // 2)
-    drawing = figure(DOUBLE, rows * (HEAD + HEIGHT + FOOT) + below)
+    drawing = figure(DOUBLE, rows * (HEAD + HEIGHT + FOOT))
     for k, case in enumerate(cases):
         row, column = divmod(k, 2)
-        bottom = below + (rows - row) * (HEAD + HEIGHT + FOOT) - HEAD - HEIGHT
-        axes = place(drawing, 0.075 + 0.5 * column, bottom, 0.29, HEIGHT)
+        bottom = (rows - row) * (HEAD + HEIGHT + FOOT) - HEAD - HEIGHT
+        axes = place(drawing, 0.075 + 0.5 * column, bottom, 0.27, HEIGHT)
         main = [(DIRECT, case.dns), *((MODELS[name], case.main[name]) for name in ("rom3d", "rom2d"))]
         curves = [force_curve(look, model.history, case.reference) for look, model in main]
         draw_curves(axes, curves, "reaction force", "N", case.direction, CUT)
         draw_reference(axes, case.reference)
         panel_letter(axes, "abcd"[k], f"{INTERACTIONS[case.interaction]}, {case.direction} tension")
-    if names:
-        _draw_others(place(drawing, 0.41, FOOT, 0.35, LINE * len(names)), others, names)
     return drawing
 
 
-def _draw_others(axes: Axes, others: Sequence[tuple[Case, Simulation]], names: Sequence[str]) -> None:
-    """Draw forces of other models at full strain over the reference's, a line for each and a mark for each case."""
+@FIGURES.add(
+    "fig15_variants",
+    "Fig. 15, variants: forces on other meshes and of other joints and springs",
+    results=RESULTS,
+    order=1.5,
+)
+def draw_variants(
+    every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame, **first: xr.Dataset
+) -> Figure:
+    """Draw forces at full strain over the reference's: a panel for each interaction, a line for each model."""
+    cases = [case for case in cases_of(every, scenes, reference) if len(case.main) == 2]
+    others = [
+        (case, model)
+        for case in cases
+        for model in (*case.others, *case.reduced)
+        if model not in (case.dns, *case.main.values())
+    ]
+    names = list(dict.fromkeys(model.label for _, model in others))
+    kinds = list(dict.fromkeys(case.interaction for case in cases))
+    high = LINE * max(len(names), 1)
+    drawing = figure(DOUBLE, HEAD + high + 1.6 * FOOT)
+    places = [place(drawing, 0.45 + 0.28 * k, 1.6 * FOOT, 0.26, high) for k in range(len(kinds))]
+    for axes in places[1:]:
+        axes.sharex(places[0])
     for case, model in others:
         ratio = case.reference.force_ratio(model.history)
         if not ratio.known:
             ratio = Estimate(float(model.history["force"][-1] / case.dns.history["force"][-1]), 0.0)
-        colour, marker = CASE_LOOKS[case.interaction]
-        look = {"fmt": marker, "color": colour, "label": case.label}
-        look |= {"markerfacecolor": PAPER} if case.direction == "wale" else {}
-        axes.errorbar(ratio.value, names.index(model.label), xerr=ratio.uncertainty, **look)
-    axes.axvline(1.0, color=FAINT, linewidth=0.8, zorder=0)
-    axes.set(xscale="log", ylim=(len(names) - 0.5, -0.5), yticks=range(len(names)))
-    axes.set_yticklabels(names, fontsize=6.5)
-    axes.set_xlabel(f"force at full strain over the {owners(case.reference for case, _ in others)} (1)")
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.xaxis.set_major_formatter("{x:g}")
-    axes.xaxis.set_minor_formatter("")
-    axes.grid(axis="y", linewidth=0.4, color=FAINT, alpha=0.5)
-    panel_letter(axes, "e", "the DNS on other meshes, and variants of the reduced models")
-    unique = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
-    axes.legend(unique.values(), unique.keys(), loc="upper left", bbox_to_anchor=(1.01, 1.0), fontsize=6.5)
+        look = WAYS[case.direction] | {"label": f"{case.direction} tension", "xerr": ratio.uncertainty}
+        places[kinds.index(case.interaction)].errorbar(ratio.value, names.index(model.label), **look)
+    for letter, kind, axes in zip("ab", kinds, places, strict=False):
+        axes.axvline(1.0, color=FAINT, linewidth=0.8, zorder=0)
+        axes.set(xscale="log", ylim=(len(names) - 0.5, -0.5), yticks=range(len(names)))
+        axes.set_yticklabels(names if axes is places[0] else [])
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.xaxis.set_minor_formatter("")
+        axes.grid(axis="y", linewidth=0.4, color=FAINT, alpha=0.5)
+        panel_letter(axes, letter, INTERACTIONS[kind])
+    quantity = f"force at full strain over the {owners(case.reference for case in cases)} (1)"
+    drawing.supxlabel(quantity, x=0.71, y=0.08, fontsize=8.0)
+    shared_legend(drawing, ncols=2, bbox_to_anchor=(0.71, 0.0))
+    return drawing
 
 
 # ---- curves over strain, with name and last value beside their ends, and the reference's band ----
@@ -178,7 +194,7 @@ def draw_curves(
         high = 0.5 * line * (1 + text.count("\n"))
         middle = min(float(curve.value[-1]), highest - high)
         highest = middle - high
-        look = {"va": "center", "color": curve.look.colour, "annotation_clip": False, "fontsize": 7.0}
+        look = {"va": "center", "color": curve.look.colour, "annotation_clip": False}
         at = (PERCENT * float(curve.strain[-1]), middle)
         axes.annotate(text, at, xytext=(7, 0), textcoords="offset points", **look)
 
@@ -193,4 +209,4 @@ def draw_reference(axes: Axes, reference: Reference, unit: float = 1.0) -> None:
     look = {"color": INK, "linestyle": "none", "marker": "s", "markersize": 3.0, "markerfacecolor": "white"}
     look |= {"capsize": 2.5, "linewidth": 0.8, "label": "reference", "zorder": 3, "clip_on": False}
     drawn = axes.errorbar(PERCENT * strain[1:], force[1:], off[1:], **look)
-    axes.legend(handles=[drawn], loc="upper left", handlelength=1.0)  # curves have labels where they end
+    axes.legend(handles=[drawn], loc="lower right", handlelength=1.0)  # curves have labels where they end

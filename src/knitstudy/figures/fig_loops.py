@@ -45,5 +45,5 @@ def draw(feasible: xr.Dataset) -> Figure:
         *TIGHT, "o", color=INK, markerfacecolor="none", markersize=8.0, label="Peirce 1947, yarns touch"
     )
     axes.set(xlabel="wale spacing over diameter (1)", ylabel="course spacing over diameter (1)")
-    shared_legend(drawing, loc="outside lower left", ncols=2, fontsize=6.5)
+    shared_legend(drawing, loc="outside lower left", ncols=2)
     return drawing

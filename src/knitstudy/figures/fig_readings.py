@@ -32,8 +32,7 @@ VERDICTS = {
     NOT_RUN: (PAPER, "\u2013"),
 }
 UNTOUCHED = 0.3  # Opacity of cells that a reading does not change
-ROW, HEAD, FOOT, LEFT = 4.2, 50.0, 9.0, 50.0  # Height of a row, room above, below and for the claims [mm]
-SMALL = 6.0  # Size of letters
+ROW, HEAD, FOOT, LEFT = 4.2, 58.0, 14.0, 70.0  # Height of a row, room above, below and for the readings [mm]
 
 
 @FIGURES.add("fig_readings", "Verdicts under every reading of the paper", results=SOURCES)
@@ -45,14 +44,14 @@ def draw(
     scenes: Scenes,
     **results: Any,  # by the names of `SOURCES`
 ) -> Figure:
-    """Draw claims down and readings across."""
+    """Draw readings down and claims across."""
     found = findings(Evidence(paper=paper, reference=reference, scenes=scenes, **results).named(), readings)
-    height = HEAD + ROW * len(claims) + FOOT
+    height = HEAD + ROW * len(found) + FOOT
     drawing = figure(DOUBLE, height)
     axes = drawing.subplots()
-    drawing.subplots_adjust(left=LEFT / DOUBLE, right=0.86, bottom=FOOT / height, top=1 - HEAD / height)
-    for column, finding in enumerate(found):
-        for row, claim in enumerate(claims["id"]):
+    drawing.subplots_adjust(left=LEFT / DOUBLE, right=0.99, bottom=FOOT / height, top=1 - HEAD / height)
+    for row, finding in enumerate(found):
+        for column, claim in enumerate(claims["id"]):
             _draw_cell(axes, column, row, finding, claim)
     _label(axes, claims, found)
     patches = [
@@ -63,34 +62,33 @@ def draw(
     patches.append(
         Patch(facecolor=VERDICTS[REPRODUCED][0], alpha=UNTOUCHED, label="pale: numbers of the base")
     )
-    drawing.legend(handles=patches, loc="lower center", ncols=3, fontsize=SMALL, bbox_to_anchor=(0.5, 0.0))
+    drawing.legend(handles=patches, loc="lower center", ncols=3, bbox_to_anchor=(0.5, 0.0))
     return drawing
 
 
 def _draw_cell(axes: Axes, column: int, row: int, finding: Finding, claim: str) -> None:
     """Draw a verdict; pale where the reading changes none of its numbers, framed where it is decided otherwise."""
     colour, letter = VERDICTS[finding.judged[claim].verdict]
-    own = claim in finding.touched or not column
+    own = claim in finding.touched or not row
     look = {"facecolor": colour, "edgecolor": PAPER, "linewidth": 0.8, "alpha": 1 if own else UNTOUCHED}
     axes.add_patch(Rectangle((column, row), 1, 1, **look))
     if own:
         ink = PAPER if finding.judged[claim].verdict == NOT_REPRODUCED else INK
-        axes.text(column + 0.5, row + 0.52, letter, ha="center", va="center", fontsize=SMALL, color=ink)
+        axes.text(column + 0.5, row + 0.52, letter, ha="center", va="center", color=ink)
     if claim in finding.turned:
         axes.add_patch(Rectangle((column, row), 1, 1, facecolor="none", edgecolor=INK, zorder=3))
 
 
 def _label(axes: Axes, claims: pd.DataFrame, found: Sequence[Finding]) -> None:
-    """Write claims beside the rows and readings above the columns; a line where inputs begin."""
-    axes.set(xlim=(0, len(found)), ylim=(len(claims), 0))
-    look = {"rotation": 60, "ha": "left", "rotation_mode": "anchor", "fontsize": SMALL}
-    axes.set_xticks(np.arange(len(found)) + 0.5, [each.reading.reading for each in found], **look)
+    """Write readings beside the rows and claims above the columns; a line where inputs begin."""
+    axes.set(xlim=(0, len(claims)), ylim=(len(found), 0))
+    names = [f"{claim.id}  {claim.short}" for claim in claims.itertuples()]
+    axes.set_xticks(np.arange(len(claims)) + 0.5, names, rotation=90)
     axes.xaxis.tick_top()
-    names = [f"{claim.short}  {claim.id}" for claim in claims.itertuples()]
-    axes.set_yticks(np.arange(len(claims)) + 0.5, names, fontsize=SMALL)
+    axes.set_yticks(np.arange(len(found)) + 0.5, [each.reading.reading for each in found])
     axes.tick_params(length=0)
     for spine in axes.spines.values():
         spine.set_visible(False)
     kinds = [each.reading.kind for each in found]
-    for column in (1, *(i for i in range(1, len(kinds)) if kinds[i] != kinds[i - 1])):
-        axes.axvline(column, color=INK, linewidth=0.8, zorder=2)
+    for row in (1, *(i for i in range(1, len(kinds)) if kinds[i] != kinds[i - 1])):
+        axes.axhline(row, color=INK, linewidth=0.8, zorder=2)

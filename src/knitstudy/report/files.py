@@ -16,8 +16,8 @@ from knitstudy.files import read_result, read_table
 from knitstudy.study.documents import read_yaml
 
 READERS = {".nc": read_result, ".csv": read_table, ".yaml": read_yaml}
-WIDTH = 1500  # points of the widest picture of the page on a screen of nearly two points a pixel
-FORMAT = {"format": "WEBP", "quality": 85}  # lines and letters stay sharp
+WIDTH = 1300  # points of the widest picture of the page, which is at most 822 pixels wide on a screen
+FORMAT = {"format": "WEBP", "quality": 80}  # lines and letters stay sharp
 
 
 def read_sources(files: Iterable[tuple[str, Any]]) -> dict[str, Any]:
@@ -43,12 +43,13 @@ def read_sources(files: Iterable[tuple[str, Any]]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class ScreenPicture:
-    """A picture as a screen shows it (WebP), with the size [points] and the metadata of its file."""
+    """A picture as a screen shows it (WebP), with the size [points] and the metadata of its file, and its width."""
 
     content: bytes
     width: int
     height: int
     said: dict[str, str]
+    millimetres: float = 0.0
 
     @classmethod
     def of(cls, path: Path) -> ScreenPicture:
@@ -60,10 +61,11 @@ class ScreenPicture:
             message = f"{path}: is no picture ({error}); make it again with `make study`"
             raise DataFileError(message) from error
         width, height = shown.size
+        millimetres = 25.4 * width / float(said.get("dpi", (300.0,))[0])
         shown.thumbnail((WIDTH, height), Image.Resampling.LANCZOS)
         stored = BytesIO()
         shown.save(stored, **FORMAT)
-        return cls(stored.getvalue(), width, height, said)
+        return cls(stored.getvalue(), width, height, said, millimetres)
 
     @property
     def uri(self) -> str:

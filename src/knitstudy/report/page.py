@@ -24,10 +24,7 @@ from knitstudy.tables.catalogue import TABLES
 TEXTS = ("alt", "caption", "paper", "ours")
 BY_MODEL = ("rom_distance", "table5_cost", "beams")  # tables with a row for each model that a study has
 
-# Figures whose names begin so, and tables, that follow the verdicts on which the page opens.
-COMPARISON, COMPARED = "fig15", ("rom_distance", "table5_cost")
-LONG = 40  # rows from which on a table is folded
-MOST = 400  # rows of a table that the page shows; its file has all
+MOST = 100  # rows of a table that the page shows; its file has all
 NOTHING = "–"
 DIGITS = 4
 ATTRIBUTES = (
@@ -58,8 +55,8 @@ def render(
     template : Path
         Jinja2 template of the page.
     captions : mapping
-        Under ``figures`` and ``tables`` the texts of each by its name; see ``workflow/report/captions.yaml``. Those
-        that have none there bring them with their registration.
+        Under ``figures`` and ``tables`` the texts of each by its name, under ``opening`` those that come first; see
+        ``workflow/report/captions.yaml``. Figures and tables that have none there bring them with their registration.
     pictures : sequence of Path
         PNG files named after the figures.
     results : mapping of str to DataFrame
@@ -84,37 +81,70 @@ def render(
     environment = ImmutableSandboxedEnvironment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
     )
-    environment.globals["value"] = partial(value, results)
-    figures = {path.stem: _figure(path, captions, environment) for path in pictures}
+    claims = results.get("verdicts", pd.DataFrame()).fillna("").to_dict("records")
+    environment.globals |= {"value": partial(value, results), "verdicts": claims}
+    figures = {path.stem: _figure(path, captions, results, environment) for path in pictures}
     tables = {name: _table(name, table, captions) for name, table in results.items()}
+    opening = captions["opening"]
+    said = [_filled(environment, f"sentence {text!r}", text) for text in opening["sentences"]]
     return environment.from_string(template.read_text(encoding="utf-8")).render(
         study=study,
         notes=notes,
         kept={} if kept is None else {row["id"]: row for row in kept.fillna("").to_dict("records")},
+        asked=opening["asked"],
+        sentences=[text for text in said if NOTHING not in text],
+        first=next((figures[name] for name in opening["pictures"] if name in figures), None),
         figures=[figures[name] for name in FIGURES.names() if name in figures],
-        tables=[tables[name] for name in TABLES.names() if name in tables],
-        comparison=COMPARISON,
-        compared=COMPARED,
-        long=LONG,
-        verdicts=results.get("verdicts", pd.DataFrame()).fillna("").to_dict("records"),
+        tables=[tables[name] for name in TABLES.names() if name in tables and name != "verdicts"],
         provenance=cells(provenance),
     )
 
 
-def _figure(path: Path, captions: Mapping[str, Any], environment: jinja2.Environment) -> dict[str, Any]:
-    """Return name, title, picture and texts of a figure, in which numbers are filled in."""
+def _filled(environment: jinja2.Environment, what: str, text: str) -> str:
+    """Return a text in which numbers are filled in."""
+    try:
+        return environment.from_string(text).render()
+    except jinja2.TemplateError as error:
+        raise ConfigurationError(f"captions, {what}: {error}") from error
+
+
+def _figure(
+    path: Path, captions: Mapping, results: Mapping[str, pd.DataFrame], environment: jinja2.Environment
+) -> dict[str, Any]:
+    """Return name, title, picture, texts and numbers of a figure, and whether it is folded."""
     display = FIGURES.find(path.stem)
     texts = _texts(captions, "figures", display, TEXTS)
-    for key, text in texts.items():
-        try:
-            texts[key] = environment.from_string(text).render()
-        except jinja2.TemplateError as error:
-            raise ConfigurationError(f"captions, {key} of {display.name}: {error}") from error
+    more = captions["figures"].get(display.name) or {}
     return {
         "name": display.name,
         "title": display.title,
         "picture": ScreenPicture.of(path),
-        "texts": texts,
+        "texts": {key: _filled(environment, f"{key} of {display.name}", text) for key, text in texts.items()},
+        "numbers": numbers(results, **more["numbers"]) if "numbers" in more else None,
+        "folded": more.get("folded", False),
+    }
+
+
+def numbers(
+    results: Mapping[str, pd.DataFrame], table: str, columns: Mapping[str, str], rows: Sequence[str] = ()
+) -> dict[str, Any] | None:
+    """Return columns of a table by their headings, of some rows or all; None where the study lacks them.
+
+    Columns without a number are left out. Raises ConfigurationError when the table has no such column.
+    """
+    if (frame := results.get(table)) is None:
+        return None
+    if missing := [column for column in columns.values() if column not in frame]:
+        raise ConfigurationError(f"captions: table {table!r} has no column {missing[0]!r}")
+    first, heads = frame.columns[0], {column: heading for heading, column in columns.items()}
+    chosen = frame[frame[first].isin(rows)] if rows else frame
+    text = cells(chosen[[first, *heads]].dropna(axis="columns", how="all").rename(columns=heads))
+    numeric = [False] + [True] * (len(text.columns) - 1)
+    return {
+        "header": list(text.columns),
+        "rows": text.to_numpy().tolist(),
+        "numeric": numeric,
+        "title": table,
     }
 
 

@@ -10,16 +10,28 @@ import pandas as pd
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.measures.catalogue import Scenes
-from knitstudy.measures.claims.evidence import SOURCES, Evidence
+from knitstudy.measures.claims.evidence import SOURCES, Evidence, Measured
 from knitstudy.measures.claims.verdicts import RULES, Finding, conclude, findings
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.response import FORCE, LARGEST_U_Z, QUANTITIES
 from knitstudy.tables.catalogue import TABLES
 
-JUDGED = ["measured", "verdict", "condition", "uncertainty", "hangs_on", "note"]
+JUDGED = ["verdict", "condition", "uncertainty", "hangs_on", "note"]
 COLUMNS = [
-    *("id", "where", "short", "claim", "sentence", "rule", "rule fixed", "measured", "verdict", "condition"),
-    *("uncertainty", "hangs on", "note", "see"),
+    *(
+        "id",
+        "where",
+        "short",
+        "claim",
+        "verdict",
+        "condition",
+        "quantity",
+        "paper",
+        "ours",
+        "sentence",
+        "rule",
+    ),
+    *("rule fixed", "measured", "uncertainty", "hangs on", "note", "see"),
 ]
 
 
@@ -34,6 +46,8 @@ def tabulate(
 ) -> pd.DataFrame:
     """Return every claim of the paper with its rule, what was measured, and the verdict, which is computed.
 
+    One quantity stands in columns of its own; `measured` has all, a line each: quantity, the value here, the paper's.
+
     Raises ConfigurationError when a claim has no rule.
     """
     if lacking := [claim for claim in claims["id"] if claim not in RULES]:
@@ -44,6 +58,9 @@ def tabulate(
     found = findings(Evidence(paper=paper, reference=reference, scenes=scenes, **results).named(), readings)
     concluded = [conclude(claim.id, claim.uncertainty, found) for claim in claims.itertuples()]
     said = {name.replace("_", " "): [getattr(each, name) for each in concluded] for name in JUDGED}
+    first = [each.measured[0] if each.measured else Measured("") for each in concluded]
+    said |= {name: [getattr(each, name) for each in first] for name in Measured._fields}
+    said["measured"] = ["\n".join(" | ".join(row) for row in each.measured) for each in concluded]
     return claims.rename(columns={"fixed": "rule fixed"}).assign(**said)[COLUMNS]
 
 

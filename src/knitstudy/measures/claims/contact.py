@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
+from operator import itemgetter
 
 import numpy as np
 import xarray as xr
 
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures import centre_cell, response
-from knitstudy.measures.claims.evidence import NO_DIRECT, Evidence, Judgement, NotRun, verdict
+from knitstudy.measures.claims.evidence import NO_DIRECT, Evidence, Judgement, Measured, NotRun, verdict
 from knitstudy.measures.discretisation import INTERACTIONS, made_of
 from knitstudy.measures.estimate import Estimate, all_hold
 from knitstudy.measures.reference import transferred_uncertainty
@@ -26,6 +27,7 @@ CONTRACTS = 0.01  # Claim K8: least contraction of the chord to a neighbour over
 # Claim K11: slip of the outer rows over that of the others; share of the force below which load is not
 # transferred; factor of iterations that counts as worse convergence.
 SLIDE, TRANSFERRED, HARDER = 1.5, 0.9, 1.2
+NAMED = {"tie": "ties", "rough": "rough contact", "isotropic": "friction"}
 FRICTION_SWEEP = "inputs-friction"  # Claim K7: scenes with other coefficients of friction
 
 
@@ -50,14 +52,14 @@ def _at_snapshot(
     """Judge the zones of the centre cell at a point of Fig. 7; withhold the verdict where no increment is there."""
     contacts = evidence.contact("isotropic")
     zones, points = centre_cell.zones_of_cell(contacts), centre_cell.snapshots(contacts)
-    counts = ", ".join(f"{zones[each.increment]} at {each.strain:.2%}" for each in points)
-    end = f"{zones[-1]} at the end, {float(contacts['strain'][-1]):.2%}"
-    paper = f"(paper {wanted:g} at {centre_cell.SNAPSHOTS[number - 1]:.2%})"
-    measured = f"zones in the centre cell: {counts}; {end} {paper}"
+    measured = [Measured(f"zones at {each.strain:.2%} strain", str(zones[each.increment])) for each in points]
+    measured.append(Measured(f"zones at the end, {float(contacts['strain'][-1]):.2%}", str(zones[-1])))
     point = next((each for each in points if each.number == number), None)
+    if point is not None:  # comes first
+        measured.insert(0, measured.pop(points.index(point))._replace(paper=f"{wanted:g}"))
     if point is None or not point.exact:
-        raise NotRun(f"no increment ends at the strain of point {number} of Fig. 7", measured)
-    return Judgement(measured, verdict(bool(holds(zones, point.increment))))
+        raise NotRun(f"no increment ends at the strain of point {number} of Fig. 7", *measured)
+    return Judgement(tuple(measured), verdict(bool(holds(zones, point.increment))))
 
 
 def judge_slope(evidence: Evidence) -> Judgement:
@@ -65,16 +67,16 @@ def judge_slope(evidence: Evidence) -> Judgement:
     history, contacts = evidence.history("isotropic"), evidence.contact("isotropic")
     strain, bends = history["strain"].to_numpy(), largest_bend(history)
     first, scenes = centre_cell.first_symmetric_contact(contacts), (evidence.direct["isotropic"],)
-    bend = f"force bends most at {bends:.2%}" if bends > 0 else "force is not followed far enough to bend"
+    bent = f"{bends:.2%}" if bends > 0 else "none"
+    met = "none" if first is None else f"{strain[first]:.2%}"
+    bend = Measured("force bends most at strain", bent, "just after contact")
+    begins = Measured("first symmetric contact at strain", met, f"by {centre_cell.SNAPSHOTS[2]:.2%}")
     if first is None:
-        return Judgement(
-            f"no symmetric contact in the centre cell; the {bend}", verdict(False), scenes=scenes
-        )
+        return Judgement((begins, bend), verdict(False), scenes=scenes)
     # Contact began after the increment before.
     after = strain[max(first - 1, 0)] <= bends <= strain[first] + JUST_AFTER
     return Judgement(
-        f"first symmetric contact in the centre cell at {strain[first]:.2%} strain; the {bend} (paper: contact by "
-        f"{centre_cell.SNAPSHOTS[2]:.2%}, right after it the slope changes)",
+        (bend, begins),
         verdict(bool(after)),
         f"slopes over {SPAN:.1%} before and after; {JUST_AFTER:.1%} counts as just after",
         scenes,
@@ -102,8 +104,11 @@ def judge_motion(evidence: Evidence) -> Judgement:
     contraction = response.transverse_contraction(history)
     largest = response.largest_out_of_plane(history) / evidence.diameter
     return Judgement(
-        f"transverse contraction {contraction:.2%}; largest |u_z| {largest:.2f} d; mirrored envelopes of "
-        f"u_z differ by {skew:.0%} of it",
+        (
+            Measured("largest |u_z|", f"{largest:.2f} d", "pronounced"),
+            Measured("mirrored envelopes of u_z differ by", f"{skew:.0%}", "symmetric"),
+            Measured("transverse contraction", f"{contraction:.2%}", "> 0"),
+        ),
         verdict(contraction > 0 and largest >= PRONOUNCED and skew <= SYMMETRIC),
         f"pronounced from {PRONOUNCED:g} d on, symmetric up to {SYMMETRIC:.0%}",
         (evidence.direct["isotropic"],),
@@ -135,15 +140,20 @@ def judge_kinematics(evidence: Evidence) -> Judgement:
     )
     turned, closer, slid, spun = (each[-1, centre_cell.centre_cell(contacts)] for each in motions)
     said = [f"{each.min():.2g} to {each.max():.2g}" for each in (turned, closer, slid, spun)]
+    rows = (
+        Measured("rotation of the sections", f"{said[0]} degrees", "rotates"),
+        Measured("contraction of the chord to a neighbour", f"{said[1]} %", "contracts"),
+        Measured("slide along the yarns", f"{said[2]} mm", "slides"),
+        Measured("spin of the contact areas", f"{said[3]} degrees", "spin"),
+    )
     strain = float(contacts["strain"][-1])
     angle, way = np.degrees(np.arctan(strain)), 1e3 * strain * evidence.diameter
     # An open crossing has no sliding: comparisons with nan do not hold.
     holds = [turned >= angle, closer >= 100 * CONTRACTS * strain, slid >= way, spun >= angle]
+    held = [bool(each.all()) for each in holds]
     return Judgement(
-        f"centre cell: sections turn by {said[0]} degrees, crossings come {said[1]} % of the chord closer to a "
-        f"neighbour on the yarn, surfaces slide {said[2]} mm along the yarns, contact areas spin by {said[3]} degrees "
-        "about these",
-        verdict(all(each.all() for each in holds)),
+        tuple(row for row, _ in sorted(zip(rows, held, strict=True), key=itemgetter(1))),  # failures first
+        verdict(all(held)),
         f"rotation and spin from {angle:.2g} degrees on, sliding from {way:.2g} mm, contraction from "
         f"{100 * CONTRACTS * strain:.2g} %",
         (evidence.direct["isotropic"],),
@@ -160,7 +170,13 @@ def judge_order_of_motions(evidence: Evidence) -> Judgement:
     slid = _half(contacts, sliding[:, here])
     later, step = slid[0] - turned[0], max(turned[1], slid[1])
     return Judgement(
-        f"centre cell: half of the rotation at {turned[0]:.2%} strain, half of the sliding at {slid[0]:.2%}",
+        (
+            Measured(
+                "half of the rotation after half of the sliding", f"{turned[0] - slid[0]:+.2%}", "before"
+            ),
+            Measured("strain at half of the rotation", f"{turned[0]:.2%}"),
+            Measured("strain at half of the sliding", f"{slid[0]:.2%}"),
+        ),
         verdict(bool(later > 0) if abs(later) > step else None),
         f"increments there take {step:.2%} strain",
         (evidence.direct["isotropic"],),
@@ -184,17 +200,26 @@ def judge_order(quantity: str, order: tuple[str, ...], evidence: Evidence) -> Ju
     dns = {
         kind: scale * response.at_strain(each, strain, values(each, each)) for kind, each in histories.items()
     }
-    said = ", ".join(f"{INTERACTIONS[kind]} {value:.3g} {unit}" for kind, value in dns.items())
+    said = [
+        Measured(f"{quantity} of DNS, {INTERACTIONS[kind]}", f"{value:.3g} {unit}")
+        for kind, value in dns.items()
+    ]
     known = {kind: evidence.reference_of(kind) for kind in order}
     common = set.intersection(*(set(each.strains(quantity, strain)) for each in known.values()))
     if not common:
-        raise NotRun("there is no reference of all of these", f"{quantity} of DNS: {said}")
+        raise NotRun("there is no reference of all of these", *said)
     true = {
         kind: each.at(quantity, max(common)).of(lambda value: scale * value) for kind, each in known.items()
     }
-    told = ", ".join(f"{INTERACTIONS[kind]} {each} {unit}" for kind, each in true.items())
+    told = [
+        Measured(f"{quantity} of the reference, {INTERACTIONS[kind]}", f"{each} {unit}")
+        for kind, each in true.items()
+    ]
+    first, last = order[0], order[-1]
+    ratio = f"{true[first].value / true[last].value:.2f}"
+    whole = Measured(f"{quantity}, {NAMED[first]} over {NAMED[last]}", ratio, "> 1")
     return Judgement(
-        f"{quantity} of DNS: {said}; of the reference: {told}",
+        (whole, *told, *said),
         verdict(all_hold(true[one].larger_than(true[other]) for one, other in pairwise(order))),
         scenes=_three(evidence),
     )
@@ -224,12 +249,15 @@ def judge_smaller_friction(evidence: Evidence) -> Judgement:
     isotropic, tie, rough = _three(evidence)
     friction = {name: evidence.scenes[name].contact.friction for name in (isotropic, *smaller)}
     slides = sorted(friction, key=friction.__getitem__, reverse=True)
-    said = [f"tie {forces[tie]} N", f"rough {forces[rough]} N"]
-    said += [f"mu = {friction[name]:g} {forces[name]} N" for name in slides]
+    largest = max(forces[name].value for name in slides)
+    said = [Measured("force, rough contact over friction", f"{forces[rough].value / largest:.2f}", "> 1")]
+    said += [Measured("force, tie constraint", f"{forces[tie]} N")]
+    said += [Measured("force, rough contact", f"{forces[rough]} N")]
+    said += [Measured(f"force, mu = {friction[name]:g}", f"{forces[name]} N") for name in slides]
     holds = [forces[tie].larger_than(forces[rough])]
     holds += [forces[rough].larger_than(forces[name]) for name in slides]
     return Judgement(
-        f"force: {', '.join(said)}",
+        tuple(said),
         verdict(all_hold(holds)),
         "the reference where it knows the problem; else uncertain by how much this discretisation is off where it does",
         (tie, rough, *slides),
@@ -252,11 +280,18 @@ def judge_untied_rows(evidence: Evidence) -> Judgement:
     damped = scenes[0].solver.stabilisation > 0 == scenes[1].solver.stabilisation
     ended = float(untied["strain"][-1]) < 0.999 * scenes[0].load.strain
     return Judgement(
-        f"force {ratio:.2f} times that with tied outer rows; mean slip {slips:.3g} mm in the outer rows and {rest:.3g} "
-        f"mm in the others (yarns move {moved[outer].mean():.3g} and {moved[~outer].mean():.3g} mm past each other); "
-        f"{untied.sizes['increment'] - 1} increments with {iterations} Newton iterations against "
-        f"{tied.sizes['increment'] - 1} with {usual}{', with stabilisation' if damped else ''}"
-        f"{f', ended at {strain:.2%} strain' if ended else ''}",
+        (
+            Measured("force over that with tied outer rows", f"{ratio:.2f}", "less"),
+            Measured("mean slip of the outer rows over that of the others", f"{slips / rest:.2g}", "slide"),
+            Measured("mean slip of the outer rows", f"{slips:.3g} mm"),
+            Measured("motion past each other, outer rows", f"{moved[outer].mean():.3g} mm"),
+            Measured("motion past each other, other rows", f"{moved[~outer].mean():.3g} mm"),
+            Measured(
+                "Newton iterations over those with tied outer rows", f"{iterations / usual:.2g}", "more"
+            ),
+            Measured("stabilisation that tied rows do not need", "yes" if damped else "no"),
+            *([Measured("ended at strain", f"{strain:.2%}")] if ended else []),
+        ),
         verdict(
             slips >= SLIDE * rest > 0
             and ratio <= TRANSFERRED
@@ -288,11 +323,13 @@ def judge_stabilisation(evidence: Evidence) -> Judgement:
         share = (energy.sel(form="stabilisation") / energy.sel(form="internal")).to_numpy()
         largest.append(float(np.nanmax(share)))
         above = np.flatnonzero(share > allowed)
-        last = f", last above {allowed:.0%} at {strain[above[-1]]:.2%} strain" if len(above) else ""
-        said.append(f"{name} {largest[-1]:.2%}{last}, {share[-1]:.2%} at {strain[-1]:.2%} strain")
+        said.append(Measured(f"largest share, {name}", f"{largest[-1]:.2%}"))
+        if len(above):
+            said.append(Measured(f"strain to which it is above {allowed:.0%}", f"{strain[above[-1]]:.2%}"))
+        said.append(Measured(f"share at {strain[-1]:.2%} strain", f"{share[-1]:.2%}"))
     holds = max(largest) <= allowed
     return Judgement(
-        f"largest share of the internal energy: {'; '.join(said)} (paper: at most {allowed:.0%})",
+        (Measured("largest share of the energy", f"{max(largest):.1%}", f"at most {allowed:.0%}"), *said),
         verdict(holds),
         scenes=tuple(names) if holds else (),  # one increment above is enough, whatever follows
     )

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import pandas as pd
 import xarray as xr
@@ -47,7 +48,7 @@ NO_DIRECT = "the study has no direct simulation with"
 class NotRun(Exception):
     """The study cannot decide a claim: why, and what was measured nevertheless."""
 
-    def __init__(self, why: str, measured: str = "") -> None:
+    def __init__(self, why: str, *measured: Measured) -> None:
         super().__init__(why)
         self.judgement = Judgement(measured, NOT_RUN, why)
 
@@ -144,11 +145,22 @@ NOT_RUN = "not yet run"
 MISSING = "missing is"  # begins what a claim that is not decidable lacks
 
 
+class Measured(NamedTuple):
+    """A quantity with its value here and in the paper, as texts with units."""
+
+    quantity: str
+    ours: str = ""
+    paper: str = ""
+
+
 @dataclass(frozen=True)
 class Judgement:
-    """What was measured, the verdict, its limits, the scenes that decided, and in words what follows from readings."""
+    """What was measured, the verdict, its limits, the scenes that decided, and in words what follows from readings.
 
-    measured: str
+    The first of `measured` stands for all of them where there is room for one only.
+    """
+
+    measured: tuple[Measured, ...]
     verdict: str
     note: str = ""
     scenes: tuple[str, ...] = ()  # direct simulations, the main one first, that must reach the paper's strain
@@ -209,7 +221,7 @@ def decide(judge: Judge, evidence: Evidence, uncertainty: str) -> Judgement:
     others = {made: other for made, other in others.items() if other.verdict != NOT_RUN}
     if not others:
         return replace(judged, uncertainty="not known: one discretisation alone")
-    said = "; ".join(f"{made}: {other.verdict}, {other.measured}" for made, other in others.items())
+    said = "; ".join(f"{made}: {other.verdict}, {other.measured[0].ours}" for made, other in others.items())
     agreed = all(other.verdict == judged.verdict for other in others.values())
     judged = replace(judged, uncertainty=said)
     return judged if agreed else _noted(replace(judged, verdict=OPEN), f"{MISSING} agreement of these")

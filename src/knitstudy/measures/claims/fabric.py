@@ -19,7 +19,7 @@ from knitstudy.measures.centre_cell import (
     honeycomb_segments,
     loop_of,
 )
-from knitstudy.measures.claims.evidence import Evidence, Judgement, NotRun, verdict
+from knitstudy.measures.claims.evidence import Evidence, Judgement, Measured, NotRun, verdict
 from knitstudy.measures.cost import Series, memory_growth, series_of
 from knitstudy.measures.discretisation import HEXAHEDRA, INTERACTIONS, made_of
 from knitstudy.measures.estimate import Estimate, all_hold
@@ -49,8 +49,11 @@ def judge_penetration(evidence: Evidence) -> Judgement:
     )
     error = float(crossing_error(geometry).sel(state="after")) / radius
     return Judgement(
-        f"deepest penetration {before:.3f} R before and {after:.3f} R after; largest |D - 2R - c0| at a crossing "
-        f"{error:.1e} R",
+        (
+            Measured("deepest penetration after", f"{after:.3f} R", "none"),
+            Measured("deepest penetration before", f"{before:.3f} R", "severe"),
+            Measured("largest |D - 2R - c0| at a crossing", f"{error:.1e} R"),
+        ),
         verdict(before > 0 and after == 0 and error <= CONTACT_BAR),
         f"with a clearance c0 of {float(geometry['clearance']):g} R; the initial loop is not printed, so its "
         "penetration is this study's own",
@@ -65,7 +68,11 @@ def judge_length(evidence: Evidence) -> Judgement:
     change = after / before - 1
     total = after.sum() / before.sum() - 1
     return Judgement(
-        f"length of a loop {total:+.2%}; of a Bezier curve {change.min():+.2%} to {change.max():+.2%}",
+        (
+            Measured("largest change of a Bezier curve", f"{max(change, key=abs):+.2%}", "hardly any"),
+            Measured("least change of a Bezier curve", f"{min(change, key=abs):+.2%}"),
+            Measured("change of a loop", f"{total:+.2%}"),
+        ),
         verdict(abs(total) <= LENGTH_BAR and np.abs(change).max() <= LENGTH_BAR),
         f"arc lengths; a change of up to {LENGTH_BAR:.0%} of the loop and of every Bezier curve counts as hardly any",
     )
@@ -84,8 +91,11 @@ def judge_ties_growth(evidence: Evidence) -> Judgement:
     )
     grows, wanted = (float(np.log10(many / few)) for few, many in ((law(3), law(30)), (three, thirty)))
     return Judgement(
-        f"degrees of freedom of 3 x 3 cells {law(3):,.0f} (paper {three:,.0f}), of 30 x 30 {law(30):,.0f} (paper "
-        f"some {thirty:,.0f}); exponent {grows:.2f} (paper {wanted:.2f})",
+        (
+            Measured("exponent in cells in a row", f"{grows:.2f}", f"{wanted:.2f}"),
+            Measured("degrees of freedom, 3 x 3 cells", f"{law(3):,.0f}", f"{three:,.0f}"),
+            Measured("degrees of freedom, 30 x 30 cells", f"{law(30):,.0f}", f"some {thirty:,.0f}"),
+        ),
         verdict(abs(grows - wanted) <= SAME_GROWTH and abs(law(3) / three - 1) <= SAME_COUNT),
         "counted without a solution",
     )
@@ -99,7 +109,7 @@ def judge_contact_memory(evidence: Evidence) -> Judgement:
     printed = [evidence.printed("3", f"c{n}w{n}", "memory") for n in sizes]
     wanted = float(np.polyfit(np.log(sizes), np.log(printed), 1)[0])
     return Judgement(
-        f"exponent {grows:.2f} of {_cells(series)} (paper {wanted:.2f} of 3 to 30)",
+        (Measured(f"exponent of {_cells(series)}", f"{grows:.2f}", f"{wanted:.2f}"),),
         verdict(abs(grows - wanted) <= SAME_GROWTH),
     )
 
@@ -115,7 +125,7 @@ def judge_contact_unknowns(evidence: Evidence) -> Judgement:
     )
     ratio = dof[1] / dof[0]
     return Judgement(
-        f"contact over ties at 3 x 3 cells: {ratio:.2f} in degrees of freedom (paper {contact / ties:.2f})",
+        (Measured("degrees of freedom, contact over ties", f"{ratio:.2f}", f"{contact / ties:.2f}"),),
         verdict(None if ratio == 1 else ratio >= SHARE * contact / ties),
         "contact by penalties adds no degrees of freedom: missing is what the paper's solver counts",
     )
@@ -150,11 +160,13 @@ def judge_sweep(key: str, sign: int, evidence: Evidence) -> Judgement:
         raise NotRun(
             f"the study has no sweep of {key} with {FEWEST} values, {HELD[evidence.held]} and friction"
         )
-    said = {kind: f"{_said(key, each)}, {SAID[goes(each, sign)]}" for kind, each in held.items()}
+    first, *_, last = held["isotropic"].points
+    ends = f"{1e3 * first.u_z.value:.3f} to {1e3 * last.u_z.value:.3f} mm"
+    whole = Measured(f"largest |u_z|, {HELD[evidence.held]}", ends, "grows" if sign > 0 else "falls")
     return Judgement(
-        f"largest |u_z|, {HELD[evidence.held]}: {said['isotropic']}",
+        (whole, *(row for kind in sorted(held) for row in _values(key, held[kind]))),
         verdict(goes(held["isotropic"], sign)),
-        f"{INTERACTIONS['tie']}: {said['tie']}" if "tie" in said else "",
+        "; ".join(f"{INTERACTIONS[kind]}: {SAID[goes(held[kind], sign)]}" for kind in sorted(held)),
         tuple(point.scene.name for point in held["isotropic"].points),
     )
 
@@ -173,13 +185,16 @@ def _change(one: Point, other: Point, sign: int) -> tuple[float, float]:
     return sign * (other.u_z.value - one.u_z.value), one.u_z.uncertainty + other.u_z.uncertainty
 
 
-def _said(key: str, sweep: Sweep) -> str:
-    """Return the values of a sweep, and where they lie, in words."""
+def _values(key: str, sweep: Sweep) -> list[Measured]:
+    """Return the values of a sweep."""
     form, scale, unit = (".2f", 1.0, "c") if key == SPACING else (".4g", 1e3, "mm")
-    values = ", ".join(f"{1e3 * point.u_z.value:.3f}" for point in sweep.points)
-    at = ", ".join(f"{scale * point.value:{form}}" for point in sweep.points)
+    kind = INTERACTIONS[sweep.interaction]
     known = max(point.u_z.uncertainty / point.u_z.value for point in sweep.points)
-    return f"{values} mm (± {known:.1%}) at {at} {unit}"
+    values = [
+        Measured(f"at {scale * point.value:{form}} {unit}, {kind}", f"{1e3 * point.u_z.value:.3f} mm")
+        for point in sweep.points
+    ]
+    return [*values, Measured(f"uncertainty, {kind}", f"{known:.1%}")]
 
 
 # The bars were fixed before any number was known.
@@ -198,19 +213,18 @@ def judge_directions(evidence: Evidence) -> Judgement:
     near, turned, said = [], [], []
     for direction, stresses in found.items():
         printed = numbers(evidence.paper, "4", f"mps-{direction}", "segments 1..6 angle to x")
-        words = []
         for kind in LEGS:
             angle, wanted = angle_to_x(list(stresses.values()), kind), printed[SEGMENT[kind] - 1]
             line = float(angles_to_axes(lines[kind])[:, 0].mean())
             near.append(_apart(angle, wanted).below(NEAR))
             turned.append(angle.below(line) if direction == "course" else angle.above(line))
-            words.append(f"{SEGMENT[kind]} {angle} (paper {wanted:g}, geometry {line:.0f})")
-        said.append(f"{direction} tension {', '.join(words)}")
+            place = f"segment {SEGMENT[kind]}, {direction} tension ({line:.0f}° by geometry)"
+            said.append(Measured(place, f"{angle}°", f"{wanted:g}°"))
     tends = (all_hold(near), all_hold(turned)) == (False, True)
     missing = "in tendency only: missing is how far the tendency goes" if tends else ""
     note = [missing, f"near: {NEAR:g} degrees", _compared(evidence, found)]
     return Judgement(
-        f"angle to x of the maximum principal stress in segments 2 to 5 [deg]: {'; '.join(said)}",
+        tuple(said),
         verdict(None if tends else all_hold([*near, *turned])),
         "; ".join(filter(None, note)),
         tuple(name for each in found.values() for name in each),
@@ -238,10 +252,12 @@ def judge_ligaments(evidence: Evidence) -> Judgement:
         }
         near += [each.below(ALONG) for each in apart.values()]
         printed = numbers(evidence.paper, "4", f"mps-{direction}", "segments 1..6 angle to x")
-        words = ", ".join(f"{number} {each}" for number, each in apart.items())
-        said.append(f"{direction} tension {words} (Table 4: {np.abs(printed - drawn).max():.0f} at most)")
+        for number, each in apart.items():
+            wanted = f"{abs(printed[number - 1] - drawn[number - 1]):.0f}°"
+            row = Measured(f"segment {number} to the stress, {direction} tension", f"{each}°", wanted)
+            said.append((each.value, row))
     return Judgement(
-        f"angle between segment and maximum principal stress [deg]: {'; '.join(said)}",
+        tuple(row for _, row in sorted(said, reverse=True)),
         verdict(all_hold(near)),
         f"along: {ALONG:g} degrees; {_compared(evidence, found)}",
         tuple(name for each in found.values() for name in each),
@@ -254,8 +270,9 @@ def judge_heights(evidence: Evidence) -> Judgement:
     knit = Fabric.from_dataset(evidence.geometry)
     ratio = {direction: height_ratio(knit, list(each.values())) for direction, each in found.items()}
     printed = {direction: _printed_ratio(evidence, knit, direction) for direction in ratio}
-    said = ", ".join(
-        f"{direction} {each} (paper {printed[direction]:.2f})" for direction, each in ratio.items()
+    said = tuple(
+        Measured(f"height over that by geometry, {way} tension", f"{each}", f"{printed[way]:.2f}")
+        for way, each in ratio.items()
     )
     holds = [ratio["course"].below(1.0), ratio["wale"].above(1.0)]
     for direction, each in ratio.items():
@@ -263,7 +280,7 @@ def judge_heights(evidence: Evidence) -> Judgement:
         share = each.of(lambda value, scale=scale: float(np.log(value) / scale))
         holds += [share.above(1 / FACTOR), share.below(FACTOR)]
     return Judgement(
-        f"height of a row over that of the honeycomb by geometry: {said}",
+        said,
         verdict(all_hold(holds)),
         f"distances along x are kept; {_compared(evidence, found)}",
         tuple(name for each in found.values() for name in each),

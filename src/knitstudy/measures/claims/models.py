@@ -10,9 +10,9 @@ import numpy as np
 from knitstudy.measures import response
 from knitstudy.measures.cases import Case, Simulation, is_plain
 from knitstudy.measures.catalogue import CASES
-from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement, NotRun, verdict
+from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement, Measured, NotRun, verdict
 from knitstudy.measures.cost import MEGABYTE, memory_growth
-from knitstudy.measures.discretisation import made_of
+from knitstudy.measures.discretisation import NAMES, made_of
 from knitstudy.measures.estimate import UNKNOWN, Estimate, all_hold
 from knitstudy.measures.paper_values import REPORTED
 from knitstudy.measures.reference import transferred_uncertainty
@@ -32,37 +32,44 @@ SAVINGS = ("DOF", "memory growth", "time")
 def judge_forces(evidence: Evidence) -> Judgement:
     """R1: the force of the 3D model is much closer to the reference than that of the 2D model, in all four cases."""
 
-    def judge(case: Case) -> tuple[str, bool | None]:
+    def judge(case: Case) -> tuple[list[Measured], bool | None]:
         near, far = (case.main[name].history for name in ("rom3d", "rom2d"))
         distance = case.reference.force_distance
-        said = f"3D ROM {distance(near)}, 2D ROM {distance(far)}"
+        ratio = distance(near).value / distance(far).value
+        said = [Measured("distance, 3D over 2D ROM", f"{ratio:.2f}", "much closer")]
+        said += [Measured("3D ROM", f"{distance(near)}"), Measured("2D ROM", f"{distance(far)}")]
         for direct in (case.dns, *case.others):
-            said += f", DNS of {made_of(direct.scene)} {distance(direct.history)}"
+            said.append(Measured(f"DNS of {made_of(direct.scene)}", f"{distance(direct.history)}"))
         return said, case.reference.nearer(near, far, MUCH_CLOSER)
 
     note = f"much closer: {MUCH_CLOSER:g} times the distance or less"
-    return _in_cases(evidence, judge, "relative L2 distance of F(strain) to the reference", note)
+    return _in_cases(evidence, judge, note)
 
 
 def judge_agreement(bar: float, evidence: Evidence) -> Judgement:
     """R7, R8: the force of the 3D model is within a distance of the reference, in all four cases."""
 
-    def judge(case: Case) -> tuple[str, bool | None]:
+    def judge(case: Case) -> tuple[list[Measured], bool | None]:
         distance = case.reference.force_distance(case.main["rom3d"].history)
-        return f"{distance}", distance.below(bar)
+        agrees = "good agreement" if bar == GOOD else "comparable"
+        return [Measured("distance of the 3D ROM", f"{distance}", agrees)], distance.below(bar)
 
-    return _in_cases(evidence, judge, "relative L2 distance of F(strain), 3D ROM", f"at most {bar:g}")
+    return _in_cases(evidence, judge, f"at most {bar:g}")
 
 
 def judge_out_of_plane(evidence: Evidence) -> Judgement:
     """R2: in course tension u_z of the 3D model has the reference's size and the DNS's shape; the 2D model has none."""
 
-    def judge(case: Case) -> tuple[str, bool | None]:
+    def judge(case: Case) -> tuple[list[Measured], bool | None]:
         dns, rom3d, rom2d = (model.history for model in (case.dns, case.main["rom3d"], case.main["rom2d"]))
         shape = response.out_of_plane_correlation(rom3d, dns)
         size = case.reference.ratio(rom3d, response.RMS_U_Z, response.rms_out_of_plane(rom3d))
         flat = case.reference.ratio(rom2d, response.LARGEST_U_Z, response.out_of_plane(rom2d))
-        said = f"correlation {shape:.3f}, amplitude ratio {size}, 2D ROM {flat}"
+        said = [
+            Measured("correlation of u_z", f"{shape:.2f}", "captured"),
+            Measured("amplitude of u_z over the reference's", f"{size}"),
+            Measured("largest |u_z| over the reference's, 2D ROM", f"{flat}", "none"),
+        ]
         bounds = (size.above(1 / SAME_SIZE), size.below(SAME_SIZE), flat.below(NONE_AT_ALL))
         return said, all_hold((shape >= SAME_SHAPE, *bounds))
 
@@ -70,7 +77,7 @@ def judge_out_of_plane(evidence: Evidence) -> Judgement:
         f"2D ROM: its largest |u_z| over the reference's; correlation with DNS from {SAME_SHAPE:g}, amplitude within a "
         f"factor of {SAME_SIZE:g} of the reference's"
     )
-    return _in_cases(evidence, judge, "u_z along the centrelines, 3D ROM", note, ("course",))
+    return _in_cases(evidence, judge, note, ("course",))
 
 
 def judge_motion_order(evidence: Evidence) -> Judgement:
@@ -83,8 +90,11 @@ def judge_motion_order(evidence: Evidence) -> Judgement:
     dns = [response.largest_out_of_plane(case.dns.history) for case in cases]
     true = _over_ties(*cases)
     return Judgement(
-        f"largest |u_z| with isotropic friction over that with ties: {rom[0] / rom[1]:.2f} in the 3D ROM, "
-        f"{dns[0] / dns[1]:.2f} in the DNS, {true} in the reference",
+        (
+            Measured("largest |u_z|, friction over ties, 3D ROM", f"{rom[0] / rom[1]:.2f}", "> 1"),
+            Measured("the same, DNS", f"{dns[0] / dns[1]:.2f}", "> 1"),
+            Measured("the same, reference", f"{true}"),
+        ),
         verdict(all_hold((rom[0] > rom[1], true.above(1.0)))),
         "",
         _names([case.dns for case in cases] + [case.main["rom3d"] for case in cases]),
@@ -114,35 +124,35 @@ def judge_springs(evidence: Evidence) -> Judgement:
         (kx, ky, kz), along_knit = _springs(evidence, case.dns.scene.name)
         larger = kx > ky if way == "course" else ky > kx
         holds.append(min(kx, ky, kz) > 0 and larger and kz >= BY_FAR * max(kx, ky))
-        said.append(
-            f"{way} kx {kx:.3g}, ky {ky:.3g}, kz {kz:.3g} kN/m (paper {_printed(evidence, way)}), along the knit's "
-            f"axes {', '.join(f'{k:.3g}' for k in along_knit)} kN/m{_by_penalty(evidence, way)}"
-        )
+        printed = [1e-3 * evidence.printed("2", way, f"spring stiffness k{each}") for each in "xyz"]
+        ratio = f"{kx / ky:.2f}", f"{printed[0] / printed[1]:.2f}"
+        said.append(Measured(f"kx over ky, {way} tension", *ratio))
+        ratio = f"{kz / max(kx, ky):.1f}", f"{printed[2] / max(printed[:2]):.1f}"
+        said.append(Measured(f"kz over kx and ky, {way} tension", *ratio))
+        for each, ours, theirs, other in zip("xyz", (kx, ky, kz), printed, along_knit, strict=True):
+            said.append(Measured(f"k{each}, {way} tension", f"{ours:.3g} kN/m", f"{theirs:g} kN/m"))
+            said.append(Measured(f"k{each} along the knit's axes, {way} tension", f"{other:.3g} kN/m"))
+        said += _by_penalty(evidence, way)
     of_one = all(holds) and len(cases) < 2
     return Judgement(
-        f"averaged secants of interfaces along {evidence.axes} axes: {'; '.join(said)}",
+        tuple(said),
         NOT_RUN if of_one else verdict(all(holds)),
-        f"by far: {BY_FAR:g} times the others{'; of one direction only' if of_one else ''}",
+        f"averaged secants of interfaces along {evidence.axes} axes; by far: {BY_FAR:g} times the others"
+        f"{'; of one direction only' if of_one else ''}",
         _names(case.dns for case in cases),
     )
 
 
-def _printed(evidence: Evidence, direction: str) -> str:
-    """Return the springs of Table 2 [kN/m]."""
-    return ", ".join(
-        f"{1e-3 * evidence.printed('2', direction, f'spring stiffness {each}'):g}"
-        for each in ("kx", "ky", "kz")
-    )
-
-
-def _by_penalty(evidence: Evidence, direction: str) -> str:
-    """Return kz with penalties alone, along local axes and those of the knit, by the contact stiffness, in words."""
+def _by_penalty(evidence: Evidence, direction: str) -> list[Measured]:
+    """Return kz with penalties alone, along local axes, by the contact stiffness."""
     found = {}
     for name in fnmatch.filter(evidence.contacts, PENALTIES.format(direction)):
-        (_, _, kz), (_, _, of_knit) = _springs(evidence, name)
-        found[evidence.scenes[name].contact.normal_stiffness] = f"{kz:.3g} and {of_knit:.3g}"
-    listed = ", ".join(f"{found[stiffness]} with {stiffness:g} E / h" for stiffness in sorted(found))
-    return f" (penalties alone, both kz: {listed})" if listed else ""
+        (_, _, kz), _ = _springs(evidence, name)
+        found[evidence.scenes[name].contact.normal_stiffness] = f"{kz:.3g} kN/m"
+    return [
+        Measured(f"kz, {direction} tension, penalties of {stiffness:g} E / h alone", found[stiffness])
+        for stiffness in sorted(found)
+    ]
 
 
 def _springs(evidence: Evidence, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -168,12 +178,22 @@ def judge_cost(evidence: Evidence) -> Judgement:
         for name, model in models.items()
     ]
     printed = {name: _reported(evidence, name, "memory") for name in models}
-    said = ", ".join(f"{ours:,} (paper {theirs:,.0f})" for ours, theirs in counted)
-    measured = (
-        f"degrees of freedom of DNS, 3D and 2D ROM {said}; memory growth {grown['dns']:.0f}, {grown['rom3d']:.1f} and "
-        f"{grown['rom2d']:.1f} MB (paper {', '.join(f'{each:g}' for each in printed.values())}); 3D ROM "
-        f"{saved['time']:.0f} times faster"
-    )
+    of_paper = counted[0][1] / counted[1][1], printed["dns"] / printed["rom3d"]
+    counts = [
+        Measured(f"degrees of freedom, {NAMES[name]}", f"{ours:,}", f"{theirs:,.0f}")
+        for name, (ours, theirs) in zip(models, counted, strict=True)
+    ]
+    grew = [
+        Measured(f"memory growth, {NAMES[name]}", f"{grown[name]:.1f} MB", f"{printed[name]:g} MB")
+        for name in models
+    ]
+    measured = [
+        *reversed(counts),
+        Measured("degrees of freedom, DNS over 3D ROM", f"{saved['DOF']:.0f}", f"{of_paper[0]:.0f}"),
+        Measured("memory growth, DNS over 3D ROM", f"{saved['memory growth']:.0f}", f"{of_paper[1]:.1f}"),
+        Measured("time, DNS over 3D ROM", f"{saved['time']:.0f}"),
+        *grew,
+    ]
     reproduced = (
         all(abs(ours / theirs - 1) <= SAME_COUNT for ours, theirs in counted)
         and saved["memory growth"] >= AS_MUCH * printed["dns"] / printed["rom3d"]
@@ -185,8 +205,8 @@ def judge_cost(evidence: Evidence) -> Judgement:
     )
     size, wanted = direct.scene.metres("mesh.size"), _reported(evidence, "dns", "mesh size")
     if not np.isclose(size, wanted):
-        raise NotRun(f"elements of {1e3 * size:g} mm, the paper's of {1e3 * wanted:g} mm; {note}", measured)
-    return Judgement(measured, verdict(reproduced), note)
+        raise NotRun(f"elements of {1e3 * size:g} mm, the paper's of {1e3 * wanted:g} mm; {note}", *measured)
+    return Judgement(tuple(measured), verdict(reproduced), note)
 
 
 def judge_cost_with_friction(evidence: Evidence) -> Judgement:
@@ -198,11 +218,15 @@ def judge_cost_with_friction(evidence: Evidence) -> Judgement:
     if None in direct or made_of(direct[0].scene) != made_of(direct[1].scene):
         direct = [slides.dns, tie.dns]
     rows = list(zip(SAVINGS, _savings(direct[0], slides), _savings(direct[1], tie), strict=True))
-    said = ", ".join(f"{name} {mine:,.4g} (ties {theirs:,.4g})" for name, mine, theirs in rows)
+    ratios = sorted((mine / theirs, name) for name, mine, theirs in rows)
+    said = [
+        Measured(f"{name} saved, over that with ties", f"{ratio:.2f}", "similar") for ratio, name in ratios
+    ]
+    said += [Measured(f"{name}, DNS over 3D ROM, friction", f"{mine:,.4g}") for name, mine, _ in rows]
     return Judgement(
-        f"DNS ({made_of(direct[0].scene)}) over 3D ROM: {said}",
+        tuple(said),
         verdict(all(mine >= AS_MUCH * theirs for _, mine, theirs in rows)),
-        f"as much: {AS_MUCH:.0%} of each or more",
+        f"DNS: {made_of(direct[0].scene)}; as much: {AS_MUCH:.0%} of each or more",
         _names([slides.dns, *direct, tie.main["rom3d"], slides.main["rom3d"]]),
     )
 
@@ -228,21 +252,21 @@ def judge_beams(evidence: Evidence) -> Judgement:
     if ties == case.dns.scene.value("contact.tied_edges"):
         _require_reference([case])
         known, alike = case.reference, case.beams
-        said = f"DNS {known.force_ratio(case.dns.history)}, "
+        said = [Measured("the same, DNS", f"{known.force_ratio(case.dns.history)}")]
     elif "untied" in evidence.direct:
         solids = evidence.history("untied")
         known = evidence.reference_of("untied")
         if not known.known:
             known = transferred_uncertainty(case.reference, case.dns.history, solids)
-        alike, said = [each for each in case.beams if each.scene.value("contact.tied_edges") == ties], ""
+        alike, said = [each for each in case.beams if each.scene.value("contact.tied_edges") == ties], []
     else:
         raise NotRun("the study has no solids whose rows are tied as those of the beams")
     ratio = known.force_ratio(beams.history)
     if not ratio.known:
         raise NotRun("there is no reference at a strain that beams and solids reach")
-    said += ", ".join(f"{model.label} {known.force_ratio(model.history)}" for model in alike)
+    said += [Measured(f"the same, {model.label}", f"{known.force_ratio(model.history)}") for model in alike]
     return Judgement(
-        f"secant stiffness over that of solids: {said}",
+        (Measured("stiffness over that of solids", f"{ratio}", "< 1"), *said),
         verdict(ratio.below(1.0)),
         f"judged by {beams.label}; rows that are tied: {ties}",
         _names([case.dns, *alike] if known is case.reference else [case.dns]),
@@ -251,8 +275,7 @@ def judge_beams(evidence: Evidence) -> Judgement:
 
 def _in_cases(
     evidence: Evidence,
-    judge: Callable[[Case], tuple[str, bool | None]],
-    begin: str,
+    judge: Callable[[Case], tuple[Iterable[Measured], bool | None]],
     note: str,
     directions: tuple[str, ...] = ("course", "wale"),
 ) -> Judgement:
@@ -262,13 +285,14 @@ def _in_cases(
         raise NotRun("the study has no direct simulation with both reduced models")
     _require_reference(cases)
     said, held = zip(*map(judge, cases), strict=True)
-    by_case = "; ".join(f"{case.label}: {words}" for case, words in zip(cases, said, strict=True))
+    rows = sorted(zip(held, cases, said, strict=True), key=lambda row: row[0] is True)  # failures first
+    by_case = [(f"{each.quantity}; {case.label}", *each[1:]) for _, case, words in rows for each in words]
     notes = f"the main models hold in {held.count(True)} of {len(cases)} cases"
     if None in held:
         notes += f", and {held.count(None)} cannot be decided"
     lacking = all_hold(held) and len(cases) < sum(case.endswith(directions) for case in CASES)
     return Judgement(
-        f"{begin}: {by_case}",
+        tuple(Measured(*each) for each in by_case),
         NOT_RUN if lacking else verdict(all_hold(held)),
         f"{notes}; {note}",
         _names(model for case in cases for model in (case.dns, *case.main.values())),
