@@ -14,10 +14,10 @@ SLIDING = 8  # an increment in which the upper yarn slides on the lower one
 PATIENCE = 120  # seconds until a simulation that reports no increment counts as failed
 
 
-def wait_until(holds, what):
-    deadline = time.monotonic() + PATIENCE
+def wait_until(holds, what, patience=PATIENCE):
+    deadline = time.monotonic() + patience
     while not holds():
-        assert time.monotonic() < deadline, f"no {what} within {PATIENCE} s"
+        assert time.monotonic() < deadline, f"no {what} within {patience} s"
         time.sleep(0.05)
 
 

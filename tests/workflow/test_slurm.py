@@ -1,25 +1,25 @@
 """The workflow on a cluster with Slurm, where there is one: what is left when jobs or Snakemake itself are ended."""
 
 import importlib.util
+import re
 import shutil
-import signal
 import subprocess
 
 import pytest
 from test_killed import wait_until
 
-from knitstudy.files import recorded_digest
-
 PROFILE = ("--workflow-profile", "profiles/slurm", "--slurm-init-seconds-before-status-checks", "5")
-SOLIDS, NETWORK = (f"results/simulation/{name}-tie-course-coarse.nc" for name in ("dns", "rom3d"))
-TOO_LITTLE = (
-    "--set-resources",
-    "simulation:mem_mb=attempt*330",
-)  # MB: a network takes some 450 with Snakemake
+ONE, FOUR = (f"results/simulation/own-{size}.nc" for size in ("1x1", "2x2"))
+OWN = ("--config", "folder=own.yaml")
+PATIENCE = 900  # s
 CAMPAIGN = """
 studies: []
+keys: {specimen: cell, fidelity: spline_yarns, interaction: tie, load.strain: 0.01, solver.increments: 2}
+size:
+  1x1: {knit: cell1x1, pattern.loops: 1, pattern.rows: 1}
+  2x2: {knit: cell2x2, pattern.loops: 2, pattern.rows: 2}
 scenes:
-- {name: "alike-{length}", case: tie-course-coarse, keys: {knit: plain3x3, fidelity: rom2d, rom.length: "{length}"}}
+- {name: "own-{size}", size: all}
 """
 
 
@@ -40,43 +40,60 @@ pytestmark = [
 
 
 @pytest.fixture
-def jobs():
-    """Jobs of the queue since the test began, which are cancelled when it ends: a function of their fields."""
-    shown = ("squeue", "--all", "--states=all", "--noheader", "--format")
-    before = set(said_by(*shown, "%A").split())
+def own(fresh):
+    """Checkout in which nothing was run, with a campaign of two scenes."""
+    (fresh.folder / "own.yaml").write_text(CAMPAIGN)
+    return fresh
+
+
+@pytest.fixture
+def jobs(own):
+    """Return a function of the fields of all jobs of a checkout in the order of their numbers; its end cancels them."""
 
     def read(fields="%T"):
-        lines = [line.split(maxsplit=1) for line in sorted(said_by(*shown, f"%A {fields}").splitlines())]
-        return [line[1] for line in lines if line[0] not in before]
+        said = said_by("squeue", "--all", "--states=all", "--array", "--noheader", "-o", f"%Z|%A|{fields}")
+        found = [line.split("|") for line in said.splitlines() if line.startswith(f"{own.folder}|")]
+        return [rest for _, job, rest in sorted(found, key=lambda job: int(job[1]))]
 
     yield read
-    subprocess.run(["scancel", *(set(said_by(*shown, "%A").split()) - before)])
+    subprocess.run(["scancel", *read("%A")])
 
 
 def on_slurm(checkout, *arguments):
     """Start Snakemake on the cluster."""
-    command = [checkout.python, "-m", "snakemake", *arguments, *PROFILE]
+    command = [checkout.python, "-m", "snakemake", *PROFILE, *arguments]
     return subprocess.Popen(
         command, cwd=checkout.folder, env=checkout.environment, stderr=subprocess.PIPE, text=True
     )
 
 
-def test_killed_cancelled_and_without_memory(finished, fresh, jobs):
+def test_killed_cancelled_and_without_memory(own, jobs):
     """Results are those without a cluster, and what was done is not done again."""
-    head = on_slurm(fresh, SOLIDS)
-    wait_until(lambda: "RUNNING" in jobs(), "first job")
-    subprocess.run(["scancel", jobs("%A %i")[0].split()[-1]])
-    wait_until(lambda: "RUNNING" in jobs()[1:], "job in the place of the cancelled one")
-    head.send_signal(signal.SIGKILL)
-    wait_until(lambda: jobs() == ["CANCELLED", "COMPLETED"], "end of the job whose Snakemake was killed")
-    done = (fresh.folder / SOLIDS).stat().st_mtime_ns
+    head = on_slurm(own, ONE, *OWN)
+    wait_until(lambda: jobs() == ["RUNNING"], "first job", PATIENCE)
+    subprocess.run(["scancel", *jobs("%A")])
+    wait_until(lambda: jobs()[1:] == ["RUNNING"], "job in the place of the cancelled one", PATIENCE)
+    head.kill()
+    wait_until(lambda: jobs() == ["CANCELLED", "COMPLETED"], "end of the job without Snakemake", PATIENCE)
+    done = (own.folder / ONE).stat().st_mtime_ns
 
-    assert fresh.snakemake(NETWORK, "--unlock").returncode == 0
-    _, said = on_slurm(fresh, NETWORK, *TOO_LITTLE).communicate()
-    assert (fresh.folder / NETWORK).exists(), said
-    assert (fresh.folder / SOLIDS).stat().st_mtime_ns == done
-    asked = jobs("%m %T")[2:]
-    if "cgroup" in said_by("scontrol", "show", "config").partition("TaskPlugin ")[2].partition("\n")[0]:
-        assert [each.split()[0] for each in asked] == ["330M", "660M"]
-    for path in (SOLIDS, NETWORK):
-        assert recorded_digest(fresh.folder / path) == recorded_digest(finished[0].folder / path)
+    assert own.snakemake("campaign", "--unlock", *OWN).returncode == 0
+    # A simulation takes some 450 MB with Snakemake.
+    little = ("--set-resources", "simulation:mem_mb=attempt*330")
+    _, said = on_slurm(own, "campaign", *little, *OWN).communicate()
+    assert (own.folder / FOUR).exists(), said
+    assert (own.folder / ONE).stat().st_mtime_ns == done
+    if re.search("^TaskPlugin .*cgroup", said_by("scontrol", "show", "config"), flags=re.MULTILINE):
+        assert jobs("%m")[-2:] == ["330M", "660M"]
+    for path in (ONE, FOUR):
+        again = own.run("-m", "knitstudy", "run", path, "--anew")
+        assert "to the last bit" in again.stdout, again.stdout + again.stderr
+
+
+def test_campaign_is_an_array_whose_jobs_ask_for_what_the_largest_needs(own, jobs):
+    campaign = ("campaign", "--slurm-array-jobs", "simulation", *OWN)
+    _, said = on_slurm(own, "--jobs", "1", *campaign).communicate()
+    assert "--jobs is 1 but must be at least 2" in said
+    _, said = on_slurm(own, *campaign).communicate()
+    assert jobs("%K %T") == ["1 COMPLETED", "2 COMPLETED"], said
+    assert len(set(jobs("%m %l"))) == 1

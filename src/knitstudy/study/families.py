@@ -13,6 +13,7 @@ import re
 import reprlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -56,6 +57,19 @@ def read_families(paths: Iterable[Path]) -> dict[str, Member]:
     Whether a scene may have the keys and values that it sets is not known here.
     Raises ConfigurationError, naming the file, and what in it is unknown, doubled or of the wrong type.
     """
+    paths = tuple(paths)
+    return dict(_read_once(paths, tuple(map(_state, paths))))
+
+
+def _state(path: Path) -> tuple:
+    """Return what changes with a file."""
+    stat = path.stat() if path.is_file() else None
+    return path.resolve(), stat and (stat.st_mtime_ns, stat.st_size)
+
+
+@lru_cache(maxsize=8)
+def _read_once(paths: tuple[Path, ...], _: tuple) -> dict[str, Member]:
+    """Return the scenes of files that are in a state."""
     documents = {path: read_yaml(path) for path in paths}
     shared: dict[str, dict] = {}
     for path, document in documents.items():  # those without scenes first: they define for all
