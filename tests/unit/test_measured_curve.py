@@ -51,7 +51,7 @@ def test_a_file_is_read_as_it_is(tmp_path, text, said, only):
         (PLAIN, {"strain": ("strain", "%")}, "unknown column 'strain' (did you mean 'strain (%)'?)"),
         ("yarn,strain,force_N_m\na,0,2\nb,0,2\n", {}, "has 2 curves by 'yarn' (a, b): add --only yarn=a"),
         ("strain,force_N_m\n0,2\nx,1\n", {}, "has 1 rows of numbers up to the largest strain; 3 are needed"),
-        ("", {}, "is no CSV file with names of columns in its first row"),
+        ("", {}, "must be a CSV file with names of columns in its first row"),
     ],
 )
 def test_what_cannot_be_read_is_said_with_a_remedy(tmp_path, text, said, message):
@@ -63,6 +63,14 @@ def test_what_cannot_be_read_is_said_with_a_remedy(tmp_path, text, said, message
     assert message in str(error.value)
     assert len(str(error.value).splitlines()) == 1
     assert [each.name for each in tmp_path.iterdir()] == ["lab.csv"]
+
+
+@pytest.mark.parametrize("kept", ["strain: Weg\n", "force: [a, b, c]\n", "width: wide\n"])
+def test_columns_that_were_kept_otherwise_are_refused(tmp_path, kept):
+    (tmp_path / "lab.csv").write_text(PLAIN)
+    (tmp_path / "lab.columns.yaml").write_text(kept)
+    with pytest.raises(KnitstudyError, match=r"columns\.yaml: is not as knitstudy wrote it; delete it"):
+        read_curve(tmp_path / "lab.csv", {}, {}, "course")
 
 
 STRAIN = np.linspace(0.002, 0.05, 20)

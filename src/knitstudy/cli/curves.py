@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from knitstudy.cli import console
-from knitstudy.cli.results import FILE, FOLDER, log_on_console, naming
+from knitstudy.cli.results import FOLDER, log_on_console
 from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
 from knitstudy.files import read_dataset, write_table
 from knitstudy.loading.restart import Progress
@@ -20,6 +20,7 @@ from knitstudy.study.scene import Scene
 
 FRICTION = "contact.friction"
 MODULI = ("yarn.youngs_modulus", "yarn.transverse_modulus", "yarn.axial_shear_modulus")
+THERE = click.Path(path_type=Path, dir_okay=False, exists=True)
 SIZE = click.FloatRange(min=0, min_open=True)
 
 
@@ -32,7 +33,7 @@ def _curve_options(command: Any) -> Any:
         click.option("--force", **pair, help="Column and unit of the force, such as Load N."),
         click.option("--strain", **pair, help="Column and unit of the strain, such as Elongation %."),
         click.option("--only", multiple=True, metavar="COLUMN=VALUE", help="One curve of several in a file."),
-        click.argument("measured", type=FILE),
+        click.argument("measured", type=THERE),
     ):
         command = add(command)
     return command
@@ -62,7 +63,7 @@ def _write(stem: Path, table: pd.DataFrame, drawn: tuple, title: str) -> None:
 
 
 @click.command(short_help="Compare a result with a measured curve.")
-@click.argument("result", type=FILE)
+@click.argument("result", type=THERE)
 @_curve_options
 def compare(result: Path, measured: Path, **said: Any) -> None:
     """Compare RESULT, the history of a knit or a cell (.nc), with MEASURED, a curve of force over strain (.csv).
@@ -86,8 +87,9 @@ def compare(result: Path, measured: Path, **said: Any) -> None:
     scene = console.recorded(str(result), {})[0]
     name = "-".join((result.stem, measured.stem, *(each.partition("=")[2] for each in said["only"])))
     whole = _read(measured, scene, said)
-    with naming(result):
-        simulated = simulated_curve(history, STAGES["geometry"].function(scene))
+    if "axis" not in history.attrs:
+        raise DataFileError(f"{result}: is no history; name a file of results/simulation")
+    simulated = simulated_curve(history, STAGES["geometry"].function(scene))
     curve, reach = whole.within(simulated.strain[-1]), f"{100 * simulated.strain[-1]:.3g} % strain"
     if not len(curve.strain):
         raise DataFileError(f"{measured}: has no point up to {reach}, where {result} ends: simulate more")

@@ -170,7 +170,7 @@ def log_on_console(verbose: bool) -> Iterator[None]:
 
 
 @contextmanager
-def naming(file: Path) -> Iterator[None]:
+def _naming(file: Path) -> Iterator[None]:
     """Name the file in whatever is wrong with its content."""
     try:
         yield
@@ -221,11 +221,11 @@ def show(file: Path, other: Path | None, keys: bool, plot: Path | None, config: 
     elif keys:
         _print_keys(dataset, file, config)
     else:
-        with naming(file):
+        with _naming(file):
             quantities = summarise(dataset)
         print_table(("quantity", "value", "unit"), quantities)
     if plot is not None:
-        with naming(file):
+        with _naming(file):
             kind, drawing = kind_of(dataset), draw(dataset)
         save(drawing, [plot], {kind: dataset}, f"{kind} of {dataset.attrs.get('scene', file.stem)}")
         click.echo(f"drawn: {plot}", err=True)
@@ -261,7 +261,7 @@ def _print_differences(first: xr.Dataset, second: xr.Dataset, file: Path, other:
         click.echo()
     except DataFileError as error:  # the numbers of an old file can be compared all the same
         click.echo(plain(str(error)), err=True)
-    with naming(other):
+    with _naming(other):
         rows = list(side_by_side(first, second))
     print_table(("quantity", str(file), str(other), "ratio", "unit"), rows)
 
@@ -313,7 +313,7 @@ def _write_series(file: Path, output: Path | None) -> Path:
     from knitstudy.stages.table import STAGES, has_mesh
 
     history, path = read_dataset(file), output or file.with_suffix(".pvd")
-    with naming(file):
+    with _naming(file):
         if (kind := kind_of(history)) != "history":
             raise DataFileError(f"is a {kind} and must be a history")
     scene = console.recorded(str(file), {})[0]

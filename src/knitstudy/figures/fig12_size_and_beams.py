@@ -85,8 +85,7 @@ def draw(
         curve = replace(curve, value=curve.value / full[problem])
         (free if scene.contact.tied_edges == "none" else tied).append(curve)
     low = LEAST if free else 0.0
-    high = ABOVE if geometry is not None else 0.0
-    drawing = figure(DOUBLE, high + BELOW + low)
+    drawing = figure(DOUBLE, (ABOVE if geometry is not None else 0.0) + BELOW + low)
     true = reference_of(reference, scenes["dns"])
     quantity = f"force over the {owners([true])}\nat full strain"
     axes = place(drawing, 0.095, low + 12.0, 0.5, BELOW - 20.0)

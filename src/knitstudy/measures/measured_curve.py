@@ -79,28 +79,25 @@ def read_curve(path: Path, said: Mapping[str, Any], only: Mapping[str, str], dir
     """
     table, beside = _one_curve(_table(path), only, direction, path), path.with_suffix(".columns.yaml")
     kept = read_yaml(beside) if beside.is_file() else {}
-    if not all(
-        len(each) == 2 if isinstance(each, list) else name in SIZES.values() for name, each in kept.items()
+    if any(
+        np.shape(each) != (2,) if name in WORDS else type(each) is not float for name, each in kept.items()
     ):
-        raise DataFileError(
-            f"{beside}: is not as knitstudy wrote it; delete it, and name columns and units again"
-        )
-    how = kept | dict(said)
+        raise DataFileError(f"{beside}: is not as knitstudy wrote it; delete it and name the columns again")
+    how = kept | {name: list(each) if name in WORDS else each for name, each in said.items()}
     (strain, _), (force, unit) = (_values(table, name, how, path) for name in WORDS)
     there = np.flatnonzero(np.isfinite(strain) & np.isfinite(force))
-    there = there[: np.argmax(strain[there]) + 1] if len(there) else there  # what follows is unloading
-    if len(there) < 3:
-        raise DataFileError(
-            f"{path}: has {len(there)} rows of numbers up to the largest strain; 3 are needed"
-        )
+    rising = there[: np.argmax(strain[there]) + 1] if len(there) else there
+    if (count := len(rising)) < 3:
+        raise DataFileError(f"{path}: has {count} rows of numbers up to the largest strain; 3 are needed")
+    if count < len(there):
+        log.warning("%s: %d rows behind the largest strain are left out", path, len(there) - count)
     if said:
-        kept = {name: list(each) if name in WORDS else each for name, each in how.items()}
         try:
-            write_text(f"# How knitstudy reads {path.name}; sizes in m\n{yaml.safe_dump(kept)}", beside)
+            write_text(f"# How knitstudy reads {path.name}; sizes in m\n{yaml.safe_dump(how)}", beside)
         except (OSError, DataFileError) as error:
             log.warning("%s; columns and units have to be named again next time", error)
-    there = there[np.argsort(strain[there], kind="stable")]
-    return Curve(strain[there], force[there], "N/m" if unit in SIZES else unit)
+    rising = rising[np.argsort(strain[rising], kind="stable")]
+    return Curve(strain[rising], force[rising], "N/m" if unit in SIZES else unit)
 
 
 def _table(path: Path) -> pd.DataFrame:
@@ -110,10 +107,8 @@ def _table(path: Path) -> pd.DataFrame:
         mark = next((each for each in ";\t" if each in head), ",")
         table = pd.read_csv(path, sep=mark, skipinitialspace=True, encoding="utf-8-sig")
     except (OSError, ValueError) as error:
-        said = " ".join(str(error).split())
-        raise DataFileError(
-            f"{path}: is no CSV file with names of columns in its first row ({said})"
-        ) from error
+        wanted = "must be a CSV file with names of columns in its first row"
+        raise DataFileError(f"{path}: {wanted} ({' '.join(str(error).split())})") from error
     return table.rename(columns=lambda name: str(name).strip())
 
 
@@ -123,13 +118,11 @@ def _one_curve(table: pd.DataFrame, only: Mapping[str, str], direction: str, pat
         there = find("column", table, column, str(path)).astype(str)
         find(f"{column} in --only", dict.fromkeys(there), value, str(path))
         table = table[there == value]
-    for column in table.select_dtypes(
-        exclude="number"
-    ):  # of which those without any number tell curves apart
+    for column in table.select_dtypes(exclude="number"):
         names = table[column].dropna().astype(str)
         if direction in set(names):
             table = table[names == direction]
-        elif names.nunique() > 1 and _numbers(names).isna().all():
+        elif names.nunique() > 1 and _numbers(names).isna().all():  # names, not numbers with decimal commas
             has = f"has {names.nunique()} curves by {column!r} ({', '.join(names.unique()[:4])})"
             raise DataFileError(f"{path}: {has}: add --only {column}={names.iloc[0]}")
     return table
@@ -138,11 +131,8 @@ def _one_curve(table: pd.DataFrame, only: Mapping[str, str], direction: str, pat
 def _values(table: pd.DataFrame, name: str, how: Mapping[str, Any], path: Path) -> tuple[np.ndarray, str]:
     """Return strain [1] or force [N/m], and the unit of its column."""
     column, unit = how.get(name) or _recognised(table, name, path)
-    where = f"{path}: --{name}"
-    texts = find("column", table, column, where).astype(str).str.replace(",", ".")
-    values = pd.to_numeric(texts, errors="coerce").to_numpy(dtype=float) * find(
-        "unit", UNITS[name], unit, where
-    )
+    scale = find("unit", UNITS[name], unit, f"{path}: --{name}")
+    values = scale * _numbers(find("column", table, column, f"{path}: --{name}")).to_numpy()
     if (size := SIZES.get(unit)) is None:
         return values, unit
     if size not in how:

@@ -139,13 +139,8 @@ def numbers(
     first, heads = frame.columns[0], {column: heading for heading, column in columns.items()}
     chosen = frame[frame[first].isin(rows)] if rows else frame
     text = cells(chosen[[first, *heads]].dropna(axis="columns", how="all").rename(columns=heads))
-    numeric = [False] + [True] * (len(text.columns) - 1)
-    return {
-        "header": list(text.columns),
-        "rows": text.to_numpy().tolist(),
-        "numeric": numeric,
-        "title": table,
-    }
+    rows, numeric = text.to_numpy().tolist(), [False] + [True] * (len(text.columns) - 1)
+    return {"header": list(text.columns), "rows": rows, "numeric": numeric, "title": table}
 
 
 def _table(name: str, table: pd.DataFrame, captions: Mapping[str, Any]) -> dict[str, Any]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
-from operator import itemgetter
 
 import numpy as np
 import xarray as xr
@@ -152,7 +151,7 @@ def judge_kinematics(evidence: Evidence) -> Judgement:
     holds = [turned >= angle, closer >= 100 * CONTRACTS * strain, slid >= way, spun >= angle]
     held = [bool(each.all()) for each in holds]
     return Judgement(
-        tuple(row for row, _ in sorted(zip(rows, held, strict=True), key=itemgetter(1))),  # failures first
+        tuple(sorted(rows, key=dict(zip(rows, held, strict=True)).get)),  # failures first
         verdict(all(held)),
         f"rotation and spin from {angle:.2g} degrees on, sliding from {way:.2g} mm, contraction from "
         f"{100 * CONTRACTS * strain:.2g} %",

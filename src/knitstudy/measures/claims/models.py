@@ -145,14 +145,12 @@ def judge_springs(evidence: Evidence) -> Judgement:
 
 def _by_penalty(evidence: Evidence, direction: str) -> list[Measured]:
     """Return kz with penalties alone, along local axes, by the contact stiffness."""
-    found = {}
-    for name in fnmatch.filter(evidence.contacts, PENALTIES.format(direction)):
-        (_, _, kz), _ = _springs(evidence, name)
-        found[evidence.scenes[name].contact.normal_stiffness] = f"{kz:.3g} kN/m"
-    return [
-        Measured(f"kz, {direction} tension, penalties of {stiffness:g} E / h alone", found[stiffness])
-        for stiffness in sorted(found)
-    ]
+    found = {
+        evidence.scenes[name].contact.normal_stiffness: _springs(evidence, name)[0][2]
+        for name in fnmatch.filter(evidence.contacts, PENALTIES.format(direction))
+    }
+    about = f"kz, {direction} tension, penalties alone, E / h times"
+    return [Measured(f"{about} {stiffness:g}", f"{kz:.3g} kN/m") for stiffness, kz in sorted(found.items())]
 
 
 def _springs(evidence: Evidence, name: str) -> tuple[np.ndarray, np.ndarray]:
