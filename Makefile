@@ -42,6 +42,11 @@ trade: environment  ## measure what accuracy costs on a sample of knits (hours);
 	@$(BIN)/python workflow/study.py ci -- results/trade/trade.csv
 	@$(BIN)/python -m knitstudy.stages.kept_tables trade
 
+.PHONY: loops
+loops: environment  ## try loops of 210 course and wale spacings; resources/loops.csv, docs/notes/loops.webp
+	@$(BIN)/python workflow/study.py full -- results/loops/sweep-wale-tie-course.nc
+	@$(BIN)/python -m knitstudy.stages.kept_tables loops
+
 .PHONY: test
 test: environment  ## pass all tests, in two processes
 	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder $(TESTS)
