@@ -35,7 +35,15 @@ AUTO = "auto"  # The fidelity of a scene that leaves the model open
 ERROR, SECONDS, MEMORY = "error [1]", "seconds [s]", "memory [MB]"
 NUMBERS = (*(name for name, kind in Inputs.__annotations__.items() if kind != "str"), ERROR, SECONDS, MEMORY)
 COLUMNS = ("knit", "case", "rung", "question", *Inputs.__annotations__, ERROR, SECONDS, MEMORY)
-COLUMNS += ("quantity", "uncertainty of the truth [1]", "unknowns [1]", "increments [1]", "reason", "problem")
+COLUMNS += (
+    "quantity",
+    "uncertainty of the truth [1]",
+    "unknowns [1]",
+    "increments [1]",
+    "reason",
+    "problem",
+    "code",
+)
 
 ALIKE = 0.01  # Relative difference of two errors that are the same
 
@@ -163,9 +171,16 @@ def _choose(problem: Scene, ask: Ask, drawn: Mapping, where: str) -> Choice:
         remedy = f"`knitstudy measure {problem.name}`, with the same --set, runs all models on this knit"
         if outside := trade.outside(problem, drawn):
             raise ConfigurationError(f"{where}: {outside}: nothing is promised of other knits; {remedy}")
-        if not any(row["case"] == str(Case.of(problem)) for row in _rows(TRADE_KEPT)):
-            measured = f"nothing has been measured of {Case.of(problem)} ({TRADE_KEPT.name}): `make trade` measures it"
-            raise ConfigurationError(f"{where}: {measured}; {remedy}")
+        case = str(Case.of(problem))
+        if (count := len(measured_knits(_rows(TRADE_KEPT), case))) < trade.fewest:
+            measured = (
+                f"{count} knits have been measured of {case} ({TRADE_KEPT.name})"
+                if count
+                else (f"nothing has been measured of {case} ({TRADE_KEPT.name})")
+            )
+            raise ConfigurationError(
+                f"{where}: {measured}, and a promise takes {trade.fewest} or more: `make trade` measures them; {remedy}"
+            )
     rungs = _promised(problem, ask, trade, mine or _rows(TRADE_KEPT), bool(mine))
     for name in ask.among:
         find("fidelity", FIDELITIES, name, f"{where}: ask.among")
@@ -193,15 +208,18 @@ def _choose(problem: Scene, ask: Ask, drawn: Mapping, where: str) -> Choice:
         good = [rung for rung in good if allowed is None or price(rung) <= allowed]
     basis = "on this very knit"
     if not mine:
-        share, sure = 100 * trade.coverage, 100 * trade.confidence
-        basis = f"on {share:g} % of the knits in the box of config/trade.yaml, at {sure:g} % confidence"
+        share, sure = 100 * trade.quantile.within(count).coverage, 100 * trade.confidence
+        basis = f"on {share:.3g} % of the knits in the box of config/trade.yaml, at {sure:g} % confidence"
+        basis += f", by {count} that were measured"
+        if without := len(measured_knits(_rows(TRADE_KEPT), case, known=False)):
+            basis += f" and without {without} on which solid yarns did not end"
     return Choice(ask, min(good, key=lambda rung: (rung.seconds, rung.error, rung.name)), tuple(rungs), basis)
 
 
 def _promised(problem: Scene, ask: Ask, trade: Trade, rows: Iterable[Mapping], own: bool) -> list[Rung]:
     """Return the rungs of a problem that have a promise: by laws of the sample, or as measured of `own` knits."""
     case, here = Case.of(problem), np.array(Inputs.of(problem).regressors())
-    found = []
+    quantile, found = trade.quantile.within(len(measured_knits(rows, str(case)))), []
     for name, keys in trade.rungs_of(case).items():
         of = [
             row
@@ -214,14 +232,19 @@ def _promised(problem: Scene, ask: Ask, trade: Trade, rows: Iterable[Mapping], o
             found.append(Rung(name, keys, error, seconds, seconds, memory))
         if own or not ended:
             continue
-        error = law_of(_regressors(of), [row[ERROR] for row in of], trade.quantile).most(here)
+        error = law_of(_regressors(of), [row[ERROR] for row in of], quantile).most(here)
         if isfinite(error):
             inputs = _regressors(ended)
-            seconds = law_of(inputs, [row[SECONDS] for row in ended], trade.quantile)
-            memory = law_of(inputs, [row[MEMORY] for row in ended], trade.quantile)
+            seconds = law_of(inputs, [row[SECONDS] for row in ended], quantile)
+            memory = law_of(inputs, [row[MEMORY] for row in ended], quantile)
             price = seconds.expected(here), seconds.most(here), memory.most(here)
             found.append(Rung(name, keys, float(error), *map(float, price)))
     return found
+
+
+def measured_knits(rows: Iterable[Mapping], case: str, known: bool = True) -> set[str]:
+    """Return the knits among rows of a case whose truth is known, or those of which it is not."""
+    return {row["knit"] for row in rows if row["case"] == case and isnan(row[ERROR]) != known}
 
 
 def _regressors(rows: list[Mapping]) -> np.ndarray:
@@ -239,7 +262,7 @@ def _read(path: Path, _: int) -> tuple[dict[str, Any], ...]:
     with path.open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     try:
-        return tuple(row | {column: float(row[column]) for column in NUMBERS} for row in rows)
+        return tuple(row | {column: float(row[column] or "nan") for column in NUMBERS} for row in rows)
     except (KeyError, TypeError, ValueError) as error:
         remedy = "move it away and measure again (`make trade`, `knitstudy measure`)"
         raise ConfigurationError(f"{path}: is no table of errors and prices ({error}); {remedy}") from error
