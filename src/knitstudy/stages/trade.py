@@ -92,6 +92,10 @@ def _lay_out(inputs: Inputs) -> None:
     lay_out(load_trade().scene(Case("cut_knit", TIED), inputs, drawn_defaults()))
 
 
+def _rows_of(path: Path) -> list[dict[str, Any]]:
+    return read_table(path).to_dict("records") if path.is_file() else []
+
+
 def _inputs(row: Mapping[str, Any]) -> Inputs:
     return Inputs(**{name: row[name] for name in Inputs.__annotations__})
 
@@ -105,13 +109,16 @@ def measure_sample(
     table is written after every knit. A record of other code is taken too, which `say` is told, unless it is made anew.
     """
     trade, defaults, listed = load_trade(), drawn_defaults(), folder / "knits.csv"
-    known = read_table(listed).to_dict("records") if listed.is_file() else []
-    table = sampled(trade, first, {_inputs(row): row["outcome"] for row in known})
-    write_table(table, listed) if len(table) > len(known) else None
-    rows = [row for row in table.to_dict("records") if row["outcome"] == FOUND]
-    knits, records, other = {row["knit"]: _inputs(row) for row in rows}, {}, 0
-    for number, (knit, inputs) in enumerate(knits.items()):
-        fresh = False
+    outcomes = {_inputs(row): row["outcome"] for row in _rows_of(listed)}
+    knits, records, other = {}, {}, 0
+    for number in range(first):
+        points = sampled(trade, number + 1, outcomes)
+        if len(points) > len(outcomes):
+            write_table(points, listed)
+            outcomes = {_inputs(row): row["outcome"] for row in _rows_of(listed)}
+        *_, row = points.to_dict("records")
+        fresh, knit, inputs = False, row["knit"], _inputs(row)
+        knits[knit] = inputs
         for case in trade.cases():
             problem = trade.scene(case, inputs, defaults, f"{knit}-{case}")
             records[knit, case] = []
@@ -128,7 +135,7 @@ def measure_sample(
                 other += records[knit, case][-1]["code"] != code
         shutil.rmtree(SCRATCH, ignore_errors=True)
         if fresh or number + 1 == first:
-            found = collect(trade, dict(list(knits.items())[: number + 1]), records)
+            found = collect(trade, knits, records)
             write_table(found, folder / "trade.csv")
     if other:
         say(f"{other} records were made by other code: --anew makes them again")
