@@ -96,7 +96,7 @@ def test_the_cheapest_that_is_promised_is_taken(ask, accuracy, rung):
 
 @pytest.mark.parametrize(
     ("count", "said"),
-    [(5, "5 knits have been measured of cut-knit-tied .*, and a promise takes 12"), (12, "77.9")],
+    [(5, "5 knits have been measured of cut-knit-tied .*: a promise takes 12"), (12, "77.9")],
 )
 def test_few_knits_promise_less_or_nothing(ask, monkeypatch, tmp_path, count, said):
     monkeypatch.setattr(choice, "TRADE_KEPT", made(tmp_path / "few.csv", count))
@@ -191,7 +191,7 @@ def test_the_command_says_what_is_taken_and_where_nothing_was_measured(ask, kept
     monkeypatch.setattr(choice, "TRADE_KEPT", tmp_path / "trade.csv")
     said = CliRunner().invoke(main, arguments).stderr.splitlines()
     assert len(said) == 1
-    assert "nothing has been measured of cut-knit-tied (trade.csv), and a promise takes 12" in said[0]
+    assert "no knits have been measured of cut-knit-tied (trade.csv): a promise takes 12" in said[0]
 
 
 def test_scenes_of_a_family_may_ask(ask, config):

@@ -92,14 +92,15 @@ def trade():
     return load_trade()
 
 
-def test_the_sample_is_the_same_every_time_and_replaces_loops_that_cannot_be_made(trade):
-    def make(inputs):
-        if inputs.course < 4:
+def test_the_sample_is_the_same_every_time_and_replaces_loops_that_cannot_be_made(trade, monkeypatch):
+    def lay_out(scene):
+        if scene.pattern.course_spacing < 4 * scene.yarn.diameter:
             raise GeometryError("too narrow")
 
-    table = sampled(trade, 48, make=make)
-    assert table.equals(sampled(trade, 48, make=make))
-    prefix = sampled(trade, 12, make=make)
+    monkeypatch.setattr(stage, "lay_out", lay_out)
+    table = sampled(trade, 48, {})
+    assert table.equals(sampled(trade, 48, {}))
+    prefix = sampled(trade, 12, {})
     assert table[: len(prefix)].equals(prefix), "knits do not depend on how many there are"
     knits = table[table["outcome"] == FOUND]
     assert len(knits) == 48 < len(table)
@@ -108,7 +109,7 @@ def test_the_sample_is_the_same_every_time_and_replaces_loops_that_cannot_be_mad
     assert 0.3 < np.isinf(knits["friction"]).mean() < 0.7
     known = {inputs: "known" for inputs in islice(trade.points(), 240)}
     with pytest.raises(ConfigurationError, match=r"only 0 of 240 points have a loop"):
-        sampled(trade, 12, known, make)
+        sampled(trade, 12, known)
 
 
 def test_a_knit_is_its_inputs_at_any_scale(trade):

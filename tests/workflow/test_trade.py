@@ -30,7 +30,7 @@ def test_from_a_sample_to_a_promise(fresh):
         asks = ("--question", "force", "--accuracy", "0.5")
         return fresh.run("-m", "knitstudy", "plan", "yarns-tie-course", *asks, *ONE, *changes)
 
-    assert "nothing has been measured of cut-knit-tied" in plan().stderr
+    assert "no knits have been measured of cut-knit-tied" in plan().stderr
     ended = fresh.run("-m", "knitstudy", "measure", "--first", "2")
     assert ended.returncode == 0, ended.stdout + ended.stderr
     assert ended.stdout.count(": ended, ") == 8

@@ -153,17 +153,15 @@ def keep_trade(config: Path = CONFIG) -> str:
     """Keep the errors and prices of the sample of knits, and draw them; return what was kept."""
     trade = load_trade()
     table = read_table(RESULTS / "trade" / "trade.csv", needs=COLUMNS)
-    table = table[
-        table["knit"].isin(sorted(set(table["knit"]))[: trade.knits])
-    ]  # those beyond judge promises
-    counted = f"{table['knit'].nunique()} of {trade.knits}"
+    first = sorted(set(table["knit"]))[: trade.knits]  # knits beyond are there to judge promises
+    table = table[table["knit"].isin(first)]
+    counted = f"{len(first)} of {trade.knits}"
     kept = stamped(table, digest(sorted(set(table["code"].dropna()))), knits=counted)
-    _save_picture(
+    drawing, sources = (
         trade_map.draw(table, bounds(table, trade)),
-        TRADE_PICTURE,
         {"trade": kept.assign(code=kept["digest"])},
-        "The trade",
     )
+    _save_picture(drawing, TRADE_PICTURE, sources, "What accuracy costs")
     write_table(kept, TRADE_KEPT)
     failed = table.loc[table["reason"].notna(), ["knit", "case", "rung"]].drop_duplicates()
     return f"{counted} knits, {len(table)} errors and prices, {len(failed)} runs failed: {TRADE_KEPT}"

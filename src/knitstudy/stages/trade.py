@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict
+from itertools import islice
 from math import inf, isinf, nan
 from multiprocessing import get_context
 from pathlib import Path
@@ -55,15 +56,10 @@ Record = dict[str, Any]
 """Values by quantity, price and reason of failure of one run; inputs, case, rung and knit that it is of."""
 
 
-def sampled(
-    trade: Trade,
-    first: int,
-    outcomes: Mapping[Inputs, str] | None = None,
-    make: Callable[[Inputs], Any] | None = None,
-) -> pd.DataFrame:
+def sampled(trade: Trade, first: int, outcomes: Mapping[Inputs, str]) -> pd.DataFrame:
     """Return the first knits of the sample, a row a point of the box: a point without a loop is replaced by the next.
 
-    `make` lays out the loop of a point, or raises GeometryError; `outcomes` are those that are known.
+    `outcomes` are those that are known already.
     """
     rows, count = [], 0
     for number, inputs in enumerate(trade.points()):
@@ -73,31 +69,24 @@ def sampled(
             raise ConfigurationError(
                 f"box: only {count} of {number} points have a loop; narrow course or wale in config/trade.yaml"
             )
-        outcome = (outcomes or {}).get(inputs) or _outcome(make or _lay_out, inputs)
+        outcome = outcomes.get(inputs) or _outcome(trade, inputs)
         count += outcome == FOUND
         name = f"knit{count:03}" if outcome == FOUND else ""
         rows.append({"knit": name, "outcome": outcome} | asdict(inputs))
     raise AssertionError("points have no end")
 
 
-def _outcome(make: Callable[[Inputs], Any], inputs: Inputs) -> str:
+def _outcome(trade: Trade, inputs: Inputs) -> str:
     try:
-        make(inputs)
+        lay_out(trade.scene(Case("cut_knit", TIED), inputs, drawn_defaults()))
     except GeometryError as error:
         return " ".join(str(error).split())
     return FOUND
 
 
-def _lay_out(inputs: Inputs) -> None:
-    lay_out(load_trade().scene(Case("cut_knit", TIED), inputs, drawn_defaults()))
-
-
-def _rows_of(path: Path) -> list[dict[str, Any]]:
-    return read_table(path).to_dict("records") if path.is_file() else []
-
-
-def _inputs(row: Mapping[str, Any]) -> Inputs:
-    return Inputs(**{name: row[name] for name in Inputs.__annotations__})
+def _outcomes(listed: Path) -> dict[Inputs, str]:
+    rows = read_table(listed).to_dict("records") if listed.is_file() else ()
+    return {Inputs(**{name: row[name] for name in Inputs.__annotations__}): row["outcome"] for row in rows}
 
 
 def measure_sample(
@@ -109,15 +98,16 @@ def measure_sample(
     table is written after every knit. A record of other code is taken too, which `say` is told, unless it is made anew.
     """
     trade, defaults, listed = load_trade(), drawn_defaults(), folder / "knits.csv"
-    outcomes = {_inputs(row): row["outcome"] for row in _rows_of(listed)}
     knits, records, other = {}, {}, 0
     for number in range(first):
-        points = sampled(trade, number + 1, outcomes)
-        if len(points) > len(outcomes):
+        points = sampled(trade, number + 1, known := _outcomes(listed))
+        if len(points) > len(known):
             write_table(points, listed)
-            outcomes = {_inputs(row): row["outcome"] for row in _rows_of(listed)}
-        *_, row = points.to_dict("records")
-        fresh, knit, inputs = False, row["knit"], _inputs(row)
+        fresh, knit, inputs = (
+            False,
+            f"knit{number + 1:03}",
+            next(islice(trade.points(), len(points) - 1, None)),
+        )
         knits[knit] = inputs
         for case in trade.cases():
             problem = trade.scene(case, inputs, defaults, f"{knit}-{case}")
@@ -244,10 +234,13 @@ def truths(
         for quantity in values[ended[0]] if len(ended) > 1 else ():
             series = [values[name][quantity] for name in ended]
             limit = limit_of_degrees([degrees[name] for name in ended], series)
-            limits[knit][quantity] = Estimate(limit.value, limit.uncertainty)
-            if ended[-2:] == [next_to, highest] and limit.value:
-                off = abs(series[-2] - limit.value) + limit.uncertainty
-                far.setdefault(quantity, []).append(off / abs(limit.value))
+            true, change = Estimate(limit.value, limit.uncertainty), abs(series[-1] - series[-2])
+            if abs(true.value - series[-1]) > change:  # values that hardly converge cannot be extrapolated
+                true = Estimate(series[-1], change)
+            limits[knit][quantity] = true
+            if ended[-2:] == [next_to, highest] and true.value:
+                off = abs(series[-2] - true.value) + true.uncertainty
+                far.setdefault(quantity, []).append(off / abs(true.value))
     for knit, found in limits.items():
         for quantity, limit in found.items():
             if not runs[knit].get(highest) and len(far.get(quantity, ())) >= FEW:

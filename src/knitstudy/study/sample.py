@@ -155,11 +155,15 @@ class Trade(Section):
 
     def rungs_of(self, case: Case, number: int = 0) -> dict[str, dict[str, Any]]:
         """Return the keys of the rungs that model a case, by name: all, or those of the knit of a number, from 0 on."""
-        return {
+        rungs = {
             name: keys
             for name, keys in self.rungs[case.yarns].items()
+            if not number % self.every.get(name, 1)
+        }
+        return {
+            name: keys
+            for name, keys in rungs.items()
             if case.specimen in FIDELITIES[keys["fidelity"]].specimens
-            and number % self.every.get(name, 1) == 0
         }
 
     def points(self) -> Iterator[Inputs]:
