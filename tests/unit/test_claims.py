@@ -318,6 +318,10 @@ CHANGED = [
     ("K12", OPEN, with_half_way, 4, 4),
     ("S1", YES, with_paper_knit, "cut_knit"),
     ("S1", NO, with_paper_knit, "knit"),
+    *(
+        ("S2", said, with_history, "domain-hexahedra-isotropic-course-3x3", {"memory_growth": memory})
+        for memory, said in ((1140e6, YES), (1065e6, OPEN), (930e6, NO))
+    ),
     *(("S3", said, with_unknowns, ratio) for ratio, said in ((1.7, YES), (1.3, NO), (1, OPEN))),
     # Untied rows that take as few iterations, but stabilisation, converge worse as well.
     ("K11", YES, with_damping, "isotropic"),

@@ -84,10 +84,10 @@ def tabulate_growth(domain: Datasets, scenes: Scenes) -> pd.DataFrame:
                 "model": series.model,
                 "interaction": series.interaction,
                 "cells in a row [1]": ", ".join(map(str, series.cells)),
-                "exponent of degrees of freedom [1]": series.growth(dof),
-                "exponent of memory growth [1]": series.growth(memory),
-                "exponent of the time of a Newton iteration [1]": series.growth(seconds),
-                "exponent of the time of a path [1]": series.growth(paths),
+                "exponent of degrees of freedom [1]": series.growth(dof).value,
+                "exponent of memory growth [1]": series.growth(memory).value,
+                "exponent of the time of a Newton iteration [1]": series.growth(seconds).value,
+                "exponent of the time of a path [1]": series.growth(paths).value,
             }
         )
     return pd.DataFrame(rows)
