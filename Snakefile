@@ -15,7 +15,6 @@ include: "workflow/rules/figures.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/extremes.smk"
-include: "workflow/rules/trade.smk"
 
 
 onstart:

@@ -18,7 +18,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from knitstudy.errors import DataFileError, KnitstudyError
-from knitstudy.figures import extremes_map
+from knitstudy.figures import extremes_map, trade_map
 from knitstudy.figures.catalogue import FIGURES, draw
 from knitstudy.figures.style import save
 from knitstudy.files import read_result, read_table, replacing, write_table, write_text
@@ -31,8 +31,10 @@ from knitstudy.stages.displays import Displays, reference_files
 from knitstudy.stages.extremes import load_trials
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
+from knitstudy.stages.trade import bounds
 from knitstudy.study.choice import COLUMNS, RESOURCES, TRADE_KEPT
 from knitstudy.study.configuration import CONFIG, load_scenes, load_study
+from knitstudy.study.sample import load_trade
 from knitstudy.study.scene import Scene, digest
 from knitstudy.tables.catalogue import TABLES, tabulate
 from knitstudy.tables.reference import REFERENCE_SCENES, limits, values_of
@@ -145,13 +147,25 @@ def keep_verdicts(config: Path = CONFIG) -> str:
 
 # What accuracy costs
 
+TRADE_PICTURE = Path("docs/notes/trade.webp")
+
 
 def keep_trade(config: Path = CONFIG) -> str:
-    """Keep the errors and prices of the sample of knits; return what was kept."""
+    """Keep the errors and prices of the sample of knits, and draw them; return what was kept."""
+    trade = load_trade()
     table = read_table(RESULTS / "trade" / "trade.csv", needs=COLUMNS)
-    write_table(table.assign(made=datetime.date.today().isoformat()), TRADE_KEPT)
+    first = sorted(set(table["knit"]))[: trade.knits]  # knits beyond are there to judge promises
+    table = table[table["knit"].isin(first)]
+    counted = f"{len(first)} of {trade.knits}"
+    kept = stamped(table, digest(sorted(set(table["code"].dropna()))), knits=counted)
+    drawing, sources = (
+        trade_map.draw(table, bounds(table, trade)),
+        {"trade": kept.assign(code=kept["digest"])},
+    )
+    _save_picture(drawing, TRADE_PICTURE, sources, "What accuracy costs")
+    write_table(kept, TRADE_KEPT)
     failed = table.loc[table["reason"].notna(), ["knit", "case", "rung"]].drop_duplicates()
-    return f"{len(table)} errors and prices of {table['knit'].nunique()} knits, {len(failed)} runs failed: {TRADE_KEPT}"
+    return f"{counted} knits, {len(table)} errors and prices, {len(failed)} runs failed: {TRADE_KEPT}"
 
 
 # The reference: values to which independent discretisations converge
