@@ -44,6 +44,7 @@ IDLE = 3e-5  # the same, below which the minimisation makes no headway
 EXACT = 5e-5  # radii by which distances, and the length, may miss what is asked
 LACK = 1e3  # what the share that a loop lacks costs, over the largest slope of the bending and length terms
 STATIONARY = 1e-3  # slope over the largest one of the bending and length terms that a minimum may have
+RETREAT = 0.01  # share by which the yarn gets thinner where a minimisation makes no headway
 GAIN = 1e-4  # share below which a loop that fits is no better than the one before
 ROUNDS, ITERATIONS = 20, 60  # minimisations from loop to loop, and of each of them
 ACTIVE = 0.03  # distance from a limit below which it is named as the reason why no thicker yarn fits
@@ -112,7 +113,7 @@ def fitted_loop(wanted: Wanted, settings: Any) -> tuple[Loop, Loop, Optimum]:
         raise NoRoom(
             f"no loop is drawn that interlocks: {_plain(error)}; {remedy}", ["interlock"], 0.0
         ) from error
-    room, optimum, reason = _gone(start)
+    room, optimum, reason = _follow_path(start)
     if optimum is None:
         course, wale = (f"{1e3 * spacing / room.share:.4g}" for spacing in (wanted.course, wanted.wale))
         raise room.refusal(
@@ -124,7 +125,7 @@ def fitted_loop(wanted: Wanted, settings: Any) -> tuple[Loop, Loop, Optimum]:
     if wanted.length is not None:
         own, asked = room.unit.length, float(f"{wanted.length / radius:.12g}")
         path = _Path(asked, (1.0, 0.0), (own, asked - own))
-        room, optimum, reason = _gone(_Room(room.unit, path, 0.0, settings, room.crossing))
+        room, optimum, reason = _follow_path(_Room(room.unit, path, 0.0, settings, room.crossing))
         if optimum is None:
             nearest, without = (f"{1e3 * radius * length:.4g}" for length in (room.unit.length, own))
             raise room.refusal(
@@ -162,7 +163,7 @@ class _Path:
     length: tuple[float, float] | None = None
 
 
-def _gone(room: _Room) -> tuple[_Room, Optimum | None, str]:
+def _follow_path(room: _Room) -> tuple[_Room, Optimum | None, str]:
     """Go on from a loop until it is the wanted one or has no room: the last loop, the outcome, or why there is none.
 
     A minimisation moves control points by a stride at most. One that loses the interlock is repeated with a quarter of
@@ -187,7 +188,7 @@ def _gone(room: _Room) -> tuple[_Room, Optimum | None, str]:
                 break
             continue
         iterations += result.nit
-        gradient, moved, there = room.stationary(result.x), np.abs(result.x[:-1]).max(), room.there
+        gradient, moved, there = room.stationary(result.x), np.abs(result.x[:-1]).max(), room.at_end
         room, stride = following, min(STRIDE, 2 * stride)
         idle = idle + 1 if moved < IDLE * room.path.rest else 0
         exact, gain = room.missing <= EXACT, room.share - (best.share if best.missing <= EXACT else -1.0)
@@ -197,8 +198,12 @@ def _gone(room: _Room) -> tuple[_Room, Optimum | None, str]:
             return room, Optimum(points, before, room.cost.terms(points), iterations, gradient), ""
         if exact and gain >= 0:
             best = room
-        if (exact and not room.there and (settled or gain < GAIN)) or idle > 1:
+        if (exact and not room.at_end and (settled or gain < GAIN)) or idle > 1:
             break
+        if (
+            idle and not exact
+        ):  # on from the share that the crossing has room for: closest points slide in flat valleys
+            room = room.of_free_share()
     return best, None, reason or f"no other loop is found in {iterations} iterations"
 
 
@@ -246,7 +251,7 @@ class _Room:
         self._cost, self._equal, self._above = 0, slice(1, equal), slice(equal, None)
         start = self.evaluate(self._start)[0]
         self.missing = max(np.abs(start[self._equal]).max(), -start[self._above].min())
-        self.there = self.share == 1 and self.missing <= 10 * EXACT
+        self.at_end = self.share == 1 and self.missing <= 10 * EXACT
 
     @property
     def _start(self) -> np.ndarray:
@@ -255,9 +260,9 @@ class _Room:
     def refusal(self, what: str, nearest: str, reason: str) -> NoRoom:
         """Return the error of a loop beyond this one, the last that fits: by the limits it has reached, or a reason."""
         if (
-            self.missing > EXACT or self.there
+            self.missing > EXACT or self.at_end
         ):  # none that is nearer has room, or none of those that have is a minimum
-            return NoRoom(f"{what}: {reason}", ["interlock"], float(self.there))
+            return NoRoom(f"{what}: {reason}", ["interlock"], float(self.at_end))
         radius = np.dot(self.path.radius, [1, self.share])
         bend = radius / smallest_radius_of_curvature(self.unit.curve)
         touching = self.near["distance"] < radius * self.unit.target + ACTIVE
@@ -278,6 +283,11 @@ class _Room:
         points = self._points(x)
         crossing = self._found(points).parameter[:1]
         return _Room(replace(self.unit, control_points=points), self.path, x[-1], self._settings, crossing)
+
+    def of_free_share(self) -> _Room:
+        """Return the room of the same loop at the share that the pieces of its yarn leave free."""
+        share = min(self.share, self.near["distance"].min() / self.unit.target) - RETREAT
+        return _Room(self.unit, self.path, share, self._settings, self.crossing)
 
     def evaluate(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the cost and all constraints (k,) with their gradients (k, n + 1).
@@ -347,7 +357,7 @@ class _Room:
 
         kinds = ((self._equal, "eq"), (self._above, "ineq"))
         constraints = [{"type": kind, "fun": of(rows, 0), "jac": of(rows, 1)} for rows, kind in kinds]
-        bounds = [*[(-reach, reach)] * self._motions.shape[-1], (1.0 if self.there else 0.0, 1.0)]
+        bounds = [*[(-reach, reach)] * self._motions.shape[-1], (1.0 if self.at_end else 0.0, 1.0)]
         options = {"ftol": 1e-9, "maxiter": ITERATIONS}
         slsqp = {"method": "SLSQP", "bounds": bounds, "constraints": constraints, "options": options}
         return minimize(of(self._cost, 0), self._start, jac=of(self._cost, 1), **slsqp)
@@ -357,7 +367,7 @@ class _Room:
         value, slope = self.evaluate(x)
         met = np.abs(value) < EXACT
         met[self._cost] = False
-        unknown = slice(-1) if self.there else slice(None)
+        unknown = slice(-1) if self.at_end else slice(None)
         forces, cost = slope[met, unknown].T, slope[self._cost, unknown]
         return float(np.abs(cost - forces @ np.linalg.lstsq(forces, cost, rcond=None)[0]).max())
 
