@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.files import read_table
 from knitstudy.geometry.feasible import OUTCOMES, loop_map
 from knitstudy.geometry.fit import ITERATIONS, LARGEST_CURVATURE, ROUNDS, NoRoom, Wanted, fitted_loop
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.loop import symmetries
 from knitstudy.geometry.spline import CatmullRom
 from knitstudy.geometry.survey import survey
+from knitstudy.stages.kept_tables import LOOPS
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.given import diameter_of, read_points
 
@@ -188,3 +190,11 @@ def test_map_names_what_limits_loops_that_do_not_fit(plain_scene):
     assert 0.5 < found["thickest"][0, 0] < 3.5 / 4, "four yarns stand side by side in a wale"
     assert found["outcome"][0, 1] == 0
     assert found["gap_error"][0, 1] < 0.01
+
+
+@pytest.mark.parametrize(("course", "wale"), [(3.0, 6.5), (6.0, 6.0)])
+def test_kept_map_has_loops_of_today(course, wale):
+    kept = read_table(LOOPS).set_index(["course", "wale"]).loc[(course, wale)]
+    found = loop_map(load_scene("sweep-wale-tie-course"), np.array([course]), np.array([wale]))
+    assert kept["outcome"] == "found"
+    assert float(found["length"][0, 0]) == pytest.approx(kept["length"], rel=1e-4)
