@@ -43,6 +43,11 @@ trade: environment  ## measure what accuracy costs on the FIRST=48 knits of a sa
 	@OMP_NUM_THREADS=1 $(BIN)/python -m knitstudy measure --first $(FIRST)
 	@$(BIN)/python -m knitstudy.stages.kept_tables trade
 
+.PHONY: loops
+loops: environment  ## try loops of 210 course and wale spacings; resources/loops.csv, docs/notes/loops.webp
+	@$(BIN)/python workflow/study.py full -- results/loops/sweep-wale-tie-course.nc
+	@$(BIN)/python -m knitstudy.stages.kept_tables loops
+
 .PHONY: test
 test: environment  ## pass all tests, in two processes
 	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder $(TESTS)

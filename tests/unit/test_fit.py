@@ -1,5 +1,7 @@
 """Loops that are drawn from course spacing, wale spacing and yarn, and other ways to say these."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -39,7 +41,7 @@ def test_drawn_loop_has_its_length_and_both_symmetries():
     assert len(symmetries(loop.curve)) == 2
 
 
-@pytest.mark.parametrize("diameter", [0.15e-3, 0.27e-3])
+@pytest.mark.parametrize("diameter", [0.01e-3, 0.15e-3, 0.27e-3])
 def test_jersey_has_the_gap_that_is_asked_for(settings, diameter):
     wanted = jersey(diameter)
     _, loop, optimum = fitted_loop(wanted, settings)
@@ -61,8 +63,23 @@ def test_loop_has_the_length_that_is_asked_for(settings):
     assert_fits(loop, wanted)
 
 
+def test_length_that_does_not_fit_is_refused_with_the_nearest_one_that_has_room(settings):
+    with pytest.raises(NoRoom, match=r"loop_length 8 mm: yarns of .* touch") as refused:
+        fitted_loop(jersey(0.2e-3, 8e-3), settings)
+    found = re.search(
+        r"nearest length that has room is ([\d.]+) mm, the free one ([\d.]+) mm", str(refused.value)
+    )
+    nearest, free = map(float, found.groups())
+    assert 1.4 * free < nearest < 8
+
+
+def test_wales_too_wide_for_a_drawn_interlock_are_refused_with_a_remedy(settings):
+    with pytest.raises(NoRoom, match=r"no loop is drawn that interlocks: .*take a pattern.wale_spacing of"):
+        fitted_loop(Wanted(COURSE, 10 * COURSE, 0.1e-3, 0.01), settings)
+
+
 def test_yarn_that_is_too_thick_is_refused_with_limit_and_spacings_that_fit(settings):
-    with pytest.raises(NoRoom, match="neighbouring yarns of one row touch") as refused:
+    with pytest.raises(NoRoom, match="yarns of one row touch beside") as refused:
         fitted_loop(jersey(0.3e-3), settings)
     assert "\n" not in str(refused.value)
     four_side_by_side = WALE / (4 * 0.3e-3 * 1.005)
@@ -151,9 +168,9 @@ def test_points_of_a_file_are_turned_and_made_symmetric(tmp_path, paper_points, 
             "rows of numbers",
         ),
         (lambda points: points * [1, -1, 1], "x, y, z", "below the heads"),
-        (lambda points: points[:, :2], "", "x, y, z in m"),
-        (lambda points: points, "x (mm), y (m), z (m)", "in m and in mm"),
-        (lambda points: points, "a, b, c", "could not convert"),
+        (lambda points: points[:, :2], "x, y", "the first row is x, y$"),
+        (lambda points: points, "x (mm), y (m), z (m)", "the first row is x .mm., y .m., z .m."),
+        (lambda points: points, "a, b, c", "columns x, y, z in m, .*: the first row is a, b, c"),
     ],
 )
 def test_file_that_is_no_loop_is_refused_in_one_line(tmp_path, paper_points, spoil, head, said):

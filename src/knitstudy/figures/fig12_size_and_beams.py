@@ -26,7 +26,6 @@ from knitstudy.figures.style import (
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.cases import label_of
 from knitstudy.measures.catalogue import BEAM_MODELS, of_case, one, several, solid
-from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.reference import reference_of
 from knitstudy.measures.unknowns import NONE, SIZES, counted_models
 from knitstudy.study.scene import Scene
@@ -34,9 +33,6 @@ from knitstudy.study.scene import Scene
 SHOWN = np.geomspace(3.0, 30.0, 40)  # cells in a row between which fitted laws are drawn
 DASHES = {"pinned": ":", "patch": "-."}  # by ``beam.tie``; those of rigid ties are those of the section
 ABOVE, BELOW = 82.0, 82.0  # heights of the parts (a) and (b) [mm]
-# Knits of which no row is tied, as beams and as solids
-UNTIED_BEAMS = "reading-untied-beam-isotropic-course"
-UNTIED = ("inputs-untied-isotropic-course", "yarns-untied-course-p3")
 BEAMS = {"rigid": Look("", "#0072B2", "-", "v"), "hertz": Look("", "#56B4E9", "--", "^")}  # by their section
 
 
@@ -45,8 +41,8 @@ BEAMS = {"rigid": Look("", "#0072B2", "-", "v"), "hertz": Look("", "#56B4E9", "-
     "Fig. 12: cost against the size of the knit, and beams in contact",
     results={
         "dns": solid("simulation", "isotropic-course"),
-        "beams": several("simulation", *of_case("isotropic-course", BEAM_MODELS), UNTIED_BEAMS),
-        "untied": several("simulation", *UNTIED, optional=True),
+        "beams": several("simulation", *of_case("isotropic-course", BEAM_MODELS)),
+        "untied": one("simulation", "inputs-untied-isotropic-course", optional=True),
         "geometry": one("geometry", "dns-tie-course", optional=True),
     },
 )
@@ -56,32 +52,25 @@ def draw(
     scenes: Mapping[str, Scene],
     reference: pd.DataFrame,
     paper: pd.DataFrame,
-    untied: Mapping[str, xr.Dataset] | None = None,
+    untied: xr.Dataset | None = None,
     geometry: xr.Dataset | None = None,
 ) -> Figure:
     """Draw degrees of freedom against size above, if the study has the paper's mesh, and force against strain below."""
     drawing = figure(DOUBLE, BELOW + (ABOVE if geometry is not None else 0.0))
     axes = place(drawing, 0.085, 13.0, 0.5, BELOW - 20.0)
-    solids = {"dns": dns} | dict(untied or {})
-    full, curves = {}, []
-    for name, history in (solids | dict(beams)).items():
-        scene = scenes[name]
-        problem, true = problem_of(scene), reference_of(reference, scene)
-        # Every problem has its own reference; without one its first direct simulation is in the place of it.
-        if problem not in full and (true.known or name in solids):
-            full[problem] = float(true.curve()[1][-1] if true.known else history["force"][-1])
-        if problem not in full:
-            continue
-        words = DIRECT.label if name in solids else label_of(scene)
-        if scene.contact.tied_edges == "none":
-            words += ", no row tied"
-        look = DIRECT if name in solids else BEAMS[scene.beam.section]
-        dash = ":" if scene.contact.tied_edges == "none" else DASHES.get(scene.value("beam.tie"), look.dash)
-        curve = force_curve(replace(look, label=words, dash=dash), history, true)
-        curves.append(replace(curve, value=curve.value / full[problem]))
     true = reference_of(reference, scenes["dns"])
+    full = float(true.curve()[1][-1] if true.known else dns["force"][-1])
+    curves = [force_curve(DIRECT, dns, true)]
+    if untied is not None:
+        look = replace(DIRECT, label=f"{DIRECT.label}, no row tied", dash=":", marker="")
+        curves.append(force_curve(look, untied, reference_of(reference, scenes["untied"])))
+    for name, history in beams.items():
+        look = BEAMS[scenes[name].beam.section]
+        dash = DASHES.get(scenes[name].value("beam.tie"), look.dash)
+        curves.append(force_curve(replace(look, label=label_of(scenes[name]), dash=dash), history, true))
+    curves = [replace(curve, value=curve.value / full) for curve in curves]
     draw_curves(axes, curves, f"force over the {owners([true])} at full strain", "1", "course")
-    draw_reference(axes, true, full[problem_of(scenes["dns"])])
+    draw_reference(axes, true, full)
     panel_letter(axes, "b", "beams in contact, isotropic friction")
     if geometry is not None:
         _draw_size(

@@ -32,6 +32,7 @@ DRAWN_SAMPLES = 1000  # of a drawn curve, between which control points are space
 OVERLAP, HEIGHT = 2.0, 0.54  # of a drawn loop, in diameters: h over c, and b
 BULGE, BULGES = (0.08, 0.35), 28  # range of a over w, and values between which a length is interpolated
 TIGHT = (3.364, 4.0)  # course and wale spacing over the diameter of Peirce's loop whose yarns touch
+THIN = 0.3  # of that diameter, for which loops of thinner yarns are drawn: else they do not reach each other
 LARGEST_CURVATURE = 0.9  # R / rho that a loop may have; sections of a yarn cut each other at 1
 CURVATURE_SAMPLES = 8  # a Bezier segment, both of its ends among them
 NEAR = 3.0  # distance of centrelines in radii up to which pieces of yarn may be kept apart
@@ -64,19 +65,20 @@ class Wanted:
     length: float | None = None
 
     @property
-    def drawn_diameter(self) -> float:
-        """Diameter that the loop is drawn for: at most that of Peirce's loop whose yarns touch. [m]"""
-        return min(2 * self.radius, self.course / TIGHT[0], self.wale / TIGHT[1])
+    def tight(self) -> float:
+        """Diameter of the yarns of Peirce's loop that touch at these spacings. [m]"""
+        return min(self.course / TIGHT[0], self.wale / TIGHT[1])
 
     @property
-    def drawn_length(self) -> float:
-        """Length of yarn that the loop is drawn with, as far as `BULGE` allows. [m]"""
-        return peirce_length(self.course, self.wale, self.drawn_diameter)
+    def rest_length(self) -> float:
+        """Length of Peirce's loop, which the length term of Eq. (1) aims at. [m]"""
+        return peirce_length(self.course, self.wale, min(2 * self.radius, self.tight))
 
     def drawn(self) -> Loop:
-        """Return the loop as it is drawn."""
+        """Return the loop as it is drawn: as long as Peirce's as far as `BULGE` allows."""
+        diameter = min(max(2 * self.radius, THIN * self.tight), self.tight)
         t = np.linspace(0, 2 * np.pi, DRAWN_SAMPLES + 1)
-        height, depth = self.course + OVERLAP * self.drawn_diameter, HEIGHT * self.drawn_diameter
+        height, depth = self.course + OVERLAP * diameter, HEIGHT * diameter
 
         def curve(bulge: float) -> tuple[np.ndarray, np.ndarray]:
             x = self.wale * (t / (2 * np.pi) + bulge * np.sin(2 * t))
@@ -84,7 +86,8 @@ class Wanted:
             return points, np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
 
         bulges = np.linspace(*BULGE, BULGES)
-        points, s = curve(np.interp(self.drawn_length, [curve(bulge)[1][-1] for bulge in bulges], bulges))
+        length = peirce_length(self.course, self.wale, diameter)
+        points, s = curve(np.interp(length, [curve(bulge)[1][-1] for bulge in bulges], bulges))
         at = np.arange(POINTS // 4 + 1) / POINTS * s[-1]
         quarter = np.column_stack([np.interp(at, s, points[:, axis]) for axis in range(3)])
         quarter[-1, :2] = self.wale / 4, 0.0
@@ -103,9 +106,12 @@ def fitted_loop(wanted: Wanted, settings: Any) -> tuple[Loop, Loop, Optimum]:
         *(float(f"{each / radius:.12g}") for each in (wanted.course, wanted.wale)), 1.0, wanted.clearance
     )
     try:
-        start = _Room(unit.drawn(), _Path(unit.drawn_length, (0.0, 1.0)), None, settings)
+        start = _Room(unit.drawn(), _Path(unit.rest_length, (0.0, 1.0)), None, settings)
     except GeometryError as error:
-        raise NoRoom(f"no loop is drawn that interlocks: {_plain(error)}", ["interlock"], 0.0) from error
+        remedy = "take a pattern.wale_spacing of 0.5 to 2 course spacings"
+        raise NoRoom(
+            f"no loop is drawn that interlocks: {_plain(error)}; {remedy}", ["interlock"], 0.0
+        ) from error
     room, optimum, reason = _gone(start)
     if optimum is None:
         course, wale = (f"{1e3 * spacing / room.share:.4g}" for spacing in (wanted.course, wanted.wale))
@@ -123,7 +129,7 @@ def fitted_loop(wanted: Wanted, settings: Any) -> tuple[Loop, Loop, Optimum]:
             nearest, without = (f"{1e3 * radius * length:.4g}" for length in (room.unit.length, own))
             raise room.refusal(
                 f"no loop fits of pattern.loop_length {1e3 * wanted.length:.4g} mm",
-                f"The nearest length that fits is {nearest} mm; without one it is {without}",
+                f"The nearest length that has room is {nearest} mm, the free one {without} mm",
                 reason,
             )
     return drawn, replace(drawn, control_points=optimum.points * radius), optimum
@@ -257,8 +263,8 @@ class _Room:
         touching = self.near["distance"] < radius * self.unit.target + ACTIVE
         said = {}
         for row in sorted(set(self.near["row"][touching].astype(int))):
-            whose = "of one row" if row == 0 else f"of rows {row} apart"
-            said["row" if row == 0 else "rows"] = f"neighbouring yarns {whose} touch beside the crossings"
+            whose = ("one row", "neighbouring rows")[row] if row < 2 else f"rows {row} apart"
+            said["row" if row == 0 else "rows"] = f"yarns of {whose} touch beside the crossings"
         if bend > LARGEST_CURVATURE - ACTIVE:
             said["curvature"] = f"the yarn bends to R / rho = {bend:.2f}, allowed is {LARGEST_CURVATURE:g}"
         said = said or {"interlock": reason}

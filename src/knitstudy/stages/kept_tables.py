@@ -1,7 +1,7 @@
 """Tables of studies that take hours, kept in ``resources`` with the digest behind them, and the pages that show them.
 
-``python -m knitstudy.stages.kept_tables reference``, ``verdicts`` or ``trade`` keeps a table of the results that are
-there and up to date; `make reference`, `make verdicts` and `make trade` run the study first.
+``python -m knitstudy.stages.kept_tables reference``, ``verdicts``, ``trade`` or ``loops`` keeps a table of the results
+that are there; `make reference`, `make verdicts`, `make trade` and `make loops` make them first.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from knitstudy.figures import extremes_map, trade_map
 from knitstudy.figures.catalogue import FIGURES, draw
 from knitstudy.figures.style import save
 from knitstudy.files import read_result, read_table, replacing, write_table, write_text
+from knitstudy.geometry.feasible import OUTCOMES
 from knitstudy.measures.catalogue import Catalogue
 from knitstudy.report.files import ScreenPicture, read_sources
 from knitstudy.report.kept_pages import summarise
@@ -251,11 +252,31 @@ def keep_extremes(config: Path = CONFIG) -> str:
     return f"{counted} trials: {EXTREMES}"
 
 
+# Loops that fit
+
+LOOPS, LOOPS_PICTURE = RESOURCES / "loops.csv", Path("docs/notes/loops.webp")
+
+
+def keep_loops(config: Path = CONFIG) -> str:
+    """Keep the map of loops that fit, and draw it; return what was kept."""
+    display = FIGURES.find("fig_loops")
+    (scene,) = display.results["feasible"].scenes(load_scenes(config))
+    found = read_result(RESULTS / STAGES["loop_map"].path(scene))
+    sources = {"feasible": found}
+    drawing = draw(display.name, **sources, scenes={"feasible": scene})
+    _save_picture(drawing, LOOPS_PICTURE, sources, display.title)
+    table = found.to_dataframe().reset_index()
+    table["outcome"] = [OUTCOMES[int(number)] for number in table["outcome"]]
+    write_table(stamped(table.round(6), found.attrs["digest"]), LOOPS)
+    return f"{(table['outcome'] == OUTCOMES[0]).sum()} of {len(table)} loops fit: {LOOPS}"
+
+
 KEEPERS = {
     "reference": keep_reference,
     "verdicts": keep_verdicts,
     "trade": keep_trade,
     "extremes": keep_extremes,
+    "loops": keep_loops,
 }
 
 if __name__ == "__main__":

@@ -99,8 +99,8 @@ def judge_contact_memory(evidence: Evidence) -> Judgement:
     printed = [evidence.printed("3", f"c{n}w{n}", "memory") for n in sizes]
     wanted = float(np.polyfit(np.log(sizes), np.log(printed), 1)[0])
     return Judgement(
-        f"exponent {grows:.2f} of {_cells(series)} (paper {wanted:.2f} of 3 to 30)",
-        verdict(abs(grows - wanted) <= SAME_GROWTH),
+        f"exponent {grows} of {_cells(series)} (paper {wanted:.2f} of 3 to 30)",
+        verdict(_apart(grows, wanted).below(SAME_GROWTH)),
     )
 
 
@@ -217,9 +217,9 @@ def judge_directions(evidence: Evidence) -> Judgement:
     )
 
 
-def _apart(angle: Estimate, other: float) -> Estimate:
-    """Return the distance of an angle to another [deg]."""
-    return angle.of(lambda value: abs(value - other))
+def _apart(found: Estimate, other: float) -> Estimate:
+    """Return the distance of an angle [deg] or an exponent to another."""
+    return found.of(lambda value: abs(value - other))
 
 
 def judge_ligaments(evidence: Evidence) -> Judgement:
