@@ -60,18 +60,15 @@ def sampled(trade: Trade, first: int, outcomes: Mapping[Inputs, str]) -> pd.Data
     `outcomes` are those that are known already.
     """
     rows, count = [], 0
-    for number, inputs in enumerate(trade.points()):
-        if count == first:
-            return pd.DataFrame(rows)
-        if number == MOST_TRIED * first:
-            raise ConfigurationError(
-                f"box: only {count} of {number} points have a loop; narrow course or wale in config/trade.yaml"
-            )
+    for inputs in islice(trade.points(), MOST_TRIED * first):
         outcome = outcomes.get(inputs) or _outcome(trade, inputs)
         count += outcome == FOUND
         name = f"knit{count:03}" if outcome == FOUND else ""
         rows.append({"knit": name, "outcome": outcome} | asdict(inputs))
-    raise AssertionError("points have no end")
+        if count == first:
+            return pd.DataFrame(rows)
+    found = f"only {count} of {len(rows)} points have a loop"
+    raise ConfigurationError(f"box: {found}; narrow course or wale in config/trade.yaml")
 
 
 def _outcome(trade: Trade, inputs: Inputs) -> str:
