@@ -151,7 +151,8 @@ def test_errors_are_to_the_limit_of_the_degrees(trade):
     assert rows["network"]["reason"] == "stopped"
     (truth,) = truths({"a": values(records[:2])}, TIED, trade).values()
     (row,) = rows_of([records[0], record("yarns3", 0.0, "stopped")], TIED, {}, trade, truth)
-    assert (row["rung"], row["reason"]) == ("", "no truth: yarns3: stopped"), "one degree has no limit"
+    assert row["rung"] == "", "one degree has no limit"
+    assert row["reason"].endswith("which did not end: yarns3: stopped")
 
 
 @pytest.mark.parametrize(("highest", "share"), [(2, 1 / 9), (3, 0.14)])

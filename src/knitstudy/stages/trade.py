@@ -39,9 +39,7 @@ from knitstudy.study.configuration import drawn_defaults
 from knitstudy.study.sample import TIED, Case, Inputs, Trade, load_trade, same_knit
 from knitstudy.study.scene import Scene, digest
 
-SAMPLE = Path(
-    "results/trade"
-)  # A record of every run of the sample, its knits, and the table of errors and prices
+SAMPLE = Path("results/trade")  # Records of the sample's runs, its knits, and its table of errors and prices
 SCRATCH = Path("run/trade")  # Results of the runs of one knit, so that rungs share a geometry
 
 FOUND = "found"  # The column ``outcome`` of a knit whose loop can be made; others have the reason
@@ -62,18 +60,15 @@ def sampled(trade: Trade, first: int, outcomes: Mapping[Inputs, str]) -> pd.Data
     `outcomes` are those that are known already.
     """
     rows, count = [], 0
-    for number, inputs in enumerate(trade.points()):
-        if count == first:
-            return pd.DataFrame(rows)
-        if number == MOST_TRIED * first:
-            raise ConfigurationError(
-                f"box: only {count} of {number} points have a loop; narrow course or wale in config/trade.yaml"
-            )
+    for inputs in islice(trade.points(), MOST_TRIED * first):
         outcome = outcomes.get(inputs) or _outcome(trade, inputs)
         count += outcome == FOUND
         name = f"knit{count:03}" if outcome == FOUND else ""
         rows.append({"knit": name, "outcome": outcome} | asdict(inputs))
-    raise AssertionError("points have no end")
+        if count == first:
+            return pd.DataFrame(rows)
+    found = f"only {count} of {len(rows)} points have a loop"
+    raise ConfigurationError(f"box: {found}; narrow course or wale in config/trade.yaml")
 
 
 def _outcome(trade: Trade, inputs: Inputs) -> str:
@@ -103,12 +98,8 @@ def measure_sample(
         points = sampled(trade, number + 1, known := _outcomes(listed))
         if len(points) > len(known):
             write_table(points, listed)
-        fresh, knit, inputs = (
-            False,
-            f"knit{number + 1:03}",
-            next(islice(trade.points(), len(points) - 1, None)),
-        )
-        knits[knit] = inputs
+        knit, inputs = f"knit{number + 1:03}", next(islice(trade.points(), len(points) - 1, None))
+        knits[knit], fresh = inputs, False
         for case in trade.cases():
             problem = trade.scene(case, inputs, defaults, f"{knit}-{case}")
             records[knit, case] = []
@@ -208,13 +199,9 @@ def rows_of(
             rows.append({**about, **of, ERROR: error, **price, **size, **share, **said})
     if rows:
         return rows
-    reasons = [
-        f"{each['rung']}: {each['reason']}"
-        for each in records
-        if each["rung"] in trade.truth and each["reason"]
-    ]
-    said = {"case": str(case), "rung": "", "question": "", "reason": f"no truth: {'; '.join(reasons)}"}
-    return [{**about, **said}]
+    failed = "; ".join(f"{each['rung']}: {each['reason']}" for each in records if each["reason"])
+    reason = f"the truth takes two of {', '.join(trade.truth)}, which did not end: {failed}"
+    return [{**about, "case": str(case), "rung": "", "question": "", "reason": reason}]
 
 
 def truths(
@@ -268,16 +255,18 @@ def collect(
 def bounds(table: pd.DataFrame, trade: Trade) -> pd.DataFrame:
     """Return what the knits of a table promise of every rung, whatever the inputs: a row a case, question and rung."""
     rows = []
-    for (case, question, rung), of in table.dropna(subset=ERROR).groupby(
-        ["case", "question", "rung"], sort=False
-    ):
-        knits, errors = len(measured_knits(table.to_dict("records"), case)), of[ERROR].to_numpy()
-        bound = trade.quantile.within(knits).of(errors)
-        of_rung = {"case": case, "question": question, "rung": rung, "knits": len(of)}
-        failed, prices = sum(map(isinf, errors)), {SECONDS: of[SECONDS].median(), MEMORY: of[MEMORY].median()}
-        rows.append(
-            of_rung | {"failed": failed, "median error [1]": of[ERROR].median(), ERROR: bound} | prices
+    of_rungs, said = ["case", "question", "rung"], table.to_dict("records")
+    for of_rung, of in table.dropna(subset=[ERROR]).groupby(of_rungs, sort=False):
+        quantile, medians = (
+            trade.quantile.within(len(measured_knits(said, of_rung[0]))),
+            of.median(numeric_only=True),
         )
+        row = dict(zip(of_rungs, of_rung, strict=True)) | {
+            "knits": len(of),
+            "failed": sum(map(isinf, of[ERROR])),
+        }
+        row |= {"median error [1]": medians[ERROR], ERROR: quantile.of(of[ERROR].to_numpy())}
+        rows.append(row | {SECONDS: medians[SECONDS], MEMORY: medians[MEMORY]})
     return pd.DataFrame(rows)
 
 
@@ -298,10 +287,7 @@ def measure(problem: Scene, folder: Path, own: Path = OWN) -> pd.DataFrame:
     true = truths({knit: {each["rung"]: each["values"] for each in records}}, case, trade)[knit]
     table = pd.DataFrame(rows_of(records, case, about, trade, true), columns=COLUMNS)
     if table[ERROR].isna().all():
-        reasons = "; ".join(f"{each['rung']}: {each['reason']}" for each in records if each["reason"])
-        raise DataFileError(
-            f"scene {problem.name!r}: the truth takes two of {', '.join(trade.truth)}, which did not end: {reasons}"
-        )
+        raise DataFileError(f"scene {problem.name!r}: {table['reason'].iloc[0]}")
     before = read_table(own, needs=COLUMNS) if own.is_file() else table[:0]
     others = before[before["problem"] != knit]
     write_table(pd.concat([others, table]) if len(others) else table, own)
