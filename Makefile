@@ -7,6 +7,7 @@ MAKEFLAGS += --no-print-directory
 
 PYTHON ?=
 STUDY ?= reduced
+FIRST ?= 48
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -38,9 +39,14 @@ verdicts: environment  ## run the full study and keep its verdicts (hours); reso
 	@$(BIN)/python -m knitstudy.stages.kept_tables verdicts
 
 .PHONY: trade
-trade: environment  ## measure what accuracy costs on a sample of knits (hours); resources/trade.csv
-	@$(BIN)/python workflow/study.py ci -- results/trade/trade.csv
+trade: environment  ## measure what accuracy costs on the FIRST=48 knits of a sample (hours); resources/trade.csv
+	@OMP_NUM_THREADS=1 $(BIN)/python -m knitstudy measure --first $(FIRST)
 	@$(BIN)/python -m knitstudy.stages.kept_tables trade
+
+.PHONY: loops
+loops: environment  ## try loops of 210 course and wale spacings; resources/loops.csv, docs/notes/loops.webp
+	@$(BIN)/python workflow/study.py full -- results/loops/sweep-wale-tie-course.nc
+	@$(BIN)/python -m knitstudy.stages.kept_tables loops
 
 .PHONY: test
 test: environment  ## pass all tests, in two processes

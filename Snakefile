@@ -18,7 +18,6 @@ include: "workflow/rules/figures.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/extremes.smk"
-include: "workflow/rules/trade.smk"
 
 
 # Seconds each: run by Snakemake itself where other jobs wait in a queue, since a start costs a minute there.

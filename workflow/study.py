@@ -41,6 +41,9 @@ def main() -> int:
     parser.add_argument("--folder", help="scenes, or a configuration, of one's own")
     parser.add_argument("options", nargs="*", help="more options of snakemake, after --")
     arguments = parser.parse_args()
+    # glibc keeps arrays of up to 32 MB in a heap with holes: a third of the memory of a knit in contact
+    # (docs/notes/performance.md, Memory in contact).
+    os.environ.setdefault("MALLOC_MMAP_THRESHOLD_", str(4 << 20))
     snakemake = [sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE), *arguments.options]
     # Jobs wait until the memory that they declare is free.
     snakemake += ["--resources", f"mem_mb={machine_memory()}"]

@@ -138,7 +138,8 @@ def results(knit, plain_scene, touching, pairs, paper, cases):
     }
     outcome = (("course", "wale"), np.arange(6.0).reshape(2, 3) % len(OUTCOMES))
     spacings = {"course": [3.0, 4.0], "wale": [4.0, 5.0, 6.0]}
-    own["fig_loops"] = {"feasible": xr.Dataset({"outcome": outcome, "bend": outcome}, spacings)}
+    feasible = xr.Dataset({"outcome": outcome, "bend": outcome}, spacings)
+    own["fig_loops"] = {"feasible": feasible, "scenes": {"feasible": scenes["dns-tie-course"]}}
     own |= {"fig16_wale": own["fig16_out_of_plane"], "fig15_variants": own["fig15_force_strain"]}
     in_contact = ("fig07_contact", "fig08_out_of_plane", "fig10_kinematics")
 

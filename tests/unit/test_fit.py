@@ -1,15 +1,19 @@
 """Loops that are drawn from course spacing, wale spacing and yarn, and other ways to say these."""
 
+import re
+
 import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.files import read_table
 from knitstudy.geometry.feasible import OUTCOMES, loop_map
 from knitstudy.geometry.fit import ITERATIONS, LARGEST_CURVATURE, ROUNDS, NoRoom, Wanted, fitted_loop
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.loop import symmetries
 from knitstudy.geometry.spline import CatmullRom
 from knitstudy.geometry.survey import survey
+from knitstudy.stages.kept_tables import LOOPS
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.given import diameter_of, read_points
 
@@ -39,7 +43,7 @@ def test_drawn_loop_has_its_length_and_both_symmetries():
     assert len(symmetries(loop.curve)) == 2
 
 
-@pytest.mark.parametrize("diameter", [0.15e-3, 0.27e-3])
+@pytest.mark.parametrize("diameter", [0.01e-3, 0.15e-3, 0.27e-3])
 def test_jersey_has_the_gap_that_is_asked_for(settings, diameter):
     wanted = jersey(diameter)
     _, loop, optimum = fitted_loop(wanted, settings)
@@ -61,8 +65,23 @@ def test_loop_has_the_length_that_is_asked_for(settings):
     assert_fits(loop, wanted)
 
 
+def test_length_that_does_not_fit_is_refused_with_the_nearest_one_that_has_room(settings):
+    with pytest.raises(NoRoom, match=r"loop_length 8 mm: yarns of .* touch") as refused:
+        fitted_loop(jersey(0.2e-3, 8e-3), settings)
+    found = re.search(
+        r"nearest length that has room is ([\d.]+) mm, the free one ([\d.]+) mm", str(refused.value)
+    )
+    nearest, free = map(float, found.groups())
+    assert 1.4 * free < nearest < 8
+
+
+def test_wales_too_wide_for_a_drawn_interlock_are_refused_with_a_remedy(settings):
+    with pytest.raises(NoRoom, match=r"no loop is drawn that interlocks: .*take a pattern.wale_spacing of"):
+        fitted_loop(Wanted(COURSE, 10 * COURSE, 0.1e-3, 0.01), settings)
+
+
 def test_yarn_that_is_too_thick_is_refused_with_limit_and_spacings_that_fit(settings):
-    with pytest.raises(NoRoom, match="neighbouring yarns of one row touch") as refused:
+    with pytest.raises(NoRoom, match="yarns of one row touch beside") as refused:
         fitted_loop(jersey(0.3e-3), settings)
     assert "\n" not in str(refused.value)
     four_side_by_side = WALE / (4 * 0.3e-3 * 1.005)
@@ -151,9 +170,9 @@ def test_points_of_a_file_are_turned_and_made_symmetric(tmp_path, paper_points, 
             "rows of numbers",
         ),
         (lambda points: points * [1, -1, 1], "x, y, z", "below the heads"),
-        (lambda points: points[:, :2], "", "x, y, z in m"),
-        (lambda points: points, "x (mm), y (m), z (m)", "in m and in mm"),
-        (lambda points: points, "a, b, c", "could not convert"),
+        (lambda points: points[:, :2], "x, y", "the first row is x, y$"),
+        (lambda points: points, "x (mm), y (m), z (m)", "the first row is x .mm., y .m., z .m."),
+        (lambda points: points, "a, b, c", "columns x, y, z in m, .*: the first row is a, b, c"),
     ],
 )
 def test_file_that_is_no_loop_is_refused_in_one_line(tmp_path, paper_points, spoil, head, said):
@@ -171,3 +190,11 @@ def test_map_names_what_limits_loops_that_do_not_fit(plain_scene):
     assert 0.5 < found["thickest"][0, 0] < 3.5 / 4, "four yarns stand side by side in a wale"
     assert found["outcome"][0, 1] == 0
     assert found["gap_error"][0, 1] < 0.01
+
+
+@pytest.mark.parametrize(("course", "wale"), [(3.0, 6.5), (6.0, 6.0)])
+def test_kept_map_has_loops_of_today(course, wale):
+    kept = read_table(LOOPS).set_index(["course", "wale"]).loc[(course, wale)]
+    found = loop_map(load_scene("sweep-wale-tie-course"), np.array([course]), np.array([wale]))
+    assert kept["outcome"] == "found"
+    assert float(found["length"][0, 0]) == pytest.approx(kept["length"], rel=1e-4)

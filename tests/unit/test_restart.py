@@ -31,7 +31,8 @@ def recorder():
 def increment(index, load):
     response = Response(np.arange(3.0) + index, 1.5, {"internal": 2.0 * load})
     rates, updates = (Rate(0.25, np.ones(3)),), (np.full(3, 0.5), np.full(3, 0.1))
-    return Increment(index, load, State(np.full((1, 3), load)), response, 0.25, rates, updates, 3, 7)
+    state, headway = State(np.full((1, 3), load)), (0.1, 2, 5)
+    return Increment(index, load, state, response, 0.25, rates, updates, 3, 7, headway=headway)
 
 
 @pytest.fixture
@@ -47,7 +48,7 @@ def test_a_restart_gives_back_increment_and_history(saved):
     file, record = saved
     fresh = recorder()
     back = file.load(fresh)
-    assert (back.index, back.load, back.size) == (2, 0.5, 0.25)
+    assert (back.index, back.load, back.size, back.headway) == (2, 0.5, 0.25, (0.1, 2, 5))
     np.testing.assert_array_equal(back.state.displacement, np.full((1, 3), 0.5))
     np.testing.assert_array_equal(back.rates[0].step, np.ones(3))
     np.testing.assert_array_equal(back.updates, [[0.5] * 3, [0.1] * 3])

@@ -7,6 +7,8 @@ from knitstudy.files import read_table
 COARSE = {"fidelity": "spline_yarns", "solver.increments": 1, "mesh.span": 1.8, "mesh.crossing_span": 1.8}
 SMALL = {
     "knits": 2,
+    "fewest": 2,
+    "every": {},
     "coverage": 0.5,
     "confidence": 0.5,
     "truth": ["yarns2", "yarns3"],
@@ -16,7 +18,6 @@ BOX = {"loops": [1, 1], "rows": [1, 1], "lateral": ["fixed", "fixed"], "strain":
 KEYS = {"pattern.loops": 1, "pattern.rows": 1, "load.strain": 0.02}
 KEYS |= {"pattern.course_spacing": 5e-3, "pattern.wale_spacing": 6e-3, "yarn.diameter": 1e-3}
 ONE = [each for key, value in KEYS.items() for each in ("--set", f"{key}={value}")]
-STUDY = ("ci", "--", "results/trade/trade.csv")
 
 
 def test_from_a_sample_to_a_promise(fresh):
@@ -29,17 +30,19 @@ def test_from_a_sample_to_a_promise(fresh):
         asks = ("--question", "force", "--accuracy", "0.5")
         return fresh.run("-m", "knitstudy", "plan", "yarns-tie-course", *asks, *ONE, *changes)
 
-    assert "nothing has been measured of cut-knit-tied" in plan().stderr
-    ended = fresh.study(*STUDY)
+    assert "no knits have been measured of cut-knit-tied" in plan().stderr
+    ended = fresh.run("-m", "knitstudy", "measure", "--first", "2")
     assert ended.returncode == 0, ended.stdout + ended.stderr
+    assert ended.stdout.count(": ended, ") == 8
     table = read_table(fresh.folder / "results" / "trade" / "trade.csv")
     assert set(table["case"]) == {"cut-knit-tied", "cell-tied"}
     assert len(table[table["question"] == "force"]) == 8
     assert (table["error [1]"] < 1).all(), table[["case", "rung", "question", "error [1]", "reason"]]
-    assert "nothing to do" in fresh.study(*STUDY).stdout
+    assert ": ended, " not in fresh.run("-m", "knitstudy", "measure", "--first", "2").stdout
 
     kept = fresh.run("-m", "knitstudy.stages.kept_tables", "trade")
-    assert "of 2 knits, 0 runs failed" in kept.stdout, kept.stderr
+    assert kept.stdout.startswith("2 of 2 knits, "), kept.stderr
+    assert ", 0 runs failed" in kept.stdout
     promised = plan()
     assert "take yarns2: error at most" in promised.stdout, promised.stderr
     assert "on 50 % of the knits in the box of config/trade.yaml, at 50 % confidence" in promised.stdout

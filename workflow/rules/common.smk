@@ -17,7 +17,6 @@ from knitstudy.stages.plan import OUTDATED, Plan
 from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import folder_of, load_study, own_scenes, workflow_configuration
 from knitstudy.study.documents import RESOURCES
-from knitstudy.study.sample import load_trade
 
 
 def stop(error):
@@ -170,23 +169,3 @@ def trials():
         return {trial.label: trial for trial in load_trials(CONFIG)}
     except KnitstudyError as error:
         stop(error)
-
-
-# ---- What accuracy costs
-
-
-@cache
-def rung_digest(case, rung):
-    """Return the digest of the records of a rung of a case."""
-    from knitstudy.stages.trade import run_digest
-
-    (found,) = (each for each in load_trade().cases() if str(each) == case)
-    return run_digest(load_trade(), found, rung)
-
-
-def records_of_trade():
-    """Return the records of all knits of the sample."""
-    trade = load_trade()
-    knits = [f"knit{number:03}" for number in range(1, trade.knits + 1)]
-    rungs = [f"{case}-{rung}" for case in trade.cases() for rung in trade.rungs_of(case)]
-    return [f"{RESULTS}/trade/{knit}-{rung}.json" for knit in knits for rung in rungs]

@@ -1,4 +1,4 @@
-"""Fig. 12: cost of square knits against their size (a), and beams in contact beside solid yarns (b, c)."""
+"""Fig. 12: cost of square knits against their size (a), and beams in contact beside solid yarns (b)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import EngFormatter
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.fig15_force_strain import draw_curves, draw_reference, force_curve, owners
@@ -18,7 +17,6 @@ from knitstudy.figures.style import (
     ACCENT,
     DIRECT,
     DOUBLE,
-    FAINT,
     MODELS,
     Look,
     figure,
@@ -28,17 +26,13 @@ from knitstudy.figures.style import (
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.cases import label_of
 from knitstudy.measures.catalogue import BEAM_MODELS, of_case, one, several, solid
-from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.reference import reference_of
 from knitstudy.measures.unknowns import NONE, SIZES, counted_models
 from knitstudy.study.scene import Scene
 
 SHOWN = np.geomspace(3.0, 30.0, 40)  # cells in a row between which fitted laws are drawn
 DASHES = {"pinned": ":", "patch": "-."}  # by ``beam.tie``; those of rigid ties are those of the section
-ABOVE, BELOW, LEAST = 70.0, 74.0, 60.0  # heights of the parts (a), (b) and (c) [mm]
-# Knits of which no row is tied, as beams and as solids
-UNTIED_BEAMS = "reading-untied-beam-isotropic-course"
-UNTIED = ("inputs-untied-isotropic-course", "yarns-untied-course-p3")
+ABOVE, BELOW = 82.0, 82.0  # heights of the parts (a) and (b) [mm]
 BEAMS = {"rigid": Look("", "#0072B2", "-", "v"), "hertz": Look("", "#56B4E9", "--", "^")}  # by their section
 
 
@@ -47,8 +41,8 @@ BEAMS = {"rigid": Look("", "#0072B2", "-", "v"), "hertz": Look("", "#56B4E9", "-
     "Fig. 12: cost against the size of the knit, and beams in contact",
     results={
         "dns": solid("simulation", "isotropic-course"),
-        "beams": several("simulation", *of_case("isotropic-course", BEAM_MODELS), UNTIED_BEAMS),
-        "untied": several("simulation", *UNTIED, optional=True),
+        "beams": several("simulation", *of_case("isotropic-course", BEAM_MODELS)),
+        "untied": one("simulation", "inputs-untied-isotropic-course", optional=True),
         "geometry": one("geometry", "dns-tie-course", optional=True),
     },
 )
@@ -58,47 +52,30 @@ def draw(
     scenes: Mapping[str, Scene],
     reference: pd.DataFrame,
     paper: pd.DataFrame,
-    untied: Mapping[str, xr.Dataset] | None = None,
+    untied: xr.Dataset | None = None,
     geometry: xr.Dataset | None = None,
 ) -> Figure:
-    """Draw degrees of freedom against size, if the study has the paper's mesh, and force against strain below.
-
-    Knits of which no row is tied have a panel of their own, if there are some.
-    """
-    solids = {"dns": dns} | dict(untied or {})
-    full, tied, free = {}, [], []
-    for name, history in (solids | dict(beams)).items():
-        scene = scenes[name]
-        problem, true = problem_of(scene), reference_of(reference, scene)
-        # Every problem has its own reference; without one its first direct simulation is in the place of it.
-        if problem not in full and (true.known or name in solids):
-            full[problem] = float(true.curve()[1][-1] if true.known else history["force"][-1])
-        if problem not in full:
-            continue
-        look = DIRECT if name in solids else BEAMS[scene.beam.section]
-        # The second of the solids is a finer one.
-        words = label_of(scene) if name not in solids or name in UNTIED else look.label
-        look = replace(look, label=words, dash=DASHES.get(scene.value("beam.tie"), look.dash))
-        if name == UNTIED[1]:
-            look = replace(look, colour=FAINT, dash="--", marker="D")
-        curve = force_curve(look, history, true)
-        curve = replace(curve, value=curve.value / full[problem])
-        (free if scene.contact.tied_edges == "none" else tied).append(curve)
-    low = LEAST if free else 0.0
-    drawing = figure(DOUBLE, (ABOVE if geometry is not None else 0.0) + BELOW + low)
+    """Draw degrees of freedom against size above, if the study has the paper's mesh, and force against strain below."""
+    drawing = figure(DOUBLE, BELOW + (ABOVE if geometry is not None else 0.0))
+    axes = place(drawing, 0.085, 13.0, 0.5, BELOW - 20.0)
     true = reference_of(reference, scenes["dns"])
-    quantity = f"force over the {owners([true])}\nat full strain"
-    axes = place(drawing, 0.095, low + 12.0, 0.5, BELOW - 20.0)
-    draw_curves(axes, tied, quantity, "1", "course")
-    draw_reference(axes, true, full[problem_of(scenes["dns"])])
+    full = float(true.curve()[1][-1] if true.known else dns["force"][-1])
+    curves = [force_curve(DIRECT, dns, true)]
+    if untied is not None:
+        look = replace(DIRECT, label=f"{DIRECT.label}, no row tied", dash=":", marker="")
+        curves.append(force_curve(look, untied, reference_of(reference, scenes["untied"])))
+    for name, history in beams.items():
+        look = BEAMS[scenes[name].beam.section]
+        dash = DASHES.get(scenes[name].value("beam.tie"), look.dash)
+        curves.append(force_curve(replace(look, label=label_of(scenes[name]), dash=dash), history, true))
+    curves = [replace(curve, value=curve.value / full) for curve in curves]
+    draw_curves(axes, curves, f"force over the {owners([true])} at full strain", "1", "course")
+    draw_reference(axes, true, full)
     panel_letter(axes, "b", "beams in contact, isotropic friction")
-    if free:
-        axes = place(drawing, 0.095, 12.0, 0.5, low - 20.0)
-        draw_curves(axes, free, "force over the DNS's\nat its end", "1", "course")
-        panel_letter(axes, "c", "the same without tied rows")
     if geometry is not None:
-        axes = place(drawing, 0.095, low + BELOW + 12.0, 0.5, ABOVE - 20.0)
-        _draw_size(axes, geometry, scenes["geometry"], paper)
+        _draw_size(
+            place(drawing, 0.085, BELOW + 13.0, 0.5, ABOVE - 20.0), geometry, scenes["geometry"], paper
+        )
     return drawing
 
 
@@ -115,10 +92,11 @@ def _draw_size(axes: Axes, geometry: xr.Dataset, scene: Scene, paper: pd.DataFra
     for name, law, colour, dash in lines:
         axes.plot(SHOWN, law(SHOWN), color=colour, linestyle=dash)
         end = {
-            "xytext": (5, {"hexahedra": -14, "paper, contact: its law": 6}.get(name, 0)),
+            "xytext": (5, -10 if name == "hexahedra" else 2),
             "textcoords": "offset points",
             "va": "center",
             "color": colour,
+            "fontsize": 7,
         }
         axes.annotate(f"{name}: {law(SHOWN[-1]) / 1e6:.3g} million", (SHOWN[-1], law(SHOWN[-1])), **end)
     rows = paper[
@@ -131,6 +109,5 @@ def _draw_size(axes: Axes, geometry: xr.Dataset, scene: Scene, paper: pd.DataFra
         xscale="log", yscale="log", xlabel="cells in a row (1)", ylabel="degrees of freedom (1)", xticks=SIZES
     )
     axes.xaxis.set_major_formatter("{x:g}")
-    axes.yaxis.set_major_formatter(EngFormatter())
     axes.xaxis.set_minor_formatter("")
     panel_letter(axes, "a", "size of square knits")

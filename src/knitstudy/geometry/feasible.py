@@ -20,7 +20,7 @@ VARIABLES = {
     "thickest": "thickest yarn that is found with these spacings over the wanted one",
     "length": "length of yarn in a loop over the diameter",
     "bend": "radius of the yarn over the smallest radius of curvature",
-    "gap_error": "largest error of the gap at a crossing over the gap",
+    "gap_error": "error of the smallest gap over the gap that is asked for",
     "other_gap": "smallest gap away from the crossings over the radius",
 }
 
@@ -46,6 +46,6 @@ def _entry(scene: Scene, course: float, wale: float) -> tuple[float, ...]:
     except NoRoom as error:
         return OUTCOMES.index(error.limits[0]), error.share, *4 * (np.nan,)
     measured = survey(loop)
-    error = np.abs(measured.distance - loop.target).max() / (clearance * loop.radius or np.nan)
+    error = abs(measured.gap / loop.radius / (clearance or np.nan) - 1)
     bend = loop.radius / measured.radius_of_curvature
     return 0, 1.0, measured.length, bend, error, measured.other_gap / loop.radius

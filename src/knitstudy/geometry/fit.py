@@ -32,6 +32,7 @@ DRAWN_SAMPLES = 1000  # of a drawn curve, between which control points are space
 OVERLAP, HEIGHT = 2.0, 0.54  # of a drawn loop, in diameters: h over c, and b
 BULGE, BULGES = (0.08, 0.35), 28  # range of a over w, and values between which a length is interpolated
 TIGHT = (3.364, 4.0)  # course and wale spacing over the diameter of Peirce's loop whose yarns touch
+THIN = 0.3  # of that diameter, for which loops of thinner yarns are drawn: else they do not reach each other
 LARGEST_CURVATURE = 0.9  # R / rho that a loop may have; sections of a yarn cut each other at 1
 CURVATURE_SAMPLES = 8  # a Bezier segment, both of its ends among them
 NEAR = 3.0  # distance of centrelines in radii up to which pieces of yarn may be kept apart
@@ -43,6 +44,7 @@ IDLE = 3e-5  # the same, below which the minimisation makes no headway
 EXACT = 5e-5  # radii by which distances, and the length, may miss what is asked
 LACK = 1e3  # what the share that a loop lacks costs, over the largest slope of the bending and length terms
 STATIONARY = 1e-3  # slope over the largest one of the bending and length terms that a minimum may have
+RETREAT = 0.01  # share by which the yarn gets thinner where a minimisation makes no headway
 GAIN = 1e-4  # share below which a loop that fits is no better than the one before
 ROUNDS, ITERATIONS = 20, 60  # minimisations from loop to loop, and of each of them
 ACTIVE = 0.03  # distance from a limit below which it is named as the reason why no thicker yarn fits
@@ -64,19 +66,20 @@ class Wanted:
     length: float | None = None
 
     @property
-    def drawn_diameter(self) -> float:
-        """Diameter that the loop is drawn for: at most that of Peirce's loop whose yarns touch. [m]"""
-        return min(2 * self.radius, self.course / TIGHT[0], self.wale / TIGHT[1])
+    def tight(self) -> float:
+        """Diameter of the yarns of Peirce's loop that touch at these spacings. [m]"""
+        return min(self.course / TIGHT[0], self.wale / TIGHT[1])
 
     @property
-    def drawn_length(self) -> float:
-        """Length of yarn that the loop is drawn with, as far as `BULGE` allows. [m]"""
-        return peirce_length(self.course, self.wale, self.drawn_diameter)
+    def rest_length(self) -> float:
+        """Length of Peirce's loop, which the length term of Eq. (1) aims at. [m]"""
+        return peirce_length(self.course, self.wale, min(2 * self.radius, self.tight))
 
     def drawn(self) -> Loop:
-        """Return the loop as it is drawn."""
+        """Return the loop as it is drawn: as long as Peirce's as far as `BULGE` allows."""
+        diameter = min(max(2 * self.radius, THIN * self.tight), self.tight)
         t = np.linspace(0, 2 * np.pi, DRAWN_SAMPLES + 1)
-        height, depth = self.course + OVERLAP * self.drawn_diameter, HEIGHT * self.drawn_diameter
+        height, depth = self.course + OVERLAP * diameter, HEIGHT * diameter
 
         def curve(bulge: float) -> tuple[np.ndarray, np.ndarray]:
             x = self.wale * (t / (2 * np.pi) + bulge * np.sin(2 * t))
@@ -84,7 +87,8 @@ class Wanted:
             return points, np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
 
         bulges = np.linspace(*BULGE, BULGES)
-        points, s = curve(np.interp(self.drawn_length, [curve(bulge)[1][-1] for bulge in bulges], bulges))
+        length = peirce_length(self.course, self.wale, diameter)
+        points, s = curve(np.interp(length, [curve(bulge)[1][-1] for bulge in bulges], bulges))
         at = np.arange(POINTS // 4 + 1) / POINTS * s[-1]
         quarter = np.column_stack([np.interp(at, s, points[:, axis]) for axis in range(3)])
         quarter[-1, :2] = self.wale / 4, 0.0
@@ -103,10 +107,13 @@ def fitted_loop(wanted: Wanted, settings: Any) -> tuple[Loop, Loop, Optimum]:
         *(float(f"{each / radius:.12g}") for each in (wanted.course, wanted.wale)), 1.0, wanted.clearance
     )
     try:
-        start = _Room(unit.drawn(), _Path(unit.drawn_length, (0.0, 1.0)), None, settings)
+        start = _Room(unit.drawn(), _Path(unit.rest_length, (0.0, 1.0)), None, settings)
     except GeometryError as error:
-        raise NoRoom(f"no loop is drawn that interlocks: {_plain(error)}", ["interlock"], 0.0) from error
-    room, optimum, reason = _gone(start)
+        remedy = "take a pattern.wale_spacing of 0.5 to 2 course spacings"
+        raise NoRoom(
+            f"no loop is drawn that interlocks: {_plain(error)}; {remedy}", ["interlock"], 0.0
+        ) from error
+    room, optimum, reason = _follow_path(start)
     if optimum is None:
         course, wale = (f"{1e3 * spacing / room.share:.4g}" for spacing in (wanted.course, wanted.wale))
         raise room.refusal(
@@ -118,12 +125,12 @@ def fitted_loop(wanted: Wanted, settings: Any) -> tuple[Loop, Loop, Optimum]:
     if wanted.length is not None:
         own, asked = room.unit.length, float(f"{wanted.length / radius:.12g}")
         path = _Path(asked, (1.0, 0.0), (own, asked - own))
-        room, optimum, reason = _gone(_Room(room.unit, path, 0.0, settings, room.crossing))
+        room, optimum, reason = _follow_path(_Room(room.unit, path, 0.0, settings, room.crossing))
         if optimum is None:
             nearest, without = (f"{1e3 * radius * length:.4g}" for length in (room.unit.length, own))
             raise room.refusal(
                 f"no loop fits of pattern.loop_length {1e3 * wanted.length:.4g} mm",
-                f"The nearest length that fits is {nearest} mm; without one it is {without}",
+                f"The nearest length that has room is {nearest} mm, the free one {without} mm",
                 reason,
             )
     return drawn, replace(drawn, control_points=optimum.points * radius), optimum
@@ -156,7 +163,7 @@ class _Path:
     length: tuple[float, float] | None = None
 
 
-def _gone(room: _Room) -> tuple[_Room, Optimum | None, str]:
+def _follow_path(room: _Room) -> tuple[_Room, Optimum | None, str]:
     """Go on from a loop until it is the wanted one or has no room: the last loop, the outcome, or why there is none.
 
     A minimisation moves control points by a stride at most. One that loses the interlock is repeated with a quarter of
@@ -181,7 +188,7 @@ def _gone(room: _Room) -> tuple[_Room, Optimum | None, str]:
                 break
             continue
         iterations += result.nit
-        gradient, moved, there = room.stationary(result.x), np.abs(result.x[:-1]).max(), room.there
+        gradient, moved, there = room.stationary(result.x), np.abs(result.x[:-1]).max(), room.at_end
         room, stride = following, min(STRIDE, 2 * stride)
         idle = idle + 1 if moved < IDLE * room.path.rest else 0
         exact, gain = room.missing <= EXACT, room.share - (best.share if best.missing <= EXACT else -1.0)
@@ -191,8 +198,12 @@ def _gone(room: _Room) -> tuple[_Room, Optimum | None, str]:
             return room, Optimum(points, before, room.cost.terms(points), iterations, gradient), ""
         if exact and gain >= 0:
             best = room
-        if (exact and not room.there and (settled or gain < GAIN)) or idle > 1:
+        if (exact and not room.at_end and (settled or gain < GAIN)) or idle > 1:
             break
+        if (
+            idle and not exact
+        ):  # on from the share that the crossing has room for: closest points slide in flat valleys
+            room = room.of_free_share()
     return best, None, reason or f"no other loop is found in {iterations} iterations"
 
 
@@ -240,7 +251,7 @@ class _Room:
         self._cost, self._equal, self._above = 0, slice(1, equal), slice(equal, None)
         start = self.evaluate(self._start)[0]
         self.missing = max(np.abs(start[self._equal]).max(), -start[self._above].min())
-        self.there = self.share == 1 and self.missing <= 10 * EXACT
+        self.at_end = self.share == 1 and self.missing <= 10 * EXACT
 
     @property
     def _start(self) -> np.ndarray:
@@ -249,16 +260,16 @@ class _Room:
     def refusal(self, what: str, nearest: str, reason: str) -> NoRoom:
         """Return the error of a loop beyond this one, the last that fits: by the limits it has reached, or a reason."""
         if (
-            self.missing > EXACT or self.there
+            self.missing > EXACT or self.at_end
         ):  # none that is nearer has room, or none of those that have is a minimum
-            return NoRoom(f"{what}: {reason}", ["interlock"], float(self.there))
+            return NoRoom(f"{what}: {reason}", ["interlock"], float(self.at_end))
         radius = np.dot(self.path.radius, [1, self.share])
         bend = radius / smallest_radius_of_curvature(self.unit.curve)
         touching = self.near["distance"] < radius * self.unit.target + ACTIVE
         said = {}
         for row in sorted(set(self.near["row"][touching].astype(int))):
-            whose = "of one row" if row == 0 else f"of rows {row} apart"
-            said["row" if row == 0 else "rows"] = f"neighbouring yarns {whose} touch beside the crossings"
+            whose = ("one row", "neighbouring rows")[row] if row < 2 else f"rows {row} apart"
+            said["row" if row == 0 else "rows"] = f"yarns of {whose} touch beside the crossings"
         if bend > LARGEST_CURVATURE - ACTIVE:
             said["curvature"] = f"the yarn bends to R / rho = {bend:.2f}, allowed is {LARGEST_CURVATURE:g}"
         said = said or {"interlock": reason}
@@ -272,6 +283,11 @@ class _Room:
         points = self._points(x)
         crossing = self._found(points).parameter[:1]
         return _Room(replace(self.unit, control_points=points), self.path, x[-1], self._settings, crossing)
+
+    def of_free_share(self) -> _Room:
+        """Return the room of the same loop at the share that the pieces of its yarn leave free."""
+        share = min(self.share, self.near["distance"].min() / self.unit.target) - RETREAT
+        return _Room(self.unit, self.path, share, self._settings, self.crossing)
 
     def evaluate(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the cost and all constraints (k,) with their gradients (k, n + 1).
@@ -341,7 +357,7 @@ class _Room:
 
         kinds = ((self._equal, "eq"), (self._above, "ineq"))
         constraints = [{"type": kind, "fun": of(rows, 0), "jac": of(rows, 1)} for rows, kind in kinds]
-        bounds = [*[(-reach, reach)] * self._motions.shape[-1], (1.0 if self.there else 0.0, 1.0)]
+        bounds = [*[(-reach, reach)] * self._motions.shape[-1], (1.0 if self.at_end else 0.0, 1.0)]
         options = {"ftol": 1e-9, "maxiter": ITERATIONS}
         slsqp = {"method": "SLSQP", "bounds": bounds, "constraints": constraints, "options": options}
         return minimize(of(self._cost, 0), self._start, jac=of(self._cost, 1), **slsqp)
@@ -351,7 +367,7 @@ class _Room:
         value, slope = self.evaluate(x)
         met = np.abs(value) < EXACT
         met[self._cost] = False
-        unknown = slice(-1) if self.there else slice(None)
+        unknown = slice(-1) if self.at_end else slice(None)
         forces, cost = slope[met, unknown].T, slope[self._cost, unknown]
         return float(np.abs(cost - forces @ np.linalg.lstsq(forces, cost, rcond=None)[0]).max())
 

@@ -51,14 +51,13 @@ def lay_out(scene):
         surveys = survey(initial), survey(loop)
         check_yarns(surveys[1], loop, CONTACT_TOLERANCE)
     except GeometryError as error:
-        if pattern.control_points is None:
-            raise GeometryError(f"scene {scene.name!r}: {_asked(scene)}: {error}") from error
-        raise GeometryError(
-            f"yarn.diameter {scene.yarn.diameter:g} m, pattern.clearance {pattern.clearance:g} radii, "
-            f"pattern.course_ratio {pattern.course_ratio:g}, pattern.keep {pattern.keep!r}: {error}; or a "
-            "pattern.course_ratio nearer to 1, or a smaller pattern.clearance: docs/notes/geometry.md lists what is "
-            "found"
-        ) from error
+        remedy = ""
+        if pattern.control_points is not None:
+            remedy = (
+                "; or a pattern.course_ratio nearer to 1, or a smaller pattern.clearance (docs/notes/geometry.md lists "
+                "what is found); or pattern.control_points null: a loop is drawn for the spacings"
+            )
+        raise GeometryError(f"scene {scene.name!r}: {_asked(scene)}: {error}{remedy}") from error
     knit = KNITS.get(scene.specimen, plain_knit)(loop, pattern.loops, pattern.rows)
     return knit.to_dataset().merge(_report(initial, optimum, surveys))
 
@@ -87,14 +86,17 @@ def loop_of(scene):
 
 
 def _asked(scene):
-    """What a drawn loop is asked to be, in words."""
+    """What a loop is asked to be, in words."""
     pattern = scene.pattern
     said = [
         f"{name} {1e3 * scene.value(name):.4g} mm"
         for name in ("pattern.course_spacing", "pattern.wale_spacing", "yarn.diameter", "pattern.loop_length")
         if scene.value(name) is not None
     ]
-    return f"{', '.join(said)}, pattern.clearance {pattern.clearance:g} radii"
+    said.append(f"pattern.clearance {pattern.clearance:g} radii")
+    if pattern.control_points is not None:
+        said.append(f"pattern.course_ratio {pattern.course_ratio:g}, pattern.keep {pattern.keep!r}")
+    return ", ".join(said)
 
 
 def _report(initial, optimum, surveys):

@@ -131,6 +131,7 @@ class Checkpoint:
             "size": increment.size,
             "largest": increment.largest,
             "damped": increment.damped,
+            "headway": np.array(increment.headway),
             "rate_sizes": np.array([rate.increment for rate in increment.rates]),
             "updates": np.array(increment.updates),
             "force": increment.response.force,
@@ -166,6 +167,7 @@ class Checkpoint:
                 recorder.columns[name.removeprefix("column.")] = list(values)
             if name.startswith("flat."):
                 recorder.flat[name.removeprefix("flat.")] = np.split(values, data["flat_ends"][:-1])
+        since, failed, tried = data["headway"].tolist()
         rates = (Rate(float(size), data[f"rate.{i}"]) for i, size in enumerate(data["rate_sizes"]))
         return Increment(
             index=int(data["index"]),
@@ -175,6 +177,7 @@ class Checkpoint:
             size=float(data["size"]),
             largest=float(data["largest"]),
             damped=float(data["damped"]),
+            headway=(since, int(failed), int(tried)),
             rates=tuple(rates),
             updates=tuple(data["updates"]),
         )

@@ -9,9 +9,11 @@ from math import nan
 import numpy as np
 import xarray as xr
 from numpy.polynomial import Polynomial
+from scipy.stats import linregress
 
 from knitstudy.measures.catalogue import Datasets
 from knitstudy.measures.discretisation import INTERACTIONS, NAMES, is_direct, made_of
+from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.response import NORMAL, QUANTITIES, largest_out_of_plane
 from knitstudy.study.scene import Scene
 
@@ -82,10 +84,11 @@ class Series:
         """Interaction in words."""
         return INTERACTIONS[self.scenes[0].interaction]
 
-    def growth(self, values: Sequence[float]) -> float:
-        """Return the exponent of a power law of values (k,) in cells in a row, by least squares of logarithms."""
+    def growth(self, values: Sequence[float]) -> Estimate:
+        """Return the exponent of a power law of values (k,) in cells in a row, with its standard error."""
         large = self.cells >= SMALLEST
-        return float(np.polyfit(np.log(self.cells[large]), np.log(np.asarray(values)[large]), 1)[0])
+        fitted = linregress(np.log(self.cells[large]), np.log(np.asarray(values)[large]))
+        return Estimate(float(fitted.slope), float(fitted.stderr))
 
     def memory(self, dof: np.ndarray, memory: np.ndarray) -> Polynomial:
         """Return the law of memory (k,): a d + b in degrees of freedom d (k,), with the least relative squares."""

@@ -146,6 +146,8 @@ class Increment:
     residual: float = 0.0  # final values of the two measures that `Settings` bounds
     correction: float = 0.0
     largest: float = 1.0  # largest increment to try from there on
+    # load factor at which the path last made headway, and iterations since then, in vain and in all
+    headway: tuple[float, int, int] = (0.0, 0, 0)
     residuals: tuple[float, ...] = ()  # residual measure of every iteration of the successful attempt
     timings: dict[str, float] = field(default_factory=dict)  # seconds by `PHASES`
 

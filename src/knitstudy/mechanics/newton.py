@@ -89,7 +89,7 @@ def trace(
         yield now
     path = _Path(model, prescribed, settings, solver)
     settings = replace(settings, waste=max(settings.waste, int(WORK / (500 + model.size))))
-    attempts = _Attempts(settings, now.load)
+    attempts = _Attempts(settings, now.headway)
     size, largest = now.size, min(now.largest, share)
     while now.load < 1.0:
         target = _target(now.load, size, prescribed, settings)
@@ -116,10 +116,11 @@ def trace(
                 largest=most,
                 newton_iterations=newton,
                 krylov_iterations=krylov,
+                headway=attempts.after(target, largest, path.spent),
             )
             reason = yield done
             if not reason:
-                attempts.end(target, largest, path.spent)
+                attempts.end(done.headway)
                 now, size, largest = done, done.size, most
                 continue
             # The next ones would be too large as well.
@@ -145,12 +146,10 @@ def _target(load: float, size: float, prescribed: PrescribedDisplacement, settin
 class _Attempts:
     """What was tried in vain since the last increment, and since the path last made headway."""
 
-    def __init__(self, settings: Settings, load: float) -> None:
+    def __init__(self, settings: Settings, headway: tuple[float, int, int]) -> None:
         self.settings = settings
         self.reason = ""
-        self.spent = np.zeros(2, dtype=int)  # iterations of Newton's method and of the linear solver
-        self._cutbacks, self._since = 0, load
-        self.failed, self.tried = 0, 0  # iterations since the path last made headway, in vain and in all
+        self.end(headway)
 
     def add(self, now: Increment, spent: np.ndarray, reason: str) -> None:
         """Count a failed attempt beyond an increment."""
@@ -170,11 +169,17 @@ class _Attempts:
                 f"iterations since load factor {self._since:.6g}; at last, {reason}. {REMEDY}"
             )
 
-    def end(self, load: float, largest: float, spent: np.ndarray) -> None:
-        """Begin anew at a load factor that was reached."""
-        self._cutbacks, self.spent, self.tried = 0, np.zeros(2, dtype=int), self.tried + spent[0]
+    def after(self, load: float, largest: float, spent: np.ndarray) -> tuple[float, int, int]:
+        """Return the headway at a load factor that was reached; see `Increment`."""
         if load - self._since >= min(largest, HEADWAY):
-            self._since, self.failed, self.tried = load, 0, 0
+            return load, 0, 0
+        return self._since, int(self.failed), int(self.tried + spent[0])
+
+    def end(self, headway: tuple[float, int, int]) -> None:
+        """Begin anew where an increment was accepted."""
+        self._since, self.failed, self.tried = headway
+        self._cutbacks = 0
+        self.spent = np.zeros(2, dtype=int)  # iterations of Newton's method and of the linear solver
 
 
 @dataclass

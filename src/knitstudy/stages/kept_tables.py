@@ -1,7 +1,7 @@
 """Tables of studies that take hours, kept in ``resources`` with the digest behind them, and the pages that show them.
 
-``python -m knitstudy.stages.kept_tables reference``, ``verdicts`` or ``trade`` keeps a table of the results that are
-there and up to date; `make reference`, `make verdicts` and `make trade` run the study first.
+``python -m knitstudy.stages.kept_tables reference``, ``verdicts``, ``trade`` or ``loops`` keeps a table of the results
+that are there; `make reference`, `make verdicts`, `make trade` and `make loops` make them first.
 """
 
 from __future__ import annotations
@@ -18,10 +18,11 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from knitstudy.errors import DataFileError, KnitstudyError
-from knitstudy.figures import extremes_map
+from knitstudy.figures import extremes_map, trade_map
 from knitstudy.figures.catalogue import FIGURES, draw
 from knitstudy.figures.style import save
 from knitstudy.files import read_result, read_table, replacing, write_table, write_text
+from knitstudy.geometry.feasible import OUTCOMES
 from knitstudy.measures.catalogue import Catalogue
 from knitstudy.report.files import ScreenPicture, read_sources
 from knitstudy.report.kept_pages import summarise
@@ -30,9 +31,11 @@ from knitstudy.stages.displays import Displays, reference_files
 from knitstudy.stages.extremes import load_trials
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
+from knitstudy.stages.trade import bounds
 from knitstudy.study.choice import COLUMNS, TRADE_KEPT
 from knitstudy.study.configuration import CONFIG, load_scenes, load_study
 from knitstudy.study.documents import RESOURCES, WORKFLOW
+from knitstudy.study.sample import load_trade
 from knitstudy.study.scene import Scene, digest
 from knitstudy.tables.catalogue import TABLES, tabulate
 from knitstudy.tables.reference import REFERENCE_SCENES, limits, values_of
@@ -145,13 +148,25 @@ def keep_verdicts(config: Path = CONFIG) -> str:
 
 # What accuracy costs
 
+TRADE_PICTURE = Path("docs/notes/trade.webp")
+
 
 def keep_trade(config: Path = CONFIG) -> str:
-    """Keep the errors and prices of the sample of knits; return what was kept."""
+    """Keep the errors and prices of the sample of knits, and draw them; return what was kept."""
+    trade = load_trade()
     table = read_table(RESULTS / "trade" / "trade.csv", needs=COLUMNS)
-    write_table(table.assign(made=datetime.date.today().isoformat()), TRADE_KEPT)
+    first = sorted(set(table["knit"]))[: trade.knits]  # knits beyond are there to judge promises
+    table = table[table["knit"].isin(first)]
+    counted = f"{len(first)} of {trade.knits}"
+    kept = stamped(table, digest(sorted(set(table["code"].dropna()))), knits=counted)
+    drawing, sources = (
+        trade_map.draw(table, bounds(table, trade)),
+        {"trade": kept.assign(code=kept["digest"])},
+    )
+    _save_picture(drawing, TRADE_PICTURE, sources, "What accuracy costs")
+    write_table(kept, TRADE_KEPT)
     failed = table.loc[table["reason"].notna(), ["knit", "case", "rung"]].drop_duplicates()
-    return f"{len(table)} errors and prices of {table['knit'].nunique()} knits, {len(failed)} runs failed: {TRADE_KEPT}"
+    return f"{counted} knits, {len(table)} errors and prices, {len(failed)} runs failed: {TRADE_KEPT}"
 
 
 # The reference: values to which independent discretisations converge
@@ -238,11 +253,31 @@ def keep_extremes(config: Path = CONFIG) -> str:
     return f"{counted} trials: {EXTREMES}"
 
 
+# Loops that fit
+
+LOOPS, LOOPS_PICTURE = RESOURCES / "loops.csv", Path("docs/notes/loops.webp")
+
+
+def keep_loops(config: Path = CONFIG) -> str:
+    """Keep the map of loops that fit, and draw it; return what was kept."""
+    display = FIGURES.find("fig_loops")
+    (scene,) = display.results["feasible"].scenes(load_scenes(config))
+    found = read_result(RESULTS / STAGES["loop_map"].path(scene))
+    sources = {"feasible": found}
+    drawing = draw(display.name, **sources, scenes={"feasible": scene})
+    _save_picture(drawing, LOOPS_PICTURE, sources, display.title)
+    table = found.to_dataframe().reset_index()
+    table["outcome"] = [OUTCOMES[int(number)] for number in table["outcome"]]
+    write_table(stamped(table.round(6), found.attrs["digest"]), LOOPS)
+    return f"{(table['outcome'] == OUTCOMES[0]).sum()} of {len(table)} loops fit: {LOOPS}"
+
+
 KEEPERS = {
     "reference": keep_reference,
     "verdicts": keep_verdicts,
     "trade": keep_trade,
     "extremes": keep_extremes,
+    "loops": keep_loops,
 }
 
 if __name__ == "__main__":

@@ -1,19 +1,20 @@
 """What accuracy costs, measured: knits of the sample, or one's own, by all rungs (docs/accuracy.md).
 
-`make trade` calls `sampled`, `run` and `collect` in rules of their own (``workflow/rules/trade.smk``); `measure` does
-the same for one knit. The truth of a quantity is the limit of solid yarns of rising degree; a run that fails, or takes
-longer than the limit, has an infinite error.
+`measure_sample` takes knits one after the other (`make trade`), `measure` takes one of one's own. The truth of a
+quantity is the limit of solid yarns of rising degree; a run that fails, or exceeds its time, has an infinite error.
 """
 
 from __future__ import annotations
 
 import json
 import resource
+import shutil
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict
-from math import inf, nan
+from itertools import islice
+from math import inf, isinf, nan
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,7 @@ from typing import Any
 import pandas as pd
 
 from knitstudy.errors import ConfigurationError, DataFileError, GeometryError, KnitstudyError
-from knitstudy.files import read_table, write_table
+from knitstudy.files import read_table, write_table, write_text
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.restart import Progress
 from knitstudy.measures.cost import MEGABYTE, memory_growth
@@ -33,16 +34,19 @@ from knitstudy.stages.plan import Plan
 from knitstudy.stages.script import end_with_parent
 from knitstudy.stages.simulate import simulate
 from knitstudy.stages.table import STAGES
-from knitstudy.study.choice import COLUMNS, ERROR, MEMORY, OWN, SECONDS
+from knitstudy.study.choice import COLUMNS, ERROR, MEMORY, OWN, SECONDS, measured_knits
 from knitstudy.study.configuration import drawn_defaults
 from knitstudy.study.sample import TIED, Case, Inputs, Trade, load_trade, same_knit
 from knitstudy.study.scene import Scene, digest
 
-FOLDER = Path("run/trade")  # What runs leave, so that rungs share a geometry and interrupted ones go on
+SAMPLE = Path("results/trade")  # Records of the sample's runs, its knits, and its table of errors and prices
+SCRATCH = Path("run/trade")  # Results of the runs of one knit, so that rungs share a geometry
 
 FOUND = "found"  # The column ``outcome`` of a knit whose loop can be made; others have the reason
 
 MOST_TRIED = 20  # Points of the box for each knit of the sample: with fewer loops than that, the box is wrong
+
+FEW = 3  # Knits of the highest degree that say how far the next one is off
 
 REACHED = 1 - 1e-6  # Share of the strain that a history has to reach
 
@@ -50,47 +54,83 @@ Record = dict[str, Any]
 """Values by quantity, price and reason of failure of one run; inputs, case, rung and knit that it is of."""
 
 
-def sampled(trade: Trade, make: Callable[[Inputs], Any] | None = None) -> pd.DataFrame:
-    """Return the knits of the sample, a row a point of the box: a point without a loop is replaced by the next.
+def sampled(trade: Trade, first: int, outcomes: Mapping[Inputs, str]) -> pd.DataFrame:
+    """Return the first knits of the sample, a row a point of the box: a point without a loop is replaced by the next.
 
-    `make` lays out the loop of a point, or raises GeometryError.
+    `outcomes` are those that are known already.
     """
     rows, count = [], 0
-    for number, inputs in enumerate(trade.points()):
-        if count == trade.knits:
+    for inputs in islice(trade.points(), MOST_TRIED * first):
+        outcome = outcomes.get(inputs) or _outcome(trade, inputs)
+        count += outcome == FOUND
+        name = f"knit{count:03}" if outcome == FOUND else ""
+        rows.append({"knit": name, "outcome": outcome} | asdict(inputs))
+        if count == first:
             return pd.DataFrame(rows)
-        if number == MOST_TRIED * trade.knits:
-            raise ConfigurationError(
-                f"box: only {count} of {number} points have a loop; narrow course or wale in config/trade.yaml"
-            )
-        try:
-            (make or _lay_out)(inputs)
-        except GeometryError as error:
-            rows.append({"knit": "", "outcome": " ".join(str(error).split())} | asdict(inputs))
-        else:
-            count += 1
-            rows.append({"knit": f"knit{count:03}", "outcome": FOUND} | asdict(inputs))
-    raise AssertionError("points have no end")
+    found = f"only {count} of {len(rows)} points have a loop"
+    raise ConfigurationError(f"box: {found}; narrow course or wale in config/trade.yaml")
 
 
-def _lay_out(inputs: Inputs) -> None:
-    lay_out(load_trade().scene(Case("cut_knit", TIED), inputs, drawn_defaults()))
+def _outcome(trade: Trade, inputs: Inputs) -> str:
+    try:
+        lay_out(trade.scene(Case("cut_knit", TIED), inputs, drawn_defaults()))
+    except GeometryError as error:
+        return " ".join(str(error).split())
+    return FOUND
 
 
-def knits_of(table: pd.DataFrame) -> dict[str, Inputs]:
-    """Return the knits of a table of the sample by name."""
-    rows = table[table["outcome"] == FOUND].to_dict("records")
-    return {row["knit"]: Inputs(**{name: row[name] for name in Inputs.__annotations__}) for row in rows}
+def _outcomes(listed: Path) -> dict[Inputs, str]:
+    rows = read_table(listed).to_dict("records") if listed.is_file() else ()
+    return {Inputs(**{name: row[name] for name in Inputs.__annotations__}): row["outcome"] for row in rows}
 
 
-def run_digest(trade: Trade, case: Case, rung: str) -> str:
-    """Return the digest of the runs of a rung: of the sample, its keys and the code."""
-    keys = trade.rungs[case.yarns][rung]
-    scene = trade.scene(case, next(trade.points()), drawn_defaults()).vary(keys)
-    modules = [name for stage in STAGES.values() if stage.of(scene) for name in stage.modules(scene)]
-    sample = trade.model_dump(mode="json", include={"knits", "seed", "box"})
-    code = code_digest("knitstudy.measures.questions", "knitstudy.study.sample", *modules)
-    return digest([sample, str(case), dict(keys), code])
+def measure_sample(
+    first: int, folder: Path = SAMPLE, anew: bool = False, say: Callable[[str], Any] = str
+) -> pd.DataFrame:
+    """Run all rungs on the first knits of the sample, one after the other, and return their errors and prices.
+
+    Every run leaves a record in the folder, named by a digest of its keys, and is taken from there the next time; the
+    table is written after every knit. A record of other code is taken too, which `say` is told, unless it is made anew.
+    """
+    trade, defaults, listed = load_trade(), drawn_defaults(), folder / "knits.csv"
+    knits, records, other = {}, {}, 0
+    for number in range(first):
+        points = sampled(trade, number + 1, known := _outcomes(listed))
+        if len(points) > len(known):
+            write_table(points, listed)
+        knit, inputs = f"knit{number + 1:03}", next(islice(trade.points(), len(points) - 1, None))
+        knits[knit], fresh = inputs, False
+        for case in trade.cases():
+            problem = trade.scene(case, inputs, defaults, f"{knit}-{case}")
+            records[knit, case] = []
+            for rung, keys in trade.rungs_of(case, number).items():
+                code = code_of(problem, keys)
+                path = folder / f"{problem.name}-{rung}-{digest([asdict(inputs), keys])[:8]}.json"
+                if anew or not path.is_file():
+                    shutil.rmtree(SCRATCH / "restart", ignore_errors=True)  # a run that goes on has no price
+                    record = run(problem, rung, keys, trade.limit, SCRATCH) | {"code": code}
+                    write_text(json.dumps(record), path)
+                    say(f"{problem.name} {rung}: {record['reason'] or 'ended'}, {record['seconds']:.3g} s")
+                    fresh = True
+                records[knit, case].append(json.loads(path.read_text(encoding="utf-8")))
+                other += records[knit, case][-1]["code"] != code
+        shutil.rmtree(SCRATCH, ignore_errors=True)
+        if fresh or number + 1 == first:
+            found = collect(trade, knits, records)
+            write_table(found, folder / "trade.csv")
+    if other:
+        say(f"{other} records were made by other code: --anew makes them again")
+    return found
+
+
+def code_of(problem: Scene, keys: Mapping) -> str:
+    """Return the digest of the code, and of all keys, behind a run."""
+    try:
+        scene = problem.vary(keys)
+    except ConfigurationError:
+        return ""
+    modules = {name for stage in STAGES.values() if stage.of(scene) for name in stage.modules(scene)}
+    return digest([code_digest("knitstudy.measures.questions", *sorted(modules)), scene.hash])
 
 
 def run(problem: Scene, rung: str, keys: Mapping, limit: float, folder: Path, say: bool = False) -> Record:
@@ -134,11 +174,11 @@ def _failed(error: Exception) -> dict[str, str]:
     return {"reason": f"{kind}{' '.join(str(error).split())}"}
 
 
-def rows_of(records: Iterable[Record], case: Case, about: Mapping[str, Any], trade: Trade) -> list[dict]:
-    """Return one row a rung and question of the records of one knit; none of questions whose truth is not known."""
-    records, rungs = list(records), trade.rungs_of(case)
-    truth = truth_of({record["rung"]: record["values"] for record in records}, trade, case)
-    rows = []
+def rows_of(
+    records: Iterable[Record], case: Case, about: Mapping[str, Any], trade: Trade, truth: Reference
+) -> list[dict]:
+    """Return one row a rung and question of the records of one knit, or one that says why no truth is known."""
+    rows, rungs = [], trade.rungs_of(case)
     for record in records:
         for question in QUESTIONS.values():
             off = {}
@@ -153,39 +193,81 @@ def rows_of(records: Iterable[Record], case: Case, about: Mapping[str, Any], tra
             error, true = off[quantity]
             price = {SECONDS: record["seconds"], MEMORY: record["memory"]}
             size = {"unknowns [1]": record["unknowns"], "increments [1]": record["increments"]}
-            share = {
-                "uncertainty of the truth [1]": true.uncertainty / true.value,
-                "reason": record["reason"],
-            }
+            share = {"uncertainty of the truth [1]": true.uncertainty / true.value}
+            said = {"reason": record["reason"], "code": record.get("code", "")}
             of = {"case": str(case), "rung": record["rung"], "question": question.name, "quantity": quantity}
-            rows.append({**about, **of, ERROR: error, **price, **size, **share})
-    return rows
+            rows.append({**about, **of, ERROR: error, **price, **size, **share, **said})
+    if rows:
+        return rows
+    failed = "; ".join(f"{each['rung']}: {each['reason']}" for each in records if each["reason"])
+    reason = f"the truth takes two of {', '.join(trade.truth)}, which did not end: {failed}"
+    return [{**about, "case": str(case), "rung": "", "question": "", "reason": reason}]
 
 
-def truth_of(values: Mapping[str, Mapping[str, float]], trade: Trade, case: Case) -> Reference:
-    """Return the limits of the rungs of the truth, at strain 1 for full load, where two or more have ended."""
-    rungs = trade.rungs_of(case)
-    ended = [name for name in trade.truth if values.get(name)]
-    degrees = [rungs[name].get("mesh.degree", 2) for name in ended]
-    found = {}
-    for quantity in values[ended[0]] if len(ended) > 1 else ():
-        limit = limit_of_degrees(degrees, [values[name][quantity] for name in ended])
-        found[quantity, 1.0] = Estimate(limit.value, limit.uncertainty)
-    return Reference(found)
+def truths(
+    runs: Mapping[str, Mapping[str, Mapping[str, float]]], case: Case, trade: Trade
+) -> dict[str, Reference]:
+    """Return what is true of every knit, at strain 1 for full load, from runs {knit: {rung: values}}.
+
+    That is the limit of the rungs of the truth where two or more have ended. Where the highest degree did not run, it
+    is the next one, as uncertain as that is far from the limit at most on the knits of both, if they are `FEW` or more.
+    """
+    degrees = {name: trade.rungs_of(case)[name].get("mesh.degree", 2) for name in trade.truth}
+    *_, next_to, highest = trade.truth
+    limits: dict[str, dict[str, Estimate]] = {}
+    far: dict[str, list[float]] = {}
+    for knit, values in runs.items():
+        ended, limits[knit] = [name for name in trade.truth if values.get(name)], {}
+        for quantity in values[ended[0]] if len(ended) > 1 else ():
+            series = [values[name][quantity] for name in ended]
+            limit = limit_of_degrees([degrees[name] for name in ended], series)
+            true, change = Estimate(limit.value, limit.uncertainty), abs(series[-1] - series[-2])
+            if abs(true.value - series[-1]) > change:  # values that hardly converge cannot be extrapolated
+                true = Estimate(series[-1], change)
+            limits[knit][quantity] = true
+            if ended[-2:] == [next_to, highest] and true.value:
+                off = abs(series[-2] - true.value) + true.uncertainty
+                far.setdefault(quantity, []).append(off / abs(true.value))
+    for knit, found in limits.items():
+        for quantity, limit in found.items():
+            if not runs[knit].get(highest) and len(far.get(quantity, ())) >= FEW:
+                found[quantity] = Estimate(limit.value, max(far[quantity]) * abs(limit.value))
+    return {
+        knit: Reference({(name, 1.0): each for name, each in found.items()}) for knit, found in limits.items()
+    }
 
 
-def collect(files: Iterable[Path | str], knits: Mapping[str, Inputs]) -> pd.DataFrame:
-    """Return the table of errors and prices from records of all knits, one file each."""
-    trade, defaults, groups = load_trade(), drawn_defaults(), {}
-    for record in (json.loads(Path(path).read_text(encoding="utf-8")) for path in files):
-        groups.setdefault((record["knit"], record["case"]), []).append(record)
-    rows = []
+def collect(
+    trade: Trade, knits: Mapping[str, Inputs], records: Mapping[tuple[str, Case], list[Record]]
+) -> pd.DataFrame:
+    """Return the table of errors and prices of knits from the records of every knit and case."""
+    defaults, rows = drawn_defaults(), []
     for case in trade.cases():
+        runs = {knit: {each["rung"]: each["values"] for each in records[knit, case]} for knit in knits}
+        true = truths(runs, case, trade)
         for knit, inputs in knits.items():
             scene = trade.scene(case, inputs, defaults)
             about = {"knit": knit, "problem": same_knit(scene)} | asdict(Inputs.of(scene))
-            rows += rows_of(groups.get((knit, str(case)), ()), case, about, trade)
+            rows += rows_of(records[knit, case], case, about, trade, true[knit])
     return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def bounds(table: pd.DataFrame, trade: Trade) -> pd.DataFrame:
+    """Return what the knits of a table promise of every rung, whatever the inputs: a row a case, question and rung."""
+    rows = []
+    of_rungs, said = ["case", "question", "rung"], table.to_dict("records")
+    for of_rung, of in table.dropna(subset=[ERROR]).groupby(of_rungs, sort=False):
+        quantile, medians = (
+            trade.quantile.within(len(measured_knits(said, of_rung[0]))),
+            of.median(numeric_only=True),
+        )
+        row = dict(zip(of_rungs, of_rung, strict=True)) | {
+            "knits": len(of),
+            "failed": sum(map(isinf, of[ERROR])),
+        }
+        row |= {"median error [1]": medians[ERROR], ERROR: quantile.of(of[ERROR].to_numpy())}
+        rows.append(row | {SECONDS: medians[SECONDS], MEMORY: medians[MEMORY]})
+    return pd.DataFrame(rows)
 
 
 def measure(problem: Scene, folder: Path, own: Path = OWN) -> pd.DataFrame:
@@ -198,17 +280,14 @@ def measure(problem: Scene, folder: Path, own: Path = OWN) -> pd.DataFrame:
         raise ConfigurationError(
             f"scene {problem.name!r}: specimen is pair, but models are measured on knits"
         )
-    knit = same_knit(problem)
+    knit, rungs = same_knit(problem), trade.rungs_of(case)
     named = problem.vary({"name": f"{problem.name}-{knit[:8]}", "knit": f"{problem.knit}-{knit[:8]}"})
-    rungs = trade.rungs_of(case)
     records = [run(named, rung, keys, trade.limit, folder, say=True) for rung, keys in rungs.items()]
     about = {"knit": problem.name, "problem": knit} | asdict(Inputs.of(problem))
-    table = pd.DataFrame(rows_of(records, case, about, trade), columns=COLUMNS)
-    if table.empty:
-        reasons = "; ".join(f"{each['rung']}: {each['reason']}" for each in records if each["reason"])
-        raise DataFileError(
-            f"scene {problem.name!r}: the truth takes two of {', '.join(trade.truth)}, which did not end: {reasons}"
-        )
+    true = truths({knit: {each["rung"]: each["values"] for each in records}}, case, trade)[knit]
+    table = pd.DataFrame(rows_of(records, case, about, trade, true), columns=COLUMNS)
+    if table[ERROR].isna().all():
+        raise DataFileError(f"scene {problem.name!r}: {table['reason'].iloc[0]}")
     before = read_table(own, needs=COLUMNS) if own.is_file() else table[:0]
     others = before[before["problem"] != knit]
     write_table(pd.concat([others, table]) if len(others) else table, own)

@@ -35,7 +35,8 @@ AUTO = "auto"  # The fidelity of a scene that leaves the model open
 ERROR, SECONDS, MEMORY = "error [1]", "seconds [s]", "memory [MB]"
 NUMBERS = (*(name for name, kind in Inputs.__annotations__.items() if kind != "str"), ERROR, SECONDS, MEMORY)
 COLUMNS = ("knit", "case", "rung", "question", *Inputs.__annotations__, ERROR, SECONDS, MEMORY)
-COLUMNS += ("quantity", "uncertainty of the truth [1]", "unknowns [1]", "increments [1]", "reason", "problem")
+COLUMNS += ("quantity", "uncertainty of the truth [1]", "unknowns [1]", "increments [1]", "reason")
+COLUMNS += ("problem", "code")
 
 ALIKE = 0.01  # Relative difference of two errors that are the same
 
@@ -158,15 +159,17 @@ def _choose(problem: Scene, ask: Ask, drawn: Mapping, where: str) -> Choice:
     if problem.specimen == "pair":
         raise ConfigurationError(f"{where}: fidelity is {AUTO} but must be named where specimen is pair")
     trade, knit = load_trade(), same_knit(problem)
-    mine = [row for row in _rows(OWN) if row["problem"] == knit]
+    mine = [row for row in measured_rows(OWN) if row["problem"] == knit]
     if not mine:
         remedy = f"`knitstudy measure {problem.name}`, with the same --set, runs all models on this knit"
         if outside := trade.outside(problem, drawn):
             raise ConfigurationError(f"{where}: {outside}: nothing is promised of other knits; {remedy}")
-        if not any(row["case"] == str(Case.of(problem)) for row in _rows(TRADE_KEPT)):
-            measured = f"nothing has been measured of {Case.of(problem)} ({TRADE_KEPT.name}): `make trade` measures it"
-            raise ConfigurationError(f"{where}: {measured}; {remedy}")
-    rungs = _promised(problem, ask, trade, mine or _rows(TRADE_KEPT), bool(mine))
+        case = str(Case.of(problem))
+        if (count := len(measured_knits(measured_rows(TRADE_KEPT), case))) < trade.fewest:
+            measured = f"{count or 'no'} knits have been measured of {case} ({TRADE_KEPT.name})"
+            more = f"a promise takes {trade.fewest} or more, which `make trade` measures"
+            raise ConfigurationError(f"{where}: {measured}: {more}; {remedy}")
+    rungs = promised(problem, ask.question, trade, mine or measured_rows(TRADE_KEPT), bool(mine))
     for name in ask.among:
         find("fidelity", FIDELITIES, name, f"{where}: ask.among")
     rungs = [rung for rung in rungs if not ask.among or rung.keys["fidelity"] in ask.among]
@@ -193,20 +196,23 @@ def _choose(problem: Scene, ask: Ask, drawn: Mapping, where: str) -> Choice:
         good = [rung for rung in good if allowed is None or price(rung) <= allowed]
     basis = "on this very knit"
     if not mine:
-        share, sure = 100 * trade.coverage, 100 * trade.confidence
-        basis = f"on {share:g} % of the knits in the box of config/trade.yaml, at {sure:g} % confidence"
+        share, sure = 100 * trade.quantile.within(count).coverage, 100 * trade.confidence
+        basis = f"on {share:.3g} % of the knits in the box of config/trade.yaml, at {sure:g} % confidence"
+        basis += f", by {count} that were measured"
+        if without := len(measured_knits(measured_rows(TRADE_KEPT), case, known=False)):
+            basis += f" and without {without} on which solid yarns did not end"
     return Choice(ask, min(good, key=lambda rung: (rung.seconds, rung.error, rung.name)), tuple(rungs), basis)
 
 
-def _promised(problem: Scene, ask: Ask, trade: Trade, rows: Iterable[Mapping], own: bool) -> list[Rung]:
+def promised(
+    problem: Scene, question: str, trade: Trade, rows: Iterable[Mapping], own: bool = False
+) -> list[Rung]:
     """Return the rungs of a problem that have a promise: by laws of the sample, or as measured of `own` knits."""
     case, here = Case.of(problem), np.array(Inputs.of(problem).regressors())
-    found = []
+    quantile, found = trade.quantile.within(len(measured_knits(rows, str(case)))), []
     for name, keys in trade.rungs_of(case).items():
         of = [
-            row
-            for row in rows
-            if (row["case"], row["rung"], row["question"]) == (str(case), name, ask.question)
+            row for row in rows if (row["case"], row["rung"], row["question"]) == (str(case), name, question)
         ]
         ended = [row for row in of if isfinite(row[ERROR])]
         if own and ended:
@@ -214,14 +220,19 @@ def _promised(problem: Scene, ask: Ask, trade: Trade, rows: Iterable[Mapping], o
             found.append(Rung(name, keys, error, seconds, seconds, memory))
         if own or not ended:
             continue
-        error = law_of(_regressors(of), [row[ERROR] for row in of], trade.quantile).most(here)
+        error = law_of(_regressors(of), [row[ERROR] for row in of], quantile).most(here)
         if isfinite(error):
             inputs = _regressors(ended)
-            seconds = law_of(inputs, [row[SECONDS] for row in ended], trade.quantile)
-            memory = law_of(inputs, [row[MEMORY] for row in ended], trade.quantile)
+            seconds = law_of(inputs, [row[SECONDS] for row in ended], quantile)
+            memory = law_of(inputs, [row[MEMORY] for row in ended], quantile)
             price = seconds.expected(here), seconds.most(here), memory.most(here)
             found.append(Rung(name, keys, float(error), *map(float, price)))
     return found
+
+
+def measured_knits(rows: Iterable[Mapping], case: str, known: bool = True) -> set[str]:
+    """Return the knits among rows of a case whose truth is known, or those of which it is not."""
+    return {row["knit"] for row in rows if row["case"] == case and isnan(row[ERROR]) != known}
 
 
 def _regressors(rows: list[Mapping]) -> np.ndarray:
@@ -229,7 +240,7 @@ def _regressors(rows: list[Mapping]) -> np.ndarray:
     return np.array([Inputs(**{name: row[name] for name in fields}).regressors() for row in rows])
 
 
-def _rows(path: Path) -> tuple[dict[str, Any], ...]:
+def measured_rows(path: Path) -> tuple[dict[str, Any], ...]:
     """Return the rows of a table of errors and prices; none where there is no table."""
     return _read(path.resolve(), path.stat().st_mtime_ns) if path.is_file() else ()
 
@@ -239,7 +250,7 @@ def _read(path: Path, _: int) -> tuple[dict[str, Any], ...]:
     with path.open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     try:
-        return tuple(row | {column: float(row[column]) for column in NUMBERS} for row in rows)
+        return tuple(row | {column: float(row[column] or "nan") for column in NUMBERS} for row in rows)
     except (KeyError, TypeError, ValueError) as error:
         remedy = "move it away and measure again (`make trade`, `knitstudy measure`)"
         raise ConfigurationError(f"{path}: is no table of errors and prices ({error}); {remedy}") from error

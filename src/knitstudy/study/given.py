@@ -28,6 +28,7 @@ PER_METRE = {"pattern.courses_per_metre": COURSE, "pattern.wales_per_metre": WAL
 TEX, DENSITY = "yarn.tex", "yarn.density"  # g/km; kg/m3 of the yarn with the air in it
 POINTS_FILE = "pattern.points_file"
 """CSV file of points x, y, z: one loop from a sinker's centre to the next one's, which is its last row."""
+ROUNDED = 1e-6  # wale spacings by which points of a file may miss their symmetry without a word
 _COLUMN = re.compile(r"([xyz]) *[(\[]?(mm|m|)[)\]]?")
 
 OTHER_WAYS = (*PER_METRE, TEX, DENSITY, POINTS_FILE)
@@ -69,7 +70,8 @@ def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
 def _said_points(path: Path, _changed: int) -> tuple[np.ndarray, float]:
     """Return points and wale spacing of a file; what makes them symmetric is said once for every version of it."""
     points, wale, moved = read_points(path)
-    log.warning("%s: control points were moved by at most %.3g mm to be symmetric", path, 1e3 * moved)
+    if moved > ROUNDED * wale:
+        log.warning("%s: control points were moved by at most %.3g mm to be symmetric", path, 1e3 * moved)
     return points, wale
 
 
@@ -104,9 +106,10 @@ def read_points(path: Path) -> tuple[np.ndarray, float, float]:
     """
     try:
         points = _table(path)
-    except (OSError, IndexError, ValueError) as error:
-        wanted = "must be a CSV file of x, y, z in m, or with the columns x (mm), y (mm), z (mm)"
-        raise ConfigurationError(f"{path}: {POINTS_FILE} {wanted}: {error}") from error
+    except (OSError, ValueError) as error:
+        wanted = "must be a CSV file with the columns x, y, z in m, or x (mm), y (mm), z (mm)"
+        why = error.strerror if isinstance(error, OSError) else str(error).strip()
+        raise ConfigurationError(f"{path}: {POINTS_FILE} {wanted}: {why}") from error
     count = len(points) - 1
     along, _, behind = np.sign([points[-1, 0] - points[0, 0], 1.0, points[:, 2].mean() - points[0, 2]])
     points = points * [along, along * (behind or 1.0), behind or 1.0]
@@ -130,11 +133,12 @@ def read_points(path: Path) -> tuple[np.ndarray, float, float]:
 def _table(path: Path) -> np.ndarray:
     """Return the points (P + 1, 3) of a file, with or without names of its columns. [m]"""
     table = pd.read_csv(path, comment="#", skipinitialspace=True, header=None, dtype=str)
-    names = [_COLUMN.fullmatch(str(name).strip()) for name in table.iloc[0]]
-    if not any(names):
-        return table.iloc[:, [0, 1, 2]].to_numpy(dtype=float)
-    units = {name[2] or "m" for name in names if name}
-    if len(units) > 1:
-        raise ValueError("columns are in m and in mm")
-    order = [[name and name[1] for name in names].index(axis) for axis in "xyz"]
-    return table.iloc[1:, order].to_numpy(dtype=float) * (1e-3 if units == {"mm"} else 1.0)
+    head = [str(name).strip() for name in table.iloc[0]]
+    named = {name[1]: (k, name[2] or "m") for k, name in enumerate(map(_COLUMN.fullmatch, head)) if name}
+    if not named and len(head) == 3 and pd.to_numeric(table.iloc[0], errors="coerce").notna().all():
+        return table.to_numpy(dtype=float)
+    units = {unit for _, unit in named.values()}
+    if len(named) < 3 or len(units) > 1:
+        raise ValueError(f"the first row is {', '.join(head)}")
+    points = table.iloc[1:, [named[axis][0] for axis in "xyz"]].to_numpy(dtype=float)
+    return points * (1e-3 if units == {"mm"} else 1.0)

@@ -126,20 +126,22 @@ class Case:
         return f"{self.specimen}-{self.yarns}".replace("_", "-")
 
 
-def _said(allowed: str) -> Any:
-    return output("choice", allowed=allowed)
+def _said(allowed: str, **default: Any) -> Any:
+    return output("choice", allowed=allowed, **default)
 
 
 class Trade(Section):
     """What ``config/trade.yaml`` holds."""
 
     knits: Count = _said("a whole number from 1 on")
+    fewest: Count = _said("a whole number from 1 on")
     seed: Annotated[int, Field(ge=0)] = _said("a whole number from 0 on")
     coverage: Annotated[float, Field(gt=0, lt=1)] = _said("a share of the knits")
     confidence: Annotated[float, Field(gt=0, lt=1)] = _said("a probability")
     limit: Annotated[float, Field(gt=0)] = _said("a number > 0, in s")
     box: dict[str, list[Any]] = _said("two ends, or a list of texts, by input")
     truth: tuple[str, ...] = _said("names of rungs")
+    every: dict[str, Count] = _said("whole numbers from 1 on, by rung", default={})
     rungs: dict[str, dict[str, dict[str, Any]]] = _said("keys by name, of tied and of touching yarns")
 
     @property
@@ -151,10 +153,18 @@ class Trade(Section):
         """Return all cases."""
         return [Case(specimen, yarns) for specimen in SPECIMENS for yarns in self.rungs]
 
-    def rungs_of(self, case: Case) -> dict[str, dict[str, Any]]:
-        """Return the keys of the rungs that model a case, by name."""
-        rungs = self.rungs[case.yarns].items()
-        return {name: keys for name, keys in rungs if case.specimen in FIDELITIES[keys["fidelity"]].specimens}
+    def rungs_of(self, case: Case, number: int = 0) -> dict[str, dict[str, Any]]:
+        """Return the keys of the rungs that model a case, by name: all, or those of the knit of a number, from 0 on."""
+        rungs = {
+            name: keys
+            for name, keys in self.rungs[case.yarns].items()
+            if not number % self.every.get(name, 1)
+        }
+        return {
+            name: keys
+            for name, keys in rungs.items()
+            if case.specimen in FIDELITIES[keys["fidelity"]].specimens
+        }
 
     def points(self) -> Iterator[Inputs]:
         """Yield points of the box without end, the same ones every time."""

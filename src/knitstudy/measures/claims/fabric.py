@@ -109,8 +109,8 @@ def judge_contact_memory(evidence: Evidence) -> Judgement:
     printed = [evidence.printed("3", f"c{n}w{n}", "memory") for n in sizes]
     wanted = float(np.polyfit(np.log(sizes), np.log(printed), 1)[0])
     return Judgement(
-        (Measured(f"exponent of {_cells(series)}", f"{grows:.2f}", f"{wanted:.2f}"),),
-        verdict(abs(grows - wanted) <= SAME_GROWTH),
+        (Measured(f"exponent of {_cells(series)}", f"{grows}", f"{wanted:.2f}"),),
+        verdict(_apart(grows, wanted).below(SAME_GROWTH)),
     )
 
 
@@ -231,9 +231,9 @@ def judge_directions(evidence: Evidence) -> Judgement:
     )
 
 
-def _apart(angle: Estimate, other: float) -> Estimate:
-    """Return the distance of an angle to another [deg]."""
-    return angle.of(lambda value: abs(value - other))
+def _apart(found: Estimate, other: float) -> Estimate:
+    """Return the distance of an angle [deg] or an exponent to another."""
+    return found.of(lambda value: abs(value - other))
 
 
 def judge_ligaments(evidence: Evidence) -> Judgement:

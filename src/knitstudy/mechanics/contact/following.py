@@ -6,13 +6,13 @@ own. What is nearer to each other than a neighbourhood is wide follows one map, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.mechanics.batches import by_parts
-from knitstudy.mechanics.contact.friction import ContactHistory, joined, same_pair, taken
+from knitstudy.mechanics.contact.friction import ContactHistory, Survey, joined, same_pair, taken
 from knitstudy.mechanics.contact.search import Search
 from knitstudy.mechanics.contact.surface import Surfaces
 from knitstudy.mechanics.contact.tangent import CHUNK
@@ -146,7 +146,7 @@ def _farthest(way: np.ndarray) -> np.ndarray:
 
 
 # Pairs that may touch, from one configuration to the next: searched for as seldom as motion allows
-# What is kept here only saves time: no answer depends on what was asked before.
+# What is kept here saves time: answers depend on what was asked before by no more than rounding.
 
 
 class Following:
@@ -175,12 +175,14 @@ class Following:
         Those cannot whose surfaces have moved too little since their gap was last known to close it. Of the others it
         is known where they were, and at what angles.
         """
+        if self._source is ContactHistory.empty() and history.survey is not None:  # from a restart file
+            self._follow(before, history, history, history.survey)
         again = self._source is history and np.array_equal(self._before, before)
-        if not (again and self._neighbourhoods.keeps_apart(carriers, self._searched, self._margin)):
+        if not (again and self._neighbourhoods.keeps_apart(carriers, self._survey.searched, self._margin)):
             # What was found for trial states, however wild, is forgotten.
             self._begin(carriers, before, history)
         every = self.history
-        least = self._neighbourhoods.motion(carriers, self._seen).least(self._least, self._box)
+        least = self._neighbourhoods.motion(carriers, self._survey.seen).least(self._survey.least, self._box)
         number = np.flatnonzero(~((least > 0) & (every.pressure <= 0) & (every.multiplier == 0)))
         new = number[np.isneginf(every.gap[number])]
         position = self._search.positions(every.point[new], before)
@@ -193,7 +195,7 @@ class Following:
 
     def saw(self, carriers: np.ndarray, least: np.ndarray) -> None:
         """Take over what the gaps (c,) of all pairs are at least [m] where carriers (M, 3) are."""
-        self._seen, self._least = carriers, least
+        self._survey.seen, self._survey.least = carriers, least
 
     def go_on(
         self,
@@ -201,13 +203,14 @@ class Following:
         successor: ContactHistory,
         # (M, 3), where carriers were at the increment that this has ended [m]; left out within one
         before: np.ndarray | None = None,
-    ) -> None:
-        """Go on with the pairs of one search under the history that follows."""
+    ) -> ContactHistory:
+        """Go on with the pairs of one search under the history that follows, and return it."""
         if self.history is not history:
-            return
-        self._source = self.history = successor
+            return successor
+        self._source = self.history = successor = replace(successor, survey=self._survey)
         if before is not None:
             self._before, self.angle = before, np.full(len(successor.xi), np.nan)
+        return successor
 
     def _begin(self, carriers: np.ndarray, before: np.ndarray, history: ContactHistory) -> None:
         """Search for all pairs that may touch now; those that a history knows keep what it remembers."""
@@ -221,12 +224,17 @@ class Following:
         every = joined(taken(history, stays), taken(found, new))
         # In one order, so that sums are the same whenever was searched, after a restart too.
         order = np.lexsort((every.xi[:, 0], every.surface, every.point))
-        self._source, self._before, self.history = history, before, taken(every, order)
-        self.angle = np.full(len(order), np.nan)
-        self._searched = self._seen = carriers  # (M, 3), at the search, and where gaps were seen last [m]
-        self._least = np.append(least[stays], gap[new])[order]  # (c,), what the gaps were at least there [m]
-        self._neighbourhoods = Neighbourhoods(self._search.surfaces, carriers, self._search.reach)
-        cell = self.history.point // self._search.quadrature.per_cell
+        least = np.append(least[stays], gap[new])[order]
+        self._follow(before, history, taken(every, order), Survey(carriers, carriers, least))
+
+    def _follow(
+        self, before: np.ndarray, history: ContactHistory, every: ContactHistory, survey: Survey
+    ) -> None:
+        """Follow all pairs that a search has found."""
+        self._source, self._before, self.history, self._survey = history, before, every, survey
+        self.angle = np.full(len(every.point), np.nan)
+        self._neighbourhoods = Neighbourhoods(self._search.surfaces, survey.searched, self._search.reach)
+        cell = every.point // self._search.quadrature.per_cell
         self._box = self._neighbourhoods.of_ring[self._search.ring(cell)]  # (c,), box that a pair lies in
 
     def _angles(self, history: ContactHistory, before: np.ndarray) -> np.ndarray:

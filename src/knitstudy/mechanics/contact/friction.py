@@ -54,6 +54,15 @@ class ContactPoints:
 # What contact points remember from one converged increment to the next, and who is who after a new search
 
 
+@dataclass(eq=False)
+class Survey:
+    """What decides which pairs are looked at, and from which guesses: a run that goes on has to know it to the bit."""
+
+    searched: np.ndarray  # (M, 3), carriers of the surfaces when pairs were searched for [m]
+    seen: np.ndarray  # (M, 3), where they were when gaps were seen last [m]
+    least: np.ndarray  # (c,), what the gaps of all pairs were at least there [m]
+
+
 @dataclass(frozen=True, eq=False)
 class ContactHistory:
     """What contact points remember of the last converged increment; all arrays run over the candidate pairs."""
@@ -72,6 +81,7 @@ class ContactHistory:
     slip: np.ndarray  # (c,), length slipped since it first touched [m]
     status: np.ndarray  # int (c,) OPEN, STICK or SLIP
     dissipated: np.ndarray  # (), work of friction so far [J]
+    survey: Survey | None = None  # of the search that these pairs were found by
 
     @classmethod
     def of_open(
@@ -103,14 +113,16 @@ class ContactHistory:
 
 def taken(history: ContactHistory, chosen: np.ndarray) -> ContactHistory:
     """Return the history of some pairs."""
-    arrays = {name: value[chosen] for name, value in vars(history).items() if value.ndim}
+    arrays = {name: value[chosen] for name, value in vars(history).items() if np.ndim(value)}
     return ContactHistory(**arrays, dissipated=history.dissipated)
 
 
 def joined(one: ContactHistory, other: ContactHistory) -> ContactHistory:
     """Return the history of the pairs of both."""
     both = {
-        name: np.concatenate([value, vars(other)[name]]) for name, value in vars(one).items() if value.ndim
+        name: np.concatenate([value, vars(other)[name]])
+        for name, value in vars(one).items()
+        if np.ndim(value)
     }
     return ContactHistory(**both, dissipated=one.dissipated)
 

@@ -220,9 +220,7 @@ class Contact:
         }
         for name, values in known.items():
             known[name] = _put(getattr(committed, name), points.number, values)
-        committed = replace(committed, **known)
-        self._following.go_on(every, committed, points.carriers)
-        return committed
+        return self._following.go_on(every, replace(committed, **known), points.carriers)
 
     def augment(self, points: ContactPoints) -> ContactHistory:
         """Return the history with multipliers (Uzawa) that carry the present pressure without penetration."""
@@ -237,8 +235,7 @@ class Contact:
             # Positive from now on, so that the anchor stays where the point touched first.
             pressure=_put(every.pressure, number, np.where(fresh, np.finfo(float).tiny, history.pressure)),
         )
-        self._following.go_on(every, augmented)
-        return augmented
+        return self._following.go_on(every, augmented)
 
     def reference(self, point: np.ndarray) -> np.ndarray:
         """Return the undeformed positions (k, 3) of Gauss points (k,) [m]."""
