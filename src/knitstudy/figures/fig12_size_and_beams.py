@@ -1,4 +1,4 @@
-"""Fig. 12: cost of square knits against their size (a), and beams in contact beside solid yarns (b)."""
+"""Fig. 12: cost of square knits against their size (a), and beams in contact beside solid yarns (b, c)."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import EngFormatter
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.fig15_force_strain import draw_curves, draw_reference, force_curve, owners
@@ -32,7 +33,7 @@ from knitstudy.study.scene import Scene
 
 SHOWN = np.geomspace(3.0, 30.0, 40)  # cells in a row between which fitted laws are drawn
 DASHES = {"pinned": ":", "patch": "-."}  # by ``beam.tie``; those of rigid ties are those of the section
-ABOVE, BELOW = 82.0, 82.0  # heights of the parts (a) and (b) [mm]
+ABOVE, BELOW, LEAST = 70.0, 74.0, 60.0  # heights of the parts (a), (b) and (c) [mm]
 BEAMS = {"rigid": Look("", "#0072B2", "-", "v"), "hertz": Look("", "#56B4E9", "--", "^")}  # by their section
 
 
@@ -55,27 +56,32 @@ def draw(
     untied: xr.Dataset | None = None,
     geometry: xr.Dataset | None = None,
 ) -> Figure:
-    """Draw degrees of freedom against size above, if the study has the paper's mesh, and force against strain below."""
-    drawing = figure(DOUBLE, BELOW + (ABOVE if geometry is not None else 0.0))
-    axes = place(drawing, 0.085, 13.0, 0.5, BELOW - 20.0)
+    """Draw degrees of freedom against size, if the study has the paper's mesh, and force against strain below.
+
+    Knits of which no row is tied have a panel of their own, if there are some.
+    """
+    low = LEAST if untied is not None else 0.0
+    drawing = figure(DOUBLE, (ABOVE if geometry is not None else 0.0) + BELOW + low)
     true = reference_of(reference, scenes["dns"])
     full = float(true.curve()[1][-1] if true.known else dns["force"][-1])
+    quantity = f"force over the {owners([true])}\nat full strain"
     curves = [force_curve(DIRECT, dns, true)]
-    if untied is not None:
-        look = replace(DIRECT, label=f"{DIRECT.label}, no row tied", dash=":", marker="")
-        curves.append(force_curve(look, untied, reference_of(reference, scenes["untied"])))
     for name, history in beams.items():
         look = BEAMS[scenes[name].beam.section]
         dash = DASHES.get(scenes[name].value("beam.tie"), look.dash)
         curves.append(force_curve(replace(look, label=label_of(scenes[name]), dash=dash), history, true))
-    curves = [replace(curve, value=curve.value / full) for curve in curves]
-    draw_curves(axes, curves, f"force over the {owners([true])} at full strain", "1", "course")
+    axes = place(drawing, 0.095, low + 12.0, 0.5, BELOW - 20.0)
+    draw_curves(axes, [replace(curve, value=curve.value / full) for curve in curves], quantity, "1", "course")
     draw_reference(axes, true, full)
     panel_letter(axes, "b", "beams in contact, isotropic friction")
+    if untied is not None:
+        curve = force_curve(replace(DIRECT, marker=""), untied, reference_of(reference, scenes["untied"]))
+        axes = place(drawing, 0.095, 12.0, 0.5, low - 20.0)
+        draw_curves(axes, [replace(curve, value=curve.value / full)], quantity, "1", "course")
+        panel_letter(axes, "c", "the same without tied rows")
     if geometry is not None:
-        _draw_size(
-            place(drawing, 0.085, BELOW + 13.0, 0.5, ABOVE - 20.0), geometry, scenes["geometry"], paper
-        )
+        axes = place(drawing, 0.095, low + BELOW + 12.0, 0.5, ABOVE - 20.0)
+        _draw_size(axes, geometry, scenes["geometry"], paper)
     return drawing
 
 
@@ -92,11 +98,10 @@ def _draw_size(axes: Axes, geometry: xr.Dataset, scene: Scene, paper: pd.DataFra
     for name, law, colour, dash in lines:
         axes.plot(SHOWN, law(SHOWN), color=colour, linestyle=dash)
         end = {
-            "xytext": (5, -10 if name == "hexahedra" else 2),
+            "xytext": (5, {"hexahedra": -14, "paper, contact: its law": 6}.get(name, 0)),
             "textcoords": "offset points",
             "va": "center",
             "color": colour,
-            "fontsize": 7,
         }
         axes.annotate(f"{name}: {law(SHOWN[-1]) / 1e6:.3g} million", (SHOWN[-1], law(SHOWN[-1])), **end)
     rows = paper[
@@ -109,5 +114,6 @@ def _draw_size(axes: Axes, geometry: xr.Dataset, scene: Scene, paper: pd.DataFra
         xscale="log", yscale="log", xlabel="cells in a row (1)", ylabel="degrees of freedom (1)", xticks=SIZES
     )
     axes.xaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_major_formatter(EngFormatter())
     axes.xaxis.set_minor_formatter("")
     panel_letter(axes, "a", "size of square knits")
