@@ -31,7 +31,8 @@ def recorder():
 def increment(index, load):
     response = Response(np.arange(3.0) + index, 1.5, {"internal": 2.0 * load})
     rates, updates = (Rate(0.25, np.ones(3)),), (np.full(3, 0.5), np.full(3, 0.1))
-    return Increment(index, load, State(np.full((1, 3), load)), response, 0.25, rates, updates, 3, 7, headway=(0.1, 2, 5))
+    state, headway = State(np.full((1, 3), load)), (0.1, 2, 5)
+    return Increment(index, load, state, response, 0.25, rates, updates, 3, 7, headway=headway)
 
 
 @pytest.fixture
