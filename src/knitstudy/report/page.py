@@ -29,15 +29,7 @@ LONG = 40  # rows from which on a table is folded
 MOST = 400  # rows of a table that the page shows; its file has all
 NOTHING = "–"
 DIGITS = 4
-ATTRIBUTES = (
-    "scene",
-    "loosened",
-    "digest",
-    "code_version",
-    "numpy",
-    "scipy",
-    "pyamg",
-)  # of data files that are shown
+ATTRIBUTES = ("scene", "loosened", "digest", "code_version", "numpy", "scipy", "pyamg")  # of data files
 
 
 def render(

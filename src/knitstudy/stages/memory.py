@@ -17,11 +17,12 @@ MEGABYTE = 1e6
 PROCESS = 350e6  # Bytes of a process with all that it imports, and of a small model
 
 BYTES_AN_UNKNOWN = {
-    "hexahedra": {False: 3.5e3, True: 11e3},
+    "one_point": {False: 3.5e3, True: 11e3},
     "quadratic": {False: 6e3, True: 9e3},
-    "polynomials": {False: 6e3, True: 28e3},
+    None: {False: 6e3, True: 28e3},
 }
-"""Growth of memory by elements, with ties and with contact: the most that was measured on knits of 3 x 3 to 30 x 30."""
+"""Growth of memory with ties and with contact, by elements (none of polynomials): the most that was measured on knits
+of 3 x 3 to 30 x 30."""
 
 MORE_SLICES, MORE_SPANS = 0.65, 0.6
 """Share of a yarn that lies near crossings, where a mesh is refined and spans are shorter."""
@@ -37,28 +38,26 @@ def machine_memory() -> int:
 
 def expected_memory(scene: Scene) -> int:
     """Return what a direct simulation is expected to take [MB]."""
-    growth = unknowns(scene) * BYTES_AN_UNKNOWN[_kind(scene)][scene.kind.interaction.touches]
+    growth = unknowns(scene) * BYTES_AN_UNKNOWN[_element(scene)][scene.kind.interaction.touches]
     return round((PROCESS + growth) / MEGABYTE)
 
 
 def unknowns(scene: Scene) -> float:
     """Return about how many unknowns a direct simulation has."""
     mesh, length, radius = scene.mesh, _yarn(scene), scene.yarn.radius
-    if _kind(scene) == "polynomials":
+    if _element(scene) is None:
         degree = mesh.crossing_degree
         functions = (degree + 1) * (degree + 2) / 2
         near = 1 + MORE_SPANS * (mesh.span / mesh.crossing_span - 1)
         return 3 * functions * near * length / (mesh.span * radius)
     slices = UNEVEN * (1 + MORE_SLICES * (mesh.refinement - 1)) * length / (mesh.growth * mesh.size * radius)
     nodes = slices * nodes_for_size(2, mesh.size)
-    return 3 * nodes * (NODES_OF_QUADRATIC if _kind(scene) == "quadratic" else 1.0)
+    return 3 * nodes * (NODES_OF_QUADRATIC if _element(scene) == "quadratic" else 1.0)
 
 
-def _kind(scene: Scene) -> str:
+def _element(scene: Scene) -> str | None:
     element = scene.value("mesh.element")
-    if element is None:
-        return "polynomials"
-    return "quadratic" if element == "quadratic" else "hexahedra"
+    return element if element in BYTES_AN_UNKNOWN else "one_point"
 
 
 def _yarn(scene: Scene) -> float:
