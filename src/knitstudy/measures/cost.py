@@ -9,7 +9,6 @@ from math import nan
 import numpy as np
 import xarray as xr
 from numpy.polynomial import Polynomial
-from scipy.stats import linregress
 
 from knitstudy.measures.catalogue import Datasets
 from knitstudy.measures.discretisation import INTERACTIONS, NAMES, is_direct, made_of
@@ -119,8 +118,10 @@ class Series:
     def growth(self, values: Sequence[float]) -> Estimate:
         """Return the exponent of a power law of values (k,) in cells in a row, with its standard error."""
         large = self.cells >= SMALLEST
-        fitted = linregress(np.log(self.cells[large]), np.log(np.asarray(values)[large]))
-        return Estimate(float(fitted.slope), float(fitted.stderr))
+        size, value = np.log(self.cells[large]), np.log(np.asarray(values)[large])
+        law, covariance = np.polyfit(size, value, 1, cov="unscaled")
+        scatter = np.sum((value - np.polyval(law, size)) ** 2) / max(len(size) - 2, 1)
+        return Estimate(float(law[0]), float(np.sqrt(scatter * covariance[0, 0])))
 
     def memory(self, dof: np.ndarray, memory: np.ndarray) -> Polynomial:
         """Return the law of memory (k,): a d + b in degrees of freedom d (k,), with the least relative squares."""
