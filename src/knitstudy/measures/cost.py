@@ -9,6 +9,7 @@ from math import nan
 import numpy as np
 import xarray as xr
 from numpy.polynomial import Polynomial
+from scipy.stats import linregress
 
 from knitstudy.measures.catalogue import Datasets
 from knitstudy.measures.discretisation import INTERACTIONS, NAMES, is_direct, made_of
