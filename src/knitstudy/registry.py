@@ -44,21 +44,16 @@ class Registry(Generic[Entry]):
         self._entries: dict[str, Entry] = {}
         self._modules: dict[str, str] = {}
 
-    def register(self, entry: Entry, module: str = "") -> Entry:
-        """Add an entry and return it: a decorator of classes as well.
+    def register(self, entry: Entry) -> Entry:
+        """Add an entry of the calling module and return it: a decorator of classes as well.
 
-        `module` is the dotted name of the module that defines the entry; the default is the calling module. Raises
-        ConfigurationError if another entry has the same name.
+        Raises ConfigurationError if another entry has the same name.
         """
         if entry.name in self._entries:
             raise ConfigurationError(f"{self.what} {entry.name!r} is registered twice")
         self._entries[entry.name] = entry
-        self._modules[entry.name] = module or sys._getframe(1).f_globals["__name__"]
+        self._modules[entry.name] = sys._getframe(1).f_globals["__name__"]
         return entry
-
-    def forget(self, name: str) -> None:
-        """Take an entry out again, as tests do."""
-        self._entries.pop(name, None)
 
     def all(self) -> dict[str, Entry]:
         """Return all entries by name."""

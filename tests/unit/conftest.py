@@ -8,6 +8,7 @@ import study
 import yaml
 
 from knitstudy.files import read_table
+from knitstudy.geometry.fabric import yarn_pair
 
 FAMILY = """\
 keys:
@@ -59,6 +60,12 @@ def touching_cell(plain_scene):
     contact = {"fidelity": "beam", "interaction": "isotropic", "contact.tied_edges": "none"}
     size = {"pattern.loops": 1, "pattern.rows": 1, "pattern.control_points": flat.tolist()}
     return plain_scene.vary(contact | size)
+
+
+@pytest.fixture(scope="session")
+def pair():
+    """Two straight yarns that cross at 60 degrees."""
+    return yarn_pair(0.9e-3, 60.0, 6e-3, 0.01)
 
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"

@@ -10,6 +10,9 @@ from knitstudy.models.joints import spring_axes
 
 TERMS = ("distance", "continuous", "join", "bending", "length", "total")
 
+COST = {"dof": 600, "unknowns": 500, "elements": 90, "memory_growth": 2e6, "memory_peak": 3e8}
+COST |= {"wall_seconds": 1.5}
+
 
 def history(strain=(0.0, 0.025, 0.05), force=(0.0, 5.0, 10.0), lift=0.0, yarns=2, stations=5, **attributes):
     """History of yarns along x of 10 mm, one above the other, that bulge by `lift` [m] at full load."""
@@ -19,14 +22,6 @@ def history(strain=(0.0, 0.025, 0.05), force=(0.0, 5.0, 10.0), lift=0.0, yarns=2
     strain = np.array(strain)
     motion = np.zeros((len(strain), len(yarn), 3))
     motion[-1, :, 2] = lift * np.sin(np.pi * arc_length / 0.01) * (1 + yarn)
-    cost = {
-        "dof": 600,
-        "unknowns": 500,
-        "elements": 90,
-        "memory_growth": 2e6,
-        "memory_peak": 3e8,
-        "wall_seconds": 1.5,
-    }
     return xr.Dataset(
         {
             "strain": ("increment", strain),
@@ -38,7 +33,7 @@ def history(strain=(0.0, 0.025, 0.05), force=(0.0, 5.0, 10.0), lift=0.0, yarns=2
             "centreline": (("station", "xyz"), position),
             "centreline_displacement": (("increment", "station", "xyz"), motion),
         },
-        attrs=cost | attributes,
+        attrs=COST | attributes,
     )
 
 

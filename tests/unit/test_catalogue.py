@@ -46,10 +46,10 @@ def toy(tmp_path, monkeypatch):
     """Name of a module outside of the package that is not imported yet."""
     (tmp_path / "toydisplays.py").write_text(TOY)
     monkeypatch.syspath_prepend(tmp_path)
+    for catalogue in (FIGURES, TABLES):
+        monkeypatch.setattr(catalogue, "_entries", dict(catalogue.all()))
     load_plugins(["toydisplays"])
     yield "toydisplays"
-    FIGURES.forget("toy_curve")
-    TABLES.forget("toy_stiffness")
     del sys.modules["toydisplays"]
 
 

@@ -31,18 +31,11 @@ MEASURED = {  # error, seconds and memory of rungs; beams fail on every third kn
 TIED = Case("cut_knit", "tied")
 
 
-def row(case, scene, rung, measured, question="force", scatter=1.0):
-    values = dict(
-        zip(("error [1]", "seconds [s]", "memory [MB]"), np.multiply(scatter, measured), strict=True)
-    )
-    about = {"knit": scene.name, "case": str(case), "rung": rung, "question": question, "reason": ""}
-    return (
-        dict.fromkeys(choice.COLUMNS, 0)
-        | about
-        | asdict(Inputs.of(scene))
-        | values
-        | {"problem": same_knit(scene)}
-    )
+def row(case, scene, rung, measured, scatter=1.0):
+    columns = (choice.ERROR, choice.SECONDS, choice.MEMORY)
+    values = dict(zip(columns, np.multiply(scatter, measured), strict=True)) | asdict(Inputs.of(scene))
+    about = {"knit": scene.name, "problem": same_knit(scene), "case": str(case), "rung": rung}
+    return dict.fromkeys(choice.COLUMNS, 0) | about | {"question": "force", "reason": ""} | values
 
 
 @pytest.fixture(scope="module")

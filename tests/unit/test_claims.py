@@ -71,18 +71,22 @@ def in_contact(knit):
         force=0.5 * slides["force"], newton_iterations=2 * slides["newton_iterations"]
     )
     contacts = synthetic.with_kinematics(extract(knit, base))
-    early, late = (xr.DataArray(np.arange(6) >= first, dims="increment") for first in (2, 5))
-    contacts = contacts.assign(
-        section_rotation=xr.where(early, contacts["section_rotation"][-1], 0.0).transpose("increment", ...),
-        sliding=contacts["sliding"].where(late, 0.0),
-    )
+    contacts = jumping(contacts, 2, 5)
     slip = contacts["slip"].where((contacts["row"] == 1), 1e-4)
     return histories, {"isotropic": contacts, "untied": contacts.assign(slip=slip)}
 
 
-def with_direct(evidence, name, **variables):
-    """Return the evidence with other variables in one history."""
-    changed = {name: evidence.histories[name].assign(**variables)}
+def jumping(contacts, turned, slid):
+    """Return contacts with rotation and sliding that jump to their last values at increments."""
+    number = xr.DataArray(np.arange(contacts.sizes["increment"]), dims="increment")
+    jumps = {"section_rotation": number >= turned, "sliding": number >= slid}
+    after = {name: xr.where(late, contacts[name][-1], 0.0) for name, late in jumps.items()}
+    return contacts.assign({name: each.transpose("increment", ...) for name, each in after.items()})
+
+
+def with_direct(evidence, name, attrs=(), **variables):
+    """Return the evidence with other variables and attributes in one history."""
+    changed = {name: evidence.histories[name].assign(**variables).assign_attrs(attrs)}
     return replace(evidence, histories={**evidence.histories, **changed})
 
 
@@ -238,20 +242,7 @@ def with_motion(evidence, factor, yarns=(0, 1, 2, 3)):
 
 def with_half_way(evidence, turned, slid):
     """Return the evidence with rotation and sliding that jump to their last values at increments."""
-    contacts = evidence.contacts["isotropic"]
-    after = {
-        name: xr.DataArray(np.arange(contacts.sizes["increment"]) >= first, dims="increment")
-        for name, first in (("section_rotation", turned), ("sliding", slid))
-    }
-    return with_contacts(
-        evidence,
-        contacts.assign(
-            {
-                name: xr.where(late, contacts[name][-1], 0.0).transpose("increment", ...)
-                for name, late in after.items()
-            }
-        ),
-    )
+    return with_contacts(evidence, jumping(evidence.contacts["isotropic"], turned, slid))
 
 
 def with_paper_knit(evidence, specimen):
@@ -265,13 +256,7 @@ def with_paper_knit(evidence, specimen):
 def with_unknowns(evidence, over_ties):
     """Return the evidence with other degrees of freedom in contact, over those of ties."""
     dof = int(over_ties * evidence.histories[PAPERS_MESH].attrs["dof"])
-    return with_attrs(evidence, "dns-isotropic-course", dof=dof)
-
-
-def with_attrs(evidence, name, **attrs):
-    """Return the evidence with other attributes of one history."""
-    changed = evidence.histories[name].assign_attrs(attrs)
-    return replace(evidence, histories={**evidence.histories, name: changed})
+    return with_direct(evidence, "dns-isotropic-course", {"dof": dof})
 
 
 def with_damping(evidence, name):
@@ -329,7 +314,13 @@ CHANGED = [
     ("S1", YES, with_paper_knit, "cut_knit"),
     ("S1", NO, with_paper_knit, "knit"),
     *(
-        ("S2", said, with_attrs, "domain-hexahedra-isotropic-course-3x3", {"memory_growth": memory})
+        (
+            "S2",
+            said,
+            with_direct,
+            "domain-hexahedra-isotropic-course-3x3",
+            {"attrs": {"memory_growth": memory}},
+        )
         for memory, said in ((1140e6, YES), (1065e6, OPEN), (930e6, NO))
     ),
     *(("S3", said, with_unknowns, ratio) for ratio, said in ((1.7, YES), (1.3, NO), (1, OPEN))),

@@ -15,13 +15,6 @@ def rewrite(path, old, new):
     path.write_text(text.replace(old, new))
 
 
-def set_default(config, key, value):
-    defaults = yaml.safe_load((config / "defaults.yaml").read_text())
-    section, name = key.split(".")
-    defaults[section][name] = value
-    (config / "defaults.yaml").write_text(yaml.safe_dump(defaults))
-
-
 def test_family_over_defaults_over_loop(config):
     scenes = load_scenes(config)
     assert list(scenes) == ["dns-a", "rom3d-a"]
@@ -29,7 +22,9 @@ def test_family_over_defaults_over_loop(config):
     assert scenes["rom3d-a"].load.strain == 0.02
     assert scenes["dns-a"].outputs == ("fields", "vtu")
     assert scenes["dns-a"].yarn.diameter == 1.8e-3
-    set_default(config, "pattern.course_spacing", 11e-3)
+    defaults = yaml.safe_load((config / "defaults.yaml").read_text())
+    defaults["pattern"]["course_spacing"] = 11e-3
+    (config / "defaults.yaml").write_text(yaml.safe_dump(defaults))
     assert load_scenes(config)["dns-a"].pattern.course_spacing == 11e-3
 
 

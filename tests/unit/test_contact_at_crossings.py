@@ -12,7 +12,6 @@ from knitstudy.contacts.facets import (
     touching_points,
 )
 from knitstudy.contacts.segments import KINDS, NO_SEGMENT, segments
-from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.measures.centre_cell import angles_to_axes
 from knitstudy.mechanics.contact.friction import ContactHistory, Coulomb
 from knitstudy.mechanics.contact.grids import Grids
@@ -21,11 +20,6 @@ from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.discretisation import yarn_surfaces
 
 RADIUS, SIZE = 0.9e-3, 0.5
-
-
-@pytest.fixture(scope="module")
-def pair():
-    return yarn_pair(RADIUS, 60.0, 6e-3, 0.01)
 
 
 @pytest.fixture(scope="module")

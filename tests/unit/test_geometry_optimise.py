@@ -20,10 +20,6 @@ def scene():
     return next(iter(knits_of(load_scenes()).values()))
 
 
-def with_weights(scene, **weights):
-    return scene.vary({f"geometry.{name}": weight for name, weight in weights.items()})
-
-
 def test_join_curvature_is_that_of_a_circle_through_a_regular_polygon():
     # A regular polygon of edge sigma turns by phi: (2/sigma) cos(theta/2) is 1 over its circumradius sin.
     sigma, phi = 0.7, 0.3
@@ -40,7 +36,7 @@ def test_loops_that_do_not_interlock_are_refused(scene, height):
 
 def test_weight_too_small_to_part_the_yarns_is_refused(scene):
     with pytest.raises(GeometryError, match=r"crossing zone .* geometry\.alpha"):
-        lay_out(with_weights(scene, alpha=1e-5))
+        lay_out(scene.replace("geometry.alpha", 1e-5))
 
 
 @pytest.fixture(scope="module")
@@ -66,17 +62,9 @@ def test_yarns_that_overlap_are_refused(surveyed, gap, other_gap):
 COARSE = 12  # samples a Bezier curve: closest points are refined from them, fewer only cost less
 
 
-@pytest.fixture(scope="module")
-def swept():
-    return load_scene("sweep-wale-tie-course").replace("geometry.samples", COARSE)
-
-
-def varied(swept, ratio, keep):
-    return swept.vary({"pattern.course_ratio": ratio, "pattern.keep": keep})
-
-
-def test_loop_that_cannot_be_made_is_named_with_its_keys_and_a_remedy(swept):
-    impossible = varied(swept, 1.3, "length")
+def test_loop_that_cannot_be_made_is_named_with_its_keys_and_a_remedy():
+    keys = {"pattern.course_ratio": 1.3, "pattern.keep": "length", "geometry.samples": COARSE}
+    impossible = load_scene("sweep-wale-tie-course").vary(keys)
     named = r"course_ratio 1\.3, pattern\.keep 'length': no wale spacing .*: take a pattern\.course_ratio nearer to 1"
     with pytest.raises(GeometryError, match=named) as refused:
         lay_out(impossible)

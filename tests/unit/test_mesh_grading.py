@@ -5,18 +5,12 @@ import pytest
 
 from knitstudy.contacts.kinematics import section_motion
 from knitstudy.errors import MeshError
-from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.mesh.quality import check_folding
 from knitstudy.mesh.spacing import Grading, drawn
 
 RADIUS, SIZE = 0.9e-3, 1 / 3
 GRADING = Grading(3.0, reach=1.0, ramp=2.0)
-
-
-@pytest.fixture(scope="module")
-def pair():
-    return yarn_pair(RADIUS, 60.0, 6e-3, 0.01)
 
 
 def test_a_section_is_finer_by_the_refinement_where_it_is_drawn_to_and_keeps_its_angles():

@@ -131,35 +131,16 @@ def test_polygon_has_the_area_of_the_disc(core, rings):
     assert 1 < radii[0] < 1.025
 
 
-ANGLES = Section.butterfly(4, 1).angles
-STEP = 2 * np.pi / ANGLES.size
-
-
-def straight(count=61, length=12.0):
-    """Arc lengths, centres and frames of a straight yarn along z, d1 along x."""
-    s = np.linspace(0.0, length, count)
-    centres = np.stack([0 * s, 0 * s, s], axis=-1)
-    return s, centres, np.broadcast_to(np.eye(3), (count, 3, 3))
-
-
-def targets_at(arc_length, bearing):
-    """Targets in given directions (rad) from the straight yarn."""
-    point = np.stack([np.cos(bearing), np.sin(bearing), arc_length], axis=-1)
-    return Targets(np.asarray(arc_length), point)
-
-
-def steps_of(roll_at_targets):
-    """Roll over the facet step of targets whose bearings are given in steps beyond a facet's middle."""
-    where = np.array([3.1, 6.1, 9.1])
-    bearing = ANGLES[0] + STEP * (0.5 + np.asarray(roll_at_targets))
-    s, centres, frames = straight()
-    return s, roll_towards(targets_at(where, bearing), s, centres, frames, ANGLES) / STEP
-
-
 def test_roll_is_the_smallest_that_brings_facets_under_the_targets():
-    s, roll = steps_of([0.3, 5.1, -3.4])
-    at = np.interp([3.1, 6.1, 9.1], s, roll)
-    np.testing.assert_allclose(at, [0.3, 0.1, -0.4], atol=1e-12)
+    """Of a straight yarn along z: targets lie so many facets beyond a facet's middle."""
+    angles = Section.butterfly(4, 1).angles
+    step, where = 2 * np.pi / angles.size, np.array([3.1, 6.1, 9.1])
+    bearing = angles[0] + step * (0.5 + np.array([0.3, 5.1, -3.4]))
+    targets = Targets(where, np.stack([np.cos(bearing), np.sin(bearing), where], axis=-1))
+    s = np.linspace(0.0, 12.0, 61)
+    frames = np.broadcast_to(np.eye(3), (61, 3, 3))
+    roll = roll_towards(targets, s, np.outer(s, [0, 0, 1]), frames, angles)
+    np.testing.assert_allclose(np.interp(where, s, roll) / step, [0.3, 0.1, -0.4], atol=1e-12)
 
 
 def test_centred_arc_lengths_lie_in_the_middle_of_layers():

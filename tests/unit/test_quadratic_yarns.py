@@ -3,17 +3,11 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.mechanics.rotation import exp
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.hexahedra import divide
 
 RADIUS, SIZE = 0.9e-3, 0.5
-
-
-@pytest.fixture(scope="module")
-def pair():
-    return yarn_pair(RADIUS, 60.0, 6e-3, 0.01)
 
 
 @pytest.fixture(scope="module")

@@ -96,14 +96,14 @@ def results():
 
 
 @pytest.fixture
-def page(pictures, results):
+def page(pictures, results, monkeypatch):
+    monkeypatch.setattr(TABLES, "_entries", dict(TABLES.all()))
     TABLES.add("t", "of another package", texts={"caption": "of t"})(lambda: None)
     provenance = pd.DataFrame({"file": ["dns/a.nc"], "scene": ["dns-a"]})
     results = results | {"t": results["geometry"]}
     kept = results["verdicts"].assign(made="2026-11-20", ours="9 mm", verdict="not decidable")
     notes = ["The reference is old."]
-    yield render(REPORT / "template.html", CAPTIONS, pictures, results, provenance, "reduced", notes, kept)
-    TABLES.forget("t")
+    return render(REPORT / "template.html", CAPTIONS, pictures, results, provenance, "reduced", notes, kept)
 
 
 def test_page_holds_every_figure_and_table_in_order_and_nothing_from_elsewhere(page):

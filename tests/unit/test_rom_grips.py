@@ -14,26 +14,18 @@ def scene(plain_scene):
     return plain_scene.replace("load.direction", "wale").replace("mesh.beam_size", 1.2)
 
 
-def gripped(network, knit):
-    """Return which stations hang on held nodes and which on driven ones."""
-    ends = grips(network, knit, "wale")
-    return np.isin(network.station_node, ends.held), np.isin(network.station_node, ends.driven)
-
-
 @pytest.mark.parametrize("fidelity", ["rom2d", "rom3d"])
 def test_arcs_of_the_outer_yarns_are_gripped_from_end_to_end(scene, knit, contacts, fidelity):
     network = build(scene.replace("fidelity", fidelity), knit, contacts=contacts).observer.network
     arc_length, yarn = network.stations.arc_length, network.stations.yarn
-    for part, number, arcs in zip(
-        gripped(network, knit), (0, knit.cells[1]), (sinker_arcs(knit), head_arcs(knit)), strict=True
+    ends = grips(network, knit, "wale")
+    for nodes, number, arcs in (
+        (ends.held, 0, sinker_arcs(knit)),
+        (ends.driven, knit.cells[1], head_arcs(knit)),
     ):
-        np.testing.assert_array_equal(
-            part,
-            (yarn == number)
-            & (np.abs(arc_length[:, None] - arcs.mean(axis=1)) <= 0.5 * np.ptp(arcs, axis=1) + 1e-12).any(
-                axis=1
-            ),
-        )
+        part = np.isin(network.station_node, nodes)
+        inside = np.abs(arc_length[:, None] - arcs.mean(axis=1)) <= 0.5 * np.ptp(arcs, axis=1) + 1e-12
+        np.testing.assert_array_equal(part, (yarn == number) & inside.any(axis=1))
         # Stations stand at both ends of every arc, so that no element reaches out of a grip by a part of itself.
         apart = np.abs(arc_length[part][:, None, None] - arcs).min(axis=0)
         assert apart.max() < 1e-9 * arc_length.max()

@@ -104,9 +104,7 @@ def offered():
 @pytest.fixture(scope="module")
 def results(knit):
     """Made-up results by stage, with all that any model records."""
-    cost = {"dof": 600, "unknowns": 500, "elements": 90, "memory_growth": 2e6, "memory_peak": 3e8}
-    found = {"wall_seconds": 1.5, "linear_setups": 1, "penetration_limit": 1e-6}
-    history = synthetic.contact_history(knit, **cost, **found)
+    history = synthetic.contact_history(knit, **synthetic.COST, linear_setups=1, penetration_limit=1e-6)
     count = history.sizes["increment"]
     each = ("residual", "correction", "krylov_iterations", "augmentations", "seam_jump")
     path = {name: ("increment", np.zeros(count)) for name in each} | {"load": ("increment", np.ones(count))}

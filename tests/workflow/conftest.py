@@ -139,3 +139,10 @@ def finished_copy(finished, tmp_path):
 def fresh(checkout_copy, tmp_path):
     """Checkout in which nothing was run."""
     return copied(checkout_copy, tmp_path / "a checkout")
+
+
+@pytest.fixture(scope="module")
+def checkout(finished):
+    checkout, ended = finished
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+    return checkout

@@ -12,13 +12,6 @@ from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import load_scenes, load_study
 
 
-@pytest.fixture(scope="module")
-def checkout(finished):
-    checkout, ended = finished
-    assert ended.returncode == 0, ended.stdout + ended.stderr
-    return checkout
-
-
 def test_every_scene_has_a_history_with_provenance(checkout):
     scenes = load_scenes(checkout.folder / "config")
     for name in load_study("ci", checkout.folder / "config"):

@@ -11,13 +11,6 @@ TIED = re.compile(r"(dns|rom3d|rom2d)-tie")
 SHOWN = ("Draw", "Build", "Write the report")
 
 
-@pytest.fixture(scope="module")
-def checkout(finished):
-    checkout, ended = finished
-    assert ended.returncode == 0, ended.stdout + ended.stderr
-    return checkout
-
-
 @pytest.fixture
 def edited(checkout):
     """Function that replaces text in a file of the checkout, which is undone at the end of the test."""

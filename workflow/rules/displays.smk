@@ -64,10 +64,10 @@ def digest_of_report(wildcards):
 @cache
 def notes():
     """Return what the report says of a reference and of verdicts that were kept by other code than today's."""
-    from knitstudy.stages.kept_tables import REFERENCE, VERDICTS, age_warning, code_behind
+    from knitstudy.stages.kept_tables import REFERENCE, age_warning, code_behind, verdicts_warning
 
     try:
-        said = [VERDICTS.warning(VERDICTS.path, VERDICTS.digest_wanted(PLAN, CONFIG))]
+        said = [verdicts_warning(PLAN, CONFIG)]
         if names := load_study("reference", CONFIG):
             code = code_behind(PLAN.scenes[name] for name in names)
             said.append(age_warning(REFERENCE, "code", code, "Values of the reference", "reference"))

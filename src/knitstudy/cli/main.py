@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Any
 
 import click
@@ -16,21 +15,8 @@ from knitstudy.errors import EndedEarly, KnitstudyError
 from knitstudy.files import code_version
 from knitstudy.registry import plugin_behind
 
-# Exit statuses: interrupted, as the shell's own commands have; a path that ended early
-STOPPED, INCOMPLETE = 130, 3
-
-
-class OneMessage(click.ClickException):
-    """An error that ends the command with its message alone and a status."""
-
-    def __init__(self, message: str, status: int = 1) -> None:
-        super().__init__(message)
-        self.exit_code = status
-
-    def show(self, file: Any = None) -> None:
-        """Print the message as the workflow does."""
-        lines = map(printable, f"error: {self.format_message()}".split("\n"))
-        click.echo("\n".join(lines), file=file or sys.stderr)
+STOPPED = 130  # Exit status after Ctrl-C, that of the shell's own commands
+INCOMPLETE = 3  # Exit status of a load path that ended early
 
 
 class Commands(click.Group):
@@ -45,22 +31,20 @@ class Commands(click.Group):
         except (KnitstudyError, OSError, MemoryError, KeyboardInterrupt) as error:
             if context.params["traceback"]:
                 raise
+            said, status = str(error), INCOMPLETE if isinstance(error, EndedEarly) else 1
             if isinstance(error, KeyboardInterrupt):
-                said = str(error) or "stopped; what was there before is as it was"
-                raise OneMessage(said, STOPPED) from error
+                said, status = said or "stopped; what was there before is as it was", STOPPED
             if isinstance(error, MemoryError):
-                raise OneMessage(
-                    f"out of memory ({error or 'no more details'}); use larger elements"
-                ) from error
-            raise OneMessage(str(error), INCOMPLETE if isinstance(error, EndedEarly) else 1) from error
+                said = f"out of memory ({said or 'no more details'}); use larger elements"
         except (Exception, SystemExit) as error:
             plugin = plugin_behind(error)
             if context.params["traceback"] or not plugin:
                 raise
-            said = " ".join(f"{type(error).__name__}: {error}".split())
-            raise OneMessage(
-                f"plugin {plugin!r} ended the command: {said}; --traceback shows where"
-            ) from error
+            said, status = " ".join(f"{type(error).__name__}: {error}".split()), 1
+            said = f"plugin {plugin!r} ended the command: {said}; --traceback shows where"
+        for line in f"error: {said}".split("\n"):
+            click.echo(printable(line), err=True)
+        context.exit(status)
 
 
 def print_version(context: click.Context, option: click.Parameter, wanted: bool) -> None:

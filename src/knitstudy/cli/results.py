@@ -105,11 +105,9 @@ def run(
 def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
     """Print what is chosen for a scene if it leaves its model open."""
     if asks(scene, changes, config):
-        choice = plan_of(scene, changes, config).choice
-        click.echo(
-            f"{choice.ask.question} within {choice.ask.accuracy:.2g}: take {choice.rung}, {choice.basis}",
-            err=True,
-        )
+        choice = plan_of(scene, changes, config)
+        asked = f"{choice.ask.question} within {choice.ask.accuracy:.2g}"
+        click.echo(f"{asked}: take {choice.rung}, {choice.basis}", err=True)
 
 
 @click.command(

@@ -18,7 +18,7 @@ from knitstudy.cli.console import (
 )
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import unknown_choice
-from knitstudy.study.choice import Planned, digits, front, without_edges
+from knitstudy.study.choice import Choice, digits, front, without_edges
 from knitstudy.study.configuration import (
     STUDIES,
     default_keys,
@@ -172,13 +172,12 @@ def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -
     _print_plan(plan_of(scene, dict(changes) | said, config))
 
 
-def _print_plan(found: Planned) -> None:
+def _print_plan(choice: Choice) -> None:
     """Print question, choice, what it rests on, the front, and the keys that the choice sets."""
-    choice, scene = found.choice, found.scene
-    ask, rung = choice.ask, choice.rung
-    click.echo(f"{scene.name}: {ask.question} within {100 * ask.accuracy:g} %, {found.problem.interaction}")
+    problem, ask, rung = choice.problem, choice.ask, choice.rung
+    click.echo(f"{problem.name}: {ask.question} within {100 * ask.accuracy:g} %, {problem.interaction}")
     click.echo(f"take {rung}, {choice.basis}")
-    if offer := without_edges(found.problem, ask, drawn_defaults()):
+    if offer := without_edges(problem, ask, drawn_defaults()):
         click.echo(offer)
     rows = []
     for each in front(choice.rungs, lambda rung: rung.seconds, lambda rung: rung.error):

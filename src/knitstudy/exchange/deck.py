@@ -71,9 +71,7 @@ class Interaction:
 class Step:
     """One leg of the load, in equal increments; the node set "HELD" stays where it is."""
 
-    moves: dict[
-        int, float
-    ]  # displacement of the set "DRIVEN" at the end of the leg [m], by component (1 to 3)
+    moves: dict[int, float]  # of the set "DRIVEN" to the end of the leg [m], by component (1 to 3)
     increments: int
 
 

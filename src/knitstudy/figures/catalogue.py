@@ -10,11 +10,16 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.renderer import RenderingError
 from knitstudy.figures.style import styled
-from knitstudy.measures.catalogue import Catalogue
+from knitstudy.measures.catalogue import Catalogue, Results, solid
 
 log = logging.getLogger(__name__)
 
 FIGURES = Catalogue("figure", "knitstudy.figures")
+
+
+def of_solid(case: str, *arguments: str) -> dict[str, Results]:
+    """Return what a figure takes of the direct simulation of a case: by stage, "dns" for the history."""
+    return {name: solid("simulation" if name == "dns" else name, case) for name in arguments}
 
 
 def draw(name: str, **sources: Any) -> Figure:

@@ -20,11 +20,7 @@ CAUSES = {
 }
 """Label and colour of every way in which a scene may end."""
 
-ROW, HEAD, FOOT = (
-    3.6,
-    11.0,
-    20.0,
-)  # heights of a row, of the head above the rows and of the legend below them [mm]
+ROW, HEAD, FOOT = 3.6, 11.0, 20.0  # heights of a row, the head above and the legend below [mm]
 
 
 @styled

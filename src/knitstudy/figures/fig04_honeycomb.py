@@ -6,12 +6,11 @@ import xarray as xr
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from knitstudy.figures.catalogue import FIGURES
+from knitstudy.figures.catalogue import FIGURES, of_solid
 from knitstudy.figures.picture import HALO, bounds, draw_rows, scale_bar, yarn_colours, yarn_of_mesh
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture
 from knitstudy.figures.style import ACCENT, INK, MODELS, PAPER, SINGLE, shared_legend, tint
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.measures.catalogue import solid
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models import network_2d
 
@@ -22,11 +21,7 @@ ZONE = {"s": 26, "facecolor": PAPER, "edgecolor": ACCENT, "linewidth": 1.4, "zor
 @FIGURES.add(
     "fig04_honeycomb",
     "Fig. 4: 2D reduced model on the solid knit",
-    results={
-        "geometry": solid("geometry", "tie-course"),
-        "mesh": solid("mesh", "tie-course"),
-        "contacts": solid("contacts", "tie-course"),
-    },
+    results=of_solid("tie-course", "geometry", "mesh", "contacts"),
 )
 def draw(geometry: xr.Dataset, mesh: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw the honeycomb over the undeformed mesh, with the contact zones that are its joints."""

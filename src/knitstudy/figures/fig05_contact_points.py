@@ -10,12 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.errors import DataFileError
-from knitstudy.figures.catalogue import FIGURES
+from knitstudy.figures.catalogue import FIGURES, of_solid
 from knitstudy.figures.picture import arrow, bounds, draw_rows, label, scale_bar, tube, yarn_colours
 from knitstudy.figures.renderer import MILLIMETRE, Picture, Surface, View
 from knitstudy.figures.style import ACCENT, INK, PAPER, SINGLE
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.measures.catalogue import solid
 from knitstudy.models.joints import contact_normal_planes, contact_normals, joint_points
 
 VIEW = View.orbit(turn=-12, tilt=-36)  # from below: here planes and normals part most in the picture
@@ -41,10 +40,7 @@ PLACES = {
 @FIGURES.add(
     "fig05_contact_points",
     "Fig. 5: points of the 3D reduced model",
-    results={
-        "geometry": solid("geometry", "isotropic-course"),
-        "contacts": solid("contacts", "isotropic-course"),
-    },
+    results=of_solid("isotropic-course", "geometry", "contacts"),
 )
 def draw(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw the left side of the middle interlock, with translucent yarns."""

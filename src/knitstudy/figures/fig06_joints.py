@@ -6,13 +6,13 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from knitstudy.figures.catalogue import FIGURES
+from knitstudy.figures.catalogue import FIGURES, of_solid
 from knitstudy.figures.fig05_contact_points import InterlockSide, name_points, piece
 from knitstudy.figures.picture import arrow, bounds, draw_rows, scale_bar, sphere, tube, write, yarn_colours
 from knitstudy.figures.renderer import MILLIMETRE, Picture, Surface, View
 from knitstudy.figures.style import ACCENT, INK, panel_letter
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.measures.catalogue import network, solid
+from knitstudy.measures.catalogue import network
 from knitstudy.models.joints import joint_points, spring_axes
 
 WHOLE, DETAIL = View.orbit(turn=-18, tilt=16), View.orbit(turn=34, tilt=-37)
@@ -25,11 +25,8 @@ PLACES = {"$C_1$": (-32, -10), "$C_3$": (34, 8), "$P_1$": (0, -30)}  # offsets o
 @FIGURES.add(
     "fig06_joints",
     "Fig. 6: 3D reduced model and its joints",
-    results={
-        "geometry": solid("geometry", "isotropic-course"),
-        "contacts": solid("contacts", "isotropic-course"),
-        "rom3d": network("rom3d", "isotropic-course"),
-    },
+    results=of_solid("isotropic-course", "geometry", "contacts")
+    | {"rom3d": network("rom3d", "isotropic-course")},
 )
 def draw(geometry: xr.Dataset, contacts: xr.Dataset, rom3d: xr.Dataset) -> Figure:
     """Draw the beams of the model between their nodes with the arms that join them, and the joint at P1."""

@@ -12,7 +12,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from knitstudy.figures.catalogue import FIGURES
+from knitstudy.figures.catalogue import FIGURES, of_solid
 from knitstudy.figures.picture import (
     BAR,
     HALO,
@@ -37,7 +37,6 @@ from knitstudy.figures.style import (
     tint,
 )
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import Snapshot, area_of_cell, centre_cell, snapshots, zones_of_cell
 
 CURVES = 88.0  # height of (a) and (b) [mm]
@@ -50,11 +49,7 @@ ARROW = 17.0  # from a contact to the tail of the arrow to it [points]
 @FIGURES.add(
     "fig07_contact",
     "Fig. 7: contact zones, force and where the centre cell touches, isotropic friction",
-    results={
-        "geometry": solid("geometry", "isotropic-course"),
-        "dns": solid("simulation", "isotropic-course"),
-        "contacts": solid("contacts", "isotropic-course"),
-    },
+    results=of_solid("isotropic-course", "geometry", "dns", "contacts"),
 )
 def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw number and area of the contact zones and the force over strain, and the deformed cell at four strains."""

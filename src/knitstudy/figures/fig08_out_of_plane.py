@@ -9,13 +9,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from knitstudy.figures.catalogue import FIGURES
+from knitstudy.figures.catalogue import FIGURES, of_solid
 from knitstudy.figures.fig15_force_strain import Curve, draw_curves
 from knitstudy.figures.fig16_out_of_plane import colour_scale, elevated_yarns, elevation, elevation_bar
 from knitstudy.figures.picture import BAR, HALO, bounds, draw_rows, scale_bar, tube
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture, View
 from knitstudy.figures.style import ACCENT, FAINT, INCH, INK, INTERACTIONS, PERCENT, panel_letter, place, tint
-from knitstudy.measures.catalogue import solid
 from knitstudy.measures.response import Z, transverse_contraction
 
 OBLIQUE = View.orbit(turn=-28, tilt=24)
@@ -26,11 +25,7 @@ LONGEST = 4.0  # length at which the largest force is drawn [mm of the knit]
 @FIGURES.add(
     "fig08_out_of_plane",
     "Fig. 8: contraction, out-of-plane motion and interfacial forces",
-    results={
-        "geometry": solid("geometry", "isotropic-course"),
-        "dns": solid("simulation", "isotropic-course"),
-        "contacts": solid("contacts", "isotropic-course"),
-    },
+    results=of_solid("isotropic-course", "geometry", "dns", "contacts"),
 )
 def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw contraction and motion over strain, and the knit at full load with the forces on lower yarns."""

@@ -12,7 +12,7 @@ from matplotlib.patches import Circle
 from scipy.spatial.transform import Rotation
 
 from knitstudy.errors import DataFileError
-from knitstudy.figures.catalogue import FIGURES
+from knitstudy.figures.catalogue import FIGURES, of_solid
 from knitstudy.figures.fig07_contact import deformed_yarns
 from knitstudy.figures.fig08_out_of_plane import OBLIQUE, draw_forces
 from knitstudy.figures.picture import (
@@ -36,7 +36,6 @@ from knitstudy.figures.style import (
     tint,
 )
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import centre_cell, closest_neighbour, rotation_angle
 
 CURVES = 112.0  # height of the curves [mm]
@@ -68,11 +67,7 @@ QUANTITIES: dict[str, Callable[[xr.Dataset], np.ndarray]] = {
 @FIGURES.add(
     "fig10_kinematics",
     "Fig. 10: forces on a yarn, and its rotation, sliding and spin at the crossings of the centre cell",
-    results={
-        "geometry": solid("geometry", "isotropic-course"),
-        "dns": solid("simulation", "isotropic-course"),
-        "contacts": solid("contacts", "isotropic-course"),
-    },
+    results=of_solid("isotropic-course", "geometry", "dns", "contacts"),
 )
 def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw the yarn that slides furthest on its own, its crossing in three states, and all motions over strain.
@@ -101,14 +96,8 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
         strain, angle, distance = map(float, numbers)
         panel_letter(axes, f"b{k}", f"{strain:.2f} % strain\nturned {angle:.1f}°, slid {distance:.0f} µm")
     scale_bar(panels[0], 1)
-    panels[1].text(
-        0.5,
-        -0.02,
-        f"turn and slide are drawn {MAGNIFIED:g} times as large",
-        transform=panels[1].transAxes,
-        ha="center",
-        va="top",
-    )
+    said = f"turn and slide are drawn {MAGNIFIED:g} times as large"
+    panels[1].text(0.5, -0.02, said, transform=panels[1].transAxes, ha="center", va="top")
     _draw_spin(section, np.nan_to_num(states["contact_spin"]))
     _draw_histories(drawing, contacts)
     return drawing
@@ -140,12 +129,8 @@ def _crossing(
     knit: Fabric, dns: xr.Dataset, states: xr.Dataset, k: int
 ) -> tuple[Picture, np.ndarray, np.ndarray]:
     """Return the crossing seen along its normal, a diameter (2, 2) of the section, and place and slide (2, 2) [mm]."""
-    state, yarn, s, at = (
-        states.isel(increment=k),
-        int(states["yarn"]),
-        float(states["arc_length"]),
-        int(states["at"][k]),
-    )
+    state, yarn = states.isel(increment=k), int(states["yarn"])
+    s, at = float(state["arc_length"]), int(state["at"])
     out, along = state["outwards"].to_numpy(), knit.centrelines[yarn].tangent(np.array([s]))[0]
     view = View(tuple(-out), tuple(along))
     own = dns.isel(station=dns["yarn"].to_numpy() == yarn)

@@ -24,11 +24,7 @@ YARN = "#EDEAE4"  # of yarns below the streaks
 SHADES = 14  # colours of streaks
 LARGEST = 98.0  # percentile that the darkest colour begins at: stress peaks at few places where yarns touch
 EVEN = 0.6  # power of the stress that colours are even in: most of a knit bears little
-SPACING, AROUND, LENGTH = (
-    0.5,
-    14,
-    1.9,
-)  # of streaks: distance along the yarn over R, number around it, length over R
+SPACING, AROUND, LENGTH = 0.5, 14, 1.9  # of streaks: distance along over R, number around, length over R
 WIDTH = (0.045, 0.14)  # of a streak without stress and with the largest one, over the yarn's radius
 CLOSE = (1.25, 0.95)  # width and height of the close views, over the width of a cell
 STEPS = 10  # of a streak to either side of its middle

@@ -15,7 +15,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, to_hex
 from matplotlib.figure import Figure
 
-from knitstudy.figures.catalogue import FIGURES
+from knitstudy.figures.catalogue import FIGURES, of_solid
 from knitstudy.figures.picture import BAR, bounds, colour_bar, draw_rows, graded_tube, scale_bar
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture, Surface
 from knitstudy.figures.style import PERCENT, panel_letter
@@ -78,11 +78,8 @@ def _titles(kind: str, dns: xr.Dataset, rom3d: xr.Dataset, true: Reference) -> l
 @FIGURES.add(
     "fig_cut_rows",
     "Where a knit is cut off: out-of-plane motion, course tension, isotropic friction",
-    results={
-        "geometry": solid("geometry", "isotropic-course"),
-        "dns": solid("simulation", "isotropic-course"),
-        "whole": one("simulation", "reading-whole-yarns-isotropic-course"),
-    },
+    results=of_solid("isotropic-course", "geometry", "dns")
+    | {"whole": one("simulation", "reading-whole-yarns-isotropic-course")},
 )
 def draw_cut(geometry: xr.Dataset, dns: xr.Dataset, whole: xr.Dataset) -> Figure:
     """Draw both at full load, displacements true to scale, coloured on one scale."""

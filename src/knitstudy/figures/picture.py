@@ -212,7 +212,7 @@ def arrow(start: np.ndarray, vector: np.ndarray, radius: float, colour: str) -> 
     return tube(place, radius * np.array([1, 1, 3, 0]), colour)
 
 
-def yarn_of_mesh(mesh: SweptMesh, yarn: int, colour: str, opacity: float = 1.0) -> Surface:
+def yarn_of_mesh(mesh: SweptMesh, yarn: int, colour: str) -> Surface:
     """Return the lateral surface of one yarn of a mesh, with the edges of its facets."""
     corners, faces = np.unique(mesh.surface_quads(yarn), return_inverse=True)
-    return Surface(mesh.nodes[corners], faces.reshape(-1, 4), colour, opacity, edges=True)
+    return Surface(mesh.nodes[corners], faces.reshape(-1, 4), colour, edges=True)

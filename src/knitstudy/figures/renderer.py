@@ -25,9 +25,7 @@ if TYPE_CHECKING:
     import pyvista
 
 MILLIMETRE = 1e3  # millimetres in a metre
-FEATURE_ANGLE = (
-    50.0  # of facets beyond which an edge stays sharp [deg]: caps and arrow heads, not the turn of a tube
-)
+FEATURE_ANGLE = 50.0  # beyond which an edge stays sharp [deg]: of caps and arrow heads, not round a tube
 
 Window = tuple[float, float, float, float]  # left, right, bottom and top of a picture in its plane [mm]
 

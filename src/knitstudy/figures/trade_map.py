@@ -11,10 +11,8 @@ from knitstudy.study.choice import ERROR, SECONDS
 
 COLOURS = (*YARNS, "#56B4E9", "#7B3294", "#1A1A1A", "#8C8C8C", "#8E1B5A")  # of rungs
 
-ENDS, FAILED = (
-    (1e-4, 20.0),
-    (1200.0, 10.0),
-)  # Errors that are drawn; seconds and error where failed runs stand
+ENDS = (1e-4, 20.0)  # Errors that are drawn
+FAILED = (1200.0, 10.0)  # Seconds and error where failed runs stand
 
 HIGH, GAP, FOOT, HEAD = 34.0, 5.0, 26.0, 6.0  # of a row, between rows, below and above them [mm]
 

@@ -88,7 +88,7 @@ class Series:
         """Return the exponent of a power law of values (k,) in cells in a row, with its standard error."""
         large = self.cells >= SMALLEST
         fitted = linregress(np.log(self.cells[large]), np.log(np.asarray(values)[large]))
-        return Estimate(float(fitted.slope), float(fitted.stderr))
+        return Estimate(float(fitted.slope), float(np.nan_to_num(fitted.stderr)))  # nan of equal values
 
     def memory(self, dof: np.ndarray, memory: np.ndarray) -> Polynomial:
         """Return the law of memory (k,): a d + b in degrees of freedom d (k,), with the least relative squares."""

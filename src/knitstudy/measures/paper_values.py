@@ -47,8 +47,7 @@ def number(paper: pd.DataFrame, table: str, case: str, quantity: str) -> float:
 
 def number_if_printed(paper: pd.DataFrame, table: str, case: str, quantity: str) -> float:
     """Return a number in its unit, nan where the paper prints none."""
-    printed = len(_rows(paper, table, case, quantity)) > 0
-    return number(paper, table, case, quantity) if printed else np.nan
+    return number(paper, table, case, quantity) if len(_rows(paper, table, case, quantity)) else np.nan
 
 
 def _rows(paper: pd.DataFrame, table: str, case: str, quantity: str) -> pd.DataFrame:

@@ -97,7 +97,8 @@ class Settings:
     iterations: int = 60  # Newton iterations after which an increment counts as failed
     patience: int = 15  # iterations without a smaller residual than before after which it does
     cutbacks: int = 8  # halvings in a row after which the path counts as unreachable
-    vain: int = 30  # iterations of failed attempts, likewise, after which a viscous flow leads on
+    # iterations of failed attempts, likewise, after which a viscous flow leads on: more than one attempt may take
+    vain: int = 60
     waste: int = (
         240  # iterations in all without headway after which it does, of models of 10,000 unknowns or more
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from pathlib import Path
-from typing import Any
 
 import jinja2
 import pandas as pd
@@ -42,8 +41,10 @@ def summarise(
         shown.append(name)
         return f"![{title}]({folder}/{name}.webp)\n\n*{title}*"
 
-    page = _filled(
-        template,
+    environment = ImmutableSandboxedEnvironment(
+        undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    page = environment.from_string(template.read_text(encoding="utf-8")).render(
         picture=picture,
         claims=lambda letters: [row for row in rows if row["id"][0] in letters],
         verdicts=rows,
@@ -52,11 +53,3 @@ def summarise(
         simulations=rows[0]["simulations"],
     )
     return page, shown
-
-
-def _filled(template: Path, **said: Any) -> str:
-    """Return the text of a template with its blanks filled."""
-    environment = ImmutableSandboxedEnvironment(
-        undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    return environment.from_string(template.read_text(encoding="utf-8")).render(**said)

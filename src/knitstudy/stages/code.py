@@ -225,6 +225,5 @@ def _statements(tree: ast.Module, but_types: bool = False) -> Iterator[ast.AST]:
             continue
         yield node
         held = (getattr(node, block, ()) for block in BLOCKS)
-        waiting += [
-            each for block in held if isinstance(block, list) for each in block
-        ]  # an expression's is none
+        # The body of an expression is no list.
+        waiting += [each for block in held if isinstance(block, list) for each in block]

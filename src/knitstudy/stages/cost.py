@@ -19,19 +19,20 @@ MEGABYTE = 1e6
 PROCESS = 350e6  # Bytes of a process with all that it imports, and of a small model
 
 BYTES_AN_UNKNOWN = {
-    "hexahedra": {False: 3.5e3, True: 11e3},
+    "one_point": {False: 3.5e3, True: 11e3},
     "quadratic": {False: 6e3, True: 9e3},
-    "polynomials": {False: 6e3, True: 28e3},
+    None: {False: 6e3, True: 28e3},
 }
-"""Growth of memory by elements, with ties and with contact: the most that was measured on knits of 3 x 3 to 30 x 30."""
+"""Growth of memory with ties and with contact, by elements (none of polynomials): the most that was measured on knits
+of 3 x 3 to 30 x 30."""
 
 MEMORY_OF_BEAMS = {"rom2d": 500, "rom3d": 500, "beam": 1000, "window": 1500}
 """Expected memory of simulations without solid yarns, or with few [MB]."""
 
 SECONDS_AN_UNKNOWN = {
-    "hexahedra": {False: 0.22e-3, True: 1.1e-3},
+    "one_point": {False: 0.22e-3, True: 1.1e-3},
     "quadratic": {False: 1.0e-3, True: 3.4e-3},
-    "polynomials": {False: 1.0e-3, True: 6.8e-3},
+    None: {False: 1.0e-3, True: 6.8e-3},
 }
 """Processor time by elements, with ties and with contact: the most that was measured in `INCREMENTS` on knits of 1 x 1
 to 10 x 10 with tied outer yarns; outer yarns without ties take up to ten times as long."""
@@ -59,7 +60,7 @@ def expected_memory(scene: Scene) -> int:
     """Return what a simulation is expected to take [MB]."""
     if scene.fidelity in MEMORY_OF_BEAMS:
         return MEMORY_OF_BEAMS[scene.fidelity]
-    growth = unknowns(scene) * BYTES_AN_UNKNOWN[_kind(scene)][scene.kind.interaction.touches]
+    growth = unknowns(scene) * BYTES_AN_UNKNOWN[_element(scene)][scene.kind.interaction.touches]
     return round((PROCESS + growth) / MEGABYTE)
 
 
@@ -68,7 +69,7 @@ def expected_seconds(scene: Scene) -> float:
     increments = max(1.0, scene.solver.increments / INCREMENTS)
     if scene.fidelity in SECONDS_A_CELL:
         return increments * SECONDS_A_CELL[scene.fidelity] * scene.pattern.loops * scene.pattern.rows
-    return increments * unknowns(scene) * SECONDS_AN_UNKNOWN[_kind(scene)][scene.kind.interaction.touches]
+    return increments * unknowns(scene) * SECONDS_AN_UNKNOWN[_element(scene)][scene.kind.interaction.touches]
 
 
 def time_limit(seconds: float) -> int:
@@ -79,21 +80,19 @@ def time_limit(seconds: float) -> int:
 def unknowns(scene: Scene) -> float:
     """Return about how many unknowns a direct simulation has."""
     mesh, length, radius = scene.mesh, _yarn(scene), scene.yarn.radius
-    if _kind(scene) == "polynomials":
+    if _element(scene) is None:
         degree = mesh.crossing_degree
         functions = (degree + 1) * (degree + 2) / 2
         near = 1 + MORE_SPANS * (mesh.span / mesh.crossing_span - 1)
         return 3 * functions * near * length / (mesh.span * radius)
     slices = UNEVEN * (1 + MORE_SLICES * (mesh.refinement - 1)) * length / (mesh.growth * mesh.size * radius)
     nodes = slices * nodes_for_size(2, mesh.size)
-    return 3 * nodes * (NODES_OF_QUADRATIC if _kind(scene) == "quadratic" else 1.0)
+    return 3 * nodes * (NODES_OF_QUADRATIC if _element(scene) == "quadratic" else 1.0)
 
 
-def _kind(scene: Scene) -> str:
+def _element(scene: Scene) -> str | None:
     element = scene.value("mesh.element")
-    if element is None:
-        return "polynomials"
-    return "quadratic" if element == "quadratic" else "hexahedra"
+    return element if element in BYTES_AN_UNKNOWN else "one_point"
 
 
 def _yarn(scene: Scene) -> float:

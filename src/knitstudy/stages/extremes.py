@@ -40,7 +40,7 @@ from knitstudy.stages.simulate import simulate
 from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import CONFIG, FAMILIES, load_scenes
 from knitstudy.study.documents import read_yaml
-from knitstudy.study.keys import Section, output, validated
+from knitstudy.study.keys import Section, declared, validated
 from knitstudy.study.kinds import all_keys
 from knitstudy.study.scene import Scene, digest
 
@@ -65,16 +65,12 @@ They follow the keys of a trial, in this order.
 """
 
 
-def _said(allowed: str, **default: Any) -> Any:
-    return output("choice", allowed=allowed, **default)
-
-
 class Alone(Section):
     """One thing at a time: of which scenes, and what each changes."""
 
-    of: tuple[str, ...] = _said("a list of scenes")
-    values: dict[str, list[Any]] = _said("values by key", default={})
-    cases: tuple[dict[str, Any], ...] = _said("a list of keys with values", default=())
+    of: tuple[str, ...] = declared(allowed="a list of scenes")
+    values: dict[str, list[Any]] = declared(allowed="values by key", default={})
+    cases: tuple[dict[str, Any], ...] = declared(allowed="a list of keys with values", default=())
 
     def changes(self) -> Iterator[dict[str, Any]]:
         """Yield what each scene changes."""
@@ -86,22 +82,22 @@ class Alone(Section):
 class Together(Section):
     """All at once, at random."""
 
-    scenes: Annotated[int, Field(ge=0)] = _said("a whole number from 0 on: scenes of each base")
-    changed: Annotated[float, Field(gt=0, le=1)] = _said(
-        "the probability that a key is changed, > 0 and <= 1"
+    scenes: Annotated[int, Field(ge=0)] = declared(allowed="a whole number from 0 on: scenes of each base")
+    changed: Annotated[float, Field(gt=0, le=1)] = declared(
+        allowed="the probability that a key is changed, > 0 and <= 1"
     )
-    of: tuple[str, ...] = _said("a list of scenes")
-    keys: dict[str, Any] = _said("what every key may be")
+    of: tuple[str, ...] = declared(allowed="a list of scenes")
+    keys: dict[str, Any] = declared(allowed="what every key may be")
 
 
 class Declared(Section):
     """What ``config/extremes.yaml`` holds."""
 
-    seed: Annotated[int, Field(ge=0)] = _said("a whole number from 0 on")
-    limit: Annotated[float, Field(gt=0)] = _said("a number > 0, in s")
-    cheap: Annotated[float, Field(ge=0)] = _said("a number >= 0, in s")
-    alone: dict[str, Any] = _said("groups by name")
-    together: dict[str, Any] = _said("a group")
+    seed: Annotated[int, Field(ge=0)] = declared(allowed="a whole number from 0 on")
+    limit: Annotated[float, Field(gt=0)] = declared(allowed="a number > 0, in s")
+    cheap: Annotated[float, Field(ge=0)] = declared(allowed="a number >= 0, in s")
+    alone: dict[str, Any] = declared(allowed="groups by name")
+    together: dict[str, Any] = declared(allowed="a group")
 
 
 @dataclass(frozen=True)
@@ -148,7 +144,7 @@ def load_trials(config: Path = CONFIG) -> list[Trial]:
     Raises ConfigurationError, naming the file, the group, and what is not known or not allowed in it.
     """
     path = Path(config) / FILE
-    declared = validated(Declared, read_yaml(path), str(path))
+    campaign = validated(Declared, read_yaml(path), str(path))
     scenes = load_scenes(config)
     bases = {name.removeprefix(BASE): scene for name, scene in scenes.items() if name.startswith(BASE)}
     trials = []
@@ -157,20 +153,20 @@ def load_trials(config: Path = CONFIG) -> list[Trial]:
         for number, change in enumerate(changes, 1):
             _require_known(change, where)
             label = f"{group} {name} {number}"
-            trials.append(Trial(label, group, bases[name], change, declared.limit, declared.cheap))
+            trials.append(Trial(label, group, bases[name], change, campaign.limit, campaign.cheap))
 
-    for group, inside in declared.alone.items():
+    for group, inside in campaign.alone.items():
         where = f"{path}: alone: {group}"
         alone = validated(Alone, inside, where)
         for name in alone.of:
             find(f"scene of {FAMILIES}", bases, name, where)
             add(group, name, alone.changes(), where)
     where = f"{path}: {TOGETHER}"
-    together = validated(Together, declared.together, where)
+    together = validated(Together, campaign.together, where)
     for index, name in enumerate(together.of):
         base = find(f"scene of {FAMILIES}", bases, name, where)
         # A generator for each: one scene more changes no other.
-        draws = [np.random.default_rng((declared.seed, index, 1 + each)) for each in range(together.scenes)]
+        draws = [np.random.default_rng((campaign.seed, index, 1 + each)) for each in range(together.scenes)]
         add(TOGETHER, name, (_drawn(random, together, base, where) for random in draws), where)
     return trials
 

@@ -10,7 +10,6 @@ import argparse
 import datetime
 import sys
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -40,52 +39,9 @@ from knitstudy.study.scene import Scene, digest
 from knitstudy.tables.catalogue import TABLES, tabulate
 from knitstudy.tables.reference import REFERENCE_SCENES, limits, values_of
 
-RESULTS = Path("results")
+RESULTS, NOTES = Path("results"), Path("docs/notes")
 
 SIMULATED = ("simulation", "contacts")  # Stages that the reference is made from
-
-
-@dataclass(frozen=True)
-class Kept:
-    """A table of a study, as it is kept at `path`.
-
-    Messages call its rows `what`, in the plural. A scene counts if it has the results of all `stages`.
-    """
-
-    study: str
-    table: str
-    path: Path
-    what: str
-    stages: tuple[str, ...] = tuple(STAGES)
-
-    def displays(
-        self, plan: Plan, config: Path, results: Path | None = None, catalogue: Catalogue = TABLES
-    ) -> Displays:
-        """Return the tables, or the figures, of the study; of a folder of results, by those that are up to date."""
-        scenes = [plan.scenes[name] for name in load_study(self.study, config)]
-        if results is not None:
-            scenes = plan.up_to_date(scenes, results, self.stages)
-            if not scenes:
-                message = f"has no simulation of the study {self.study!r} that is up to date"
-                raise DataFileError(f"{results}: {message}; run `make study STUDY={self.study}`")
-        return Displays(catalogue, plan, scenes, reference_files(config), label=f"study {self.study!r}")
-
-    def digest_wanted(self, plan: Plan, config: Path = CONFIG) -> str:
-        """Return the digest of the table of the whole study with the code of today, none where it cannot be made."""
-        displays = self.displays(plan, config)
-        return displays.digest(self.table) if self.table in displays.names() else ""
-
-    def found(self, plan: Plan, results: Path, config: Path = CONFIG) -> pd.DataFrame:
-        """Return the table by those scenes of the study whose results are there and up to date."""
-        displays = self.displays(plan, config, results)
-        sources = read_sources(displays.files(self.table, results).items())
-        table = tabulate(self.table, **sources, scenes=displays.scenes(self.table))
-        simulations = f"{len(displays.study)} of {len(load_study(self.study, config))}"
-        return stamped(table, displays.digest(self.table), simulations=simulations)
-
-    def warning(self, kept: Path, wanted: str) -> str:
-        """Return a warning where a kept table was made by other code or scenes than today's; otherwise nothing."""
-        return age_warning(kept, "digest", wanted, f"{self.what} of the study {self.study!r}", self.table)
 
 
 def age_warning(kept: Path, column: str, wanted: str, what: str, target: str) -> str:
@@ -101,23 +57,18 @@ def age_warning(kept: Path, column: str, wanted: str, what: str, target: str) ->
     return f"{what} were kept on {days}; {why}: `make {target}` makes them anew."
 
 
-VERDICTS = Kept("full", "verdicts", RESOURCES / "verdicts.csv", "Verdicts")
-"""What the report of every study shows beside its own verdicts."""
-
-
 def stamped(table: pd.DataFrame, digest: str, **said: str) -> pd.DataFrame:
     """Return a table with columns of the digest behind it, of other remarks on all of it, and of the day."""
     return table.assign(digest=digest, **said, made=datetime.date.today().isoformat())
 
 
-def draw_pictures(displays: Displays, names: Iterable[str], folder: Path) -> None:
-    """Draw figures of a study from its results and write them for the screen."""
-    files = sources = None
-    for name in names:
-        if files != (taken := displays.files(name, RESULTS)):  # several may be of the same hundreds
-            files, sources = taken, read_sources(taken.items())
-        drawing = draw(name, **sources, scenes=displays.scenes(name))
-        _save_picture(drawing, folder / f"{name}.webp", sources, FIGURES.find(name).title)
+def _keep(
+    kept: pd.DataFrame, path: Path, drawing: Figure, title: str, sources: Mapping | None = None
+) -> None:
+    """Write a table, and in the notes a picture of it, or of the `sources` that it was made from."""
+    sources = sources or {path.stem: kept.assign(code=kept["digest"])}
+    _save_picture(drawing, NOTES / f"{path.stem}.webp", sources, title)
+    write_table(kept, path)
 
 
 def _save_picture(drawing: Figure, path: Path, sources: Mapping, title: str) -> None:
@@ -130,25 +81,51 @@ def _save_picture(drawing: Figure, path: Path, sources: Mapping, title: str) -> 
 
 # Verdicts of the full study
 
+STUDY, VERDICTS = "full", "verdicts"
+
+VERDICTS_KEPT = RESOURCES / "verdicts.csv"
+"""What the report of every study shows beside its own verdicts."""
+
 VERDICTS_PAGE, TEMPLATE = Path("docs/results.md"), WORKFLOW / "report" / "results.md"
 
 
 def keep_verdicts(config: Path = CONFIG) -> str:
     """Keep the verdicts, and write the page about them with its pictures; return what was kept."""
-    plan = Plan.of(config)
-    table = VERDICTS.found(plan, RESULTS, config)
-    displays = VERDICTS.displays(plan, config, RESULTS, FIGURES)
+    plan, study = Plan.of(config), load_study(STUDY, config)
+    scenes = plan.up_to_date([plan.scenes[name] for name in study], RESULTS)
+    if not scenes:
+        message = f"has no simulation of the study {STUDY!r} that is up to date"
+        raise DataFileError(f"{RESULTS}: {message}; run `make study STUDY={STUDY}`")
+    tables, figures = (_displays(each, plan, scenes, config) for each in (TABLES, FIGURES))
+    sources = read_sources(tables.files(VERDICTS, RESULTS).items())
+    found = tabulate(VERDICTS, **sources, scenes=tables.scenes(VERDICTS))
+    table = stamped(found, tables.digest(VERDICTS), simulations=f"{len(scenes)} of {len(study)}")
     readings = read_table(reference_files(config)["readings"])
-    page, shown = summarise(TEMPLATE, table, readings, displays.names(), VERDICTS_PAGE.stem)
-    draw_pictures(displays, shown, VERDICTS_PAGE.with_suffix(""))
+    page, shown = summarise(TEMPLATE, table, readings, figures.names(), VERDICTS_PAGE.stem)
+    files = None
+    for name in shown:
+        if files != (taken := figures.files(name, RESULTS)):  # several may be of the same hundreds
+            files, sources = taken, read_sources(taken.items())
+        drawing = draw(name, **sources, scenes=figures.scenes(name))
+        picture = VERDICTS_PAGE.with_suffix("") / f"{name}.webp"
+        _save_picture(drawing, picture, sources, FIGURES.find(name).title)
     write_text(page, VERDICTS_PAGE)
-    write_table(table, VERDICTS.path)
-    return f"{len(table)} verdicts: {VERDICTS.path}, page: {VERDICTS_PAGE}"
+    write_table(table, VERDICTS_KEPT)
+    return f"{len(table)} verdicts: {VERDICTS_KEPT}, page: {VERDICTS_PAGE}"
+
+
+def _displays(catalogue: Catalogue, plan: Plan, scenes: list[Scene], config: Path) -> Displays:
+    return Displays(catalogue, plan, scenes, reference_files(config), label=f"study {STUDY!r}")
+
+
+def verdicts_warning(plan: Plan, config: Path = CONFIG) -> str:
+    """Return a warning where the kept verdicts were made by other code or scenes than today's; otherwise nothing."""
+    displays = _displays(TABLES, plan, [plan.scenes[name] for name in load_study(STUDY, config)], config)
+    wanted = displays.digest(VERDICTS) if VERDICTS in displays.names() else ""
+    return age_warning(VERDICTS_KEPT, "digest", wanted, f"Verdicts of the study {STUDY!r}", VERDICTS)
 
 
 # What accuracy costs
-
-TRADE_PICTURE = Path("docs/notes/trade.webp")
 
 
 def keep_trade(config: Path = CONFIG) -> str:
@@ -159,12 +136,7 @@ def keep_trade(config: Path = CONFIG) -> str:
     table = table[table["knit"].isin(first)]
     counted = f"{len(first)} of {trade.knits}"
     kept = stamped(table, digest(sorted(set(table["code"].dropna()))), knits=counted)
-    drawing, sources = (
-        trade_map.draw(table, bounds(table, trade)),
-        {"trade": kept.assign(code=kept["digest"])},
-    )
-    _save_picture(drawing, TRADE_PICTURE, sources, "What accuracy costs")
-    write_table(kept, TRADE_KEPT)
+    _keep(kept, TRADE_KEPT, trade_map.draw(table, bounds(table, trade)), "What accuracy costs")
     failed = table.loc[table["reason"].notna(), ["knit", "case", "rung"]].drop_duplicates()
     return f"{counted} knits, {len(table)} errors and prices, {len(failed)} runs failed: {TRADE_KEPT}"
 
@@ -239,7 +211,7 @@ def keep_reference(config: Path = CONFIG) -> str:
 
 # The campaign of extremes
 
-EXTREMES, EXTREMES_PICTURE = RESOURCES / "extremes.csv", Path("docs/notes/extremes.webp")
+EXTREMES = RESOURCES / "extremes.csv"
 
 
 def keep_extremes(config: Path = CONFIG) -> str:
@@ -247,15 +219,13 @@ def keep_extremes(config: Path = CONFIG) -> str:
     table, trials = read_table(RESULTS / "extremes" / "extremes.csv"), load_trials(config)
     counted = f"{len(table)} of {len(trials)}"
     kept = stamped(table, digest({"trials": [trial.digest() for trial in trials]}), trials=counted)
-    sources = {"extremes": kept.assign(code=kept["digest"])}
-    _save_picture(extremes_map.draw(table), EXTREMES_PICTURE, sources, "What breaks")
-    write_table(kept, EXTREMES)
+    _keep(kept, EXTREMES, extremes_map.draw(table), "What breaks")
     return f"{counted} trials: {EXTREMES}"
 
 
 # Loops that fit
 
-LOOPS, LOOPS_PICTURE = RESOURCES / "loops.csv", Path("docs/notes/loops.webp")
+LOOPS = RESOURCES / "loops.csv"
 
 
 def keep_loops(config: Path = CONFIG) -> str:
@@ -265,10 +235,9 @@ def keep_loops(config: Path = CONFIG) -> str:
     found = read_result(RESULTS / STAGES["loop_map"].path(scene))
     sources = {"feasible": found}
     drawing = draw(display.name, **sources, scenes={"feasible": scene})
-    _save_picture(drawing, LOOPS_PICTURE, sources, display.title)
     table = found.to_dataframe().reset_index()
     table["outcome"] = [OUTCOMES[int(number)] for number in table["outcome"]]
-    write_table(stamped(table.round(6), found.attrs["digest"]), LOOPS)
+    _keep(stamped(table.round(6), found.attrs["digest"]), LOOPS, drawing, display.title, sources)
     return f"{(table['outcome'] == OUTCOMES[0]).sum()} of {len(table)} loops fit: {LOOPS}"
 
 

@@ -93,15 +93,15 @@ def measure_sample(
     table is written after every knit. A record of other code is taken too, which `say` is told, unless it is made anew.
     """
     trade, defaults, listed = load_trade(), drawn_defaults(), folder / "knits.csv"
-    knits, records, other = {}, {}, 0
+    problems, records, other = {}, {}, 0
     for number in range(first):
         points = sampled(trade, number + 1, known := _outcomes(listed))
         if len(points) > len(known):
             write_table(points, listed)
         knit, inputs = f"knit{number + 1:03}", next(islice(trade.points(), len(points) - 1, None))
-        knits[knit], fresh = inputs, False
+        fresh = False
         for case in trade.cases():
-            problem = trade.scene(case, inputs, defaults, f"{knit}-{case}")
+            problem = problems[knit, case] = trade.scene(case, inputs, defaults, f"{knit}-{case}")
             records[knit, case] = []
             for rung, keys in trade.rungs_of(case, number).items():
                 code = code_of(problem, keys)
@@ -116,7 +116,7 @@ def measure_sample(
                 other += records[knit, case][-1]["code"] != code
         shutil.rmtree(SCRATCH, ignore_errors=True)
         if fresh or number + 1 == first:
-            found = collect(trade, knits, records)
+            found = collect(trade, problems, records)
             write_table(found, folder / "trade.csv")
     if other:
         say(f"{other} records were made by other code: --anew makes them again")
@@ -238,39 +238,33 @@ def truths(
 
 
 def collect(
-    trade: Trade, knits: Mapping[str, Inputs], records: Mapping[tuple[str, Case], list[Record]]
+    trade: Trade, problems: Mapping[tuple[str, Case], Scene], records: Mapping[tuple[str, Case], list[Record]]
 ) -> pd.DataFrame:
-    """Return the table of errors and prices of knits from the records of every knit and case."""
-    defaults, rows = drawn_defaults(), []
+    """Return the table of errors and prices from the problems and the records of runs, by knit and case."""
+    rows = []
     for case in trade.cases():
-        runs = {knit: {each["rung"]: each["values"] for each in records[knit, case]} for knit in knits}
-        true = truths(runs, case, trade)
-        for knit, inputs in knits.items():
-            scene = trade.scene(case, inputs, defaults)
+        found = {knit: of for (knit, each), of in records.items() if each == case}
+        runs = {knit: {each["rung"]: each["values"] for each in of} for knit, of in found.items()}
+        for knit, true in truths(runs, case, trade).items():
+            scene = problems[knit, case]
             about = {"knit": knit, "problem": same_knit(scene)} | asdict(Inputs.of(scene))
-            rows += rows_of(records[knit, case], case, about, trade, true[knit])
+            rows += rows_of(found[knit], case, about, trade, true)
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
 def bounds(table: pd.DataFrame, trade: Trade) -> pd.DataFrame:
     """Return what the knits of a table promise of every rung, whatever the inputs: a row a case, question and rung."""
-    rows = []
-    of_rungs, said = ["case", "question", "rung"], table.to_dict("records")
+    rows, said, of_rungs = [], table.to_dict("records"), ["case", "question", "rung"]
     for of_rung, of in table.dropna(subset=[ERROR]).groupby(of_rungs, sort=False):
-        quantile, medians = (
-            trade.quantile.within(len(measured_knits(said, of_rung[0]))),
-            of.median(numeric_only=True),
-        )
-        row = dict(zip(of_rungs, of_rung, strict=True)) | {
-            "knits": len(of),
-            "failed": sum(map(isinf, of[ERROR])),
-        }
-        row |= {"median error [1]": medians[ERROR], ERROR: quantile.of(of[ERROR].to_numpy())}
-        rows.append(row | {SECONDS: medians[SECONDS], MEMORY: medians[MEMORY]})
+        quantile = trade.quantile.within(len(measured_knits(said, of_rung[0])))
+        row = dict(zip(of_rungs, of_rung, strict=True))
+        row |= {"knits": len(of), "failed": sum(map(isinf, of[ERROR]))}
+        row |= {"median error [1]": of[ERROR].median(), ERROR: quantile.of(of[ERROR].to_numpy())}
+        rows.append(row | of[[SECONDS, MEMORY]].median().to_dict())
     return pd.DataFrame(rows)
 
 
-def measure(problem: Scene, folder: Path, own: Path = OWN) -> pd.DataFrame:
+def measure(problem: Scene, folder: Path) -> pd.DataFrame:
     """Run all rungs on a knit of one's own, keep their errors and prices in a table of one's own, and return them.
 
     Raises DataFileError where the truth is not known since fewer than two of its rungs have ended.
@@ -283,12 +277,10 @@ def measure(problem: Scene, folder: Path, own: Path = OWN) -> pd.DataFrame:
     knit, rungs = same_knit(problem), trade.rungs_of(case)
     named = problem.vary({"name": f"{problem.name}-{knit[:8]}", "knit": f"{problem.knit}-{knit[:8]}"})
     records = [run(named, rung, keys, trade.limit, folder, say=True) for rung, keys in rungs.items()]
-    about = {"knit": problem.name, "problem": knit} | asdict(Inputs.of(problem))
-    true = truths({knit: {each["rung"]: each["values"] for each in records}}, case, trade)[knit]
-    table = pd.DataFrame(rows_of(records, case, about, trade, true), columns=COLUMNS)
+    table = collect(trade, {(problem.name, case): problem}, {(problem.name, case): records})
     if table[ERROR].isna().all():
         raise DataFileError(f"scene {problem.name!r}: {table['reason'].iloc[0]}")
-    before = read_table(own, needs=COLUMNS) if own.is_file() else table[:0]
+    before = read_table(OWN, needs=COLUMNS) if OWN.is_file() else table[:0]
     others = before[before["problem"] != knit]
-    write_table(pd.concat([others, table]) if len(others) else table, own)
+    write_table(pd.concat([others, table]) if len(others) else table, OWN)
     return table

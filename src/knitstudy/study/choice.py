@@ -21,7 +21,7 @@ from pydantic import Field
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import find
 from knitstudy.study.documents import RESOURCES
-from knitstudy.study.keys import Section, output, validated
+from knitstudy.study.keys import Section, output
 from knitstudy.study.kinds import FIDELITIES, role_of
 from knitstudy.study.promises import law_of
 from knitstudy.study.sample import ANY, Case, Inputs, Trade, endless, load_trade, same_knit
@@ -85,21 +85,18 @@ class Rung:
 
 @dataclass(frozen=True)
 class Choice:
-    """What was chosen for a scene, out of all rungs that have a promise, and what the promise rests on."""
+    """What was chosen for a problem, out of all rungs that have a promise, and what the promise rests on."""
 
+    problem: Scene  # what is simulated, by any model
     ask: Ask
     rung: Rung
     rungs: tuple[Rung, ...]
     basis: str
 
-
-@dataclass(frozen=True)
-class Planned:
-    """A scene with the model that was chosen for it."""
-
-    scene: Scene
-    choice: Choice
-    problem: Scene  # what is simulated, by any model
+    @property
+    def scene(self) -> Scene:
+        """The problem by the model that was chosen."""
+        return self.problem.vary(self.rung.keys)
 
 
 def is_open(keys: Mapping[str, Any]) -> bool:
@@ -122,13 +119,6 @@ def problem_of_keys(name: str, keys: Mapping[str, Any], where: str, defaults: Ma
         if key != "fidelity" and not key.startswith("ask."):
             set_dotted(own, key, value, where)
     return Scene.from_dict({"name": name, "fidelity": ANY} | own, where, defaults)
-
-
-def planned(problem: Scene, keys: Mapping[str, Any], drawn: Mapping, where: str) -> Planned:
-    """Return a scene with the model that is chosen for it by what its keys ask; see `choose`."""
-    wish = {key.partition(".")[2]: value for key, value in keys.items() if key.startswith("ask.")}
-    choice = choose(problem, validated(Ask, wish, where, "ask."), drawn, where)
-    return Planned(problem.vary(choice.rung.keys), choice, problem)
 
 
 def choose(problem: Scene, ask: Ask, drawn: Mapping, where: str) -> Choice:
@@ -201,7 +191,8 @@ def _choose(problem: Scene, ask: Ask, drawn: Mapping, where: str) -> Choice:
         basis += f", by {count} that were measured"
         if without := len(measured_knits(measured_rows(TRADE_KEPT), case, known=False)):
             basis += f" and without {without} on which solid yarns did not end"
-    return Choice(ask, min(good, key=lambda rung: (rung.seconds, rung.error, rung.name)), tuple(rungs), basis)
+    rung = min(good, key=lambda rung: (rung.seconds, rung.error, rung.name))
+    return Choice(problem, ask, rung, tuple(rungs), basis)
 
 
 def promised(

@@ -15,7 +15,7 @@ from pydantic import Field
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import find, unknown_choice
-from knitstudy.study.choice import AUTO, Planned, is_open, of_model, planned, problem_of_keys
+from knitstudy.study.choice import AUTO, Ask, Choice, choose, is_open, of_model, problem_of_keys
 from knitstudy.study.documents import CONFIG, read_yaml
 from knitstudy.study.families import STUDIES, Member, family_files, read_families
 from knitstudy.study.keys import Section, output, validated
@@ -158,13 +158,14 @@ def asks(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> bool:
     return is_open(load_families(config)[name].keys | changes)
 
 
-def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Planned:
+def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Choice:
     """Return the model that is chosen for a scene with changed keys; keys of a model that the scene has do not count.
 
     Raises ConfigurationError as `load_scenes`, and where no model will do.
     """
     problem, keys, where = problem_of(name, changes, config)
-    return planned(problem, keys, drawn_defaults(), where)
+    wish = {key.partition(".")[2]: value for key, value in keys.items() if key.startswith("ask.")}
+    return choose(problem, validated(Ask, wish, where, "ask."), drawn_defaults(), where)
 
 
 def problem_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> tuple[Scene, dict, str]:

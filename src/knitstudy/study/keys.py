@@ -104,6 +104,9 @@ def key(
 physics, resolution, numerics, output = (partial(key, role) for role in ROLES)
 """Fields of keys by their roles: `key` without its first argument."""
 
+declared = partial(output, "choice")
+"""Field of a key of a campaign's file, which has no role in a scene."""
+
 
 @dataclass(frozen=True)
 class Description:

@@ -15,16 +15,14 @@ from typing import Annotated, Any, Self
 from pydantic import Field
 
 from knitstudy.study.documents import CONFIG, read_yaml
-from knitstudy.study.keys import Count, Section, lists, output, validated
+from knitstudy.study.keys import Count, Section, declared, lists, validated
 from knitstudy.study.kinds import FIDELITIES
 from knitstudy.study.promises import Quantile
 from knitstudy.study.scene import Scene, digest, set_dotted
 
 DECLARED = CONFIG / "trade.yaml"
 
-ANY = (
-    "spline_yarns"  # A fidelity that models all knits: what a problem is read with before its model is known
-)
+ANY = "spline_yarns"  # Models all knits: the fidelity of a problem before its model is chosen
 
 SPECIMENS, TIED, TOUCHING = ("cut_knit", "cell"), "tied", "touching"
 
@@ -42,6 +40,12 @@ KEYS = {
     "edges": "contact.tied_edges",
 }
 """The key of a scene behind each input."""
+
+OF_CONTACT = ("friction", "edges")
+"""Inputs that tied yarns do not have."""
+
+OF_KNIT = {"loops": 1, "rows": 1, "edges": "none"}
+"""Inputs that an endless knit does not have, and what they are there."""
 
 OVER = {
     "course": " over yarn.diameter",
@@ -126,23 +130,21 @@ class Case:
         return f"{self.specimen}-{self.yarns}".replace("_", "-")
 
 
-def _said(allowed: str, **default: Any) -> Any:
-    return output("choice", allowed=allowed, **default)
-
-
 class Trade(Section):
     """What ``config/trade.yaml`` holds."""
 
-    knits: Count = _said("a whole number from 1 on")
-    fewest: Count = _said("a whole number from 1 on")
-    seed: Annotated[int, Field(ge=0)] = _said("a whole number from 0 on")
-    coverage: Annotated[float, Field(gt=0, lt=1)] = _said("a share of the knits")
-    confidence: Annotated[float, Field(gt=0, lt=1)] = _said("a probability")
-    limit: Annotated[float, Field(gt=0)] = _said("a number > 0, in s")
-    box: dict[str, list[Any]] = _said("two ends, or a list of texts, by input")
-    truth: tuple[str, ...] = _said("names of rungs")
-    every: dict[str, Count] = _said("whole numbers from 1 on, by rung", default={})
-    rungs: dict[str, dict[str, dict[str, Any]]] = _said("keys by name, of tied and of touching yarns")
+    knits: Count = declared(allowed="a whole number from 1 on")
+    fewest: Count = declared(allowed="a whole number from 1 on")
+    seed: Annotated[int, Field(ge=0)] = declared(allowed="a whole number from 0 on")
+    coverage: Annotated[float, Field(gt=0, lt=1)] = declared(allowed="a share of the knits")
+    confidence: Annotated[float, Field(gt=0, lt=1)] = declared(allowed="a probability")
+    limit: Annotated[float, Field(gt=0)] = declared(allowed="a number > 0, in s")
+    box: dict[str, list[Any]] = declared(allowed="two ends, or a list of texts, by input")
+    truth: tuple[str, ...] = declared(allowed="names of rungs")
+    every: dict[str, Count] = declared(allowed="whole numbers from 1 on, by rung", default={})
+    rungs: dict[str, dict[str, dict[str, Any]]] = declared(
+        allowed="keys by name, of tied and of touching yarns"
+    )
 
     @property
     def quantile(self) -> Quantile:
@@ -186,10 +188,8 @@ class Trade(Section):
             return f"specimen is {scene.specimen!r}, but models were measured on {' and '.join(SPECIMENS)}"
         for name, value in asdict(Inputs.of(scene)).items():
             between, key = self.box[name], KEYS[name]
-            skipped = case.specimen == "cell" and name in ("loops", "rows", "edges")
-            if skipped or (case.yarns == TIED and name in ("friction", "edges")):
-                continue
-            if name == "friction" and isinf(value):
+            of_knit = case.specimen == "cell" and name in OF_KNIT
+            if of_knit or (case.yarns == TIED and name in OF_CONTACT) or value == inf:
                 continue
             if isinstance(value, str) and value not in between:
                 key = "load.deformation" if case.specimen == "cell" and name == "direction" else key
@@ -208,23 +208,15 @@ class Trade(Section):
         """Return what is to be simulated of a knit, by any model."""
         touches, endless = case.yarns == TOUCHING, case.specimen == "cell"
         interaction = ("rough" if isinf(inputs.friction) else "isotropic") if touches else "tie"
+        lacks = {"tie": OF_CONTACT, "rough": ("friction",)}.get(interaction, ())
         peirce = 2 * inputs.course + inputs.wale + PEIRCE
-        keys = {
-            "yarn.diameter": DIAMETER,
-            "pattern.course_spacing": inputs.course * DIAMETER,
-            "pattern.wale_spacing": inputs.wale * DIAMETER,
-            "pattern.loop_length": inputs.length * peirce * DIAMETER,
-            "yarn.poisson_ratio": inputs.poisson_ratio,
-            "load.strain": inputs.strain,
-            "load.lateral": inputs.lateral,
-            "load.deformation" if endless else "load.direction": inputs.direction,
-            "pattern.loops": 1 if endless else inputs.loops,
-            "pattern.rows": 1 if endless else inputs.rows,
-        }
-        if touches:
-            keys["contact.tied_edges"] = "none" if endless else inputs.edges
-        if interaction == "isotropic":
-            keys["contact.friction"] = inputs.friction
+        lengths = {"course": inputs.course, "wale": inputs.wale, "length": inputs.length * peirce}
+        said = asdict(inputs) | {of: value * DIAMETER for of, value in lengths.items()}
+        said |= OF_KNIT if endless else {}
+        keys = {"yarn.diameter": DIAMETER}
+        keys |= {KEYS[of]: value for of, value in said.items() if of not in lacks}
+        if endless:
+            keys["load.deformation"] = keys.pop("load.direction")
         document: dict = {"name": name, "knit": name, "fidelity": ANY, "outputs": []}
         document |= {"specimen": case.specimen, "interaction": interaction}
         for key, value in keys.items():

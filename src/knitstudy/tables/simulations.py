@@ -190,16 +190,12 @@ def _contact(dns: xr.Dataset) -> list[Row]:
     energy = dns["energy"].isel(increment=-1)
     friction = energy.sel(form="friction") / energy.sel(form="external")
     viscous = energy.sel(form="stabilisation") / energy.sel(form="internal")
+    largest = hourglass_share(dns, "stabilisation")
     what = "local indentation" if "indentation_deepest" in dns.attrs else "penetration"
     return [
         (f"deepest {what}", "m", penetration(dns), allowed_penetration(dns)),
         ("augmentations", "1", dns["augmentations"].sum(), np.nan),
         ("friction over external work at full load", "1", friction, np.nan),
-        (
-            "largest stabilisation over internal energy",
-            "1",
-            hourglass_share(dns, "stabilisation"),
-            STABILISATION,
-        ),
+        ("largest stabilisation over internal energy", "1", largest, STABILISATION),
         ("stabilisation over internal energy at full load", "1", viscous, STABILISATION_AT_END),
     ]

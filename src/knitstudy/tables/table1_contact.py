@@ -37,9 +37,8 @@ def tabulate(dns: xr.Dataset, paper: pd.DataFrame, scenes: Scenes) -> pd.DataFra
     contact, attrs = scenes["dns"].contact, dns.attrs
     ratio, stick, friction = (number(paper, "1", "contact", quantity) for quantity in STATED)
     by_penalty = "contact_stiffness" in attrs
-    normal, tangential = (
-        (contact.normal_stiffness, contact.tangential_stiffness) if by_penalty else (NONE, NONE)
-    )
+    normal = contact.normal_stiffness if by_penalty else NONE
+    tangential = contact.tangential_stiffness if by_penalty else NONE
     allowed, reached = allowed_penetration(dns), penetration(dns)
     stabilisation = scenes["dns"].solver.stabilisation
     rows = [

@@ -138,9 +138,7 @@ class Evidence:
 
 
 REPRODUCED, NOT_REPRODUCED, OPEN = "reproduced", "not reproduced", "not decidable"
-REPRODUCED_IF = (
-    "reproduced if"  # another reading of the paper than the base's, or that of the base alone, holds
-)
+REPRODUCED_IF = "reproduced if"  # another reading than the base's holds, or the base's alone
 NOT_RUN = "not yet run"
 MISSING = "missing is"  # begins what a claim that is not decidable lacks
 
