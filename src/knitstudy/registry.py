@@ -128,12 +128,17 @@ def listed(names: Sequence[str]) -> str:
 
 def unknown_choice(what: str, full_name: str, name: str, allowed: Sequence[str]) -> str:
     """Return a message for a name that does not exist: the nearest that do, and all unless they are many."""
-    near = nearest(name, allowed)
-    hint = f" (did you mean {listed([repr(each) for each in near])}?)" if near else ""
+    hint = near_names(name, allowed)
     if len(allowed) > MANY:
-        such = "" if near else f", such as {', '.join(allowed[:NEAR])}"
+        such = "" if hint else f", such as {', '.join(allowed[:NEAR])}"
         return f"{what} {full_name!r}{hint}; {len(allowed)} names are allowed{such}"
     return f"{what} {full_name!r}{hint}; allowed are {', '.join(allowed) if allowed else 'none'}"
+
+
+def near_names(name: str, allowed: Iterable[str]) -> str:
+    """Return in parentheses which names are like one; nothing if none is."""
+    near = [repr(each) for each in nearest(name, allowed)]
+    return f" (did you mean {listed(near)}?)" if near else ""
 
 
 def nearest(name: str, allowed: Iterable[str]) -> list[str]:

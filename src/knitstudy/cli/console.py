@@ -188,3 +188,10 @@ def recorded(name: str, defaults: Mapping[str, Any]) -> tuple[Scene, dict[str, S
     from knitstudy.stages.record import scenes_of
 
     return scenes_of(read_dataset(name), name, defaults)
+
+
+def plan_with(name: str, config: Path) -> Any:
+    """Return the plan of a configuration, with the scenes that a result file names if one is asked for."""
+    from knitstudy.stages.plan import Plan
+
+    return Plan.with_scenes(recorded(name, {})[1] if is_result(name) else {}, config)

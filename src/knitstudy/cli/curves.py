@@ -39,8 +39,8 @@ def _curve_options(command: Any) -> Any:
     return command
 
 
-def _read(measured: Path, scene: Scene, said: dict[str, Any]) -> Any:
-    """Return the measured curve for the direction of a scene."""
+def _read(measured: Path, scene: Scene, said: dict[str, Any]) -> tuple[Any, str]:
+    """Return the measured curve for the direction of a scene, and its name."""
     from knitstudy.measures.measured_curve import read_curve
 
     direction = scene.value("load.direction") or scene.value("load.deformation")
@@ -49,7 +49,7 @@ def _read(measured: Path, scene: Scene, said: dict[str, Any]) -> Any:
         raise ConfigurationError(f"scene {scene.name!r}: must be {wanted} to be compared with a curve")
     only = dict(each.partition("=")[::2] for each in said.pop("only"))
     given = {name: each for name, each in said.items() if each is not None}
-    return read_curve(measured, given, only, direction)
+    return read_curve(measured, given, only, direction), "-".join((measured.stem, *only.values()))
 
 
 def _write(stem: Path, table: pd.DataFrame, drawn: tuple, title: str) -> None:
@@ -85,8 +85,7 @@ def compare(result: Path, measured: Path, **said: Any) -> None:
 
     history = read_dataset(result)
     scene = console.recorded(str(result), {})[0]
-    name = "-".join((result.stem, measured.stem, *(each.partition("=")[2] for each in said["only"])))
-    whole = _read(measured, scene, said)
+    whole, name = _read(measured, scene, said)
     if "axis" not in history.attrs:
         raise DataFileError(f"{result}: is no history; name a file of results/simulation")
     simulated = simulated_curve(history, STAGES["geometry"].function(scene))
@@ -111,7 +110,7 @@ def compare(result: Path, measured: Path, **said: Any) -> None:
         more = f"--set load.strain={whole.strain[-1]:.3g} simulates all of the measured curve"
         click.echo(f"{result} ends at {reach}; {more}", err=True)
     title = f"{scene.name} and {measured.name}"
-    _write(result.with_name(name), points, (whole, {scene.name: simulated}), title)
+    _write(result.with_name(f"{result.stem}-{name}"), points, (whole, {scene.name: simulated}), title)
 
 
 @click.command(short_help="Find modulus and friction from a measured curve.")
@@ -153,21 +152,19 @@ def fit(
     """
     from knitstudy.measures import curve_fit
     from knitstudy.measures.measured_curve import Curve, simulated_curve
-    from knitstudy.stages.plan import Plan
     from knitstudy.stages.simulate import simulate
 
     chosen = console.changed_scene(scene, changes, config)
     if chosen.value("rom.stiffness"):
         why = "rom.stiffness is given in N/m, so that forces are not proportional to the modulus"
         raise ConfigurationError(f"scene {chosen.name!r}: {why}; leave it out")
-    name = "-".join((chosen.name, measured.stem, *(each.partition("=")[2] for each in said["only"])))
-    whole = _read(measured, chosen, said)
+    whole, name = _read(measured, chosen, said)
     curve, used = whole.within(chosen.load.strain), []
     counted = f"{len(curve.strain)} of {len(whole.strain)} points"
     click.echo(f"{measured}: {counted}, up to load.strain, {chosen.load.strain:g}", err=True)
     if len(curve.strain) < curve_fit.LEAST:
         raise DataFileError(f"{measured}: {curve_fit.LEAST} points are needed; set a larger load.strain")
-    plan = Plan.with_scenes(console.recorded(scene, {})[1] if console.is_result(scene) else {}, config)
+    plan = console.plan_with(scene, config)
 
     @cache
     def forces(friction: float | None, checked: bool = False) -> np.ndarray | None:
@@ -206,5 +203,5 @@ def fit(
         click.echo(line, err=True)
     fitted = Curve(np.append(0, curve.strain), np.append(0, found.forces))
     title = f"fit of {chosen.name} to {measured.name}, {len(used)} simulations"
-    _write(output / "fit" / name, table, (whole, {"fit": fitted}, found), title)
+    _write(output / "fit" / f"{chosen.name}-{name}", table, (whole, {"fit": fitted}, found), title)
     click.echo(" ".join(f"--set {key}={console.plain(value)}" for key, (value, *_) in values.items()))

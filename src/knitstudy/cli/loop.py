@@ -7,14 +7,7 @@ from typing import Any
 
 import click
 
-from knitstudy.cli.console import (
-    changed_scene,
-    config_option,
-    plain,
-    print_table,
-    scene_argument,
-    set_option,
-)
+from knitstudy.cli.console import changed_scene, config_option, plain, print_table, scene_argument, set_option
 from knitstudy.errors import ConfigurationError
 from knitstudy.study.configuration import load_scenes
 

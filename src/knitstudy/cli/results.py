@@ -45,13 +45,7 @@ STAGES = ("knitstudy.stages.simulate", "knitstudy.loading.solve.resumed")
 @click.option("-v", "--verbose", is_flag=True, help="Also print what the solver says.")
 @config_option
 def run(
-    scene: str,
-    changes: tuple,
-    output: Path,
-    threads: int | None,
-    anew: bool,
-    verbose: bool,
-    config: Path,
+    scene: str, changes: tuple, output: Path, threads: int | None, anew: bool, verbose: bool, config: Path
 ) -> None:
     """Simulate a scene, and before it the direct simulations that its joints and springs come from.
 
@@ -79,14 +73,13 @@ def run(
     # Models are imported here: the other commands and --help do not need them.
     from knitstudy.measures.differences import differing_variables
     from knitstudy.measures.summary import summarise
-    from knitstudy.stages.plan import Plan
     from knitstudy.stages.simulate import simulate
 
     before = read_dataset(scene) if console.is_result(scene) else None
     chosen = changed_scene(scene, changes, config)
     if before is None:
         _print_choice(scene, dict(changes), config)
-    plan = None if before is None else Plan.with_scenes(console.recorded(scene, {})[1], config)
+    plan = console.plan_with(scene, config)
     try:
         with log_on_console(verbose):
             results = simulate(chosen, output, config=config, progress=Progress, anew=anew, plan=plan)

@@ -72,10 +72,7 @@ def write_vtu(
     for name, values in points.items():
         if len(values) != len(mesh.nodes):
             raise MeshError(f"field {name!r} has {len(values)} rows; the mesh has {len(mesh.nodes)} nodes")
-    cells = {
-        "yarn": yarn[hexahedra[:, 0]],
-        "scaled_jacobian": scaled_jacobian(mesh.nodes, hexahedra[:, :8]),
-    }
+    cells = {"yarn": yarn[hexahedra[:, 0]], "scaled_jacobian": scaled_jacobian(mesh.nodes, hexahedra[:, :8])}
     # The centres of quadratic surface faces, which contact uses, belong to no element.
     used, number = np.unique(hexahedra, return_inverse=True)
     shown = {name: values[used] for name, values in points.items()}

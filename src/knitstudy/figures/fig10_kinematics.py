@@ -15,26 +15,9 @@ from knitstudy.errors import DataFileError
 from knitstudy.figures.catalogue import FIGURES, of_solid
 from knitstudy.figures.fig07_contact import deformed_yarns
 from knitstudy.figures.fig08_out_of_plane import OBLIQUE, draw_forces
-from knitstudy.figures.picture import (
-    HALO,
-    bounds,
-    draw_arrow,
-    draw_rows,
-    scale_bar,
-    window_around,
-    write,
-)
+from knitstudy.figures.picture import HALO, bounds, draw_arrow, draw_rows, scale_bar, window_around, write
 from knitstudy.figures.renderer import MILLIMETRE, Picture, View
-from knitstudy.figures.style import (
-    ACCENT,
-    FAINT,
-    INCH,
-    INK,
-    MICROMETRE,
-    PERCENT,
-    panel_letter,
-    tint,
-)
+from knitstudy.figures.style import ACCENT, FAINT, INCH, INK, MICROMETRE, PERCENT, panel_letter, tint
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.centre_cell import centre_cell, closest_neighbour, rotation_angle
 

@@ -41,10 +41,7 @@ def draw(
     """Draw the largest |u_z| at full strain over both, with friction above and with ties below."""
     spacings, diameters = (sweeps_of(key, drawn | sweeps, scenes, reference) for key in (SPACING, DIAMETER))
     spacing = MILLIMETRE * spacings[0].points[0].scene.pattern.course_spacing
-    columns = (
-        ("course spacing (mm)", spacings, spacing),
-        ("yarn diameter (mm)", diameters, MILLIMETRE),
-    )
+    columns = (("course spacing (mm)", spacings, spacing), ("yarn diameter (mm)", diameters, MILLIMETRE))
     drawing = figure(DOUBLE, 125.0, layout="constrained")
     panels = drawing.subplots(2, 2, sharex="col", sharey="row")
     for k, (label, series, unit) in enumerate(columns):

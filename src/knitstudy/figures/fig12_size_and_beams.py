@@ -14,16 +14,7 @@ from matplotlib.ticker import EngFormatter
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.fig15_force_strain import draw_curves, draw_reference, force_curve, owners
-from knitstudy.figures.style import (
-    ACCENT,
-    DIRECT,
-    DOUBLE,
-    MODELS,
-    Look,
-    figure,
-    panel_letter,
-    place,
-)
+from knitstudy.figures.style import ACCENT, DIRECT, DOUBLE, MODELS, Look, figure, panel_letter, place
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.cases import label_of
 from knitstudy.measures.catalogue import BEAM_MODELS, of_case, one, several, solid

@@ -166,12 +166,7 @@ def owners(references: Iterable[Reference]) -> str:
 
 
 def draw_curves(
-    axes: Axes,
-    curves: Sequence[Curve],
-    quantity: str,
-    unit: str,
-    direction: str = "course",
-    cut: float = inf,
+    axes: Axes, curves: Sequence[Curve], quantity: str, unit: str, direction: str = "course", cut: float = inf
 ) -> None:
     """Draw curves over strain in a direction that begin at zero; names and last values stand beside their ends.
 

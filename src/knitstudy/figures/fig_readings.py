@@ -14,14 +14,7 @@ from matplotlib.patches import Patch, Rectangle
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import DOUBLE, INK, PAPER, figure
 from knitstudy.measures.catalogue import Scenes
-from knitstudy.measures.claims.evidence import (
-    NOT_REPRODUCED,
-    NOT_RUN,
-    OPEN,
-    REPRODUCED,
-    SOURCES,
-    Evidence,
-)
+from knitstudy.measures.claims.evidence import NOT_REPRODUCED, NOT_RUN, OPEN, REPRODUCED, SOURCES, Evidence
 from knitstudy.measures.claims.verdicts import Finding, findings
 
 # Colour and letter of a verdict: colours differ in lightness as well.

@@ -13,7 +13,7 @@ from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.registry import find, listed, meanings, nearest
+from knitstudy.registry import find, meanings, near_names
 from knitstudy.study.keys import SceneName, Section, describe, numerics, output, physics, validated
 from knitstudy.study.model_sections import (
     Beam,
@@ -119,12 +119,7 @@ _KNIT_GEOMETRY = ("pattern", "geometry", "yarn.diameter")
 
 SPECIMENS = _by_name(
     Specimen("knit", "rows of loops", {**_KNIT, "load": KnitTension}, _KNIT_GEOMETRY),
-    Specimen(
-        "cut_knit",
-        "cells cut out of a knit",
-        {**_KNIT, "load": KnitTension},
-        _KNIT_GEOMETRY,
-    ),
+    Specimen("cut_knit", "cells cut out of a knit", {**_KNIT, "load": KnitTension}, _KNIT_GEOMETRY),
     Specimen(
         "cell",
         "a cell of an endless knit",
@@ -359,8 +354,7 @@ def unit_of(key: str) -> str:
 
 def unknown_key(key: str) -> str:
     """Return the message for a key that no scene has, with those of all sections that are like it."""
-    near = [repr(each) for each in nearest(key, [*all_sections(), *all_keys()])]
-    hint = f" (did you mean {listed(near)}?)" if near else ""
+    hint = near_names(key, [*all_sections(), *all_keys()])
     return f"unknown key {key!r}{hint}; `knitstudy check SCENE` lists the keys of a scene"
 
 

@@ -18,20 +18,8 @@ from knitstudy.tables.catalogue import TABLES
 
 JUDGED = ["verdict", "condition", "uncertainty", "hangs_on", "note"]
 COLUMNS = [
-    *(
-        "id",
-        "where",
-        "short",
-        "claim",
-        "verdict",
-        "condition",
-        "quantity",
-        "paper",
-        "ours",
-        "sentence",
-        "rule",
-    ),
-    *("rule fixed", "measured", "uncertainty", "hangs on", "note", "see"),
+    *("id", "where", "short", "claim", "verdict", "condition", "quantity", "paper", "ours", "sentence"),
+    *("rule", "rule fixed", "measured", "uncertainty", "hangs on", "note", "see"),
 ]
 
 

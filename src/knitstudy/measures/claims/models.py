@@ -168,36 +168,30 @@ def judge_cost(evidence: Evidence) -> Judgement:
     if case is None or case.by_hexahedra is None:
         raise NotRun("the study has not all models of ties in course tension, the paper's element among them")
     direct = case.by_hexahedra
-    saved = dict(zip(SAVINGS, _savings(direct, case), strict=True))
-    models = {"dns": direct} | {name: case.main[name] for name in ("rom3d", "rom2d")}
-    grown = {name: model.history.attrs["memory_growth"] / MEGABYTE for name, model in models.items()}
-    counted = [
-        (model.history.attrs["dof"], _reported(evidence, name, "degrees of freedom"))
-        for name, model in models.items()
-    ]
-    printed = {name: _reported(evidence, name, "memory") for name in models}
-    of_paper = counted[0][1] / counted[1][1], printed["dns"] / printed["rom3d"]
-    counts = [
-        Measured(f"degrees of freedom, {NAMES[name]}", f"{ours:,}", f"{theirs:,.0f}")
-        for name, (ours, theirs) in zip(models, counted, strict=True)
-    ]
-    grew = [
-        Measured(f"memory growth, {NAMES[name]}", f"{grown[name]:.1f} MB", f"{printed[name]:g} MB")
-        for name in models
-    ]
+    unknowns, memory, time = _savings(direct, case)
+    counts, grew, close, grown, printed = [], [], [], {}, {}
+    for name, model in {"dns": direct, "rom3d": case.main["rom3d"], "rom2d": case.main["rom2d"]}.items():
+        ours, theirs = model.history.attrs["dof"], _reported(evidence, name, "degrees of freedom")
+        counts.append(Measured(f"degrees of freedom, {NAMES[name]}", f"{ours:,}", f"{theirs:,.0f}"))
+        close.append(abs(ours / theirs - 1) <= SAME_COUNT)
+        grown[name] = model.history.attrs["memory_growth"] / MEGABYTE
+        printed[name] = _reported(evidence, name, "memory")
+        grew.append(
+            Measured(f"memory growth, {NAMES[name]}", f"{grown[name]:.1f} MB", f"{printed[name]:g} MB")
+        )
+    fewer, less = (
+        _reported(evidence, "dns", of) / _reported(evidence, "rom3d", of)
+        for of in ("degrees of freedom", "memory")
+    )
     measured = [
         *reversed(counts),
-        Measured("degrees of freedom, DNS over 3D ROM", f"{saved['DOF']:.0f}", f"{of_paper[0]:.0f}"),
-        Measured("memory growth, DNS over 3D ROM", f"{saved['memory growth']:.0f}", f"{of_paper[1]:.1f}"),
-        Measured("time, DNS over 3D ROM", f"{saved['time']:.0f}"),
+        Measured("degrees of freedom, DNS over 3D ROM", f"{unknowns:.0f}", f"{fewer:.0f}"),
+        Measured("memory growth, DNS over 3D ROM", f"{memory:.0f}", f"{less:.1f}"),
+        Measured("time, DNS over 3D ROM", f"{time:.0f}"),
         *grew,
     ]
-    reproduced = (
-        all(abs(ours / theirs - 1) <= SAME_COUNT for ours, theirs in counted)
-        and saved["memory growth"] >= AS_MUCH * printed["dns"] / printed["rom3d"]
-        and (grown["rom3d"] - grown["rom2d"]) / grown["dns"]
-        <= LITTLE * (printed["rom3d"] - printed["rom2d"]) / printed["dns"]
-    )
+    extra, extra_of_paper = ((of["rom3d"] - of["rom2d"]) / of["dns"] for of in (grown, printed))
+    reproduced = all(close) and memory >= AS_MUCH * less and extra <= LITTLE * extra_of_paper
     note = (
         "the yarn's length and diameter were inferred from the printed DOF: that part was used in calibration"
     )
