@@ -199,8 +199,11 @@ class Trade(Section):
                 return f"{said}, but models were measured from {between[0]:g} to {between[1]:g}"
         here, there = _others(scene), _others(self.scene(case, Inputs.of(scene), defaults))
         for key, value in here.items():
-            if value != there.get(key):
-                said = f"{lists(value)!r:.60}", f"{lists(there.get(key))!r:.60}"
+            wanted = there.get(key)
+            if wanted is None and value is not None:
+                return f"{key} is set, but models were measured without it"
+            if value != wanted:
+                said = f"{lists(value)!r:.60}", f"{lists(wanted)!r:.60}"
                 return f"{key} is {said[0]}, but models were measured with {said[1]}"
         return ""
 
