@@ -38,11 +38,7 @@ def judged(rows: tuple[dict, ...], basis: int) -> pd.DataFrame:
         if row["knit"] in names[basis:] and row["question"]:
             groups.setdefault((row["knit"], row["case"], row["question"]), []).append(row)
     for (knit, case, question), there in groups.items():
-        kinds = Inputs.__annotations__
-        inputs = Inputs(
-            **{name: int(there[0][name]) if kind == "int" else there[0][name] for name, kind in kinds.items()}
-        )
-        problem = trade.scene(cases[case], inputs, defaults, knit)
+        problem = trade.scene(cases[case], Inputs.of_row(there[0]), defaults, knit)
         errors, seconds = ({row["rung"]: row[column] for row in there} for column in (ERROR, SECONDS))
         rungs = [rung for rung in promised(problem, question, trade, first) if rung.name in errors]
         for accuracy in ACCURACIES:
@@ -67,10 +63,8 @@ def main() -> int:
     made = table[table["taken"] != ""]
     if made.empty:
         sys.exit(f"error: none of {len(table)} questions was promised an answer")
-    held, cheap = (
-        made["held"].astype(bool).mean(),
-        (made.loc[made["held"].astype(bool), "times"] <= DEAR).mean(),
-    )
+    kept = made["held"].astype(bool)
+    held, cheap = kept.mean(), (made.loc[kept, "times"] <= DEAR).mean()
     print(f"{len(made)} of {len(table)} questions were promised an answer")
     print(f"{held:.1%} of the promises held (bar {HOLD:.0%})")
     print(

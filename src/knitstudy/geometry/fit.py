@@ -200,9 +200,8 @@ def _follow_path(room: _Room) -> tuple[_Room, Optimum | None, str]:
             best = room
         if (exact and not room.at_end and (settled or gain < GAIN)) or idle > 1:
             break
-        if (
-            idle and not exact
-        ):  # on from the share that the crossing has room for: closest points slide in flat valleys
+        # On from the share that the crossing has room for: closest points slide in flat valleys.
+        if idle and not exact:
             room = room.of_free_share()
     return best, None, reason or f"no other loop is found in {iterations} iterations"
 

@@ -97,11 +97,10 @@ class Settings:
     iterations: int = 60  # Newton iterations after which an increment counts as failed
     patience: int = 15  # iterations without a smaller residual than before after which it does
     cutbacks: int = 8  # halvings in a row after which the path counts as unreachable
-    # iterations of failed attempts, likewise, after which a viscous flow leads on: more than one attempt may take
+    # iterations of failed attempts without headway after which a viscous flow leads on: more than one may take
     vain: int = 60
-    waste: int = (
-        240  # iterations in all without headway after which it does, of models of 10,000 unknowns or more
-    )
+    # iterations without headway after which the path counts as unreachable, of 10,000 unknowns or more
+    waste: int = 240
     growth: float = 1.5  # factor on the increment after a quick one (at most `quick` iterations)
     quick: int = 6  # see `growth`
     predictor: int = 3  # largest order of the extrapolation from the increments before

@@ -81,7 +81,7 @@ def _outcome(trade: Trade, inputs: Inputs) -> str:
 
 def _outcomes(listed: Path) -> dict[Inputs, str]:
     rows = read_table(listed).to_dict("records") if listed.is_file() else ()
-    return {Inputs(**{name: row[name] for name in Inputs.__annotations__}): row["outcome"] for row in rows}
+    return {Inputs.of_row(row): row["outcome"] for row in rows}
 
 
 def measure_sample(
@@ -98,7 +98,7 @@ def measure_sample(
         points = sampled(trade, number + 1, known := _outcomes(listed))
         if len(points) > len(known):
             write_table(points, listed)
-        knit, inputs = f"knit{number + 1:03}", next(islice(trade.points(), len(points) - 1, None))
+        knit, inputs = f"knit{number + 1:03}", Inputs.of_row(points.iloc[-1])
         fresh = False
         for case in trade.cases():
             problem = problems[knit, case] = trade.scene(case, inputs, defaults, f"{knit}-{case}")

@@ -227,8 +227,7 @@ def measured_knits(rows: Iterable[Mapping], case: str, known: bool = True) -> se
 
 
 def _regressors(rows: list[Mapping]) -> np.ndarray:
-    fields = Inputs.__annotations__
-    return np.array([Inputs(**{name: row[name] for name in fields}).regressors() for row in rows])
+    return np.array([Inputs.of_row(row).regressors() for row in rows])
 
 
 def measured_rows(path: Path) -> tuple[dict[str, Any], ...]:

@@ -105,6 +105,12 @@ class Inputs:
             scene.value("contact.tied_edges") or "none",
         )
 
+    @classmethod
+    def of_row(cls, row: Mapping[str, Any]) -> Self:
+        """Return the inputs in a row of a table, which may hold numbers of cells as floats."""
+        kinds = {"int": int, "float": float, "str": str}
+        return cls(**{name: kinds[kind](row[name]) for name, kind in cls.__annotations__.items()})
+
     def regressors(self) -> list[float]:
         """Return numbers by which errors and prices may be regressed: of powers, logarithms."""
         cells = self.loops * self.rows
@@ -157,15 +163,11 @@ class Trade(Section):
 
     def rungs_of(self, case: Case, number: int = 0) -> dict[str, dict[str, Any]]:
         """Return the keys of the rungs that model a case, by name: all, or those of the knit of a number, from 0 on."""
-        rungs = {
-            name: keys
-            for name, keys in self.rungs[case.yarns].items()
-            if not number % self.every.get(name, 1)
-        }
         return {
             name: keys
-            for name, keys in rungs.items()
-            if case.specimen in FIDELITIES[keys["fidelity"]].specimens
+            for name, keys in self.rungs[case.yarns].items()
+            if number % self.every.get(name, 1) == 0
+            and case.specimen in FIDELITIES[keys["fidelity"]].specimens
         }
 
     def points(self) -> Iterator[Inputs]:
