@@ -88,9 +88,10 @@ def _geometry(dataset: xr.Dataset, axes: Axes) -> None:
 
 @styled
 def draw_loop(dataset: xr.Dataset) -> Figure:
-    """Draw two rows of a knit's loops from the front and from the side, yarns as thick as they are."""
+    """Draw a knit's loops, two yarns or a repeat, from the front and from the side, yarns as thick as they are."""
     fabric = Fabric.from_dataset(dataset)
-    knit, diameter = plain_knit(fabric.loop, 2, 1), 2 * MILLI * fabric.radius
+    loop, diameter = fabric.loop, 2 * MILLI * fabric.radius
+    knit = plain_knit(loop, max(2, loop.columns), loop.rows)
     points = [MILLI * yarn.position(np.linspace(0, yarn.length, 600)) for yarn in knit.centrelines]
     low, high = (pick(np.concatenate(points), axis=0) for pick in (np.min, np.max))
     extent = high - low + 2 * diameter
