@@ -93,3 +93,11 @@ def principal(gradient: np.ndarray, stress: np.ndarray) -> np.ndarray:
     """Return the principal forces per deformed width (..., 2), rising, of F (..., 2, 2) and S (..., 3) [N/m]."""
     cauchy = gradient @ stress[..., [[0, 2], [2, 1]]] @ np.swapaxes(gradient, -1, -2)
     return np.linalg.eigvalsh(cauchy / np.linalg.det(gradient)[..., None, None])
+
+
+WRINKLES = 0.05  # compression over the largest tension from which a strip is said to wrinkle
+
+
+def strain_at(strip: xr.Dataset, force: np.ndarray) -> np.ndarray:
+    """Return the strains at forces per width (k,) [N/m] of a strip, nan beyond its last."""
+    return np.interp(force, strip["force_per_width"], strip["strain"], right=np.nan)
