@@ -19,9 +19,7 @@ from knitstudy.mechanics.membrane import MembraneModel, rectangle
 from knitstudy.mechanics.membrane_law import MembraneLaw
 from knitstudy.mechanics.newton import trace
 
-ELEMENTS = (
-    16  # in either direction: twice as many change the force of the strips of docs/notes/membrane.md by 2e-4
-)
+ELEMENTS = 16  # in either direction: twice as many change forces by 3e-4 (docs/notes/membrane.md)
 INCREMENT = 0.02  # largest increment of strain, of 5 increments at least
 NEVER = 10**9  # iterations: viscous flows find nothing in a membrane that halved increments do not
 
