@@ -24,6 +24,7 @@ log = logging.getLogger(__name__)
 
 COURSE, WALE, DIAMETER = "pattern.course_spacing", "pattern.wale_spacing", "yarn.diameter"
 LENGTH, POINTS, FREE = "pattern.loop_length", "pattern.control_points", "geometry.free"
+STITCHES = "pattern.stitches"
 
 PER_METRE = {"pattern.courses_per_metre": COURSE, "pattern.wales_per_metre": WALE}
 TEX, DENSITY = "yarn.tex", "yarn.density"  # g/km; kg/m3 of the yarn with the air in it
@@ -62,7 +63,8 @@ def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
         path = Path(str(found.pop(POINTS_FILE)))
         points, wale = _said_points(path, path.stat().st_mtime_ns if path.is_file() else 0)
         found |= {POINTS: points.tolist(), WALE: wale, FREE: found.get(FREE, ["xyz"] * len(points))}
-    if POINTS not in found and any(name in found for name in DRAWS):
+    mixed = len(set("".join(map(str, found.get(STITCHES) or "")))) > 1
+    if POINTS not in found and (mixed or any(name in found for name in DRAWS)):
         found[POINTS] = None
     return found
 

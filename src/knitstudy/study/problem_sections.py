@@ -14,6 +14,21 @@ from knitstudy.study.keys import Count, Length, OneOf, Positive, Section, output
 
 Point = tuple[float, float, float]
 
+OTHER_LETTERS = {"F": "a float", "M": "a float", "W": "a float", "T": "a tuck", "S": "a slipped stitch"}
+
+
+def wrong_stitches(stitches: tuple[str, ...]) -> str | None:
+    """Return what is wrong with rows of stitches in words; None if they are a rectangle of K and P."""
+    for row, letters in enumerate(stitches, 1):
+        for stitch, letter in enumerate(letters, 1):
+            if letter not in "KP":
+                said = f"{letter!r}, {OTHER_LETTERS[letter]}," if letter in OTHER_LETTERS else repr(letter)
+                return f"stitch {stitch} of row {row} is {said} but must be K (knit) or P (purl)"
+    if not stitches or not stitches[0] or len({len(letters) for letters in stitches}) > 1:
+        return 'it must be rows of the letters K and P, all of one length, the bottom row first, such as ["KP", "PK"]'
+    return None
+
+
 Modulus = Annotated[float, Field(gt=0, le=1e20)]  # In Pa
 
 # Specimen: a knit, or two crossing yarns
@@ -26,6 +41,10 @@ class Pattern(Section):
     is the gap c0 wanted at every crossing, in yarn radii. `course_spacing` and `wale_spacing` are those that it is
     drawn for; rows stand `course_ratio` times the course spacing apart, and `keep` says what stays of the drawn loop.
     Without control points a loop is drawn for the spacings, the diameter and `loop_length` (knitstudy loop).
+    `stitches` are the rows of a repeat, the bottom row first, seen from the front: K, a knit stitch, is drawn through
+    the loop below it from the back to the front; P, a purl stitch, from the front to the back. ["KP"] is a 1 x 1 rib,
+    ["K", "P"] a garter, ["KP", "PK"] a seed stitch. Where letters differ, loops are drawn. `loops` and `rows` are
+    multiples of those of the repeat.
     """
 
     loops: Count = physics("stated")
@@ -50,6 +69,12 @@ class Pattern(Section):
         default=None,
     )
     """Peirce 1947: 2 c + w + 5.94 d. Checked: the calibrated loop's, within 3 %."""
+    stitches: tuple[str, ...] = physics(
+        "choice",
+        allowed='a list of rows of the letters K (knit) and P (purl), the bottom row first, such as ["KP", "PK"]',
+        default=("K",),
+    )
+    """The paper knits plain stitches. Checked: all repeats of up to 2 x 2."""
     clearance: float = physics("assumed", unit="yarn radii", ge=0, le=1)
     """Not printed; Fig. 7 shows no contact at 0.05 % strain, and symmetric contact by 0.45 %: 0.005 to 0.03. Checked:
     0.01 and 0.03: force -5 % at 1.95 % strain (docs/notes/sensitivity.md)."""
@@ -63,6 +88,12 @@ class Pattern(Section):
         default="shape",
     )
     """Not printed: Fig. 11 does not say what is held fixed (docs/notes/geometry.md). Checked: all three."""
+
+    @model_validator(mode="after")
+    def _stitches_are_knit_or_purl(self) -> Pattern:
+        if wrong := wrong_stitches(self.stitches):
+            raise ValueError(f"stitches is {list(self.stitches)}: {wrong}")
+        return self
 
 
 class Pair(Section):

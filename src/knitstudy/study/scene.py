@@ -352,12 +352,22 @@ def _of_knit(scene: Scene) -> Iterator[str]:
     if pattern.course_ratio <= least:
         least = f"yarn.diameter / pattern.course_spacing, {least:.4g}"
         yield f"pattern.course_ratio is {pattern.course_ratio:g} but must exceed {least}"
+    for name, count, repeat in (
+        ("loops", pattern.loops, len(pattern.stitches[0])),
+        ("rows", pattern.rows, len(pattern.stitches)),
+    ):
+        if count % repeat:
+            of = f"the {name} of a repeat of pattern.stitches {list(pattern.stitches)}"
+            yield f"pattern.{name} is {count} but must be a multiple of {repeat}, {of}"
     if pattern.control_points is None:
         for name, value in (("course_ratio", 1.0), ("keep", "shape")):
             if getattr(pattern, name) != value:
                 of = "where pattern.control_points is null: the loop is drawn for the spacings"
                 yield f"pattern.{name} is {getattr(pattern, name)!r} but must be {value!r} {of}"
         return
+    if len(set("".join(pattern.stitches))) > 1:
+        of = f"where pattern.stitches is {list(pattern.stitches)}: loops that differ are drawn for the spacings"
+        yield f"pattern.control_points has {len(pattern.control_points)} points but must be null {of}"
     if pattern.loop_length is not None:
         of = "where there are pattern.control_points, which have a length"
         yield f"pattern.loop_length is {pattern.loop_length:g} m but must be null {of}"

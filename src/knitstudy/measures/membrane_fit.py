@@ -1,0 +1,269 @@
+"""The law of a fabric as a membrane, fitted to states of its cell: stretches and the forces per width with them.
+
+Residuals are differences of forces per width over the force of the state, to which a part `FLOOR` of the largest force
+of its path is added: so small forces count, and rounding near rest does not. Weights of the law of exponentials
+(`mechanics.membrane_law`) are not negative and forces linear in them: of a dictionary of quadratic and exponential
+terms, non-negative least squares (Lawson and Hanson 1974, chapter 23) find the nearest convex law and choose its terms;
+those that are not needed for the wanted error go, one by one. Intervals are those of linear least squares with
+Student's t for the terms that stay, as if residuals were independent noise; they are deviations of the law's form, so
+that `error` says more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import least_squares, nnls
+from scipy.stats import t as student
+
+from knitstudy.errors import DataFileError
+from knitstudy.mechanics.membrane_law import ExponentialLaw, FungLaw, forces_per_width, green
+
+LEVEL = 0.95  # of the intervals
+FLOOR = 0.05
+ERROR = 0.01  # of the residuals (root mean square) that a law may have
+SPARE = 1.1  # of the least error, where that is larger
+PATIENCE, HEADWAY = 6, 0.98  # terms that have to lower the error by that factor together
+# Slopes times the largest strains: directions in the plane of both tensions, in steps up to shear; 0 is quadratic
+ANGLES, SHEARS = np.radians(np.arange(0, 360, 7.5)), np.radians(np.arange(0, 91, 15))
+SIZES = (0.0, 0.5, 1.0, 2.0, 3.0, 4.5, 6.0, 8.0, 12.0)  # steeper curves are a corner
+MIRROR = np.array([1.0, 1.0, -1.0])
+AXES = ("11", "22", "12")
+ENTRIES = np.tril_indices(3)  # of a form
+KINDS, NOTHING = ("course", "wale", "shear"), 1e-4  # strains by name, and what is none
+LEAST = 4  # states that a law is fitted to
+
+
+@dataclass(frozen=True, eq=False)
+class States:
+    """Stretches e = U - 1 (n, 3), shear doubled, and forces per width (n, 3) [N/m] of a fabric; paths (n,) by name."""
+
+    stretch: np.ndarray
+    force: np.ndarray
+    path: np.ndarray
+
+    @classmethod
+    def of(cls, histories: dict[str, xr.Dataset]) -> States:
+        """Return the states of cells (histories with `cell_strain` and `force_per_width`), on the way to full load."""
+        parts: list[tuple] = []
+        for name, history in histories.items():
+            if "cell_strain" not in history:
+                raise DataFileError(f"{name}: is no history of a cell, whose states a law is fitted to")
+            stretch = history["cell_strain"].to_numpy()
+            stretch = stretch[: np.argmax(np.linalg.norm(stretch, axis=1)) + 1]  # without unloading
+            force = history["force_per_width"].to_numpy()[: len(stretch)]
+            parts.append((stretch, force, np.full(len(stretch), name, dtype=object)))
+        stretch, force, path = (np.concatenate(each) for each in zip(*parts, strict=True))
+        chosen = np.isfinite(force).all(axis=1) & (np.abs(stretch).max(axis=1) > 0)
+        if chosen.sum() < LEAST:
+            raise DataFileError(f"{chosen.sum()} states of cells are too few for a law: {LEAST} are needed")
+        states = cls(stretch[chosen], force[chosen], path[chosen])
+        missing = [
+            name
+            for name, most in zip(KINDS, np.abs(states.stretch).max(axis=0), strict=True)
+            if most < NOTHING
+        ]
+        if missing:
+            what = f"no state is strained in {', '.join(missing)}: the law would not know the stiffness"
+            raise DataFileError(f"{what}; add a cell whose load.deformation is {' or '.join(missing)}")
+        return states
+
+    @property
+    def scale(self) -> np.ndarray:
+        """Forces (n,) that residuals are over [N/m]."""
+        size = np.linalg.norm(self.force, axis=1)
+        largest = {name: size[self.path == name].max() for name in np.unique(self.path)}
+        return size + FLOOR * np.array([largest[name] for name in self.path])
+
+
+@dataclass(frozen=True, eq=False)
+class LawFit:
+    """A law and how well it is known."""
+
+    law: Any  # ExponentialLaw or FungLaw
+    names: tuple[str, ...]  # of its coefficients
+    value: np.ndarray  # (p,)
+    half: np.ndarray  # (p,) of the intervals: value - half to value + half
+    residual: np.ndarray  # (n, 3) of the states, over their scale
+    states: States
+
+    @property
+    def error(self) -> float:
+        """Root mean square of the residuals."""
+        return float(np.sqrt(np.mean(np.sum(self.residual**2, axis=1))))
+
+    @property
+    def errors(self) -> dict[str, tuple[float, float]]:
+        """Root mean square and largest residual of every path."""
+        size = np.linalg.norm(self.residual, axis=1)
+        parts = {name: size[self.states.path == name] for name in dict.fromkeys(self.states.path)}
+        return {name: (float(np.sqrt(np.mean(part**2))), float(part.max())) for name, part in parts.items()}
+
+
+def fit_exponentials(
+    states: States, mirrored: bool = True, error: float = ERROR, sizes: Sequence[float] = SIZES
+) -> LawFit:
+    """Return the law of few exponentials with that error, or with nearly the least that there is.
+
+    Of a `mirrored` law shear of either sign is the same (an orthotropic fabric). With `sizes` of (0,) the law is
+    quadratic: that of a linear membrane.
+    """
+    strain, derivative = green(states.stretch)
+    slope, size = _dictionary(mirrored, sizes)
+    slope = slope / _reach(strain)
+    columns = 0.0
+    pair = (slope, slope * MIRROR) if mirrored else (slope,)
+    for each in pair:
+        along = strain @ each.T
+        factor = np.where(size > 0, np.expm1(along), along) / len(pair)
+        columns += np.einsum("nk,ki,nij->njk", factor, each, derivative, optimize=True)
+    columns = (columns / states.scale[:, None, None]).reshape(-1, len(slope))
+    norm, goal = np.linalg.norm(columns, axis=0), (states.force / states.scale[:, None]).ravel()
+
+    def solve(chosen: np.ndarray) -> tuple[np.ndarray, float]:
+        weight, left = nnls(columns[:, chosen] / norm[chosen], goal)
+        return weight / norm[chosen], left * np.sqrt(3 / len(goal))
+
+    # Lawson and Hanson's method, which ends where the error is small enough or falls no more
+    chosen, left, errors = np.empty(0, dtype=int), goal, [np.inf] * PATIENCE
+    while errors[-1] > error and not errors[-1] > errors[-PATIENCE] * HEADWAY:
+        chosen = np.unique(np.append(chosen, np.argmax(left @ columns / norm)))
+        weight, found = solve(chosen)
+        chosen, left = chosen[weight > 0], goal - columns[:, chosen] @ weight
+        errors.append(found)
+    allowed = max(error, SPARE * errors[-1])
+    while len(chosen) > 1:
+        fewer = [np.delete(chosen, place) for place in range(len(chosen))]
+        found = [solve(each) for each in fewer]
+        best = int(np.argmin([each[1] for each in found]))
+        if found[best][1] > allowed:
+            break
+        chosen = fewer[best][found[best][0] > 0]
+    weight, _ = solve(chosen)
+    flat, curved = size[chosen] == 0, size[chosen] > 0
+    slope, both = slope[chosen], [each[chosen] for each in pair]
+    dyads = sum(np.einsum("ki,kj->kij", each, each) for each in both) / len(pair)  # of a term's form
+    law = ExponentialLaw(
+        np.einsum("k,kij->ij", weight * flat, dyads),
+        np.tile(weight[curved], len(pair)) / len(pair),
+        np.concatenate([each[curved] for each in both]),
+    )
+    used = columns[:, chosen]
+    residual = used @ weight - goal
+    freedom = max(len(goal) - len(chosen), 1)
+    root = (
+        np.linalg.pinv(used).T * np.linalg.norm(residual) / np.sqrt(freedom)
+    )  # its square is the covariance
+    level = student.ppf(0.5 + LEVEL / 2, freedom)
+    forms = np.moveaxis(dyads, 0, -1)[ENTRIES] * flat  # (6, k)
+    half = level * np.concatenate(
+        [np.linalg.norm(root @ forms.T, axis=0), np.linalg.norm(root, axis=0)[curved]]
+    )
+    names = [f"A_{AXES[j]}_{AXES[i]} [N/m]" for i, j in zip(*ENTRIES, strict=True)]
+    names += [f"w ({_said(each)}) [N/m]" for each in slope[curved]]
+    value = np.concatenate([law.form[ENTRIES], weight[curved]])
+    return LawFit(law, tuple(names), value, half, residual.reshape(-1, 3), states)
+
+
+def fit_fung(states: States, mirrored: bool = True) -> LawFit:
+    """Return Fung's law that is nearest; tension and shear do not couple if it is `mirrored`.
+
+    Variables are the logarithm of c and the entries of a root of c b, so that b is positive.
+    """
+    strain, _ = green(states.stretch)
+    reach, (row, column) = _reach(strain), ENTRIES
+    kept = (row < 2) | (row == column) if mirrored else row < 3
+    row, column = row[kept], column[kept]
+
+    def law(value: np.ndarray) -> FungLaw:
+        root, stiffness = np.zeros((3, 3)), np.exp(value[0])
+        root[row, column] = value[1:]
+        return FungLaw(float(stiffness), root @ root.T / np.outer(reach, reach) / stiffness)
+
+    def left(value: np.ndarray) -> np.ndarray:
+        return ((forces_per_width(law(value), states.stretch) - states.force) / states.scale[:, None]).ravel()
+
+    def coefficients(value: np.ndarray) -> np.ndarray:
+        now = law(value)
+        return np.append(now.stiffness, now.form[row, column])
+
+    energy = (
+        np.abs(states.force * states.stretch).sum(axis=1).max()
+    )  # of the order of c where b is of the order of 1
+    starts = [
+        np.append(np.log(part * energy), np.where(row == column, np.sqrt(energy), 0.0))
+        for part in (0.1, 1, 10)
+    ]
+    found = min((least_squares(left, start, x_scale="jac") for start in starts), key=lambda each: each.cost)
+    steps = 1e-6 * np.eye(len(found.x))
+    rate = np.stack([(coefficients(found.x + h) - coefficients(found.x - h)) / 2e-6 for h in steps], axis=1)
+    freedom = max(found.fun.size - found.x.size, 1)
+    spread = np.linalg.norm(rate @ np.linalg.pinv(found.jac), axis=1) * np.sqrt(2 * found.cost / freedom)
+    half = student.ppf(0.5 + LEVEL / 2, freedom) * spread
+    names = ("c [N/m]", *(f"b_{AXES[j]}_{AXES[i]} [1]" for i, j in zip(row, column, strict=True)))
+    return LawFit(law(found.x), names, coefficients(found.x), half, found.fun.reshape(-1, 3), states)
+
+
+def _reach(strain: np.ndarray) -> np.ndarray:
+    """Return the largest strains (3,); of components that hardly occur, that of the others."""
+    reach = np.abs(strain).max(axis=0)
+    return np.where(reach > 1e-3 * reach.max(), reach, reach.max())
+
+
+def _dictionary(mirrored: bool, sizes: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
+    """Return slopes (k, 3) in units of the largest strains, and their sizes (k,): of quadratic terms 0."""
+    shears = SHEARS if mirrored else np.concatenate([SHEARS, -SHEARS[1:]])
+    size, angle, shear = (each.ravel() for each in np.meshgrid(sizes, ANGLES, shears, indexing="ij"))
+    plane = np.stack([np.cos(angle) * np.cos(shear), np.sin(angle) * np.cos(shear), np.sin(shear)], axis=-1)
+    return np.where(size > 0, size, 1.0)[:, None] * plane, size
+
+
+def _said(slope: np.ndarray) -> str:
+    return " ".join(f"{each:.3g}" for each in slope)
+
+
+def membrane(histories: dict[str, xr.Dataset], mirrored: bool = True, error: float = ERROR) -> xr.Dataset:
+    """Return the laws of a fabric from the histories of its cells: of exponentials, Fung's and a linear one.
+
+    `law_of` makes the first one again. Errors of all three are attributes; coefficients have intervals.
+    """
+    states = States.of(histories)
+    fit, linear = (fit_exponentials(states, mirrored, error, sizes) for sizes in (SIZES, SIZES[:1]))
+    fung, paths = fit_fung(states, mirrored), fit.errors
+    plane, coefficient = ("axis", "of_axis"), "coefficient"
+    unit = {"units": "N/m"}
+    strain = np.abs(states.stretch).max(axis=0)
+    return xr.Dataset(
+        {
+            "form": (plane, fit.law.form, unit),
+            "weight": ("term", fit.law.weight, unit),
+            "slope": (("term", "axis"), fit.law.slope, {"units": "1"}),
+            "value": (coefficient, fit.value, {"units": "N/m"}),
+            "half_interval": (
+                coefficient,
+                fit.half,
+                {"units": "N/m", "long_name": "half width of the 95 % interval"},
+            ),
+            "path_error": (("path", "of_path"), np.array(list(paths.values())), {"units": "1"}),
+            "linear_form": (plane, linear.law.form, unit),
+            "fung_form": (plane, fung.law.form, {"units": "1"}),
+            "fung_stiffness": ((), fung.law.stiffness, unit),
+            "largest_strain": ("axis", strain, {"units": "1"}),
+        },
+        {coefficient: list(fit.names), "path": list(paths), "of_path": ["root mean square", "largest"]},
+        {
+            "error": fit.error,
+            "fung_error": fung.error,
+            "linear_error": linear.error,
+            "states": len(states.path),
+        },
+    )
+
+
+def law_of(fitted: xr.Dataset) -> ExponentialLaw:
+    """Return the law of exponentials of a dataset that `membrane` made."""
+    return ExponentialLaw(*(fitted[name].to_numpy() for name in ("form", "weight", "slope")))

@@ -1,0 +1,95 @@
+"""A strip of fabric between clamps, and the same fabric free across: membranes with a law of their cell.
+
+Clamps hold both components of all nodes along their edges; one of them is driven. A membrane carries compression
+across, where a fabric wrinkles: the least principal force of the strip says how much, and of a strip under tension it
+is small.
+"""
+
+from __future__ import annotations
+
+from math import ceil
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
+from knitstudy.mechanics.linear import LU
+from knitstudy.mechanics.membrane import MembraneModel, rectangle
+from knitstudy.mechanics.membrane_law import MembraneLaw
+from knitstudy.mechanics.newton import trace
+
+ELEMENTS = (
+    16  # in either direction: twice as many change the force of the strips of docs/notes/membrane.md by 2e-4
+)
+INCREMENT = 0.02  # largest increment of strain, of 5 increments at least
+NEVER = 10**9  # iterations: viscous flows find nothing in a membrane that halved increments do not
+
+
+def stretch_strip(
+    law: MembraneLaw,
+    length: float,
+    width: float,
+    strain: float,
+    axis: int = 0,
+    clamped: bool = True,
+    elements: int = ELEMENTS,
+    increments: int | None = None,
+) -> xr.Dataset:
+    """Return forces and widths of a strip of a length and width [m] that is pulled to a strain.
+
+    It is pulled in course (`axis` 0) or wale direction (1). Strains are displacements over the length between the
+    clamps, forces per width those of the undeformed edge. Without clamps the strip is free across, as an endless
+    fabric is: one element, whose ends stay straight.
+    Raises ConvergenceError if Newton's method finds no equilibrium.
+    """
+    if not clamped:
+        elements = 1
+    sides = (length, width)
+    nodes, quads, number = rectangle(sides, (elements, elements), degree=2 if clamped else 1)
+    place = nodes / sides  # along and across, of 1
+    nodes = nodes if axis == 0 else nodes[:, ::-1]
+    model = MembraneModel(nodes, quads, law)
+    along, across = (2 * number + component for component in (axis, 1 - axis))
+    ends = [along[0], along[-1], *((across[0], across[-1]) if clamped else (across[0, :1],))]
+    fixed = np.concatenate(ends)
+    value = np.where(np.isin(fixed, along[-1]), strain * length, 0.0)
+    many = increments or max(5, ceil(abs(strain) / INCREMENT))
+    settings = Settings(increments=many, vain=NEVER)
+    found: dict[str, list] = {name: [] for name in ("strain", *VARIABLES)}
+    middle = across[number.shape[0] // 2]
+    try:
+        for increment in trace(model, PrescribedDisplacement(fixed, value), settings, LU()):
+            moved = increment.state.ravel()
+            inner = principal(model.deformation(increment.state), model.stress(increment.state))
+            found["strain"].append(increment.load * strain)
+            found["force_per_width"].append(increment.response.force[along[-1]].sum() / width)
+            found["waist"].append(1 + (moved[middle[-1]] - moved[middle[0]]) / width)
+            found["least_force"].append(inner[..., 0].min())
+            found["largest_force"].append(inner[..., 1].max())
+            last = moved
+    except ConvergenceError as error:
+        raise ConvergenceError(
+            f"a strip of {length:.4g} x {width:.4g} m finds no equilibrium at a strain of {strain:g}: {error}"
+        ) from error
+    profile = 1 + (last[across[:, -1]] - last[across[:, 0]]) / width
+    return xr.Dataset(
+        {name: ("increment", np.array(found[name]), VARIABLES[name]) for name in VARIABLES}
+        | {"profile": ("position", profile, {"units": "1", "long_name": "width over width at rest"})},
+        {"strain": ("increment", np.array(found["strain"])), "position": place[number[:, 0], 0]},
+        {"length": length, "width": width, "axis": axis, "clamped": int(clamped)},
+    )
+
+
+VARIABLES = {
+    "force_per_width": {"units": "N/m", "long_name": "force over undeformed width"},
+    "waist": {"units": "1", "long_name": "width half way between the clamps over width at rest"},
+    "least_force": {"units": "N/m", "long_name": "least principal force per deformed width"},
+    "largest_force": {"units": "N/m", "long_name": "largest principal force per deformed width"},
+}
+
+
+def principal(gradient: np.ndarray, stress: np.ndarray) -> np.ndarray:
+    """Return the principal forces per deformed width (..., 2), rising, of F (..., 2, 2) and S (..., 3) [N/m]."""
+    cauchy = gradient @ stress[..., [[0, 2], [2, 1]]] @ np.swapaxes(gradient, -1, -2)
+    return np.linalg.eigvalsh(cauchy / np.linalg.det(gradient)[..., None, None])
