@@ -18,9 +18,10 @@ import numpy as np
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.materials import MATERIALS
-from knitstudy.study.given import in_base_keys
+from knitstudy.study.given import POINTS, in_base_keys
 from knitstudy.study.keys import Section, describe, lists, tuples, validated
 from knitstudy.study.kinds import Kind, Labels, all_sections, labels_of, not_of_kind, unknown_key
+from knitstudy.study.yarns import LENGTH, OF, STITCHES, keys_of_yarn
 
 SOLID = ("hexahedra", "spline_yarns")  # Fidelities whose material may have an axis
 
@@ -56,6 +57,9 @@ class Scene:
         does not have are left out. The scene remembers them, so that `vary` can make it one of another kind.
         Raises ConfigurationError when a key is unknown, missing, of another kind or has a value that is not allowed.
         """
+        if OF in flat(document):
+            said, yarn = without_yarn(flat(document), where)
+            document, defaults = nested(said, where), nested(flat(defaults) | yarn, where)
         document = nested_in_base_keys(document, where)
         document = {name: defaults[name] for name in Labels.model_fields if name in defaults} | document
         labels = labels_of(document, where)
@@ -178,8 +182,10 @@ class Scene:
         Raises ConfigurationError when a key is unknown or a value is not allowed.
         """
         where, document = f"scene {self.name!r}", self.to_dict()
+        changes, yarn = without_yarn(changes, where)
         changes = in_base_keys(changes, where)
         kind = Kind.of(labels_of(document | {"outputs": []} | dict(changes), where), where)
+        changes = {key: value for key, value in yarn.items() if kind.has(key)} | changes
         document["outputs"] = [name for name in self.outputs if name in kind.outputs]
         stays: dict = {}
         for key, value in (flat(document) | dict(changes)).items():
@@ -247,14 +253,34 @@ def flat(document: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
+def without_yarn(said: Mapping[str, Any], where: str) -> tuple[dict[str, Any], dict[str, float]]:
+    """Return dotted keys without the name of a yarn, and the keys that the yarn gives beside them.
+
+    The yarn in a loop is among the former: it asks for a loop that is drawn.
+    """
+    said = dict(said)
+    if OF not in said:
+        return said, {}
+    given = keys_of_yarn(said.pop(OF), said.get(STITCHES), where)
+    length = given.pop(LENGTH, None)
+    if length is not None and (said.get(LENGTH), said.get(POINTS)) == (None, None):
+        said[LENGTH] = length
+    return said, given
+
+
 def nested_in_base_keys(document: Mapping[str, Any], where: str) -> dict[str, Any]:
     """Return a nested document with base keys for all other ways to say them; see `knitstudy.study.given`."""
     said = flat(document)
     base = in_base_keys(said, where)
     if base == said:
         return dict(document)
+    return nested(base, where)
+
+
+def nested(said: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """Return nested keys from dotted ones; ConfigurationError where one does not exist."""
     found: dict[str, Any] = {}
-    for key, value in base.items():
+    for key, value in said.items():
         set_dotted(found, key, value, where)
     return found
 
