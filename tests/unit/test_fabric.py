@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import DataFileError, GeometryError
-from knitstudy.geometry.crossings import closest_points, windows_of_loop
+from knitstudy.geometry.crossings import crossings_of_loop, windows_of_loop
 from knitstudy.geometry.fabric import Fabric, Grip, cut_cells, endless_cell, of_curves, plain_knit, yarn_pair
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.spline import CatmullRom, Centreline
@@ -26,8 +26,8 @@ def loop(plain_scene):
 def test_crossings_of_a_knit_are_those_of_one_cell_moved(loop, loops, rows):
     crossings = plain_knit(loop, loops, rows).crossings
     unit = loop.in_radii()
-    curve, rise = unit.curve, unit.rise
-    cell = closest_points(curve, curve.shifted(rise), windows_of_loop(curve, rise), 100)
+    lower, _, windows = windows_of_loop(unit)
+    cell = crossings_of_loop(unit, lower, windows, 100)
     row, column, zone = (each.ravel() for each in np.indices((rows, loops, 4)))
     for name, expected in (("row", row), ("column", column), ("zone", zone)):
         np.testing.assert_array_equal(getattr(crossings, name), expected)

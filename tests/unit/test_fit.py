@@ -10,9 +10,9 @@ from knitstudy.files import read_table
 from knitstudy.geometry.feasible import OUTCOMES, loop_map
 from knitstudy.geometry.fit import ITERATIONS, LARGEST_CURVATURE, ROUNDS, NoRoom, Wanted, fitted_loop
 from knitstudy.geometry.lay_out import lay_out
-from knitstudy.geometry.loop import symmetries
-from knitstudy.geometry.spline import CatmullRom
+from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.survey import survey
+from knitstudy.geometry.symmetry import symmetries
 from knitstudy.stages.kept_tables import LOOPS
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.given import diameter_of, read_points
@@ -40,7 +40,7 @@ def assert_fits(loop, wanted):
 def test_drawn_loop_has_its_length_and_both_symmetries():
     loop = jersey(0.2e-3).drawn()
     assert loop.length == pytest.approx(2 * COURSE + WALE + 5.94 * 0.2e-3, rel=0.02), "16 points of a curve"
-    assert len(symmetries(loop.curve)) == 2
+    assert len(symmetries(loop)) == 4
 
 
 @pytest.mark.parametrize("diameter", [0.01e-3, 0.15e-3, 0.27e-3])
@@ -155,7 +155,7 @@ def test_points_of_a_file_are_turned_and_made_symmetric(tmp_path, paper_points, 
     path = written(tmp_path / "loop.csv", unit * (off * turned + [1.0, -2.0, 3.0]), head)
     found, wale, moved = read_points(path)
     assert wale == pytest.approx(points[-1, 0])
-    assert len(symmetries(CatmullRom(found, [wale, 0, 0]))) == 2
+    assert len(symmetries(Loop(found, wale, COURSE, 0.1e-3))) == 4
     assert moved == pytest.approx(0.015 * radius, rel=1e-6), "to the mean of the four images"
     assert np.abs(np.diff(found - points[:-1], axis=0)).max() == pytest.approx(0.005 * radius, rel=1e-6)
 

@@ -8,10 +8,10 @@ import pytest
 from knitstudy.errors import GeometryError
 from knitstudy.geometry.calibrate import UNUSABLE, first_guess, read_problem, residuals, whole_loop
 from knitstudy.geometry.lay_out import initial_loop, lay_out
-from knitstudy.geometry.loop import symmetric_motions, symmetries
+from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.optimise import optimise, squared_join_curvature
-from knitstudy.geometry.spline import CatmullRom
 from knitstudy.geometry.survey import check_yarns, survey
+from knitstudy.geometry.symmetry import symmetric_motions, symmetries
 from knitstudy.study.configuration import CONFIG, knits_of, load_scene, load_scenes
 
 
@@ -80,11 +80,11 @@ def plain_points(count=16):
 
 
 def group_of(points):
-    return symmetries(CatmullRom(points, [WALE, 0, 0]))
+    return symmetries(Loop(points, WALE, 10.0, 1.0))
 
 
 def test_plain_loop_has_mirror_and_half_turn():
-    assert len(group_of(plain_points())) == 2
+    assert len(group_of(plain_points())) == 4, "with the identity and the product of the two"
 
 
 def test_loop_without_mirror_is_refused():
@@ -110,7 +110,7 @@ def test_point_without_its_image_is_refused():
 def test_quarter_makes_a_loop_with_mirror_and_half_turn():
     quarter = np.random.default_rng(5).normal(size=(5, 3))
     quarter[0, 0], quarter[-1, :2] = 0.0, (3.0, 0.0)
-    assert len(symmetries(CatmullRom(whole_loop(quarter, 12.0), [12.0, 0, 0]))) == 2
+    assert len(group_of(whole_loop(quarter, WALE))) == 4
 
 
 def test_residuals_keep_their_number_where_there_is_no_knit():

@@ -21,9 +21,10 @@ from scipy.optimize import least_squares
 
 from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError
 from knitstudy.files import replacing
-from knitstudy.geometry.loop import Loop, symmetric_motions, symmetries, whole_loop
+from knitstudy.geometry.loop import Loop, whole_loop
 from knitstudy.geometry.optimise import CONTACT_TOLERANCE, CostFunction, optimise
 from knitstudy.geometry.survey import approaches, away_from_crossings, check_yarns, honeycomb_angles, survey
+from knitstudy.geometry.symmetry import symmetric_motions, symmetries
 from knitstudy.study.documents import read_yaml
 
 CURVATURE_SAMPLES = 12  # a Bezier segment, where curvature is bounded and bending energy summed
@@ -145,7 +146,7 @@ def _residuals(candidate, problem):
     slope += weights.gamma / weights.beta * cost.length(points)[1]
     slope += candidate.force * cost.distance_slope(points, found).sum(axis=0)
     free = np.tile([False, False, True], (problem.points, 1))
-    motions = symmetric_motions(free, symmetries(curve))
+    motions = symmetric_motions(free, symmetries(loop))
     gradient = np.einsum("pia,pi->a", motions, slope) / motions.sum(axis=(0, 1))
     # Curvature and gaps beyond their bounds, and the bending energy of a quarter of the loop.
     share = np.linspace(0, 1 - 1e-9, CURVATURE_SAMPLES)
@@ -153,7 +154,7 @@ def _residuals(candidate, problem):
     curvature = curve.curvature(u)
     size = np.linalg.norm(curve.d1(u), axis=1) / CURVATURE_SAMPLES
     near = approaches(loop, reach=2 * problem.gap + 2, samples=8)
-    others = away_from_crossings(near, found.parameter)["distance"].to_numpy()[:NEAREST]
+    others = away_from_crossings(near, cost.row, found.parameter)["distance"].to_numpy()[:NEAREST]
     gap = np.pad(others - 2, (0, NEAREST - others.size), constant_values=np.inf)
     return np.concatenate(
         [

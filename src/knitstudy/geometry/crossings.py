@@ -15,11 +15,12 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import GeometryError
-from knitstudy.geometry.spline import CatmullRom, Centreline
+from knitstudy.geometry.spline import CatmullRom, Centreline, Rows
 
 PLANE_SAMPLES = 10  # a Bezier segment, between which crossings in the plane are looked for
 SAMPLES = 20  # a Bezier segment, the closest of which start Newton's method
 ROUNDING = 1e-9  # share of the distance of two samples within which a crossing in the plane is at one of them
+ALONG = [0, 3, 1, 2]  # place of every zone in the order in which a yarn passes them
 REACH = 3.0  # distance of centrelines over the radius beyond which two yarns pass each other without meeting
 SAME = 1e-6  # length over the radius within which two places on a yarn are one
 
@@ -197,38 +198,71 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def windows_of_loop(curve: CatmullRom, rise: np.ndarray) -> np.ndarray:
-    """First and last parameter (4, 2, 2), by zone, of the windows in which closest points are looked for.
+def windows_of_loop(loop: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rows of the crossings of a repeat's loops in the plane, their parameters, and windows for the closest points.
 
     In a loop the yarns of a row and of the row above cross four times in the plane: zones 0 left lower, 1 right lower,
-    2 left upper, 3 right upper.
+    2 left upper, 3 right upper; along both yarns 0, 2, 3, 1. Crossings are ordered by row, column and zone.
 
     Parameters
     ----------
-    curve : CatmullRom
-        One loop; its advance is (w, 0, 0).
-    rise : ndarray (3,)
-        Vector from a row to the next one.
+    loop : Loop
+        Of r rows and k columns.
+
+    Returns
+    -------
+    row : ndarray of int (4 r k,)
+        Lower row of every crossing.
+    place : ndarray (4 r k, 2)
+        Parameters on the lower and the upper row.
+    windows : ndarray (4 r k, 2, 2)
+        First and last parameter on the lower and the upper row.
 
     Raises
     ------
     GeometryError
-        When the two do not cross four times in a loop, twice left and twice right of the loop's middle.
+        When rows do not cross four times in a loop, in this order.
     """
-    u = np.arange(curve.period * PLANE_SAMPLES + 1) / PLANE_SAMPLES
-    lower = curve.value(u)[:, :2]
-    found = plane_crossings((u, lower), (u, lower + rise[:2]))
-    point = curve.value(found[:, 0])
-    right = point[:, 0] > 0.5 * curve.advance[0] + curve.control_points[0, 0]
-    if len(found) != 4 or right.sum() != 2:
-        raise GeometryError(
-            f"pattern.control_points: the yarns of neighbouring rows cross {len(found)} times in a loop, "
-            f"{right.sum()} times right of its middle: allowed is 4 crossings, 2 on each side"
-        )
-    u = found[np.lexsort((point[:, 1], right))[[0, 2, 1, 3]]].ravel()
-    # One yarn is the lower of the row above it and the upper of the row below: eight crossings a loop.
-    places = np.sort(np.concatenate([u - curve.period, u, u + curve.period]))
-    return _half_way(u, places, (-np.inf, np.inf)).reshape(4, 2, 2)
+    period = loop.curve.period
+    u = np.arange(period * PLANE_SAMPLES + 1) / PLANE_SAMPLES
+    lines = [curve.value(u)[:, :2] for curve in loop.curves]
+    every, beyond = [], lines[0] + (loop.rows * loop.rise)[:2]
+    for lower, upper in zip(lines, [*lines[1:], beyond], strict=True):
+        found = plane_crossings((u, lower), (u, upper))
+        found = found[np.argsort(found[:, 0], kind="stable")]
+        if len(found) != 4 * loop.columns or (np.diff(found[:, 1]) <= 0).any():
+            raise GeometryError(
+                f"pattern.control_points: the yarns of neighbouring rows cross {len(found)} times in "
+                f"{loop.columns} loops: allowed is 4 crossings a loop, in the same order along both"
+            )
+        every.append(found.reshape(-1, 4, 2)[:, ALONG].reshape(-1, 2))
+    windows = []
+    for row, here in enumerate(every):
+        # A yarn is the lower one of the row above it and the upper one of the row below: eight crossings a loop.
+        sides = []
+        for side, other in ((0, row - 1), (1, (row + 1) % loop.rows)):
+            both = np.concatenate([here[:, side], every[other][:, 1 - side]])
+            places = np.sort(np.concatenate([both - period, both, both + period]))
+            sides.append(_half_way(here[:, side], places, (-np.inf, np.inf)))
+        windows.append(np.stack(sides, axis=1))
+    return np.repeat(np.arange(loop.rows), 4 * loop.columns), np.concatenate(every), np.concatenate(windows)
+
+
+def crossings_of_loop(
+    loop: Any, row: np.ndarray, windows: np.ndarray, samples: int = SAMPLES, start: np.ndarray | None = None
+) -> Approach:
+    """Closest points of rows (K,) of a repeat's loops and the rows above in windows (K, 2, 2), from a start (K, 2)."""
+    images = [loop.image(each) for each in range(loop.rows + 1)]
+    if start is None:
+        found = [
+            closest_points(images[lower], images[lower + 1], windows[row == lower], samples)
+            for lower in range(loop.rows)
+        ]
+        names = [field.name for field in fields(Approach)]
+        return Approach(*(np.concatenate([getattr(each, name) for each in found]) for name in names))
+    points = np.concatenate([image.control_points for image in images])
+    lower, upper = (Rows(points, loop.advance, len(images), row + side) for side in (0, 1))
+    return refine(lower, upper, start, windows)
 
 
 # ---- Closest points of two curves

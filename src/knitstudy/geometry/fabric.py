@@ -15,9 +15,10 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import DataFileError, GeometryError
-from knitstudy.geometry.crossings import SAME, Crossings, find_crossings, metre
+from knitstudy.geometry.crossings import ALONG, SAME, Crossings, find_crossings, metre
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.spline import CatmullRom, Centreline
+from knitstudy.geometry.stitches import PLAIN
 
 NO_ARCS = np.empty((0, 2))
 
@@ -147,12 +148,15 @@ class Fabric:
 
     def to_dataset(self) -> xr.Dataset:
         """Return what the fabric was made of, and its crossings, in SI units but for angles."""
-        variables = {name: (*_VARIABLES[name], value) for name, value in self.made_of.items()}
+        numbers = {name: value for name, value in self.made_of.items() if name != "stitches"}
+        variables = {name: (*_VARIABLES[name], value) for name, value in numbers.items()}
+        stitches = self.made_of.get("stitches", PLAIN)
+        said = {} if stitches == PLAIN else {"stitches": " ".join(stitches)}
         return xr.Dataset(
             {name: (dims, value, attributes) for name, (dims, attributes, value) in variables.items()}
             | self.crossings.variables(),
             coords={"xyz": ["x", "y", "z"]},
-            attrs={"specimen": self.specimen},
+            attrs={"specimen": self.specimen} | said,
         )
 
     @classmethod
@@ -175,12 +179,13 @@ class Fabric:
         if kind == "pair":
             return yarn_pair(float(points), *map(float, numbers))
         *lengths, loops, rows = numbers
-        return KNITS[kind](Loop(points, *map(float, lengths)), int(loops), int(rows))
+        stitches = tuple(dataset.attrs["stitches"].split()) if "stitches" in dataset.attrs else PLAIN
+        return KNITS[kind](Loop(points, *map(float, lengths), stitches), int(loops), int(rows))
 
 
 _ONE = {"units": "1"}
 _VARIABLES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
-    "control_points": (("point", "xyz"), metre("control points of one loop")),
+    "control_points": (("point", "xyz"), metre("control points of the loops of one repeat")),
     "wale_spacing": ((), metre("distance of neighbouring loops along x")),
     "course_spacing": ((), metre("distance of neighbouring yarns along y")),
     "radius": ((), metre("radius of the yarn")),
@@ -220,95 +225,99 @@ def of_curves(
     return Fabric(radius, clearance, tuple(centrelines), crossings, np.asarray(size), copy_of, shift, **more)
 
 
-# ---- Plain knits: rows of loops, whole, cut or endless. Zones of a cell: 0 left lower, 1 right lower, 2 left upper,
-# 3 right upper. Side 0 of a crossing is the yarn of the lower row, side 1 the one above.
+# ---- Knits of any stitches: rows of loops, whole, cut or endless. Zones of a cell: 0 left lower, 1 right lower, 2 left
+# upper, 3 right upper. Side 0 of a crossing is the yarn of the lower row, side 1 the one above.
 
 
 def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
     """Return a knit of ``rows`` interlock rows, that is ``rows`` + 1 whole yarns of ``loops`` loops.
 
     In course tension it is gripped at the ends of all yarns, in wale tension at the sinker arcs of the first yarn and
-    at the head arcs of the last one.
-    Raises GeometryError when the numbers of loops and rows are not positive integers, or yarns do not cross as in a
-    plain knit.
+    at the head arcs of the last one. Of other stitches than plain ones it has whole repeats, and the last yarn is a
+    copy of the first.
+    Raises GeometryError when the numbers of loops and rows are not positive integers, or no multiples of those of a
+    repeat, or yarns do not cross as in a knit.
     """
-    for name, count in (("loops", loops), ("rows", rows)):
+    for name, count, repeat in (("loops", loops, loop.columns), ("rows", rows, loop.rows)):
         if not (isinstance(count, int | np.integer) and count >= 1):
             raise GeometryError(f"pattern.{name} = {count!r}: allowed is a whole number from 1 on")
-    first = Centreline(loop.curve, loops)
-    shift = np.arange(rows + 1)[:, None] * loop.rise
-    curves = (first, *(Centreline(loop.curve.shifted(each), loops, first) for each in shift[1:]))
+        if count % repeat:
+            of = f"pattern.stitches {list(loop.stitches)} repeat themselves after {repeat}"
+            raise GeometryError(f"pattern.{name} = {count}: allowed is a multiple of {repeat}, as {of}")
+    repeats, every = loops // loop.columns, np.arange(rows + 1)
+    first = [Centreline(curve, repeats) for curve in loop.curves]
+    copies, copy_of = first[: rows + 1], every % loop.rows
+    for row in every[loop.rows :].tolist():
+        like = first[copy_of[row]]
+        copies.append(Centreline(loop.image(row), repeats, like))
     cell = np.array([loop.wale_spacing, loop.course_spacing])
     knit = of_curves(
-        curves,
+        copies,
         loop.radius,
         loop.clearance,
         size=np.array([loops * cell[0], rows * cell[1], 2 * loop.radius]),
-        copy_of=np.zeros(rows + 1, dtype=int),
-        shift=shift,
+        copy_of=copy_of,
+        shift=(every - copy_of)[:, None] * loop.rise,
         specimen="knit",
         made_of=vars(loop) | {"loops": loops, "rows": rows},
-        repeats=loops,
-        cell=cell,
+        repeats=repeats,
+        cell=cell * [loop.columns, loop.rows],
         loop=loop,
     )
     knit = replace(knit, crossings=_by_cells(knit.crossings, loop, loops, rows))
-    every, ends = np.arange(rows + 1), np.zeros((rows + 1, 2))
     bottom, top = sinker_arcs(knit), head_arcs(knit)
+    ends = np.array([[curve.length] * 2 for curve in copies])
     grips = {
-        "course": (Grip(every, ends), Grip(every, ends + first.length)),
+        "course": (Grip(every, np.zeros_like(ends)), Grip(every, ends)),
         "wale": (Grip(np.zeros(len(bottom), dtype=int), bottom), Grip(np.full(len(top), rows), top)),
     }
-    smaller = loops > 3 or rows > 2
-    sample = plain_knit(loop, min(loops, 3), min(rows, 2)) if smaller else None
+    fewer = min(loops, 3 * loop.columns), min(rows, 2 * loop.rows)
+    sample = plain_knit(loop, *fewer) if fewer != (loops, rows) else None
     return replace(knit, grips=grips, sample=sample)
 
 
 def _by_cells(found: Crossings, loop: Loop, loops: int, rows: int) -> Crossings:
-    """Return the crossings of a plain knit by row, column and zone."""
-    middle = found.point.mean(axis=1)
-    across = (middle[:, 0] - loop.control_points[0, 0]) / loop.wale_spacing
-    row, column = found.yarn[:, 0], np.floor(across).astype(int)
-    right = across - column > 0.5
-    order = np.lexsort((middle[:, 1], right, column, row))
-    expected = np.indices((rows, loops, 2, 2)).reshape(4, -1)[:3]
-    neighbours = np.all(found.yarn[:, 1] == row + 1)
-    if not (np.array_equal(np.stack([row, column, right])[:, order], expected) and neighbours):
+    """Return the crossings of a knit by row, column and zone."""
+    row = found.yarn[:, 0]
+    order = np.lexsort((found.arc_length[:, 0], row))
+    neighbours = np.array_equal(found.yarn[order], np.repeat(np.arange(rows), 4 * loops)[:, None] + [0, 1])
+    upper = found.arc_length[order, 1]
+    if not neighbours or (np.diff(upper.reshape(rows, -1), axis=1) <= 0).any():
         raise GeometryError(
             f"pattern.control_points: the yarns of {rows} rows of {loops} loops cross {len(found)} times: allowed are "
-            "4 crossings of neighbouring rows a loop, 2 on each side of its middle, and no others"
+            "4 crossings of neighbouring rows a loop, in the same order along both, and no others"
         )
-    order = order.reshape(rows, loops, 2, 2).swapaxes(2, 3).ravel()
+    order = order.reshape(-1, 4)[:, ALONG].ravel()
     row, column, zone = np.indices((rows, loops, 4)).reshape(3, -1)
     return replace(found.chosen(order), row=row, column=column, zone=zone)
 
 
-def _places_of_loops(knit: Fabric) -> np.ndarray:
-    """Arc lengths (n, 8) at which every loop of a knit's yarn is crossed; all yarns have one shape. [m]
+def _places_of_loops(knit: Fabric, yarn: int) -> np.ndarray:
+    """Arc lengths (n, 8) at which every loop of a knit's yarn is crossed. [m]
 
     In this order: left with the row below, left with the row above, right with the row above, right with the row below,
     each twice.
     """
-    return knit.places(0)[0].reshape(knit.repeats, 8)
+    return knit.places(yarn)[0].reshape(-1, 8)
 
 
 def sinker_arcs(knit: Fabric) -> np.ndarray:
-    """Return the arc lengths (n + 1, 2) between which a knit's yarn runs along the bottom of its loops. [m]
+    """Return the arc lengths (n + 1, 2) between which a knit's first yarn runs along the bottom of its loops. [m]
 
     From the last crossing of a loop with the row below to the first one of the next loop; half of it at the yarn's
     ends, which lie in the middles of sinkers.
     """
-    places, length = _places_of_loops(knit), knit.centrelines[0].length
+    places, length = _places_of_loops(knit, 0), knit.centrelines[0].length
     return np.column_stack([np.append(0.0, places[:, 7]), np.append(places[:, 0], length)])
 
 
 def head_arcs(knit: Fabric) -> np.ndarray:
-    """Return the arc lengths (n, 2) between which a knit's yarn runs along the top of its loops. [m]"""
-    return _places_of_loops(knit)[:, 3:5]
+    """Return the arc lengths (n, 2) between which a knit's last yarn runs along the top of its loops. [m]"""
+    return _places_of_loops(knit, len(knit.centrelines) - 1)[:, 3:5]
 
 
 def endless_cell(loop: Loop, loops: int, rows: int) -> Fabric:
-    """Return a cell of an endless plain knit: its rows of loops, and the image of the first one above the last.
+    """Return a cell of an endless knit: its rows of loops, and the image of the first one above the last.
 
     Every crossing is there once. Nothing is gripped.
     """
@@ -319,21 +328,23 @@ def endless_cell(loop: Loop, loops: int, rows: int) -> Fabric:
 
 
 def cut_cells(loop: Loop, loops: int, rows: int) -> Fabric:
-    """Return cells cut out of a plain knit, so that each has as much yarn as one of an endless knit.
+    """Return cells cut out of a knit, so that each has as much yarn as one of an endless knit.
 
     Of the yarn below there are heads alone, each on the halves of its two legs, and of the yarn above sinkers. In
     course tension yarns are gripped where these end at the sides, in wale tension at the cut legs of the first and the
     last yarn.
     """
     knit = plain_knit(loop, loops, rows)
-    legs, length = middles_of_legs(knit), knit.centrelines[0].length
-    sinkers = np.column_stack([np.append(0.0, legs[:, 1]), np.append(legs[:, 0], length)])
+    # The first and the last yarn are copies of each other.
+    legs, whole = middles_of_legs(knit), np.array([curve.length for curve in knit.centrelines])
+    sinkers = np.column_stack([np.append(0.0, legs[:, 1]), np.append(legs[:, 0], whole[0])])
     counts = [len(legs), *[1] * (rows - 1), len(sinkers)]
     yarn = np.repeat(np.arange(rows + 1), counts)
-    arc = np.concatenate([legs, np.tile([0.0, length], (rows - 1, 1)), sinkers])
+    inner = np.column_stack([np.zeros(rows - 1), whole[1:-1]])
+    arc = np.concatenate([legs, inner, sinkers])
     found = pieces_of(knit, Arcs(np.arange(len(knit.crossings)), yarn, arc))
     lengths = arc[:, 1] - arc[:, 0]
-    first, last = arc[:, 0] == 0, arc[:, 1] == length
+    first, last = arc[:, 0] == 0, arc[:, 1] == whole[yarn]
 
     def ends(begins: np.ndarray, finishes: np.ndarray) -> Grip:
         begins, finishes = np.flatnonzero(begins), np.flatnonzero(finishes)
@@ -353,11 +364,11 @@ KNITS = {"knit": plain_knit, "cut_knit": cut_cells, "cell": endless_cell}
 
 
 def middles_of_legs(knit: Fabric) -> np.ndarray:
-    """Return the arc lengths (n, 2) of the middles of both legs of every loop of a yarn. [m]
+    """Return the arc lengths (n, 2) of the middles of both legs of every loop of a knit's first yarn. [m]
 
     A leg runs from the crossings with the row below to those with the row above.
     """
-    places = _places_of_loops(knit)
+    places = _places_of_loops(knit, 0)
     return 0.5 * (places[:, [1, 5]] + places[:, [2, 6]])
 
 

@@ -1,11 +1,12 @@
-"""A loop from course spacing, wale spacing and yarn: drawn, and optimised within limits.
+"""Loops from course spacing, wale spacing, yarn and stitches: drawn, and optimised within limits.
 
 A drawn loop is x = w t / (2 pi) + a sin 2t, y = -h/2 cos t, z = -b cos 2t, as long as Peirce's loop. Its control points
 move to where the bending and length terms of Eq. (1) are smallest among the loops that have room: yarns stand exactly
 2R + c0 apart at the crossings, all other pieces of yarn at least as far, and the yarn bends to R / rho of at most
 `LARGEST_CURVATURE` (sequential quadratic programming). The share of the radius that the yarn has is an unknown as well,
 and what it lacks of 1 costs more than all bending: the minimum is the wanted loop, or the thickest one that fits. A
-wanted length follows in the same way. Lengths are in radii but for those of `Loop` and `Wanted`.
+wanted length follows in the same way. Of stitches that differ the loops of a whole repeat are one problem, whose
+symmetries are kept. Lengths are in radii but for those of `Loop` and `Wanted`.
 
 Peirce 1947, "Geometrical principles applicable to the design of functional fabrics", Textile Research Journal 17.
 """
@@ -17,15 +18,15 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from scipy.optimize import OptimizeResult, minimize
 
 from knitstudy.errors import GeometryError
-from knitstudy.geometry.crossings import Approach, closest_points, refine
-from knitstudy.geometry.loop import Loop, symmetric_motions, symmetries, whole_loop
-from knitstudy.geometry.optimise import CostFunction, Optimum
-from knitstudy.geometry.spline import CatmullRom
+from knitstudy.geometry.crossings import Approach, crossings_of_loop, refine
+from knitstudy.geometry.loop import Loop, whole_loop
+from knitstudy.geometry.optimise import CostFunction, Optimum, interlocked
+from knitstudy.geometry.stitches import PLAIN, drawn_from_plain, images_of_standard, standard
 from knitstudy.geometry.survey import approaches, away_from_crossings, smallest_radius_of_curvature
+from knitstudy.geometry.symmetry import first_of_orbits, symmetric_motions, symmetries
 
 POINTS = 16  # control points of a drawn loop
 DRAWN_SAMPLES = 1000  # of a drawn curve, between which control points are spaced evenly
@@ -57,13 +58,14 @@ def peirce_length(course: float, wale: float, diameter: float) -> float:
 
 @dataclass(frozen=True)
 class Wanted:
-    """What a loop is made from: spacings, radius and clearance as of `Loop`, and the length if it is given. [m]"""
+    """What loops are made from: as of `Loop`, and the length of each if it is given. [m]"""
 
     course: float
     wale: float
     radius: float
     clearance: float
     length: float | None = None
+    stitches: tuple[str, ...] = PLAIN
 
     @property
     def tight(self) -> float:
@@ -92,7 +94,8 @@ class Wanted:
         at = np.arange(POINTS // 4 + 1) / POINTS * s[-1]
         quarter = np.column_stack([np.interp(at, s, points[:, axis]) for axis in range(3)])
         quarter[-1, :2] = self.wale / 4, 0.0
-        return Loop(whole_loop(quarter, self.wale), self.wale, self.course, self.radius, self.clearance)
+        points = drawn_from_plain(whole_loop(quarter, self.wale), self.wale, self.course, self.stitches)
+        return Loop(points, self.wale, self.course, self.radius, self.clearance, self.stitches)
 
 
 def fitted_loop(wanted: Wanted, settings: Any) -> tuple[Loop, Loop, Optimum]:
@@ -102,9 +105,13 @@ def fitted_loop(wanted: Wanted, settings: Any) -> tuple[Loop, Loop, Optimum]:
     Raises NoRoom when no loop fits, which names the limits and the nearest spacings or length that do.
     """
     drawn, radius = wanted.drawn(), wanted.radius
+    spacings = wanted.wale, wanted.course
     # A problem of another scale is the same one to the last bit, and so is what becomes of it.
     unit = Wanted(
-        *(float(f"{each / radius:.12g}") for each in (wanted.course, wanted.wale)), 1.0, wanted.clearance
+        *(float(f"{each / radius:.12g}") for each in (wanted.course, wanted.wale)),
+        1.0,
+        wanted.clearance,
+        stitches=standard(wanted.stitches)[0],
     )
     try:
         start = _Room(unit.drawn(), _Path(unit.rest_length, (0.0, 1.0)), None, settings)
@@ -133,7 +140,8 @@ def fitted_loop(wanted: Wanted, settings: Any) -> tuple[Loop, Loop, Optimum]:
                 f"The nearest length that has room is {nearest} mm, the free one {without} mm",
                 reason,
             )
-    return drawn, replace(drawn, control_points=optimum.points * radius), optimum
+    points = images_of_standard(optimum.points * radius, *spacings, wanted.stitches)
+    return drawn, replace(drawn, control_points=points), optimum
 
 
 class NoRoom(GeometryError):
@@ -210,46 +218,69 @@ class _Room:
     """A loop, and cost and constraints of its symmetric motions and of the share: functions of x (n + 1,)."""
 
     def __init__(
-        self, unit: Loop, path: _Path, share: float | None, settings: Any, at: np.ndarray | None = None
+        self,
+        unit: Loop,
+        path: _Path,
+        share: float | None,
+        settings: Any,
+        at: tuple[np.ndarray, np.ndarray]
+        | None = None,  # crossings without images, and where they are looked for
     ):
         self.unit, self.path, self._settings = unit, path, settings
         self.cost = cost = CostFunction(unit, settings)
-        cost.rest_length, cost.sigma = np.full((2, POINTS), path.rest / POINTS)
-        curve, window = unit.curve, cost.windows[:1]
-        above = curve.shifted(unit.rise)
-        crossing = closest_points(curve, above, window) if at is None else refine(curve, above, at, window)
-        self.crossing = crossing.parameter
-        if not crossing.interior.all() or crossing.point[0, 1, 2] > crossing.point[0, 0, 2]:
+        count = len(unit.control_points)
+        cost.rest_length, cost.sigma = np.full((2, count), path.rest / POINTS)
+        group = symmetries(unit)
+        every = np.column_stack([cost.row, cost.row + 1])
+        if at is None:
+            found = crossings_of_loop(unit, cost.row, cost.windows)
+            at = np.flatnonzero(first_of_orbits(group, every, found.parameter)), None
+        first, start = at
+        crossing = crossings_of_loop(unit, cost.row[first], cost.windows[first], start=start)
+        self.crossing = first, crossing.parameter
+        plain = unit.stitches == PLAIN
+        if not interlocked(cost) or (plain and not crossing.interior.all()):
             raise GeometryError("an interlock loses its crossings")
         share = crossing.distance.min() / unit.target if share is None else share
         self.share = 1.0 if share > 1 - EXACT else float(share)
-        # The images of the crossing by both symmetries are the other three.
-        half, (u, v) = POINTS // 2, self.crossing[0]
-        images = np.array([[u, v], [half - v, half - u], [2 * half - u, 2 * half - v], [half + v, half + u]])
-        near = away_from_crossings(approaches(unit, NEAR), images)
+        # The images of these crossings by the symmetries are all others.
+        images = [each.pairs(every[first], crossing.parameter) for each in group]
+        rows, images = (np.concatenate(each) for each in zip(*images, strict=True))
+        near = away_from_crossings(approaches(unit, NEAR), rows[:, 0], images)
         near = near[near["distance"] < unit.target + WATCHED]
-        self.near = near[~_images(near).duplicated()]  # of images by symmetry one is enough
-        self._motions = symmetric_motions(np.ones((POINTS, 3), dtype=bool), symmetries(curve))
-        u = np.arange(POINTS // 4)[:, None] + np.linspace(0, 1 - 1e-9, CURVATURE_SAMPLES)
-        self._tangent, self._bend = curve.operator(u.ravel(), 1), curve.operator(u.ravel(), 2)
-        pairs = self.near[["row", "u", "v"]].to_numpy()
+        pairs, places = (
+            near[["row", "above"]].to_numpy().astype(int).cumsum(axis=1),
+            near[["u", "v"]].to_numpy(),
+        )
+        different = first_of_orbits(group, pairs, places)  # of images by symmetry one is enough
+        self.near, pairs, places = near[different], pairs[different], places[different]
+        self._motions = symmetric_motions(np.ones((count, 3), dtype=bool), group)
+        row, segment = np.divmod(np.arange(count), unit.curve.period)
+        middle = np.stack([segment + 0.5] * 2, axis=1)
+        one = first_of_orbits(group, np.stack([row] * 2, axis=1), middle)
+        u = segment[one, None] + np.linspace(0, 1 - 1e-9, CURVATURE_SAMPLES)
+        curves = cost.curves(unit.control_points, np.repeat(row[one], CURVATURE_SAMPLES))
+        self._tangent, self._bend = curves.operator(u.ravel(), 1), curves.operator(u.ravel(), 2)
         # Windows of places do not overlap, lest two of them end at one.
-        every = np.concatenate([np.insert(images, 0, 1.0, axis=1), pairs])
-        apart = np.abs(pairs[:, None, 1:] - every[:, 1:]).max(axis=-1)
-        nearest = np.where((apart > 0) & (pairs[:, :1] == every[:, 0]), apart, np.inf).min(axis=1)
-        own = np.where(pairs[:, 0] > 0, np.inf, 0.5 * (pairs[:, 2] - pairs[:, 1]))
+        apart = np.abs(places[:, None] - np.concatenate([images, places])).max(axis=-1)
+        alike = (pairs[:, None] == np.concatenate([rows, pairs])).all(axis=-1)
+        nearest = np.where((apart > 0) & alike, apart, np.inf).min(axis=1, initial=np.inf)
+        own = np.where(np.ptp(pairs, axis=1) > 0, np.inf, 0.5 * np.diff(places)[:, 0])
         reach = np.minimum(SLIDE, 0.5 * np.minimum(nearest, own))
-        windows = pairs[:, 1:, None] + reach[:, None, None] * [-1, 1]
-        # All four crossings are images of the first one.
-        self._pairs = np.concatenate([np.append(1.0, self.crossing)[None], pairs])
-        self._windows = np.concatenate([window, windows])
+        windows = places[:, :, None] + reach[:, None, None] * [-1, 1]
+        self._rows = np.concatenate([every[first], pairs])
+        self._places = np.concatenate([crossing.parameter, places])
+        self._windows = np.concatenate([cost.windows[first], windows])
+        # Rows that are no images of each other: of each the length is asked for.
+        of_row = np.min([each.row(np.arange(unit.rows)) % unit.rows for each in group], axis=0)
+        self._own_rows = np.unique(of_row)
         self._unit = np.abs(cost.value(unit.control_points, share=0.0)[1]).max() or 1.0
         self._kept: tuple[bytes, Any] = b"", None
         # In the order of `evaluate`: the cost, what must vanish, and what must not be negative.
-        equal = 2 if path.length is None else 3
+        equal = 1 + len(first) * plain + (0 if path.length is None else len(self._own_rows))
         self._cost, self._equal, self._above = 0, slice(1, equal), slice(equal, None)
         start = self.evaluate(self._start)[0]
-        self.missing = max(np.abs(start[self._equal]).max(), -start[self._above].min())
+        self.missing = max(np.abs(start[self._equal]).max(initial=0.0), -start[self._above].min())
         self.at_end = self.share == 1 and self.missing <= 10 * EXACT
 
     @property
@@ -263,10 +294,10 @@ class _Room:
         ):  # none that is nearer has room, or none of those that have is a minimum
             return NoRoom(f"{what}: {reason}", ["interlock"], float(self.at_end))
         radius = np.dot(self.path.radius, [1, self.share])
-        bend = radius / smallest_radius_of_curvature(self.unit.curve)
+        bend = radius / smallest_radius_of_curvature(*self.unit.curves)
         touching = self.near["distance"] < radius * self.unit.target + ACTIVE
         said = {}
-        for row in sorted(set(self.near["row"][touching].astype(int))):
+        for row in sorted(set(self.near["above"][touching].astype(int))):
             whose = ("one row", "neighbouring rows")[row] if row < 2 else f"rows {row} apart"
             said["row" if row == 0 else "rows"] = f"yarns of {whose} touch beside the crossings"
         if bend > LARGEST_CURVATURE - ACTIVE:
@@ -280,8 +311,9 @@ class _Room:
     def moved(self, x: np.ndarray) -> _Room:
         """Return the room of another loop. Raises GeometryError if it is not interlocked."""
         points = self._points(x)
-        crossing = self._found(points).parameter[:1]
-        return _Room(replace(self.unit, control_points=points), self.path, x[-1], self._settings, crossing)
+        first = self.crossing[0]
+        at = first, self._found(points).parameter[: len(first)]
+        return _Room(replace(self.unit, control_points=points), self.path, x[-1], self._settings, at)
 
     def of_free_share(self) -> _Room:
         """Return the room of the same loop at the share that the pieces of its yarn leave free."""
@@ -317,26 +349,29 @@ class _Room:
 
     def _length(self, points: np.ndarray, share: float) -> _Valued:
         length, slope = self.cost.arc_length(points)
-        start, growth = self.path.length or (0.0, 0.0)
-        return np.array([length - start - share * growth]), slope[None], np.array([-growth])
+        length, slope = length[self._own_rows], slope[self._own_rows]
+        start, growth = np.multiply(self.path.length or (0.0, 0.0), self.unit.columns)
+        return length - start - share * growth, slope, np.full(len(length), -growth)
 
     def _distances(self, points: np.ndarray, share: float) -> _Valued:
-        """Distances of the crossing and of the pairs less the wanted one."""
+        """Distances of the crossings and of the pairs less the wanted one."""
         near = self._found(points)
         start, growth = np.multiply(self.cost.target, self.path.radius)
-        slope = self.cost.distance_slope(points, near)
+        slope = self.cost.distance_slope(points, near, self._rows)
         return near.distance - start - share * growth, slope, np.full(len(slope), -growth)
 
     def _found(self, points: np.ndarray) -> Approach:
-        """Closest points of the crossing and of the pairs. Raises GeometryError where yarns cut each other."""
-        curve = CatmullRom(points, self.cost.advance)  # refuses points that are not finite
-        near = refine(curve, curve, self._pairs[:, 1:], self._windows, self._pairs[:, :1] * self.cost.rise)
+        """Closest points of the crossings and of the pairs. Raises GeometryError where yarns cut each other."""
+        rows, unit = self._rows, self.unit
+        curves = (self.cost.curves(points, each) for each in rows.T)  # refuses points that are not finite
+        over = (rows[:, 1:] // unit.rows * unit.rows) * unit.rise
+        near = refine(*curves, self._places, self._windows, over)
         if not near.distance.min() > 0:
             raise GeometryError("yarns cut each other on the way to the minimum")
         return near
 
     def _curvature(self, points: np.ndarray, share: float) -> _Valued:
-        """1 - (R / rho / the largest allowed)^2 at samples of a quarter of the loop."""
+        """1 - (R / rho / the largest allowed)^2 at samples of the pieces that are no images of others."""
         (first, first_offset), (second, second_offset) = self._tangent, self._bend
         d1, d2 = first @ points + first_offset, second @ points + second_offset
         normal = np.cross(d1, d2)
@@ -369,10 +404,3 @@ class _Room:
         unknown = slice(-1) if self.at_end else slice(None)
         forces, cost = slope[met, unknown].T, slope[self._cost, unknown]
         return float(np.abs(cost - forces @ np.linalg.lstsq(forces, cost, rcond=None)[0]).max())
-
-
-def _images(near: pd.DataFrame) -> pd.DataFrame:
-    """Return what approaches and their images by the mirror, the half turn and the period have in common."""
-    along, between = near["u"] + near["v"], near["v"] - near["u"]
-    turned = np.cos(np.pi * along / POINTS).abs().round(3)
-    return pd.concat([near["row"], near["distance"].round(5), between.abs().round(3), turned], axis=1)

@@ -20,6 +20,7 @@ from knitstudy.geometry.fabric import KNITS, plain_knit, yarn_pair
 from knitstudy.geometry.fit import Wanted, fitted_loop
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.optimise import CONTACT_TOLERANCE, optimise
+from knitstudy.geometry.stitches import PLAIN, images_of_standard
 from knitstudy.geometry.survey import check_yarns, survey
 
 LENGTH_TOLERANCE = 1e-4  # relative error of the length that is kept
@@ -75,14 +76,24 @@ def _wanted(scene):
     """What the loop of a scene without control points is drawn for."""
     pattern = scene.pattern
     spacings = pattern.course_spacing, pattern.wale_spacing
-    return Wanted(*spacings, 0.5 * scene.yarn.diameter, pattern.clearance, pattern.loop_length)
+    return Wanted(
+        *spacings, 0.5 * scene.yarn.diameter, pattern.clearance, pattern.loop_length, pattern.stitches
+    )
 
 
 def loop_of(scene):
     """The loop of a scene as it is drawn and as it is optimised, and the outcome of that: Loop, Loop, Optimum."""
     if scene.pattern.control_points is None:
         return fitted_loop(_wanted(scene), scene.geometry)
-    return _redrawn(initial_loop(scene), scene.pattern, scene.geometry)
+    stitches = scene.pattern.stitches
+    *loops, optimum = _redrawn(initial_loop(scene), scene.pattern, scene.geometry)
+    return *(all_of_repeat(loop, stitches) for loop in loops), optimum
+
+
+def all_of_repeat(loop, stitches):
+    """All loops of a repeat of stitches that are the same knit as a plain one, from its loop: Loop."""
+    points = images_of_standard(loop.control_points, loop.wale_spacing, loop.course_spacing, stitches)
+    return replace(loop, control_points=points, stitches=stitches)
 
 
 def _asked(scene):
@@ -93,6 +104,8 @@ def _asked(scene):
         for name in ("pattern.course_spacing", "pattern.wale_spacing", "yarn.diameter", "pattern.loop_length")
         if scene.value(name) is not None
     ]
+    if pattern.stitches != PLAIN:
+        said.insert(0, f"pattern.stitches {list(pattern.stitches)}")
     said.append(f"pattern.clearance {pattern.clearance:g} radii")
     if pattern.control_points is not None:
         said.append(f"pattern.course_ratio {pattern.course_ratio:g}, pattern.keep {pattern.keep!r}")

@@ -1,8 +1,9 @@
 """Cost function of the yarn geometry, Eqs. (1) to (6) of the paper, with exact gradients.
 
-Lengths are in yarn radii R, so that the terms carry no unit. A term is a function from the control points of one loop
-to its value and gradient. Where the paper leaves a choice:
+Lengths are in yarn radii R, so that the terms carry no unit. A term is a function from the control points of the
+loops to its value and gradient. Where the paper leaves a choice:
 
+- F is summed over the loops of a repeat: one of a plain knit, r rows of k loops of others.
 - F_Distance (Eq. 2) has one term for every crossing of the cell, aims at D = 2 + c0 and takes the true minimum D.
 - L_l^0 (Eq. 6) is the arc length of Bezier curve l at the start. The printed one is its chord, which would shrink the
   yarn however well it fits.
@@ -17,16 +18,16 @@ import numpy as np
 from scipy.optimize import minimize
 
 from knitstudy.errors import GeometryError
-from knitstudy.geometry.crossings import closest_points, windows_of_loop
-from knitstudy.geometry.loop import symmetric_motions, symmetries
-from knitstudy.geometry.spline import GAUSS_POINTS, GAUSS_WEIGHTS, CatmullRom
+from knitstudy.geometry.crossings import crossings_of_loop, windows_of_loop
+from knitstudy.geometry.spline import GAUSS_POINTS, GAUSS_WEIGHTS, Rows
+from knitstudy.geometry.symmetry import symmetric_motions, symmetries
 
 # Two-point Gauss rule: exact for the square of C'', which is linear on a segment.
 CURVATURE_POINTS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
 
 
 class CostFunction:
-    """F of Eq. (1) for one loop of a periodic knit, in units of the radius.
+    """F of Eq. (1) for the loops of a repeat of a periodic knit, in units of the radius.
 
     Parameters
     ----------
@@ -37,18 +38,37 @@ class CostFunction:
     """
 
     def __init__(self, loop, settings):
-        start = loop.curve
-        self.advance = start.advance
-        self.rise = loop.rise
+        self.loop = loop
         self.target = loop.target
         self.settings = settings
-        self.windows = windows_of_loop(start, loop.rise)
-        self.rest_length = start.segment_lengths()
-        segments = np.arange(start.period)[:, None]
-        self._tangent, self._tangent_offset = start.operator((segments + GAUSS_POINTS).ravel(), 1)
-        self._bend, self._bend_offset = start.operator((segments + CURVATURE_POINTS).ravel(), 2)
-        chord = np.linalg.norm(_chords(loop.control_points, self.advance), axis=1)
-        self.sigma = 0.5 * (chord + np.roll(chord, 1))
+        self.row, self.place, self.windows = windows_of_loop(loop)
+        rows, segment = np.divmod(np.arange(len(loop.control_points)), loop.curve.period)
+        self.rest_length = np.concatenate([curve.segment_lengths() for curve in loop.curves])
+        self._tangent, self._tangent_offset = self._operator(rows, segment[:, None] + GAUSS_POINTS, 1)
+        self._bend, self._bend_offset = self._operator(rows, segment[:, None] + CURVATURE_POINTS, 2)
+        chord = np.linalg.norm(self._chords(loop.control_points), axis=1)
+        self.sigma = 0.5 * (chord + self._roll(chord, 1))
+
+    def curves(self, points, row):
+        """Curves through control points (P, 3) of which place k lies on row `row[k]`: Rows."""
+        return Rows(points, self.loop.advance, self.loop.rows, row % self.loop.rows)
+
+    def _operator(self, row, u, order):
+        """A derivative at u (k, m) on rows (k,) as a linear map of the control points."""
+        row = np.repeat(row, u.shape[1])
+        return self.curves(self.loop.control_points, row).operator(u.ravel(), order)
+
+    def _roll(self, values, by):
+        """Values (P, ...) of control points from those `by` places before on the same row."""
+        return np.roll(values.reshape(self.loop.rows, -1, *values.shape[1:]), by, axis=1).reshape(
+            values.shape
+        )
+
+    def _chords(self, points):
+        """Edges P_k+1 - P_k of the control polygons: (P, 3)."""
+        following = self._roll(points, -1)
+        following[self.loop.curve.period - 1 :: self.loop.curve.period] += self.loop.advance
+        return following - points
 
     def value(self, points, share=1.0):
         """F with a share of alpha, which may be 0, and its gradient: (P, 3) -> float, (P, 3)."""
@@ -75,9 +95,9 @@ class CostFunction:
         }
 
     def approach(self, points):
-        """Closest approach of the yarns at the four crossings: (P, 3) -> Approach."""
-        curve = CatmullRom(points, self.advance)
-        return closest_points(curve, curve.shifted(self.rise), self.windows, self.settings.samples)
+        """Closest approach of the yarns at the crossings, by row, column and zone: (P, 3) -> Approach."""
+        loop = replace(self.loop, control_points=points)
+        return crossings_of_loop(loop, self.row, self.windows, self.settings.samples)
 
     def distance(self, points):
         """F_Distance, Eq. (2), summed over the crossings, and its gradient."""
@@ -85,15 +105,17 @@ class CostFunction:
         error = found.distance - self.target
         return error @ error, np.einsum("k,kpi->pi", 2 * error, self.distance_slope(points, found))
 
-    def distance_slope(self, points, found):
-        """Gradient of the shortest distance at each crossing: (P, 3), Approach -> (4, P, 3).
+    def distance_slope(self, points, found, row=None):
+        """Gradient of the shortest distances (K,): (P, 3), Approach -> (K, P, 3).
 
-        To first order only the motion of the curves at fixed parameters changes the shortest distance.
+        To first order only the motion of the curves at fixed parameters changes the shortest distance. Closest points
+        lie on rows (K, 2) where these are given, else at the crossings.
         """
+        row = np.column_stack([self.row, self.row + 1]) if row is None else row
         normal = (found.point[:, 1] - found.point[:, 0]) / found.distance[:, None]
-        curve = CatmullRom(points, self.advance)
-        on_lower, _ = curve.operator(found.parameter[:, 0])
-        on_upper, _ = curve.operator(found.parameter[:, 1])
+        on_lower, on_upper = (
+            self.curves(points, row[:, side]).operator(found.parameter[:, side])[0] for side in (0, 1)
+        )
         return (on_upper - on_lower)[:, :, None] * normal[:, None]
 
     def continuous(self, points):
@@ -103,15 +125,15 @@ class CostFunction:
         return share * (second**2).sum(), 2 * share * self._bend.T @ second
 
     def join(self, points):
-        """Sum of K_join^2, Eq. (5), over the control points of a loop, and its gradient."""
-        chord = _chords(points, self.advance)
+        """Sum of K_join^2, Eq. (5), over the control points, and its gradient."""
+        chord = self._chords(points)
         size = np.linalg.norm(chord, axis=1, keepdims=True)
         after = chord / size
-        before = np.roll(after, 1, axis=0)
+        before = self._roll(after, 1)
         square, slope = squared_join_curvature((before * after).sum(axis=1), self.sigma)
-        d_unit = slope[:, None] * before + np.roll(slope[:, None], -1, axis=0) * np.roll(after, -1, axis=0)
+        d_unit = slope[:, None] * before + self._roll(slope, -1)[:, None] * self._roll(after, -1)
         d_chord = (d_unit - after * (d_unit * after).sum(axis=1, keepdims=True)) / size
-        return square.sum(), np.roll(d_chord, 1, axis=0) - d_chord
+        return square.sum(), self._roll(d_chord, 1) - d_chord
 
     def length(self, points):
         """F_Length, Eq. (6), with arc lengths, and its gradient."""
@@ -121,10 +143,14 @@ class CostFunction:
         return error @ error, self._tangent.T @ slope.reshape(-1, 3)
 
     def arc_length(self, points):
-        """Length of yarn in a loop, and its gradient: (P, 3) -> float, (P, 3)."""
+        """Length of yarn in every row, and the gradients: (P, 3) -> (r,), (r, P, 3)."""
         tangent, speed = self._velocity(points)
-        slope = GAUSS_WEIGHTS[:, None] * tangent / speed[..., None]
-        return (speed @ GAUSS_WEIGHTS).sum(), self._tangent.T @ slope.reshape(-1, 3)
+        slope = (GAUSS_WEIGHTS[:, None] * tangent / speed[..., None]).reshape(-1, 3)
+        rows = np.arange(len(slope)) // (len(slope) // self.loop.rows)
+        by_row = np.stack(
+            [self._tangent.T @ (slope * (rows == row)[:, None]) for row in range(self.loop.rows)]
+        )
+        return (speed @ GAUSS_WEIGHTS).reshape(self.loop.rows, -1).sum(axis=1), by_row
 
     def _velocity(self, points):
         """C' at the Gauss points of all segments, and its size: (P, g, 3), (P, g)."""
@@ -151,16 +177,10 @@ def squared_join_curvature(cosine, sigma):
     return square, derivative
 
 
-def _chords(points, advance):
-    """Edges P_k+1 - P_k of the control polygon: (P, 3)."""
-    return np.vstack([points[1:], points[0] + advance]) - points
-
-
 # ---- Minimisation. It is unconstrained: the periodic cell and the symmetries of the loop are kept by parametrisation.
 
 
 CONTACT_TOLERANCE = 1e-3  # |D - 2R - c0| / R that every crossing must meet
-UPPER_IN_FRONT = np.array([False, False, True, True])  # by zone: the upper row's yarn passes in front
 SMALLEST_DISTANCE = 1e-6  # of centrelines, in radii, from which on the direction between them is known
 
 CONTINUATION = (1e-4, 1e-2, 1.0)  # shares of alpha in turn: a stiff valley is entered from its wide end
@@ -203,9 +223,7 @@ def optimise(loop, settings):
     start = loop.in_radii()
     cost = CostFunction(start, settings)
     check_interlock(cost, start.control_points)
-    motions = symmetric_motions(
-        free_components(settings.free, len(start.control_points)), symmetries(start.curve)
-    )
+    motions = symmetric_motions(free_components(settings.free, len(start.control_points)), symmetries(start))
     optimum = minimise(cost, start.control_points, motions)
     check_contact(cost, optimum.points)
     check_interlock(cost, optimum.points)
@@ -282,14 +300,23 @@ def check_contact(cost, points):
         )
 
 
+def interlocked(cost):
+    """Whether the yarns of a cost function's loops pass in front of each other as their stitches say."""
+    lower, upper = (
+        cost.curves(cost.loop.control_points, cost.row + side).value(cost.place[:, side])[:, 2]
+        for side in (0, 1)
+    )
+    return np.array_equal(upper > lower, cost.loop.upper_in_front.ravel())
+
+
 def check_interlock(cost, points):
-    """Refuse yarns that do not pass each other as in a plain knit, or cut each other; raises GeometryError."""
+    """Refuse yarns that do not pass each other as their stitches say, or cut each other; raises GeometryError."""
     found = cost.approach(points)
     in_front = found.point[:, 1, 2] > found.point[:, 0, 2]
-    if (in_front != UPPER_IN_FRONT).any() or (found.distance < SMALLEST_DISTANCE).any():
+    if (in_front != cost.loop.upper_in_front.ravel()).any() or (found.distance < SMALLEST_DISTANCE).any():
         raise GeometryError(
             "pattern.control_points: the yarns do not interlock: the upper row's yarn passes in front of the lower "
             f"row's at the crossing zones {np.flatnonzero(in_front).tolist()}, {found.distance.min():.2e} radii away "
-            "at least; allowed is behind at 0 and 1, in front at 2 and 3, at a distance of more than "
-            f"{SMALLEST_DISTANCE:g}"
+            f"at least; allowed is in front at {np.flatnonzero(cost.loop.upper_in_front).tolist()} alone, at a "
+            f"distance of more than {SMALLEST_DISTANCE:g}"
         )

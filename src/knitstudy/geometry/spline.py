@@ -84,8 +84,12 @@ class CatmullRom:
 
     def points(self, index):
         """Control points of any integer index, beyond one period too: (...) -> (..., 3), m."""
-        turns, k = np.divmod(index, self.period)
+        turns, k = self._numbers(index)
         return self.control_points[k] + turns[..., None] * self.advance
+
+    def _numbers(self, index):
+        """How often a period is passed (...), and number of the control point (...)."""
+        return np.divmod(index, self.period)
 
     def operator(self, u, order=0):
         """A derivative (order 0 to 2) at u (k,) as a linear map of the control points: matrix (k, P), offset (k, 3).
@@ -93,8 +97,8 @@ class CatmullRom:
         ``matrix @ control_points + offset`` is the derivative; the offset stems from the advance.
         """
         index, weights = stencil(u, order)
-        turns, k = np.divmod(index, self.period)
-        matrix = np.zeros((len(index), self.period))
+        turns, k = self._numbers(index)
+        matrix = np.zeros((len(index), len(self.control_points)))
         np.add.at(matrix, (np.arange(len(index))[:, None], k), weights)
         return matrix, (weights * turns).sum(axis=1)[:, None] * self.advance
 
@@ -118,6 +122,36 @@ class CatmullRom:
     def shifted(self, vector):
         """The same curve moved by a vector (3,), m."""
         return CatmullRom(self.control_points + np.asarray(vector), self.advance)
+
+
+class Rows(CatmullRom):
+    """Curves of one period and one advance, evaluated together: every place lies on a curve of its own.
+
+    Parameters
+    ----------
+    control_points : array_like (r P, 3)
+        Of the r curves, one after the other. [m]
+    advance : array_like (3,)
+        Of each. [m]
+    rows : int
+        r.
+    row : ndarray of int (k,)
+        The curve that each of the parameters u (k,) belongs to.
+    """
+
+    def __init__(self, control_points, advance, rows, row):
+        super().__init__(control_points, advance)
+        self._period = len(self.control_points) // rows
+        self._first = self._period * np.asarray(row, dtype=int)[:, None]
+
+    @property
+    def period(self):
+        """Number of control points of one curve in one period."""
+        return self._period
+
+    def _numbers(self, index):
+        turns, k = np.divmod(index, self._period)
+        return turns, k + self._first
 
 
 def stencil(u, order):

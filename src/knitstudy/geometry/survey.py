@@ -3,7 +3,7 @@
 A tube of radius R about a curve overlaps itself or another one exactly where the radius of curvature is below R, or
 where two points that are closest to each other are nearer than 2R (Litherland, Simon, Durumeric and Rawdon 1999,
 "Thickness of knots"). So all local minima of the distance are listed, between one loop and everything around it in an
-endless knit: a finite one has no other pairs.
+endless knit: a finite one has no other pairs. "One loop" is one repeat where stitches differ.
 """
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from knitstudy.errors import GeometryError
-from knitstudy.geometry.crossings import closest_points, refine, windows_of_loop
+from knitstudy.geometry.crossings import crossings_of_loop, refine, windows_of_loop
 
 APPROACH_SAMPLES = 12  # a Bezier segment in which other local minima are looked for, before these are refined
 REACH = 8.0  # distance of centrelines in radii up to which local minima are listed
@@ -21,15 +21,15 @@ CURVATURE_SAMPLES = 200  # a Bezier segment for the largest curvature, which oft
 
 @dataclass(frozen=True)
 class Survey:
-    """Measures of one loop in its knit."""
+    """Measures of the loops of a repeat in their knit."""
 
-    length: float  # arc length of yarn. [m]
+    length: float  # arc length of yarn in a loop. [m]
     radius_of_curvature: float  # the smallest one. [m]
-    distance: np.ndarray  # (4,) shortest distance of the centrelines at each crossing. [m]
+    distance: np.ndarray  # (4 r k,) shortest distance of the centrelines at each crossing. [m]
     gap: float  # smallest between pieces that are no neighbours along a yarn; negative where yarns penetrate. [m]
     other_gap: float  # smallest away from the closest points of the crossings. [m]
     # Angles to x, in the plane: of the segment between the two contact points of one side of an interlock, and of the
-    # leg between two interlocks (Table 4 prints 66 and 80). [deg]
+    # leg between two interlocks (Table 4 prints 66 and 80), of the first loop. [deg]
     interlock_angle: float
     leg_angle: float
 
@@ -42,15 +42,15 @@ class Survey:
 def survey(loop):
     """Measure a loop: Survey."""
     unit = loop.in_radii()
-    curve = unit.curve
-    found = closest_points(curve, curve.shifted(unit.rise), windows_of_loop(curve, unit.rise))
+    row, _, windows = windows_of_loop(unit)
+    found = crossings_of_loop(unit, row, windows)
     near = approaches(unit)
-    others = away_from_crossings(near, found.parameter)["distance"].min()  # nan if there are none
+    others = away_from_crossings(near, row, found.parameter)["distance"].min()  # nan if there are none
     interlock, leg = honeycomb_angles(found.point.mean(axis=1), unit.course_spacing)
     shortest = np.fmin(found.distance.min(), near["distance"].min())
     return Survey(
         length=unit.length * loop.radius,
-        radius_of_curvature=smallest_radius_of_curvature(curve) * loop.radius,
+        radius_of_curvature=smallest_radius_of_curvature(*unit.curves) * loop.radius,
         distance=found.distance * loop.radius,
         gap=float(shortest - 2) * loop.radius,
         other_gap=float(np.fmin(others, np.inf) - 2) * loop.radius,
@@ -95,51 +95,54 @@ def approaches(loop, reach=REACH, samples=APPROACH_SAMPLES):
     Returns
     -------
     DataFrame
-        By distance: ``row`` of the second point above the first one's, the curve's parameters ``u`` and ``v`` of the
-        two points, the latter counting on through the neighbouring loops, and ``distance`` of the centrelines. [m]
+        By distance: ``row`` of the first point, ``above``, the rows by which the second one lies higher, the curves'
+        parameters ``u`` and ``v`` of the two points, the latter counting on through the neighbouring loops, and
+        ``distance`` of the centrelines. [m]
     """
-    curve = loop.curve
-    y = curve.value(np.linspace(0, curve.period, 20 * curve.period))[:, 1]
+    curves = loop.curves
+    u = np.linspace(0, curves[0].period, 20 * curves[0].period)
+    y = np.concatenate([curve.value(u)[:, 1] - row * loop.course_spacing for row, curve in enumerate(curves)])
     rows = max(1, int((np.ptp(y) + reach * loop.radius) // loop.course_spacing))  # that are in reach
     width = 2 / samples
     minima = []
-    for row in range(rows + 1):
-        start = _local_minima(loop, row, reach, samples)
-        near = refine(curve, curve.shifted(row * loop.rise), start, start[..., None] + [-width, width])
-        columns = np.column_stack([np.full(len(start), row), near.parameter, near.distance])
-        minima.append(columns[near.interior])
-    found = pd.DataFrame(np.concatenate(minima), columns=["row", "u", "v", "distance"])
+    for row, above in np.ndindex(loop.rows, rows + 1):
+        curve, other = curves[row], loop.image(row + above)
+        start = _local_minima(curve, other, above == 0, reach * loop.radius, samples, np.pi * loop.radius)
+        near = refine(curve, other, start, start[..., None] + [-width, width])
+        columns = [np.full((len(start), 2), (row, above)), near.parameter, near.distance]
+        minima.append(np.column_stack(columns)[near.interior])
+    found = pd.DataFrame(np.concatenate(minima), columns=["row", "above", "u", "v", "distance"])
     found = found.sort_values("distance", kind="stable", ignore_index=True)
     # Neighbouring samples may end in one minimum.
-    return found[~found[["row", "u", "v"]].round(6).duplicated()]
+    return found[~found[["row", "above", "u", "v"]].round(6).duplicated()]
 
 
-def away_from_crossings(near, crossings):
-    """The approaches that are not among the crossings with the next row, (4, 2) parameters."""
-    apart = np.abs(near[["u", "v"]].to_numpy()[:, None] - crossings).max(axis=-1).min(axis=-1)
-    return near[(near["row"] != 1) | (apart > 1e-3)]
+def away_from_crossings(near, row, crossings):
+    """The approaches that are not among the crossings of rows (K,) with the next ones, parameters (K, 2)."""
+    apart = np.abs(near[["u", "v"]].to_numpy()[:, None] - crossings).max(axis=-1)
+    elsewhere = (apart > 1e-3) | (near["row"].to_numpy()[:, None] != row)
+    return near[(near["above"] != 1) | elsewhere.all(axis=-1)]
 
 
-def _local_minima(loop, row, reach, samples):
-    """Parameters (k, 2) of pairs of samples, on a loop and `row` rows above, nearer than their eight neighbours."""
-    curve = loop.curve
-    # One more sample at both ends of the loop, so that minima at its ends are seen as such.
+def _local_minima(curve, other, same, reach, samples, half_circle):
+    """Parameters (k, 2) of pairs of samples, on a curve and another or the same, nearer than their eight neighbours."""
+    # One more sample at both ends of the period, so that minima at its ends are seen as such.
     here = np.arange(-1, curve.period * samples + 2) / samples
     around = np.arange(-curve.period * samples, 2 * curve.period * samples + 1) / samples
     first = curve.value(here)
-    second = curve.value(around) + row * loop.rise
+    second = other.value(around)
     square = (first**2).sum(axis=1)[:, None] + (second**2).sum(axis=1) - 2 * first @ second.T
     centre = square[1:-1, 1:-1]
-    lowest = centre < (reach * loop.radius) ** 2
+    lowest = centre < reach**2
     for i, j in np.ndindex(3, 3):
         lowest &= centre <= square[i : i + centre.shape[0], j : j + centre.shape[1]]
-    if row == 0:
-        lowest &= _beyond_half_circle(curve, here[1:-1], around[1:-1], loop.radius)
+    if same:
+        lowest &= _beyond_half_circle(curve, here[1:-1], around[1:-1], half_circle)
     i, j = np.nonzero(lowest)
     return np.column_stack([here[1:-1][i], around[1:-1][j]])
 
 
-def _beyond_half_circle(curve, here, around, radius):
+def _beyond_half_circle(curve, here, around, half_circle):
     """Pairs on one yarn, each once, that are further apart along it than half a circle of radius R.
 
     Nearer ones cannot overlap, with a radius of curvature above R (Schur's theorem).
@@ -151,10 +154,10 @@ def _beyond_half_circle(curve, here, around, radius):
         turns, rest = np.divmod(parameter, curve.period)
         return turns * knots[-1] + np.interp(rest, u, knots)
 
-    return along(around) - along(here)[:, None] > np.pi * radius
+    return along(around) - along(here)[:, None] > half_circle
 
 
-def smallest_radius_of_curvature(curve):
-    """Smallest radius of curvature of a loop, from dense samples of both sides of every joint. [m]"""
+def smallest_radius_of_curvature(*curves):
+    """Smallest radius of curvature of curves, from dense samples of both sides of every joint. [m]"""
     share = np.linspace(0, 1 - 1e-9, CURVATURE_SAMPLES)
-    return float(1 / curve.curvature(np.arange(curve.period)[:, None] + share).max())
+    return float(1 / np.max([curve.curvature(np.arange(curve.period)[:, None] + share) for curve in curves]))

@@ -100,4 +100,4 @@ def _yarn(scene: Scene) -> float:
     if scene.specimen == "pair":
         return 2 * scene.pair.length
     pattern, cut = scene.pattern, scene.specimen == "cut_knit"
-    return initial_loop(scene).curve.segment_lengths().sum() * pattern.loops * (pattern.rows + (not cut))
+    return initial_loop(scene).length * pattern.loops * (pattern.rows + (not cut))

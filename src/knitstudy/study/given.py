@@ -1,4 +1,4 @@
-"""Other ways to say what a knit is: stitches and courses per length, tex, control points in a file.
+"""Other ways to say what a knit is: stitches and courses per length, tex, control points in a file, a yarn by its name.
 
 These names may be set like keys of a scene, in families and with ``--set``; a scene has the keys that they stand for.
 """
@@ -18,11 +18,13 @@ import numpy as np
 import pandas as pd
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.study.yarns import OF
 
 log = logging.getLogger(__name__)
 
 COURSE, WALE, DIAMETER = "pattern.course_spacing", "pattern.wale_spacing", "yarn.diameter"
 LENGTH, POINTS, FREE = "pattern.loop_length", "pattern.control_points", "geometry.free"
+STITCHES = "pattern.stitches"
 
 PER_METRE = {"pattern.courses_per_metre": COURSE, "pattern.wales_per_metre": WALE}
 TEX, DENSITY = "yarn.tex", "yarn.density"  # g/km; kg/m3 of the yarn with the air in it
@@ -31,7 +33,7 @@ POINTS_FILE = "pattern.points_file"
 ROUNDED = 1e-6  # wale spacings by which points of a file may miss their symmetry without a word
 _COLUMN = re.compile(r"([xyz]) *[(\[]?(mm|m|)[)\]]?")
 
-OTHER_WAYS = (*PER_METRE, TEX, DENSITY, POINTS_FILE)
+OTHER_WAYS = (*PER_METRE, TEX, DENSITY, POINTS_FILE, OF)
 """Names that may be set like keys, though no scene has them."""
 
 DRAWS = (COURSE, WALE, LENGTH)
@@ -61,7 +63,8 @@ def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
         path = Path(str(found.pop(POINTS_FILE)))
         points, wale = _said_points(path, path.stat().st_mtime_ns if path.is_file() else 0)
         found |= {POINTS: points.tolist(), WALE: wale, FREE: found.get(FREE, ["xyz"] * len(points))}
-    if POINTS not in found and any(name in found for name in DRAWS):
+    mixed = len(set("".join(map(str, found.get(STITCHES) or "")))) > 1
+    if POINTS not in found and (mixed or any(name in found for name in DRAWS)):
         found[POINTS] = None
     return found
 

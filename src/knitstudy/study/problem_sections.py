@@ -14,6 +14,21 @@ from knitstudy.study.keys import Count, Length, OneOf, Positive, Section, output
 
 Point = tuple[float, float, float]
 
+OTHER_LETTERS = {"F": "a float", "M": "a float", "W": "a float", "T": "a tuck", "S": "a slipped stitch"}
+
+
+def wrong_stitches(stitches: tuple[str, ...]) -> str | None:
+    """Return what is wrong with rows of stitches in words; None if they are a rectangle of K and P."""
+    for row, letters in enumerate(stitches, 1):
+        for stitch, letter in enumerate(letters, 1):
+            if letter not in "KP":
+                said = f"{letter!r}, {OTHER_LETTERS[letter]}," if letter in OTHER_LETTERS else repr(letter)
+                return f"stitch {stitch} of row {row} is {said} but must be K (knit) or P (purl)"
+    if not stitches or not stitches[0] or len({len(letters) for letters in stitches}) > 1:
+        return 'it must be rows of the letters K and P, all of one length, the bottom row first, such as ["KP", "PK"]'
+    return None
+
+
 Modulus = Annotated[float, Field(gt=0, le=1e20)]  # In Pa
 
 # Specimen: a knit, or two crossing yarns
@@ -26,6 +41,10 @@ class Pattern(Section):
     is the gap c0 wanted at every crossing, in yarn radii. `course_spacing` and `wale_spacing` are those that it is
     drawn for; rows stand `course_ratio` times the course spacing apart, and `keep` says what stays of the drawn loop.
     Without control points a loop is drawn for the spacings, the diameter and `loop_length` (knitstudy loop).
+    `stitches` are the rows of a repeat, the bottom row first, seen from the front: K, a knit stitch, is drawn through
+    the loop below it from the back to the front; P, a purl stitch, from the front to the back. ["KP"] is a 1 x 1 rib,
+    ["K", "P"] a garter, ["KP", "PK"] a seed stitch. Where letters differ, loops are drawn. `loops` and `rows` are
+    multiples of those of the repeat.
     """
 
     loops: Count = physics("stated")
@@ -50,6 +69,12 @@ class Pattern(Section):
         default=None,
     )
     """Peirce 1947: 2 c + w + 5.94 d. Checked: the calibrated loop's, within 3 %."""
+    stitches: tuple[str, ...] = physics(
+        "choice",
+        allowed='a list of rows of the letters K (knit) and P (purl), the bottom row first, such as ["KP", "PK"]',
+        default=("K",),
+    )
+    """The paper knits plain stitches. Checked: all repeats of up to 2 x 2."""
     clearance: float = physics("assumed", unit="yarn radii", ge=0, le=1)
     """Not printed; Fig. 7 shows no contact at 0.05 % strain, and symmetric contact by 0.45 %: 0.005 to 0.03. Checked:
     0.01 and 0.03: force -5 % at 1.95 % strain (docs/notes/sensitivity.md)."""
@@ -63,6 +88,12 @@ class Pattern(Section):
         default="shape",
     )
     """Not printed: Fig. 11 does not say what is held fixed (docs/notes/geometry.md). Checked: all three."""
+
+    @model_validator(mode="after")
+    def _stitches_are_knit_or_purl(self) -> Pattern:
+        if wrong := wrong_stitches(self.stitches):
+            raise ValueError(f"stitches is {list(self.stitches)}: {wrong}")
+        return self
 
 
 class Pair(Section):
@@ -170,6 +201,56 @@ class Yarn(Section):
         return self.diameter / 2
 
 
+Stiffness = Annotated[float, Field(gt=0, le=1e12)]
+
+OF_CIRCLE = "or null for that of a solid circle of yarn.youngs_modulus"
+
+
+class BeamYarn(Yarn):
+    """Circular yarn of one material, or with stiffnesses of its own.
+
+    Two yarns that cross press each other with the force `pressing` (approach / diameter)^`pressing_exponent`.
+    """
+
+    stretching: Stiffness | None = physics(
+        "assumed", unit="N", allowed=f"a number > 0 in N: force over strain; {OF_CIRCLE}", default=None
+    )
+    """Fibres of a spun yarn are not one solid. Checked: against closed forms."""
+    bending: Stiffness | None = physics(
+        "assumed",
+        unit="N m2",
+        allowed=f"a number > 0 in N m2: moment over curvature; {OF_CIRCLE}",
+        default=None,
+    )
+    """Fibres of a spun yarn slide on each other. Checked: an elastica (tests/verification)."""
+    twisting: Stiffness | None = physics(
+        "assumed", unit="N m2", allowed=f"a number > 0 in N m2: moment over twist; {OF_CIRCLE}", default=None
+    )
+    """Fibres of a spun yarn slide on each other. Checked: against closed forms."""
+    pressing: Stiffness | None = physics(
+        "assumed",
+        unit="N",
+        allowed="a number > 0 in N: force of yarns that cross at an approach of a diameter; or null for what "
+        "beam.section says",
+        default=None,
+    )
+    """Yarns pressed between plates. Checked: against closed forms."""
+    pressing_exponent: float = physics(
+        "assumed",
+        meaning="of the force over the approach, where yarn.pressing is given",
+        default=1.5,
+        ge=1,
+        le=10,
+    )
+    """1: linear; 1.5: cylinders that cross (Hertz); spun yarns pressed between plates have 2 to 4. Checked: 1 to
+    2.4."""
+    set: float = physics(
+        "assumed", meaning="curvature free of stress over that of the drawn loop", default=1.0, ge=0, le=1
+    )
+    """1: the drawn shape is free of stress, as of a knit that has been heat-set; 0: the yarn is straight where nothing
+    holds it. Other than 1 in cells alone. Checked: 0 and 1."""
+
+
 # Load
 
 
@@ -219,9 +300,11 @@ class Tension(Section):
 
     @model_validator(mode="after")
     def _stops_are_on_the_way(self) -> Tension:
-        shares = (0.0, *(stop / self.strain for stop in self.stops), 1.0)
+        turns = getattr(self, "turns", ())
+        name, first = ("the first of load.turns", turns[0]) if turns else ("load.strain", self.strain)
+        shares = (0.0, *(stop / first for stop in self.stops), 1.0)
         if any(later <= earlier for earlier, later in pairwise(shares)):
-            wanted = f"go on from one to the next between 0 and load.strain, {self.strain:g}"
+            wanted = f"go on from one to the next between 0 and {name}, {first:g}"
             raise ValueError(f"stops is {list(self.stops)} but must {wanted}")
         return self
 
@@ -239,8 +322,34 @@ class KnitTension(Tension):
 class CellStrain(Tension):
     """A cell is deformed to an engineering `strain`: in course or wale direction, in both alike, or sheared.
 
-    `lateral`: the other strains in the plane are held at 0, or free, so that no force goes with them.
+    `lateral`: the other strains in the plane are held at 0, or free, so that no force goes with them. Before the last
+    strain the load goes to those of `turns`, in this order.
     """
+
+    strain: float = physics("stated", meaning="not 0 (0.05 is 5 %, -0.05 a compression)", ge=-0.5, le=4)
+    """Section 3.1: 5 % course strain; knitted fabrics take 20 to 200 %. Checked: -5 to 100 %."""
+    turns: tuple[Annotated[float, Field(ge=-0.5, le=4)], ...] = physics(
+        "choice",
+        allowed="a list of strains from -0.5 to 4, for example [0.3, 0] and strain 0.3; or []",
+        default=(),
+    )
+    """Loading, unloading and loading again show hysteresis. Checked: one cycle to 30 %."""
+    start: Literal["drawn", "rest", "rest_with_friction"] = physics(
+        "choice",
+        allowed="drawn (the shape of the loop as drawn), rest (without forces on the edges) or rest_with_friction "
+        "(the same, where friction stops it): of beams",
+        default="drawn",
+    )
+    """Strains and forces refer to the spacings at rest then. Checked: all three."""
+
+    @model_validator(mode="after")
+    def _has_ways_to_go(self) -> CellStrain:
+        way = (0.0, *self.turns, self.strain)
+        if any(one == other for one, other in pairwise(way)):
+            raise ValueError(
+                f"turns is {list(self.turns)} but must go somewhere else each time, from 0 to {self.strain:g}"
+            )
+        return self
 
     deformation: Literal["course", "wale", "biaxial", "shear"] = physics("choice", default="course")
     """Strains in the plane that define a shell's stiffness. Checked: all four."""
