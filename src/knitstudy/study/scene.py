@@ -196,6 +196,7 @@ class Scene:
     def scaled(self, length: float = 1.0, stiffness: float = 1.0) -> Scene:
         """Return the same scene in other units: lengths times `length`, moduli times `stiffness`."""
         factors = {"m": length, "Pa": stiffness, "N/m": stiffness * length}
+        factors |= {"N": stiffness * length**2, "N m2": stiffness * length**4}
         document = self.to_dict()
         for name, section in self.sections.items():
             for field in type(section).model_fields:
@@ -339,6 +340,8 @@ def _contradictions(scene: Scene) -> Iterator[str]:
             yield f"contact.tied_edges is 'outer' but must be none {of}"
     if specimen.name == "cell":
         yield from _of_cell(scene)
+    elif scene.value("yarn.set") not in (None, 1):
+        yield f"yarn.set is {scene.yarn.set:g} but must be 1 where specimen is {specimen.name}, which starts as drawn"
 
 
 def _of_knit(scene: Scene) -> Iterator[str]:
@@ -379,9 +382,11 @@ def _of_knit(scene: Scene) -> Iterator[str]:
 
 def _of_cell(scene: Scene) -> Iterator[str]:
     """Yield why a cell is not solved as cells are, or is written without a stiffness at rest."""
-    if scene.solver.linear not in ("auto", "lu"):
+    if scene.value("solver.linear") not in (None, "auto", "lu"):
         of = "where specimen is cell, which is solved directly"
         yield f"solver.linear is {scene.solver.linear!r} but must be auto or lu {of}"
+    if scene.fidelity != "beam" and scene.load.start != "drawn":
+        yield f"load.start is {scene.load.start} but must be drawn where fidelity is {scene.fidelity}"
     if "deck" in scene.outputs and scene.kind.interaction.touches:
         of = f"where specimen is cell and interaction {scene.interaction}"
         why = "before its yarns touch a knit is no shell; use interaction tie"
