@@ -300,10 +300,11 @@ class Tension(Section):
 
     @model_validator(mode="after")
     def _stops_are_on_the_way(self) -> Tension:
-        first = next(iter(getattr(self, "turns", ())), self.strain)
+        turns = getattr(self, "turns", ())
+        name, first = ("the first of load.turns", turns[0]) if turns else ("load.strain", self.strain)
         shares = (0.0, *(stop / first for stop in self.stops), 1.0)
         if any(later <= earlier for earlier, later in pairwise(shares)):
-            wanted = f"go on from one to the next between 0 and {first:g}, where the load first turns or ends"
+            wanted = f"go on from one to the next between 0 and {name}, {first:g}"
             raise ValueError(f"stops is {list(self.stops)} but must {wanted}")
         return self
 
