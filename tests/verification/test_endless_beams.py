@@ -101,7 +101,7 @@ def test_slender_elastic_yarn_carries_what_solid_yarns_do(deformation, wanted, c
 
 
 def test_stockinette_of_acrylic_yarn_is_that_of_an_independent_program():
-    """One stitch as a quintic spline with bending, stretching and the same contact, without torsion (docs/fabrics.md)."""
+    """One stitch as a quintic spline with bending, stretching and the same contact (docs/fabrics.md)."""
     keys = {
         name: SOFT[name]
         for name in ("fidelity", "geometry.free", "gates.polygon", "load.start", "load.lateral")
