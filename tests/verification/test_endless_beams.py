@@ -98,3 +98,35 @@ def test_slender_elastic_yarn_carries_what_solid_yarns_do(deformation, wanted, c
     history = simulate(scene, lay_out(scene))
     assert history.force_per_width.values[-1, 0] == pytest.approx(wanted, rel=0.10)
     assert -history.cell_strain.values[-1, 1] == pytest.approx(contraction, rel=0.2)
+
+
+def test_stockinette_of_acrylic_yarn_is_that_of_an_independent_program():
+    """One stitch as a quintic spline with bending, stretching and the same contact (docs/fabrics.md)."""
+    keys = {
+        name: SOFT[name]
+        for name in ("fidelity", "geometry.free", "gates.polygon", "load.start", "load.lateral")
+    }
+    spacings = {"pattern.wale_spacing": 3.3e-3, "pattern.course_spacing": 2.2e-3, "mesh.beam_size": 0.45}
+    yarn = {
+        "yarn.of": "acrylic",
+        "yarn.diameter": 0.859e-3,
+        "yarn.pressing": 33.9,
+        "contact.friction": 0.0,
+        "yarn.set": 0.0,
+    }
+    scene = load_scene("cell-course-isotropic").vary(
+        keys | spacings | yarn | {"pattern.stitches": ["K"], "geometry.diameter_share": 0.6}
+    )
+    geometry = lay_out(scene)
+    rest = STAGES["rest"].function(scene, geometry)
+    assert (rest.attrs["wale_spacing"], rest.attrs["course_spacing"]) == pytest.approx(
+        (3.13e-3, 1.90e-3), rel=5e-3
+    )
+    for axis, direction, strains in (
+        (0, "course", (0.175, 0.375, 0.486)),
+        (1, "wale", (0.091, 0.235, 0.324)),
+    ):
+        load = {"load.deformation": direction, "load.strain": 1.05 * strains[-1], "solver.increments": 20}
+        history = simulate(scene.vary(load), geometry, rest=rest)
+        force, strain = history.force_per_width.values[:, axis], history.cell_strain.values[:, axis]
+        assert np.interp([50, 150, 250], force, strain) == pytest.approx(strains, rel=0.025)

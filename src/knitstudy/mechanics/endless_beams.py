@@ -45,10 +45,11 @@ class EndlessBeams:
         image: np.ndarray,  # int (N, 2), how many periods away
         lattice: Lattice,
         contact: LineContact,
-        ramps: bool = False,  # whether natural curvature grows from none with the load
+        ramps: bool = False,  # whether natural curvature and diameter grow with the load
+        thinner: float = 0.0,  # by how much the diameter is smaller at first then [m]
     ) -> None:
         self.inner, self.owner, self.image = inner, owner, image
-        self.lattice, self.contact, self.ramps = lattice, contact, ramps
+        self.lattice, self.contact, self.ramps, self.thinner = lattice, contact, ramps, thinner
         self.nodes = int(owner.max()) + 1
         self.size = 6 * self.nodes + 3
         self.scale = np.append(inner.scale[: 6 * self.nodes], np.ones(3))
@@ -115,7 +116,7 @@ class EndlessBeams:
         """Return the state that a converged increment leaves."""
         vectors = self.vectors(state)
         tangent = self._tangents(self._all(state))
-        contact = self.contact.commit(state.beams, tangent, vectors, state.contact)
+        contact = self._contact(state).commit(state.beams, tangent, vectors, state.contact)
         return replace(state, contact=contact, dragged=self._dragged(state), moved=np.zeros(self.size))
 
     def _dragged(self, state: EndlessState) -> float:
@@ -126,7 +127,7 @@ class EndlessBeams:
         """Return forces, energies and, if asked, the tangent."""
         found = self.inner.respond(self._all(state), stiffness)
         vectors = self.vectors(state)
-        force, energy, tangent = self.contact.respond(
+        force, energy, tangent = self._contact(state).respond(
             state.beams, vectors, self.moves, state.contact, stiffness
         )
         if stiffness:
@@ -143,6 +144,10 @@ class EndlessBeams:
             stiffness=tangent,
             status=np.zeros(1),  # Contact begins softly, but a force may still jump within a step.
         )
+
+    def _contact(self, state: EndlessState) -> LineContact:
+        """Return the contact of yarns as thick as they have grown."""
+        return self.contact.thinner((1 - state.beams.released) * self.thinner) if self.ramps else self.contact
 
     def _all(self, state: EndlessState) -> BeamState:
         """Return the state of all nodes, images included."""

@@ -24,7 +24,8 @@ sections that have met there, up to mu times the part of their force along the c
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -153,6 +154,12 @@ class LineContact:
     ) -> None:
         self.yarn, self.arc_length, self.weight, self.period = yarn, arc_length, weight, period
         self.repulsion, self.friction, self.beside = repulsion, friction, beside
+
+    def thinner(self, by: float) -> LineContact:
+        """Return the contact of yarns whose diameter is smaller by a length [m]."""
+        found = copy(self)
+        found.repulsion = replace(self.repulsion, diameter=self.repulsion.diameter - by)
+        return found
 
     def touching(self, position: np.ndarray, vectors: np.ndarray, reach: float) -> Touching:
         """Return the pairs nearer than a reach [m] of points (n, 3) with the lattice vectors (2, 3) [m]."""

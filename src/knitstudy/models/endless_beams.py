@@ -161,8 +161,8 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
 def relax(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
     """Return the shape in which no force acts on the edges of the cell, and the friction that holds it there.
 
-    From the drawn shape, the natural curvature of the yarns grows from that of the drawn one to its own, with friction
-    on the way if `load.start` says so.
+    From the drawn shape, the natural curvature of the yarns grows from that of the drawn one to its own, and their
+    diameter from that for which the loops are drawn, with friction on the way if `load.start` says so.
     Raises ConvergenceError if there is no way to rest; other errors as of `build`.
     """
     fabric = Fabric.from_dataset(geometry)
@@ -173,7 +173,7 @@ def relax(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
         rows,
         Lattice(fabric.periods),
         scene.kind.interaction.friction(scene) if rubs else 0.0,
-        ramps=True,
+        drawn_for=2 * fabric.radius,
     )
     prescribed = PrescribedDisplacement(HELD, np.zeros(len(HELD)))
     settings = settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter)
@@ -234,7 +234,7 @@ def _model(
     rows: Rows,
     lattice: Lattice,
     friction: float,
-    ramps: bool = False,
+    drawn_for: float | None = None,  # diameter with which a way to rest begins [m]
 ) -> EndlessBeams:
     """Return the beams of the rows and their contact."""
     if not np.isfinite(friction):
@@ -257,7 +257,8 @@ def _model(
         friction,
         beside=np.pi * yarn.radius,
     )
-    return EndlessBeams(inner, rows.owner, rows.image, lattice, contact, ramps)
+    thinner = 0.0 if drawn_for is None else yarn.diameter - drawn_for
+    return EndlessBeams(inner, rows.owner, rows.image, lattice, contact, drawn_for is not None, thinner)
 
 
 # Stiffness against elastic slip over E R, where no key of beams says it

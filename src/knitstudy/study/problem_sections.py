@@ -135,6 +135,15 @@ class Geometry(Section):
         allowed='a list of the components that may move, one text such as "", z or xyz for every control point',
     )
     """The paper says that a subset of points and components moves, not which. Checked: one list."""
+    diameter_share: float = physics(
+        "choice",
+        meaning="the diameter that loops are drawn for over that of the yarn; less than 1 where yarns press each other "
+        "at rest, as soft ones do in tight fabrics",
+        default=1.0,
+        gt=0,
+        le=1,
+    )
+    """Drawn yarns do not overlap; those of measured fabrics are packed. Checked: 0.6."""
     samples: int = physics("stated", meaning="samples a Bezier curve", ge=4, le=10_000)
     """Section 2.1: 100 points a Bezier curve; true closest points are refined from them here. Checked: 100."""
 

@@ -338,6 +338,12 @@ def _contradictions(scene: Scene) -> Iterator[str]:
         if count < 3:
             of = f"where pattern.{name} is {count}: nothing is left that is not tied"
             yield f"contact.tied_edges is 'outer' but must be none {of}"
+    if scene.value("geometry.diameter_share") not in (None, 1) and scene.value("load.start") in (
+        None,
+        "drawn",
+    ):
+        of = "where load.start is not rest: only there do yarns press each other before the load"
+        yield f"geometry.diameter_share is {scene.geometry.diameter_share:g} but must be 1 {of}"
     if specimen.name == "cell":
         yield from _of_cell(scene)
     elif scene.value("yarn.set") not in (None, 1):
