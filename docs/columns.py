@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from knitstudy.loading.columns import CONTACTS, GEOMETRY, HISTORY, MESH, STRESSES, Columns
+from knitstudy.loading.columns import CONTACTS, GEOMETRY, HISTORY, MESH, REST, STRESSES, Columns
 
 PAGE = Path(__file__).with_name("files.md")
 
@@ -15,6 +15,7 @@ TABLES = {
     "stresses": STRESSES,
     "geometry": GEOMETRY,
     "mesh": MESH,
+    "rest": REST,
 }
 """By the name in the comments that a table of the page stands between."""
 

@@ -42,6 +42,26 @@ rule mesh:
         "../scripts/stage.py"
 
 
+rule rest:
+    input:
+        geometry=made("rest", "geometry"),
+        outdated=outdated("rest"),
+    output:
+        update("results/rest/{scene}.nc"),
+    log:
+        "logs/rest/{scene}.log",
+    threads: 1
+    resources:
+        mem_mb=memory("rest"),
+    params:
+        labels=labels,
+        reads=reads("rest"),
+    message:
+        "Relax {wildcards.scene}"
+    script:
+        "../scripts/stage.py"
+
+
 rule simulation:
     input:
         geometry=made("simulation", "geometry"),
@@ -49,6 +69,7 @@ rule simulation:
         contacts=made("simulation", "contacts"),
         springs=made("simulation", "springs"),
         stresses=made("simulation", "stresses"),
+        rest=made("simulation", "rest"),
         outdated=outdated("simulation"),
     output:
         update("results/simulation/{scene}.nc"),

@@ -65,20 +65,23 @@ def lay_out(scene):
 
 def initial_loop(scene):
     """The loop of a scene as it is drawn, before its optimisation: Loop."""
-    pattern, radius = scene.pattern, 0.5 * scene.yarn.diameter
+    pattern, radius = scene.pattern, drawn_radius(scene)
     if pattern.control_points is None:
         return _wanted(scene).drawn()
     spacings = pattern.wale_spacing, pattern.course_spacing
     return Loop(pattern.control_points, *spacings, radius, pattern.clearance)
 
 
+def drawn_radius(scene):
+    """Radius that loops are drawn for [m]."""
+    return 0.5 * scene.yarn.diameter * scene.geometry.diameter_share
+
+
 def _wanted(scene):
     """What the loop of a scene without control points is drawn for."""
     pattern = scene.pattern
     spacings = pattern.course_spacing, pattern.wale_spacing
-    return Wanted(
-        *spacings, 0.5 * scene.yarn.diameter, pattern.clearance, pattern.loop_length, pattern.stitches
-    )
+    return Wanted(*spacings, drawn_radius(scene), pattern.clearance, pattern.loop_length, pattern.stitches)
 
 
 def loop_of(scene):

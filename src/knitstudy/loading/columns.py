@@ -60,5 +60,8 @@ STRESSES = Columns("file of stresses", _LISTED.loc["stresses"])
 # Fabrics, and swept meshes
 GEOMETRY, MESH = Columns("geometry", _LISTED.loc["geometry"]), Columns("mesh", _LISTED.loc["mesh"])
 
+# Shapes at rest of cells of beams
+REST = Columns("shape at rest", _LISTED.loc["rest"])
+
 # Names of entries along a dimension, in all files
 COORDINATES = Columns("file", _LISTED.loc["coordinates"])

@@ -19,8 +19,8 @@ import xarray as xr
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.columns import HISTORY
 from knitstudy.mechanics.increment import PHASES, Increment, between_corners
+from knitstudy.study.problem_sections import CellStrain, Tension
 from knitstudy.study.problem_sections import Path as PairPath
-from knitstudy.study.problem_sections import Tension
 from knitstudy.study.scene import Scene
 
 DIRECTIONS = ("course", "wale")  # of a knit's load, along x and y
@@ -53,8 +53,31 @@ def load_path(scene: Scene, specimen: Fabric) -> Motion:
     return Motion(scene.load.strain * length * np.eye(3)[[axis]], (1.0,), stops, axis, length)
 
 
+# Which strains of a cell a deformation prescribes, by `load.deformation`
+PRESCRIBED = {"course": (1, 0, 0), "wale": (0, 1, 0), "biaxial": (1, 1, 0), "shear": (0, 0, 1)}
+
+
+def cell_path(load: CellStrain, lengths: np.ndarray) -> tuple[Motion, np.ndarray]:
+    """Return how the lattice of a cell with edges (3,) [m] moves (`Lattice.lengths`), and what is prescribed (3,).
+
+    Its displacement along x, y and in shear is the strain times the edge; legs take shares of the load by their strain.
+    """
+    chosen = np.array(PRESCRIBED[load.deformation], dtype=bool)
+    turns = np.array([*load.turns, load.strain])
+    way = np.cumsum(np.abs(np.diff(turns, prepend=0.0)))
+    corners = (*(way[:-1] / way[-1]).tolist(), 1.0)
+    stops = tuple(abs(stop) / way[-1] for stop in load.stops)
+    axis = int(np.argmax(chosen))
+    motion = Motion(turns[:, None] * chosen * lengths, corners, stops, axis, float(lengths[axis]))
+    return motion, chosen | (load.lateral == "fixed")
+
+
 def place_on_path(load: Tension | PairPath, factor: float) -> str:
     """Return where a load factor is on the load path, in words: a knit's strain, the leg of a pair's path."""
+    if isinstance(load, CellStrain) and load.turns:
+        motion, _ = cell_path(load, np.ones(3))
+        leg = int(np.searchsorted(motion.corners, factor - 1e-9)) + 1
+        return f"strain {motion.at(factor)[motion.axis]:.2%} on leg {leg} of {len(motion.corners)}"
     if isinstance(load, Tension):
         return f"strain {factor * load.strain:.2%}"
     legs = len(load.path)

@@ -7,6 +7,9 @@ t0 of an element of length L,
     Gamma = e / L - t,   K = Th / L,   (n, m) = C (Gamma, K)
     W = L/2 (Gamma . n + K . m)
 
+Elements that would be bent otherwise if nothing held them have the curvature K_0 at which they are free of stress, in
+the axes of their reference: K - Rm K_0 stands for K in the law and in W then.
+
 All vectors stand in global axes. C (6, 6) is the law of the section in the reference, turned by Rm. A straight section
 is the same in all directions across t and does not couple n and m; that of a curved rod does (`curved_rod.py`). The
 strains vanish in the reference: a curved yarn is a polygon of such elements, and its curvature is free of stress. A
@@ -95,10 +98,11 @@ class Elements:
     # (E, 6, 6) C, force [N] and moment [N m] over strain and curvature [1/m], in global axes as the reference
     # stands
     law: np.ndarray
+    natural: np.ndarray | float = 0.0  # (E, 3), curvature K_0 at which they are free of stress [1/m]
 
     @classmethod
-    def between(cls, chord: np.ndarray, section: SectionLaw) -> Elements:
-        """Return the elements with the reference chords (E, 3) [m].
+    def between(cls, chord: np.ndarray, section: SectionLaw, natural: np.ndarray | float = 0.0) -> Elements:
+        """Return the elements with the reference chords (E, 3) [m] and the natural curvatures (E, 3) [1/m].
 
         Raises GeometryError if an element has no length.
         """
@@ -106,7 +110,7 @@ class Elements:
         if not np.all(length > 0):
             worst = int(np.argmin(length))
             raise GeometryError(f"beam element {worst} has no length: its ends coincide")
-        return cls(length, chord / length[:, None], section.stiffness(chord))
+        return cls(length, chord / length[:, None], section.stiffness(chord), natural)
 
 
 @dataclass(frozen=True)
@@ -117,7 +121,7 @@ class Deformation:
     e: np.ndarray  # (E, 3), chord [m]
     Th: np.ndarray  # (E, 3), rotation of the second end against the first [rad]
     Gamma: np.ndarray  # (E, 3), strain
-    K: np.ndarray  # (E, 3), curvature [1/m]
+    K: np.ndarray  # (E, 3), curvature beyond the natural one [1/m]
     n: np.ndarray  # (E, 3), section force [N]
     m: np.ndarray  # (E, 3), section moment [N m]
     q: np.ndarray  # (E, 3), moment n x e of the section force over the element [N m]
@@ -125,8 +129,10 @@ class Deformation:
     halfway: Halfway  # scalars of the rotation maps
 
 
-def deform(elements: Elements, chord: np.ndarray, R1: np.ndarray, R2: np.ndarray) -> Deformation:
-    """Return the deformation for chords (E, 3) [m] and end rotations (E, 3, 3).
+def deform(
+    elements: Elements, chord: np.ndarray, R1: np.ndarray, R2: np.ndarray, released: float = 1.0
+) -> Deformation:
+    """Return the deformation for chords (E, 3) [m], end rotations (E, 3, 3) and a share of the natural curvature.
 
     Elements whose ends have turned by more than `LARGEST_ANGLE` against each other get forces of nan: a
     solver then takes a smaller step.
@@ -136,6 +142,8 @@ def deform(elements: Elements, chord: np.ndarray, R1: np.ndarray, R2: np.ndarray
     Rm = exp(0.5 * Th) @ R1
     Gamma = chord / elements.length[:, None] - np.einsum("eij,ej->ei", Rm, elements.axis)
     K = Th / elements.length[:, None]
+    if np.ndim(elements.natural):
+        K = K - released * np.einsum("eij,ej->ei", Rm, elements.natural)
     strain = np.stack([Gamma, K], axis=1)  # (E, 2, 3)
     turned_back = np.einsum("eji,ekj->eki", Rm, strain).reshape(-1, 6)
     forces = np.einsum("eij,ej->ei", elements.law, turned_back).reshape(-1, 2, 3)

@@ -25,6 +25,7 @@ class BeamState:
     position: np.ndarray  # (N, 3), positions [m]
     rotation: np.ndarray  # (N, 3, 3), rotations from the reference, where they are the identity
     contact: BeamContactHistory | None = None
+    released: float = 1.0  # share of the elements' natural curvature that acts
 
 
 class BeamModel(Memoryless):
@@ -46,6 +47,7 @@ class BeamModel(Memoryless):
         # springs between nodes, or between points that they carry in the same way; none if left out
         springs: LinearSprings | None = None,
         contact: BeamContact | None = None,  # of stations on rigid arms
+        natural: np.ndarray | float = 0.0,  # (E, 3), curvature of the beams free of stress, see `beam` [1/m]
     ) -> None:
         self.nodes = np.asarray(nodes, dtype=float)
         self.springs = springs or LinearSprings.none()
@@ -58,7 +60,7 @@ class BeamModel(Memoryless):
         self._armed = np.flatnonzero(self.offsets.any(axis=(1, 2)))
         points = self.nodes[self.ends] + self.offsets
         self.apart = points[:, 1] - points[:, 0]
-        self.elements = beam.Elements.between(self.apart[: self.beams], section)
+        self.elements = beam.Elements.between(self.apart[: self.beams], section, natural)
         self.size = self.block * len(self.nodes)
         self.length = float(np.mean(self.elements.length))
         self.radius = float(radius)
@@ -137,7 +139,7 @@ class BeamModel(Memoryless):
         first, second = np.swapaxes(state.position[self.ends] + arm, 0, 1)
         chord = second - first
         turned = state.rotation[self.ends[: self.beams]].swapaxes(0, 1)
-        now = beam.deform(self.elements, chord[: self.beams], *turned)
+        now = beam.deform(self.elements, chord[: self.beams], *turned, state.released)
         pull = self.springs.at_points((chord - self.apart)[self.beams :])
         return arm, chord, now, np.concatenate([beam.force(now), pull])
 

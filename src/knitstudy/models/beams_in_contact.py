@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+import xarray as xr
 from scipy.spatial import cKDTree
 
 from knitstudy.contacts.facets import tied_crossings
@@ -21,9 +22,11 @@ from knitstudy.loading.gates import require_stiff_contact
 from knitstudy.loading.history import Recorder
 from knitstudy.loading.solve import Problem, Reported, settings_of
 from knitstudy.mechanics.beam_approach import A, B, Curves, Pairs, approach
-from knitstudy.mechanics.beam_contact import BeamContact, Power, hertz
+from knitstudy.mechanics.beam_contact import BeamContact
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.increment import Increment
+from knitstudy.models import endless_beams
+from knitstudy.models.endless_beams import penalty, pressing
 from knitstudy.models.joints import JointPoints, Joints, contacts_of_crossings, patch_stiffness
 from knitstudy.models.network_3d import Network, loaded, spatial_network
 from knitstudy.study.scene import Scene
@@ -264,7 +267,7 @@ def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
     joints = Joints.all_tied(len(points.yarn))
     if scene.beam.tie == "pinned":
         # As stiff as contact that sticks, and never open.
-        joints = joints.pinned(_penalty(scene))
+        joints = joints.pinned(penalty(scene))
     elif scene.beam.tie == "patch" and tied.any():
         discs = contacts_of_crossings(fabric, scene.tie.radius).isel(crossing=tied)
         joints = joints.pinned(patch_stiffness(fabric, points, discs, scene.yarn))
@@ -282,10 +285,6 @@ def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
     return BeamKnit(beams, model, tied, neighbours, apart, crossings)
 
 
-# Stiffness against elastic slip over E R, where no key of beams says it
-STICK = 10.0
-
-
 def beam_contact(
     scene: Scene, beams: Network, curves: Curves, pairs: Pairs, beside: Pairs | None = None
 ) -> BeamContact:
@@ -294,27 +293,29 @@ def beam_contact(
     The stiffness against elastic slip is ``beam.stiffness`` for both laws: Hertz's approach is normal.
     """
     require_stiff_contact(scene, "beam.stiffness", patch=2.0)  # of half a radius
-    yarn, penalty = scene.yarn, _penalty(scene)
-    law = Power(penalty)
-    if scene.value("beam.section") in (None, "hertz"):
-        law = hertz(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius)
     friction = scene.kind.interaction.friction(scene)
     stations = beams.station_node, beams.station_offset
     every = pairs if beside is None else pairs.joined(beside)
-    return BeamContact(curves, every, *stations, yarn.radius, law, penalty, friction, len(pairs.start))
+    return BeamContact(
+        curves,
+        every,
+        *stations,
+        scene.yarn.radius,
+        pressing(scene),
+        penalty(scene),
+        friction,
+        len(pairs.start),
+    )
 
 
-def _penalty(scene: Scene) -> float:
-    """Return ``beam.stiffness`` in N/m."""
-    return (scene.value("beam.stiffness") or STICK) * scene.yarn.youngs_modulus * scene.yarn.radius
-
-
-def build(scene: Scene, fabric: Fabric) -> Problem:
-    """Return a scene with beams in contact as a problem.
+def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Problem:
+    """Return a scene with beams in contact as a problem; a cell of an endless fabric may begin with a shape at rest.
 
     Raises DataFileError if ties yield and no compliance is known for their size; GeometryError if two ties of a yarn
     coincide, or a yarn has too few nodes for a smooth centreline.
     """
+    if len(fabric.periods):
+        return endless_beams.build(scene, fabric, rest)
     beams = beam_knit(scene, fabric)
     law = beams.model.contact
     return loaded(

@@ -19,7 +19,7 @@ from scipy.sparse.linalg import splu
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.spline import Centreline
 from knitstudy.loading.gates import require_sound
-from knitstudy.loading.history import Motion
+from knitstudy.loading.history import cell_path
 from knitstudy.loading.solve import Problem, Reported, settings_of
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
@@ -38,9 +38,6 @@ from knitstudy.study.scene import Scene
 HELD = np.zeros(1, dtype=np.int64)
 FIXED = np.arange(3)  # its unknowns
 
-# Which strains a deformation prescribes, by `load.deformation`
-PRESCRIBED = {"course": (1, 0, 0), "wale": (0, 1, 0), "biaxial": (1, 1, 0), "shear": (0, 0, 1)}
-
 
 def problem(scene: Scene, fabric: Fabric, parts: Discretisation) -> Problem:
     """Return a scene whose fabric is endless as a problem, from its discretisation (`spline_yarns`).
@@ -51,21 +48,19 @@ def problem(scene: Scene, fabric: Fabric, parts: Discretisation) -> Problem:
     """
     cell = assemble(scene, fabric, parts)
     yarns, model, lattice, load = cell.yarns, cell.model, cell.lattice, scene.load
-    chosen = np.array(PRESCRIBED[load.deformation], dtype=bool)
-    end = load.strain * chosen * lattice.lengths
-    prescribed = chosen | (load.lateral == "fixed")
-    axis = int(np.argmax(chosen))
-    stops = tuple(stop / load.strain for stop in load.stops)
+    motion, prescribed = cell_path(load, lattice.lengths)
+    held = np.zeros((len(motion.displacement), len(FIXED)))
     return Problem(
         scene=scene,
         model=model,
         prescribed=PrescribedDisplacement(
             np.concatenate([FIXED, model.lattice[prescribed]]),
-            np.concatenate([np.zeros(len(FIXED)), end[prescribed]]),
-            stops=stops,
+            np.concatenate([held, motion.displacement[:, prescribed]], axis=1),
+            motion.corners,
+            motion.stops,
         ),
         settings=settings_of(scene, yarns.touches),
-        motion=Motion(end[None], (1.0,), stops, axis, float(lattice.lengths[axis])),
+        motion=motion,
         driven=model.lattice[None],
         stations=solids.stations_of(parts.mesh),
         observer=cell,

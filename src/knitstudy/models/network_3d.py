@@ -72,11 +72,7 @@ class Network:
 
     def section(self, yarn: Yarn, law: str) -> SectionLaw:
         """Return the section of the elements; law "straight", or "curved" where elements follow a yarn."""
-        if law == "curved" and self.curvature is not None:
-            return CurvedSection(yarn.radius, yarn.youngs_modulus, yarn.poisson_ratio, self.curvature)
-        return Section.circular(
-            yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio, self.yarns_side_by_side
-        )
+        return section_of(yarn, law, self.curvature, self.yarns_side_by_side)
 
     def model(self, yarn: Yarn, law: str, contact: BeamContact | None = None) -> BeamModel:
         """Return the network as beams of circular yarn, with the law of `section`."""
@@ -86,6 +82,26 @@ class Network:
     def station_displacement(self, model: BeamModel, state: BeamState) -> np.ndarray:
         """Return the displacement (S, 3) of the stations [m]."""
         return model.carried(state, self.station_node, self.station_offset) - self.stations.position
+
+
+def section_of(
+    yarn: Yarn, law: str, curvature: np.ndarray | None, count: float | np.ndarray = 1.0
+) -> SectionLaw:
+    """Return the section of beams that stand for `count` yarns each, bent as `curvature` (E, 3) [1/m] as drawn.
+
+    Stiffnesses that the yarn has of its own replace those of a solid circle, whose law "curved" then corrects nothing.
+    """
+    circle = Section.circular(yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio, count)
+    own = {name: getattr(yarn, key, None) for name, key in OWN.items()}
+    own = {name: value * np.asarray(count) for name, value in own.items() if value is not None}
+    if "EA" in own:
+        own["kGA"] = circle.kGA / circle.EA * own["EA"]
+    if not own and law == "curved" and curvature is not None:
+        return CurvedSection(yarn.radius, yarn.youngs_modulus, yarn.poisson_ratio, curvature)
+    return replace(circle, **own)
+
+
+OWN = {"EA": "stretching", "EI": "bending", "GJ": "twisting"}  # keys of the yarn
 
 
 def grips(network: Network, fabric: Fabric, direction: str) -> Grips:

@@ -86,14 +86,15 @@ def simulate(
     contacts: xr.Dataset | None = None,
     springs: xr.Dataset | None = None,
     stresses: xr.Dataset | None = None,
+    rest: xr.Dataset | None = None,
     run: Run = IN_MEMORY,
 ) -> xr.Dataset:
     """Return the history of a scene from the results of other stages, in the formats of docs/files.md.
 
-    Solid yarns have a mesh; contacts, springs and stresses are those of the simulations that ``rom.contacts_from``,
-    ``rom.springs_from`` (or ``window.springs_from``) and ``rom.stress_from`` name. Raises as `build` and
-    `solve_load_path`.
+    Solid yarns have a mesh, cells that start from it a shape at rest. Contacts, springs and stresses are
+    those of the simulations that ``rom.contacts_from``, ``rom.springs_from`` (or ``window.springs_from``) and
+    ``rom.stress_from`` name. Raises as `build` and `solve_load_path`.
     """
     swept = None if mesh is None else SweptMesh.from_dataset(mesh)
-    data = {"mesh": swept, "contacts": contacts, "springs": springs, "stresses": stresses}
+    data = {"mesh": swept, "contacts": contacts, "springs": springs, "stresses": stresses, "rest": rest}
     return solve(scene, Fabric.from_dataset(geometry), run, **data)

@@ -1,6 +1,6 @@
 """The stages, each declared once: what it reads of a scene, what it is made from, its function, and its file.
 
-    geometry -> mesh -> simulation -> contacts, stress -> exports
+    geometry -> mesh, rest -> simulation -> contacts, stress -> exports
 
 The rules of the workflow, `simulate`, the command and the benchmarks take the stages from `STAGES`.
 """
@@ -25,7 +25,7 @@ from knitstudy.mechanics.contact import friction
 from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mesh import mesher
-from knitstudy.models import stress
+from knitstudy.models import endless_beams, stress
 from knitstudy.models.simulate import MODELS, simulate
 from knitstudy.stages.cost import expected_memory, expected_seconds, machine_memory
 from knitstudy.study.scene import Scene
@@ -114,6 +114,11 @@ def has_mesh(scene: Scene) -> bool:
     return scene.kind.direct
 
 
+def starts_from_rest(scene: Scene) -> bool:
+    """Whether the load of a scene begins with a shape at rest."""
+    return scene.value("load.start") not in (None, "drawn")
+
+
 def _model_code(scene: Scene) -> tuple[str, ...]:
     """Return the modules of the model of a scene, of its elements and its material."""
     found = [MODELS[scene.fidelity].__module__]
@@ -142,6 +147,8 @@ def _model_needs(scene: Scene, named: Named) -> Needs:
     found: dict[str, tuple[str, Scene]] = {"geometry": ("geometry", scene)}
     if has_mesh(scene):
         found["mesh"] = ("mesh", scene)
+    if starts_from_rest(scene):
+        found["rest"] = ("rest", scene)
     found |= {name: (stage, named(key)) for name, (stage, key) in sources.items() if scene.value(key)}
     if "stresses" in found:
         _require_fields(found["stresses"][1])
@@ -204,6 +211,24 @@ _STAGES = (
         function=mesher.mesh,
         reads=("load.direction", "mesh.size", "mesh.growth", "mesh.refinement"),
         of=has_mesh,
+        needs=lambda scene, named: {"geometry": ("geometry", scene)},
+        wanted=lambda scene: False,
+    ),
+    Stage(
+        name="rest",
+        path_pattern="rest/{scene}.nc",
+        function=endless_beams.relax,
+        reads=(
+            *KIND,
+            "yarn",
+            "mesh.beam_size",
+            "mesh.section_law",
+            "contact.friction",
+            "beam",
+            "solver",
+            "load.start",
+        ),
+        of=starts_from_rest,
         needs=lambda scene, named: {"geometry": ("geometry", scene)},
         wanted=lambda scene: False,
     ),

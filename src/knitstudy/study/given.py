@@ -1,4 +1,4 @@
-"""Other ways to say what a knit is: stitches and courses per length, tex, control points in a file.
+"""Other ways to say what a knit is: stitches and courses per length, tex, control points in a file, a yarn by its name.
 
 These names may be set like keys of a scene, in families and with ``--set``; a scene has the keys that they stand for.
 """
@@ -18,6 +18,7 @@ import numpy as np
 import pandas as pd
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.study.yarns import OF
 
 log = logging.getLogger(__name__)
 
@@ -32,7 +33,7 @@ POINTS_FILE = "pattern.points_file"
 ROUNDED = 1e-6  # wale spacings by which points of a file may miss their symmetry without a word
 _COLUMN = re.compile(r"([xyz]) *[(\[]?(mm|m|)[)\]]?")
 
-OTHER_WAYS = (*PER_METRE, TEX, DENSITY, POINTS_FILE)
+OTHER_WAYS = (*PER_METRE, TEX, DENSITY, POINTS_FILE, OF)
 """Names that may be set like keys, though no scene has them."""
 
 DRAWS = (COURSE, WALE, LENGTH)

@@ -39,7 +39,16 @@ from knitstudy.study.model_sections import (
     WindowGates,
     WindowMesh,
 )
-from knitstudy.study.problem_sections import CellStrain, Geometry, KnitTension, Pair, Path, Pattern, Yarn
+from knitstudy.study.problem_sections import (
+    BeamYarn,
+    CellStrain,
+    Geometry,
+    KnitTension,
+    Pair,
+    Path,
+    Pattern,
+    Yarn,
+)
 
 if TYPE_CHECKING:
     from knitstudy.study.scene import Scene
@@ -186,8 +195,15 @@ FIDELITIES = _by_name(
     Fidelity(
         "beam",
         "beams in contact",
-        specimens=("knit", "cut_knit"),
-        sections={"mesh": BeamMesh, "tie": Tie, "solver": Newton, "gates": BeamGates, "beam": Beam},
+        specimens=("knit", "cut_knit", "cell"),
+        sections={
+            "yarn": BeamYarn,
+            "mesh": BeamMesh,
+            "tie": Tie,
+            "solver": Newton,
+            "gates": BeamGates,
+            "beam": Beam,
+        },
         touching={"contact": TiedEdges},
         tied=None,
     ),

@@ -135,6 +135,15 @@ class Geometry(Section):
         allowed='a list of the components that may move, one text such as "", z or xyz for every control point',
     )
     """The paper says that a subset of points and components moves, not which. Checked: one list."""
+    diameter_share: float = physics(
+        "choice",
+        meaning="the diameter that loops are drawn for over that of the yarn; less than 1 where yarns press each other "
+        "at rest, as soft ones do in tight fabrics",
+        default=1.0,
+        gt=0,
+        le=1,
+    )
+    """Drawn yarns do not overlap; those of measured fabrics are packed. Checked: 0.6."""
     samples: int = physics("stated", meaning="samples a Bezier curve", ge=4, le=10_000)
     """Section 2.1: 100 points a Bezier curve; true closest points are refined from them here. Checked: 100."""
 
@@ -201,6 +210,56 @@ class Yarn(Section):
         return self.diameter / 2
 
 
+Stiffness = Annotated[float, Field(gt=0, le=1e12)]
+
+OF_CIRCLE = "or null for that of a solid circle of yarn.youngs_modulus"
+
+
+class BeamYarn(Yarn):
+    """Circular yarn of one material, or with stiffnesses of its own.
+
+    Two yarns that cross press each other with the force `pressing` (approach / diameter)^`pressing_exponent`.
+    """
+
+    stretching: Stiffness | None = physics(
+        "assumed", unit="N", allowed=f"a number > 0 in N: force over strain; {OF_CIRCLE}", default=None
+    )
+    """Fibres of a spun yarn are not one solid. Checked: against closed forms."""
+    bending: Stiffness | None = physics(
+        "assumed",
+        unit="N m2",
+        allowed=f"a number > 0 in N m2: moment over curvature; {OF_CIRCLE}",
+        default=None,
+    )
+    """Fibres of a spun yarn slide on each other. Checked: an elastica (tests/verification)."""
+    twisting: Stiffness | None = physics(
+        "assumed", unit="N m2", allowed=f"a number > 0 in N m2: moment over twist; {OF_CIRCLE}", default=None
+    )
+    """Fibres of a spun yarn slide on each other. Checked: against closed forms."""
+    pressing: Stiffness | None = physics(
+        "assumed",
+        unit="N",
+        allowed="a number > 0 in N: force of yarns that cross at an approach of a diameter; or null for what "
+        "beam.section says",
+        default=None,
+    )
+    """Yarns pressed between plates. Checked: against closed forms."""
+    pressing_exponent: float = physics(
+        "assumed",
+        meaning="of the force over the approach, where yarn.pressing is given",
+        default=1.5,
+        ge=1,
+        le=10,
+    )
+    """1: linear; 1.5: cylinders that cross (Hertz); spun yarns pressed between plates have 2 to 4. Checked: 1 to
+    2.4."""
+    set: float = physics(
+        "assumed", meaning="curvature free of stress over that of the drawn loop", default=1.0, ge=0, le=1
+    )
+    """1: the drawn shape is free of stress, as of a knit that has been heat-set; 0: the yarn is straight where nothing
+    holds it. Other than 1 in cells alone. Checked: 0 and 1."""
+
+
 # Load
 
 
@@ -250,9 +309,11 @@ class Tension(Section):
 
     @model_validator(mode="after")
     def _stops_are_on_the_way(self) -> Tension:
-        shares = (0.0, *(stop / self.strain for stop in self.stops), 1.0)
+        turns = getattr(self, "turns", ())
+        name, first = ("the first of load.turns", turns[0]) if turns else ("load.strain", self.strain)
+        shares = (0.0, *(stop / first for stop in self.stops), 1.0)
         if any(later <= earlier for earlier, later in pairwise(shares)):
-            wanted = f"go on from one to the next between 0 and load.strain, {self.strain:g}"
+            wanted = f"go on from one to the next between 0 and {name}, {first:g}"
             raise ValueError(f"stops is {list(self.stops)} but must {wanted}")
         return self
 
@@ -270,8 +331,34 @@ class KnitTension(Tension):
 class CellStrain(Tension):
     """A cell is deformed to an engineering `strain`: in course or wale direction, in both alike, or sheared.
 
-    `lateral`: the other strains in the plane are held at 0, or free, so that no force goes with them.
+    `lateral`: the other strains in the plane are held at 0, or free, so that no force goes with them. Before the last
+    strain the load goes to those of `turns`, in this order.
     """
+
+    strain: float = physics("stated", meaning="not 0 (0.05 is 5 %, -0.05 a compression)", ge=-0.5, le=4)
+    """Section 3.1: 5 % course strain; knitted fabrics take 20 to 200 %. Checked: -5 to 100 %."""
+    turns: tuple[Annotated[float, Field(ge=-0.5, le=4)], ...] = physics(
+        "choice",
+        allowed="a list of strains from -0.5 to 4, for example [0.3, 0] and strain 0.3; or []",
+        default=(),
+    )
+    """Loading, unloading and loading again show hysteresis. Checked: one cycle to 30 %."""
+    start: Literal["drawn", "rest", "rest_with_friction"] = physics(
+        "choice",
+        allowed="drawn (the shape of the loop as drawn), rest (without forces on the edges) or rest_with_friction "
+        "(the same, where friction stops it): of beams",
+        default="drawn",
+    )
+    """Strains and forces refer to the spacings at rest then. Checked: all three."""
+
+    @model_validator(mode="after")
+    def _has_ways_to_go(self) -> CellStrain:
+        way = (0.0, *self.turns, self.strain)
+        if any(one == other for one, other in pairwise(way)):
+            raise ValueError(
+                f"turns is {list(self.turns)} but must go somewhere else each time, from 0 to {self.strain:g}"
+            )
+        return self
 
     deformation: Literal["course", "wale", "biaxial", "shear"] = physics("choice", default="course")
     """Strains in the plane that define a shell's stiffness. Checked: all four."""

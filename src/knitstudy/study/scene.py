@@ -18,9 +18,10 @@ import numpy as np
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.materials import MATERIALS
-from knitstudy.study.given import in_base_keys
+from knitstudy.study.given import POINTS, in_base_keys
 from knitstudy.study.keys import Section, describe, lists, tuples, validated
 from knitstudy.study.kinds import Kind, Labels, all_sections, labels_of, not_of_kind, unknown_key
+from knitstudy.study.yarns import LENGTH, OF, STITCHES, keys_of_yarn
 
 SOLID = ("hexahedra", "spline_yarns")  # Fidelities whose material may have an axis
 
@@ -56,6 +57,9 @@ class Scene:
         does not have are left out. The scene remembers them, so that `vary` can make it one of another kind.
         Raises ConfigurationError when a key is unknown, missing, of another kind or has a value that is not allowed.
         """
+        if OF in flat(document):
+            said, yarn = without_yarn(flat(document), where)
+            document, defaults = nested(said, where), nested(flat(defaults) | yarn, where)
         document = nested_in_base_keys(document, where)
         document = {name: defaults[name] for name in Labels.model_fields if name in defaults} | document
         labels = labels_of(document, where)
@@ -178,8 +182,10 @@ class Scene:
         Raises ConfigurationError when a key is unknown or a value is not allowed.
         """
         where, document = f"scene {self.name!r}", self.to_dict()
+        changes, yarn = without_yarn(changes, where)
         changes = in_base_keys(changes, where)
         kind = Kind.of(labels_of(document | {"outputs": []} | dict(changes), where), where)
+        changes = {key: value for key, value in yarn.items() if kind.has(key)} | changes
         document["outputs"] = [name for name in self.outputs if name in kind.outputs]
         stays: dict = {}
         for key, value in (flat(document) | dict(changes)).items():
@@ -190,6 +196,7 @@ class Scene:
     def scaled(self, length: float = 1.0, stiffness: float = 1.0) -> Scene:
         """Return the same scene in other units: lengths times `length`, moduli times `stiffness`."""
         factors = {"m": length, "Pa": stiffness, "N/m": stiffness * length}
+        factors |= {"N": stiffness * length**2, "N m2": stiffness * length**4}
         document = self.to_dict()
         for name, section in self.sections.items():
             for field in type(section).model_fields:
@@ -246,14 +253,34 @@ def flat(document: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
+def without_yarn(said: Mapping[str, Any], where: str) -> tuple[dict[str, Any], dict[str, float]]:
+    """Return dotted keys without the name of a yarn, and the keys that the yarn gives beside them.
+
+    The yarn in a loop is among the former: it asks for a loop that is drawn.
+    """
+    said = dict(said)
+    if OF not in said:
+        return said, {}
+    given = keys_of_yarn(said.pop(OF), said.get(STITCHES), where)
+    length = given.pop(LENGTH, None)
+    if length is not None and (said.get(LENGTH), said.get(POINTS)) == (None, None):
+        said[LENGTH] = length
+    return said, given
+
+
 def nested_in_base_keys(document: Mapping[str, Any], where: str) -> dict[str, Any]:
     """Return a nested document with base keys for all other ways to say them; see `knitstudy.study.given`."""
     said = flat(document)
     base = in_base_keys(said, where)
     if base == said:
         return dict(document)
+    return nested(base, where)
+
+
+def nested(said: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """Return nested keys from dotted ones; ConfigurationError where one does not exist."""
     found: dict[str, Any] = {}
-    for key, value in base.items():
+    for key, value in said.items():
         set_dotted(found, key, value, where)
     return found
 
@@ -311,8 +338,16 @@ def _contradictions(scene: Scene) -> Iterator[str]:
         if count < 3:
             of = f"where pattern.{name} is {count}: nothing is left that is not tied"
             yield f"contact.tied_edges is 'outer' but must be none {of}"
+    if scene.value("geometry.diameter_share") not in (None, 1) and scene.value("load.start") in (
+        None,
+        "drawn",
+    ):
+        of = "where load.start is not rest: only there do yarns press each other before the load"
+        yield f"geometry.diameter_share is {scene.geometry.diameter_share:g} but must be 1 {of}"
     if specimen.name == "cell":
         yield from _of_cell(scene)
+    elif scene.value("yarn.set") not in (None, 1):
+        yield f"yarn.set is {scene.yarn.set:g} but must be 1 where specimen is {specimen.name}, which starts as drawn"
 
 
 def _of_knit(scene: Scene) -> Iterator[str]:
@@ -357,9 +392,11 @@ def _of_knit(scene: Scene) -> Iterator[str]:
 
 def _of_cell(scene: Scene) -> Iterator[str]:
     """Yield why a cell is not solved as cells are, or is written without a stiffness at rest."""
-    if scene.solver.linear not in ("auto", "lu"):
+    if scene.value("solver.linear") not in (None, "auto", "lu"):
         of = "where specimen is cell, which is solved directly"
         yield f"solver.linear is {scene.solver.linear!r} but must be auto or lu {of}"
+    if scene.fidelity != "beam" and scene.load.start != "drawn":
+        yield f"load.start is {scene.load.start} but must be drawn where fidelity is {scene.fidelity}"
     if "deck" in scene.outputs and scene.kind.interaction.touches:
         of = f"where specimen is cell and interaction {scene.interaction}"
         why = "before its yarns touch a knit is no shell; use interaction tie"

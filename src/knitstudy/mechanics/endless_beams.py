@@ -1,0 +1,165 @@
+"""Beams of yarns that repeat themselves in two directions, and touch each other and their images."""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from knitstudy.mechanics.beam_model import BeamModel, BeamState
+from knitstudy.mechanics.line_contact import LineContact, LineHistory
+from knitstudy.mechanics.model import Response, summed
+from knitstudy.mechanics.periodic import Lattice
+
+# Where yarns do not touch yet nothing holds their rows or a free lattice: a faint drag within each increment does, this
+# times EI / L^3 of the yarn of one period. Loops resist by a hundred EI / L^3 and more
+DRAG = 0.01
+
+
+@dataclass(frozen=True)
+class EndlessState:
+    """Configuration of the n nodes of one period."""
+
+    beams: BeamState
+    lattice: np.ndarray  # (3,), strains in the plane times `Lattice.lengths` [m]
+    contact: LineHistory
+    moved: np.ndarray  # (6 n + 3,), change of the unknowns since the increment began
+    dragged: float = 0.0  # work of the drag before [J]
+
+
+class EndlessBeams:
+    """A model whose unknowns are six of every node of one period, and the three of the lattice.
+
+    The elements between them are those of `inner`, whose further nodes are images: they move with their nodes and with
+    the lattice, and turn as their nodes do.
+    """
+
+    block = 3
+
+    def __init__(
+        self,
+        inner: BeamModel,  # of N nodes
+        owner: np.ndarray,  # int (N,), node of the period; the first n are themselves
+        image: np.ndarray,  # int (N, 2), how many periods away
+        lattice: Lattice,
+        contact: LineContact,
+        ramps: bool = False,  # whether natural curvature and diameter grow with the load
+        thinner: float = 0.0,  # by how much the diameter is smaller at first then [m]
+    ) -> None:
+        self.inner, self.owner, self.image = inner, owner, image
+        self.lattice, self.contact, self.ramps, self.thinner = lattice, contact, ramps, thinner
+        self.nodes = int(owner.max()) + 1
+        self.size = 6 * self.nodes + 3
+        self.scale = np.append(inner.scale[: 6 * self.nodes], np.ones(3))
+        self.length = inner.length
+        zero = np.zeros((1, 3))
+        self.moves = np.stack(
+            [lattice.jumps(k, zero, np.ones(1))[0, :, :3] / lattice.lengths for k in range(2)]
+        )
+        start = inner.start()
+        drawn = BeamState(
+            start.position[: self.nodes], start.rotation[: self.nodes], released=0.0 if ramps else 1.0
+        )
+        self._begins = EndlessState(drawn, np.zeros(3), LineHistory.none(), np.zeros(self.size))
+        self._drag = np.append(np.tile([1 / self.nodes] * 3 + [0] * 3, self.nodes), np.ones(3))
+        bending = np.trace(inner.elements.law[:, 3:, 3:], axis1=1, axis2=2).mean() / 3
+        period = inner.elements.length.sum() / (len(owner) - self.nodes)
+        self._drag *= DRAG * bending / period**3
+        self._stored: dict[str, float] = {}  # energies there
+        i = np.arange(6 * len(owner)).reshape(-1, 6)
+        own = sp.csr_matrix(
+            (np.ones(i.size), (i.ravel(), (6 * owner[:, None] + np.arange(6)).ravel())), (i.size, self.size)
+        )
+        shift = np.einsum("ka,aij->kij", image, self.moves)
+        at = np.broadcast_to(i[:, :3, None], shift.shape)
+        column = np.broadcast_to(self.lattice_unknowns, shift.shape)
+        self.spread = own + sp.csr_matrix((shift.ravel(), (at.ravel(), column.ravel())), own.shape)
+        self._collect = sp.csr_matrix(self.spread.T)
+
+    def starting_at(self, state: EndlessState) -> EndlessBeams:
+        """Return the model with another state in which the load begins; energies count from there on."""
+        found = copy(self)
+        found._stored = {}
+        found._begins, found._stored = state, found.respond(state, stiffness=False).energy
+        return found
+
+    @property
+    def lattice_unknowns(self) -> np.ndarray:
+        """Unknowns (3,) of the lattice."""
+        return self.size + np.arange(-3, 0)
+
+    def start(self) -> EndlessState:
+        """Return the state in which the load begins."""
+        return self._begins
+
+    def vectors(self, state: EndlessState) -> np.ndarray:
+        """Return the lattice vectors (2, 3) in a state [m]."""
+        return self.lattice.vectors + self.moves @ state.lattice
+
+    def advance(self, state: EndlessState, step: np.ndarray) -> EndlessState:
+        """Return the state a step (size,) further."""
+        turn = np.asarray(step[:-3])
+        beams = self.inner.advance(state.beams, turn)
+        return replace(state, beams=beams, lattice=state.lattice + step[-3:], moved=state.moved + step)
+
+    def begin(self, state: EndlessState, load: float, change: float) -> EndlessState:
+        """Return the state in which an increment to a load factor starts."""
+        beams = replace(state.beams, released=load) if self.ramps else state.beams
+        return replace(state, beams=beams, moved=np.zeros(self.size))
+
+    def settle(self, state: EndlessState) -> None:
+        """Return None: a balanced state is a converged one."""
+
+    def commit(self, state: EndlessState) -> EndlessState:
+        """Return the state that a converged increment leaves."""
+        vectors = self.vectors(state)
+        tangent = self._tangents(self._all(state))
+        contact = self._contact(state).commit(state.beams, tangent, vectors, state.contact)
+        return replace(state, contact=contact, dragged=self._dragged(state), moved=np.zeros(self.size))
+
+    def _dragged(self, state: EndlessState) -> float:
+        """Return the work of the drag so far [J]."""
+        return state.dragged + 0.5 * float(self._drag @ state.moved**2)
+
+    def respond(self, state: EndlessState, stiffness: bool) -> Response:
+        """Return forces, energies and, if asked, the tangent."""
+        found = self.inner.respond(self._all(state), stiffness)
+        vectors = self.vectors(state)
+        force, energy, tangent = self._contact(state).respond(
+            state.beams, vectors, self.moves, state.contact, stiffness
+        )
+        if stiffness:
+            own = self._collect @ sp.csr_matrix(found.stiffness) @ self.spread
+            tangent = sp.csr_matrix(own + tangent + sp.diags(self._drag))
+            tangent.sort_indices()
+        return replace(
+            found,
+            force=self._collect @ found.force + force + self._drag * state.moved,
+            energy=summed(
+                found.energy | energy | {"stabilisation": self._dragged(state)},
+                {form: -stored for form, stored in self._stored.items()},
+            ),
+            stiffness=tangent,
+            status=np.zeros(1),  # Contact begins softly, but a force may still jump within a step.
+        )
+
+    def _contact(self, state: EndlessState) -> LineContact:
+        """Return the contact of yarns as thick as they have grown."""
+        return self.contact.thinner((1 - state.beams.released) * self.thinner) if self.ramps else self.contact
+
+    def _all(self, state: EndlessState) -> BeamState:
+        """Return the state of all nodes, images included."""
+        beams = state.beams
+        position = beams.position[self.owner] + self.image @ self.vectors(state)
+        return replace(beams, position=position, rotation=beams.rotation[self.owner])
+
+    def _tangents(self, every: BeamState) -> np.ndarray:
+        """Return unit tangents (n, 3) of the yarns at the nodes: the mean of the chords on both sides."""
+        first, second = self.inner.ends.T
+        chord = every.position[second] - every.position[first]
+        total = np.zeros((self.nodes, 3))
+        np.add.at(total, self.owner[first], chord)
+        np.add.at(total, self.owner[second], chord)
+        return total / np.linalg.norm(total, axis=1, keepdims=True)

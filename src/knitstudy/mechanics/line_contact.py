@@ -1,0 +1,337 @@
+"""Contact with friction between the points of yarns that repeat themselves, as a double integral over both yarns.
+
+Yarns that lie along each other, wrap around each other or touch at several places need no closest points here: every
+pair of short pieces of yarn repels with a potential V of the distance r of their centres (Kaldor, James and Marschner
+2008),
+
+    U = int int V(|x(s) - x(t)|) ds dt.
+
+V follows from what is measured, the force F of two yarns that cross at a right angle. Straight ones a distance d apart
+have |x(s) - x(t)|^2 = d^2 + s^2 + t^2, so that
+
+    U(d) = 2 pi int_d^D V(r) r dr,   F = 2 pi d V(d),   V(r) = F(r) / (2 pi r).
+
+Yarns at an angle carry F / sin(angle), and parallel ones a force per length that grows with the approach to the
+exponent less a half: for F of Hertz's exponent 1.5 it is linear, as that of cylinders nearly is.
+
+Points are the nodes of the beams, with the lengths that they stand for. They resolve F from an approach e on, at which
+the yarns touch over four of their spacings. Below it F starts softly: the approach is replaced by (delta + e/2)^2 / 2e
+where it lies between -e/2 and e/2.
+
+Two pieces rub at the middle between them. Friction is a stiffness times the elastic slip of two points of their
+sections that have met there, up to mu times the part of their force along the common normal of both yarns.
+"""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.spatial import cKDTree
+
+from knitstudy.mechanics.beam_contact import Power
+from knitstudy.mechanics.rotation import hat
+
+if TYPE_CHECKING:
+    from knitstudy.mechanics.beam_model import BeamState
+
+ELASTIC = 0.01  # elastic slip at which friction is fully mobilised, over the diameter
+SPACINGS = 4.0  # length of contact from which on the law is exact, over the spacing of points
+# Nearly parallel yarns have no common normal: sin^2 of their angle below which the way between them counts
+PARALLEL = 0.02
+
+
+@dataclass(frozen=True)
+class Repulsion:
+    """The potential of two short pieces, from the force of two yarns that cross."""
+
+    law: Power  # of that force, over the gap
+    diameter: float  # distance at which it begins, D [m]
+    onset: float  # e [m]
+
+    @property
+    def reach(self) -> float:
+        """Largest distance at which pieces repel [m]."""
+        return self.diameter + 0.5 * self.onset
+
+    def crossing(self, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return F (k,) [N] of yarns that cross at distances (k,) [m], and its two derivatives."""
+        e, p = self.onset, self.law.exponent
+        x = np.maximum(self.reach - distance, 1e-12 * e)
+        soft = x < e
+        depth = np.where(soft, x**2 / (2 * e), x - 0.5 * e)
+        d1, d2 = np.where(soft, x / e, 1.0), np.where(soft, 1 / e, 0.0)
+        c = self.law.coefficient
+        slope, bend = c * p * depth ** (p - 1), c * p * (p - 1) * depth ** (p - 2)
+        return c * depth**p, -slope * d1, bend * d1**2 + slope * d2
+
+    def of(self, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return V (k,) [N/m] at distances (k,) [m] within reach, and its two derivatives."""
+        r, (F, F1, F2) = distance, self.crossing(distance)
+        V = F / (2 * np.pi * r)
+        V1 = (F1 / (2 * np.pi) - V) / r
+        return V, V1, (F2 / (2 * np.pi) - 2 * V1) / r
+
+
+@dataclass(frozen=True, eq=False)
+class LineHistory:
+    """What pairs that touched in the last converged increment remember."""
+
+    key: np.ndarray  # int (m,), ascending; which pairs
+    arm: np.ndarray  # (m, 2, 3), from the centres to the points that met, in the sections' axes [m]
+    normal: np.ndarray  # (m, 3), common normal
+    share: np.ndarray  # (m,), part of the pairs' force along it
+    force: np.ndarray  # (m,), that part [N]
+    pull: np.ndarray  # (m,), their friction [N]
+    dissipated: float = 0.0  # work of friction so far [J]
+
+    @classmethod
+    def none(cls) -> LineHistory:
+        """Return that of yarns that have not touched."""
+        one = np.zeros(0)
+        return cls(np.zeros(0, dtype=np.int64), np.zeros((0, 2, 3)), np.zeros((0, 3)), one, one, one)
+
+
+@dataclass(frozen=True, eq=False)
+class Touching:
+    """Pairs within reach in one configuration: of point i, and of the image of point j."""
+
+    i: np.ndarray  # int (k,)
+    j: np.ndarray  # int (k,)
+    image: np.ndarray  # int (k, 2), how many periods away
+    way: np.ndarray  # (k, 3), from i to the image of j [m]
+    key: np.ndarray  # int (k,), ascending
+
+    @property
+    def distance(self) -> np.ndarray:
+        """Distances (k,) [m]."""
+        return np.linalg.norm(self.way, axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class Rubbing:
+    """Friction of those pairs that touched before, in one configuration."""
+
+    pair: np.ndarray  # int (m,), which of the pairs within reach
+    known: np.ndarray  # int (m,), which of those that the history has
+    arm: np.ndarray  # (m, 2, 3), from the centres to the points that met [m]
+    plane: np.ndarray  # (m, 3), from the point of j to that of i, in the tangent plane [m]
+    spring: np.ndarray  # (m,), stiffness against elastic slip [N/m]
+    force: np.ndarray  # (m,), normal force [N]
+    traction: np.ndarray  # (m, 3), on j [N]
+    slipped: np.ndarray  # (m,), length slipped within the increment [m]
+
+    @property
+    def pull(self) -> np.ndarray:
+        """Friction (m,) [N]."""
+        return np.linalg.norm(self.traction, axis=1)
+
+    @property
+    def stored(self) -> float:
+        """Energy of elastic slip [J]."""
+        whole = np.zeros(len(self.pull))
+        return 0.5 * float(np.divide(self.pull**2, self.spring, out=whole, where=self.spring > 0).sum())
+
+
+FAR = 1 << 6  # images are at most half as many periods away
+
+
+class LineContact:
+    """Contact of all points of yarns with each other and with their images."""
+
+    def __init__(
+        self,
+        yarn: np.ndarray,  # int (n,), of every point
+        arc_length: np.ndarray,  # (n,) [m]
+        weight: np.ndarray,  # (n,), length that it stands for [m]
+        period: np.ndarray,  # (Y,), lengths of one period of the yarns, along the first lattice vector [m]
+        repulsion: Repulsion,
+        friction: float = 0.0,  # mu
+        beside: float = np.inf,  # lengths along a yarn within which it does not touch itself [m]
+    ) -> None:
+        self.yarn, self.arc_length, self.weight, self.period = yarn, arc_length, weight, period
+        self.repulsion, self.friction, self.beside = repulsion, friction, beside
+
+    def thinner(self, by: float) -> LineContact:
+        """Return the contact of yarns whose diameter is smaller by a length [m]."""
+        found = copy(self)
+        found.repulsion = replace(self.repulsion, diameter=self.repulsion.diameter - by)
+        return found
+
+    def touching(self, position: np.ndarray, vectors: np.ndarray, reach: float) -> Touching:
+        """Return the pairs nearer than a reach [m] of points (n, 3) with the lattice vectors (2, 3) [m]."""
+        n, extent = len(position), np.ptp(position[:, :2], axis=0) + reach
+        # (x, y) = vectors^T (a, b): bounds of a and b for all ways that points may be apart
+        most = np.ceil(np.abs(np.linalg.inv(vectors[:, :2].T)) @ extent).astype(int).clip(max=FAR // 2 - 1)
+        a, b = np.meshgrid(np.arange(-most[0], most[0] + 1), np.arange(most[1] + 1), indexing="ij")
+        image = np.stack([a.ravel(), b.ravel()], axis=1)
+        image = image[
+            (image[:, 1] > 0) | (image[:, 0] >= 0)
+        ]  # the others are these seen from the other point
+        moved = (position + (image @ vectors)[:, None]).reshape(-1, 3)
+        found = cKDTree(position).sparse_distance_matrix(cKDTree(moved), reach, output_type="coo_matrix")
+        i, other = found.row.astype(np.int64), found.col.astype(np.int64)
+        which, j = other // n, other % n
+        a, b = image[which].T
+        apart = np.abs(self.arc_length[j] + a * self.period[self.yarn[j]] - self.arc_length[i])
+        chosen = ((a != 0) | (b != 0) | (i < j)) & (
+            (self.yarn[i] != self.yarn[j]) | (b != 0) | (apart > self.beside)
+        )
+        key = ((i * n + j) * FAR + a + FAR // 2) * FAR + b
+        order = np.flatnonzero(chosen)[np.argsort(key[chosen])]
+        i, j, which = i[order], j[order], which[order]
+        return Touching(i, j, image[which], moved[other[order]] - position[i], key[order])
+
+    def pairs(self, state: BeamState, vectors: np.ndarray) -> Touching:
+        """Return the pairs that repel each other in a state."""
+        return self.touching(state.position, vectors, self.repulsion.reach)
+
+    def rubbing(self, state: BeamState, pairs: Touching, push: np.ndarray, history: LineHistory) -> Rubbing:
+        """Return the friction of pairs that repel each other by `push` (k,) [N]."""
+        known = np.searchsorted(history.key, pairs.key)
+        same = np.append(history.key, -1)[known] == pairs.key
+        pair, known = np.flatnonzero(same), known[same]
+        both = np.stack([pairs.i, pairs.j], axis=1)[pair]
+        arm = np.einsum("kaij,kaj->kai", state.rotation[both], history.arm[known])
+        normal = history.normal[known]
+        apart = arm[:, 0] - arm[:, 1] - pairs.way[pair]
+        plane = apart - normal * np.einsum("ki,ki->k", normal, apart)[:, None]
+        force = history.share[known] * push[pair]
+        slack = ELASTIC * self.repulsion.diameter
+        spring = self.friction * history.force[known] / slack
+        trial, most = spring * np.linalg.norm(plane, axis=1), self.friction * force
+        ratio = np.divide(most, trial, out=np.ones_like(trial), where=trial > most)
+        slipped = np.divide((1 - ratio) * trial, spring, out=np.zeros_like(trial), where=spring > 0)
+        traction = (ratio * spring)[:, None] * plane
+        return Rubbing(pair, known, arm, plane, spring, force, traction, slipped)
+
+    def respond(
+        self, state: BeamState, vectors: np.ndarray, moves: np.ndarray, history: LineHistory, stiffness: bool
+    ) -> tuple[np.ndarray, dict[str, float], sp.csr_matrix | None]:
+        """Return internal forces (6 n + 3,), energies and, if asked, the tangent.
+
+        The lattice has the vectors (2, 3); `moves` (2, 3, 3) is their derivative by its three unknowns.
+        """
+        pairs, n = self.pairs(state, vectors), len(state.position)
+        weight = self.weight[pairs.i] * self.weight[pairs.j]
+        r = pairs.distance
+        V, V1, V2 = (weight * each for each in self.repulsion.of(r))
+        along = pairs.way / r[:, None]
+        on_j = V1[:, None] * along  # internal: the derivative of the energy
+        energy = {"penalty": float(V.sum()), "friction": history.dissipated}
+        rubs = self.rubbing(state, pairs, -V1, history)
+        forces = np.zeros((len(r), 2, 6))
+        on_j[rubs.pair] -= rubs.traction
+        forces[:, 0, :3], forces[:, 1, :3] = -on_j, on_j
+        sign = np.array([1.0, -1.0])[:, None]
+        forces[rubs.pair, :, 3:] = sign * np.cross(rubs.arm, rubs.traction[:, None])
+        energy["friction"] += self._work(rubs, history)
+        energy["penalty"] += rubs.stored
+        total = np.zeros(6 * n + 3)
+        nodes = np.stack([pairs.i, pairs.j], axis=1)
+        for c in range(6):
+            total[c : 6 * n : 6] = np.bincount(nodes.ravel(), forces[..., c].ravel(), n)
+        shift = np.einsum("ka,aij->kij", pairs.image, moves)  # of the image, by the lattice
+        total[6 * n :] = np.einsum("kij,ki->j", shift, on_j)
+        if not stiffness:
+            return total, energy, None
+        one = np.eye(3)
+        block = (V1 / r)[:, None, None] * one
+        block = block + (V2 - V1 / r)[:, None, None] * along[:, :, None] * along[:, None, :]
+        motion = np.concatenate([np.tile(-one, (len(r), 1, 1)), np.tile(one, (len(r), 1, 1)), shift], axis=2)
+        unknowns = [6 * pairs.i[:, None] + np.arange(3), 6 * pairs.j[:, None] + np.arange(3)]
+        unknowns.append(np.broadcast_to(6 * n + np.arange(3), (len(r), 3)))
+        parts = [(np.concatenate(unknowns, axis=1), motion.swapaxes(1, 2) @ block @ motion)]
+        if len(rubs.pair) and self.friction > 0:
+            parts.append(self._friction_tangent(pairs, rubs, history, along, V2, shift, n))
+        entries = [
+            (
+                blocks.ravel(),
+                np.repeat(where, where.shape[1], axis=1).ravel(),
+                np.tile(where, where.shape[1]).ravel(),
+            )
+            for where, blocks in parts
+        ]
+        data, row, column = (np.concatenate(each) for each in zip(*entries, strict=True))
+        return total, energy, sp.csr_matrix((data, (row, column)), shape=(6 * n + 3, 6 * n + 3))
+
+    def _friction_tangent(
+        self,
+        pairs: Touching,
+        rubs: Rubbing,
+        history: LineHistory,
+        along: np.ndarray,
+        V2: np.ndarray,
+        shift: np.ndarray,
+        n: int,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return unknowns (m, 15) and blocks (m, 15, 15): nodes i and j, then the lattice."""
+        at, m = rubs.pair, len(rubs.pair)
+        motion = np.zeros((m, 3, 15))  # of the material points against each other
+        motion[:, :, 0:3], motion[:, :, 6:9], motion[:, :, 12:] = np.eye(3), -np.eye(3), -shift[at]
+        lever = hat(rubs.arm)
+        motion[:, :, 3:6], motion[:, :, 9:12] = -lever[:, 0], lever[:, 1]
+        pressed = np.zeros((m, 15))  # of the distance
+        pressed[:, 0:3], pressed[:, 6:9] = -along[at], along[at]
+        pressed[:, 12:] = np.einsum("ki,kij->kj", along[at], shift[at])
+        size = np.linalg.norm(rubs.plane, axis=1)
+        slips = rubs.slipped > 0
+        way = np.divide(rubs.plane, size[:, None], out=np.zeros_like(rubs.plane), where=slips[:, None])
+        normal = history.normal[rubs.known]
+        level = np.where(slips, self.friction * rubs.force / np.where(slips, size, 1.0), rubs.spring)
+        across = np.eye(3) - normal[:, :, None] * normal[:, None, :] - way[:, :, None] * way[:, None, :]
+        change = level[:, None, None] * across @ motion
+        grows = -self.friction * history.share[rubs.known] * V2[at] * slips
+        change += way[:, :, None] * (grows[:, None] * pressed)[:, None]
+        blocks = motion.swapaxes(1, 2) @ change
+        pull = hat(rubs.traction)
+        blocks[:, 3:6, 3:6] += pull @ lever[:, 0]
+        blocks[:, 9:12, 9:12] -= pull @ lever[:, 1]
+        unknowns = [6 * pairs.i[at, None] + np.arange(6), 6 * pairs.j[at, None] + np.arange(6)]
+        unknowns.append(np.broadcast_to(6 * n + np.arange(3), (m, 3)))
+        return np.concatenate(unknowns, axis=1), blocks
+
+    def _work(self, rubs: Rubbing, history: LineHistory) -> float:
+        """Work of friction within the increment, the mean of its force times the slip [J]."""
+        return 0.5 * float((rubs.pull + history.pull[rubs.known]) @ rubs.slipped)
+
+    def commit(
+        self, state: BeamState, tangent: np.ndarray, vectors: np.ndarray, history: LineHistory
+    ) -> LineHistory:
+        """Return the history that a converged increment leaves, with tangents (n, 3) of the yarns at the points."""
+        if self.friction == 0:
+            return history
+        pairs = self.pairs(state, vectors)
+        r = pairs.distance
+        push = -self.weight[pairs.i] * self.weight[pairs.j] * self.repulsion.of(r)[1]
+        rubs = self.rubbing(state, pairs, push, history)
+        normal = _common_normal(pairs.way / r[:, None], tangent[pairs.i], tangent[pairs.j])
+        share = np.einsum("ki,ki->k", normal, pairs.way) / r
+        force = share * push
+        elastic = np.zeros((len(r), 3))  # keeps the traction
+        per_newton = ELASTIC * self.repulsion.diameter / (self.friction * np.maximum(force, 1e-300))
+        elastic[rubs.pair] = per_newton[rubs.pair, None] * rubs.traction
+        limit = ELASTIC * self.repulsion.diameter
+        elastic /= np.maximum(1.0, np.linalg.norm(elastic, axis=1) / limit)[:, None]
+        half = 0.5 * np.stack([pairs.way + elastic, -pairs.way - elastic], axis=1)
+        turned = state.rotation[np.stack([pairs.i, pairs.j], axis=1)]
+        arm = np.einsum("kaji,kaj->kai", turned, half)
+        pull = np.zeros(len(r))
+        pull[rubs.pair] = rubs.pull
+        # Springs follow the normal forces, and those of pairs out of reach are lost: friction takes their energy.
+        stored = 0.5 * float(pull @ np.linalg.norm(elastic, axis=1))
+        dissipated = history.dissipated + self._work(rubs, history) + rubs.stored - stored
+        return LineHistory(pairs.key, arm, normal, share, force, pull, dissipated)
+
+
+def _common_normal(way: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return unit vectors (k, 3): ways less their parts along both tangents, which may be nearly parallel."""
+    T = np.stack([one, other], axis=2)  # (k, 3, 2)
+    inner = T.swapaxes(1, 2) @ T + PARALLEL * np.eye(2)
+    part = np.linalg.solve(inner, np.einsum("kia,ki->ka", T, way)[..., None])
+    left = way - (T @ part)[..., 0]
+    size = np.linalg.norm(left, axis=1, keepdims=True)
+    return np.where(size > 0.1, left / np.maximum(size, 0.1), way)

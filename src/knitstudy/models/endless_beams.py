@@ -1,0 +1,280 @@
+"""A cell of an endless fabric of beams: forces per width at large strains, from the drawn shape or from rest.
+
+The rows of the fabric are chains of beams that go on as their own images; the last yarn, the image of the first, is
+left out. Yarns touch each other and their images anywhere (`mechanics.line_contact`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.errors import ConfigurationError, ConvergenceError
+from knitstudy.geometry.fabric import Fabric
+from knitstudy.loading.columns import REST
+from knitstudy.loading.gates import require_fine_beams, require_sound
+from knitstudy.loading.history import Stations, cell_path
+from knitstudy.loading.solve import Problem, Reported, settings_of
+from knitstudy.mechanics.beam_contact import Power, hertz
+from knitstudy.mechanics.beam_model import BeamModel, BeamState
+from knitstudy.mechanics.endless_beams import EndlessBeams, EndlessState
+from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
+from knitstudy.mechanics.line_contact import SPACINGS, LineContact, LineHistory, Repulsion
+from knitstudy.mechanics.linear import LU
+from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.periodic import Lattice
+from knitstudy.models.network_3d import RING, section_of
+from knitstudy.study.scene import Scene
+
+HELD = np.arange(3)  # the displacements of the first node: nothing else holds the whole in its place
+
+STRIDE = 0.1  # largest displacement that one correction may make, over the diameter
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """The yarns of one period, divided into beams."""
+
+    stations: Stations  # the n nodes of the period
+    period: np.ndarray  # (Y,) lengths of the yarns [m]
+    weight: np.ndarray  # (n,) lengths that nodes stand for [m]
+    nodes: np.ndarray  # (N, 3) the same nodes, and the images of the first of every yarn [m]
+    owner: np.ndarray  # (N,) the node that every one is or is an image of
+    image: np.ndarray  # (N, 2) how many periods away
+    ends: np.ndarray  # (n, 2) nodes at the ends of the beams
+    curvature: np.ndarray  # (n, 3) mean curvature vectors of the beams as drawn [1/m]
+    polygon: float  # by how much straight beams in bent yarns are too stiff
+
+
+def divided(fabric: Fabric, size: float) -> Rows:
+    """Return the rows of an endless fabric in beams that are `size` long, nearly [m]."""
+    lines = fabric.centrelines[:-1]
+    period = np.array([line.length for line in lines])
+    count = np.maximum(np.rint(period / size), 8).astype(int)
+    yarn, first = np.repeat(np.arange(len(lines)), count), np.cumsum(count) - count
+    s = np.concatenate([np.arange(n) * length / n for n, length in zip(count, period, strict=True)])
+    step = (period / count)[yarn]
+    position = np.concatenate([line.position(s[yarn == k]) for k, line in enumerate(lines)])
+    tangent = np.concatenate([line.tangent(s[yarn == k]) for k, line in enumerate(lines)])
+    n = len(s)
+    follower = np.arange(1, n + 1)
+    last = first + count - 1
+    follower[last] = first
+    turn = np.cross(tangent, tangent[follower])
+    sine = np.linalg.norm(turn, axis=1)
+    angle = np.arctan2(sine, np.einsum("ei,ei->e", tangent, tangent[follower]))
+    per_sine = np.divide(angle, sine, out=np.ones(n), where=sine > 0)
+    follower[last] = n + np.arange(len(lines))
+    owner = np.append(np.arange(n), first)
+    image = np.zeros((len(owner), 2), dtype=int)
+    image[n:, 0] = 1
+    return Rows(
+        stations=Stations(yarn, s, position),
+        period=period,
+        weight=step,
+        nodes=position[owner] + image @ fabric.periods,
+        owner=owner,
+        image=image,
+        ends=np.column_stack([np.arange(n), follower]),
+        curvature=(per_sine / step)[:, None] * turn,
+        polygon=RING * float(step @ angle**2 / step.sum()),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class BeamCell:
+    """A cell put together, which reports strains and forces per width."""
+
+    rows: Rows
+    model: EndlessBeams
+    lattice: Lattice  # that strains refer to
+
+    def record(self, increment: Increment) -> Reported:
+        """Return columns of the history."""
+        state, lattice = increment.state, self.lattice
+        contact = self.model.contact
+        vectors = self.model.vectors(state)
+        pairs = contact.touching(state.beams.position, vectors, 1.2 * contact.repulsion.diameter)
+        nearest = float(pairs.distance.min(initial=np.inf)) - contact.repulsion.diameter
+        force = increment.response.force[self.model.lattice_unknowns]
+        return {
+            "centreline_displacement": state.beams.position - self.rows.stations.position,
+            "cell_strain": state.lattice / lattice.lengths,
+            "force_per_width": force * lattice.lengths / lattice.area,
+            "smallest_gap": nearest if np.isfinite(nearest) else np.nan,
+        }, {}
+
+
+def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Problem:
+    """Return the cell of a scene as a problem, from a shape at rest if one is given.
+
+    Raises ConfigurationError if the scene starts from a shape that is not given; MeshError if beams are too long for
+    the bends of the yarns.
+    """
+    if (rest is None) != (scene.load.start == "drawn"):
+        given = "none" if rest is None else "one"
+        raise ConfigurationError(
+            f"load.start of scene {scene.name} is {scene.load.start}, but {given} is given of shapes at rest"
+        )
+    rows = divided(fabric, scene.metres("mesh.beam_size"))
+    require_fine_beams(scene, rows.polygon)
+    vectors = fabric.periods if rest is None else rest["lattice_vectors"].to_numpy()
+    model = _model(scene, rows, Lattice(vectors), scene.kind.interaction.friction(scene))
+    model = model.starting_at(_pushed_apart(scene, model) if rest is None else _state(rest))
+    motion, chosen = cell_path(scene.load, model.lattice.lengths)
+    lattice = model.lattice_unknowns
+    held = np.zeros((len(motion.displacement), len(HELD)))
+    repulsion = model.contact.repulsion
+    return Problem(
+        scene=scene,
+        model=model,
+        prescribed=PrescribedDisplacement(
+            np.concatenate([HELD, lattice[chosen]]),
+            np.concatenate([held, motion.displacement[:, chosen]], axis=1),
+            motion.corners,
+            motion.stops,
+        ),
+        settings=settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter),
+        motion=motion,
+        driven=lattice[None],
+        stations=rows.stations,
+        observer=BeamCell(rows, model, model.lattice),
+        checks=(partial(require_sound, scene, None),),
+        attributes={
+            "dof": model.size,
+            "elements": len(rows.ends),
+            "deformation": scene.load.deformation,
+            "start": scene.load.start,
+            "contact_coefficient": repulsion.law.coefficient,
+            "contact_exponent": repulsion.law.exponent,
+            "contact_onset": repulsion.onset,
+            "friction": model.contact.friction,
+            "wale_spacing": float(np.linalg.norm(vectors[0])),
+            "course_spacing": float(np.linalg.norm(vectors[1])),
+        },
+    )
+
+
+def relax(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
+    """Return the shape in which no force acts on the edges of the cell, and the friction that holds it there.
+
+    From the drawn shape, the natural curvature of the yarns grows from that of the drawn one to its own, and their
+    diameter from that for which the loops are drawn, with friction on the way if `load.start` says so.
+    Raises ConvergenceError if there is no way to rest; other errors as of `build`.
+    """
+    fabric = Fabric.from_dataset(geometry)
+    rows = divided(fabric, scene.metres("mesh.beam_size"))
+    rubs = scene.load.start == "rest_with_friction"
+    model = _model(
+        scene,
+        rows,
+        Lattice(fabric.periods),
+        scene.kind.interaction.friction(scene) if rubs else 0.0,
+        drawn_for=2 * fabric.radius,
+    )
+    prescribed = PrescribedDisplacement(HELD, np.zeros(len(HELD)))
+    settings = settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter)
+    try:
+        *_, last = trace(model, prescribed, settings, LU())
+    except ConvergenceError as error:
+        raise ConvergenceError(f"the way to rest of scene {scene.name}: {error}") from None
+    state = last.state
+    vectors, kept = model.vectors(state), state.contact
+    values = {
+        "centreline": state.beams.position,
+        "rotation": state.beams.rotation,
+        "lattice_vectors": vectors,
+        "touching": kept.key,
+        "touching_arm": kept.arm,
+        "touching_normal": kept.normal,
+        "touching_share": kept.share,
+        "touching_force": kept.force,
+        "touching_friction": kept.pull,
+    }
+    drawn = model.lattice.lengths
+    return xr.Dataset(REST.variables(values)).assign_attrs(
+        wale_spacing=float(np.linalg.norm(vectors[0])),
+        course_spacing=float(np.linalg.norm(vectors[1])),
+        strain_from_drawn=(state.lattice / drawn).tolist(),
+        increments=last.index,
+    )
+
+
+def _pushed_apart(scene: Scene, model: EndlessBeams) -> EndlessState:
+    """Return the drawn cell in balance, at its spacings: drawn yarns may touch."""
+    held = np.append(HELD, model.lattice_unknowns)
+    settings = replace(settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter), increments=1)
+    try:
+        *_, last = trace(model, PrescribedDisplacement(held, np.zeros(len(held))), settings, LU())
+    except ConvergenceError as error:
+        raise ConvergenceError(f"the drawn cell of scene {scene.name} finds no balance: {error}") from None
+    return last.state
+
+
+def _state(rest: xr.Dataset) -> EndlessState:
+    """Return the state that a shape at rest describes."""
+    names = (
+        "touching",
+        "touching_arm",
+        "touching_normal",
+        "touching_share",
+        "touching_force",
+        "touching_friction",
+    )
+    position, rotation = rest["centreline"].to_numpy(), rest["rotation"].to_numpy()
+    history = LineHistory(*(rest[name].to_numpy() for name in names))
+    return EndlessState(BeamState(position, rotation), np.zeros(3), history, np.zeros(position.size * 2 + 3))
+
+
+def _model(
+    scene: Scene,
+    rows: Rows,
+    lattice: Lattice,
+    friction: float,
+    drawn_for: float | None = None,  # diameter with which a way to rest begins [m]
+) -> EndlessBeams:
+    """Return the beams of the rows and their contact."""
+    if not np.isfinite(friction):
+        raise ConfigurationError(
+            f"scene {scene.name}: interaction is {scene.interaction} but must be isotropic where specimen is cell and "
+            "fidelity beam: at large strains yarns slip"
+        )
+    yarn = scene.yarn
+    natural = (yarn.set - 1.0) * rows.curvature if yarn.set != 1 else 0.0
+    section = section_of(yarn, scene.mesh.section_law, rows.curvature)
+    inner = BeamModel(rows.nodes, rows.ends, section, yarn.radius, natural=natural)
+    spacing = float(rows.weight.max())
+    onset = SPACINGS**2 * spacing**2 / (8 * yarn.diameter)  # contact of 2 sqrt(2 D e) over `SPACINGS` of them
+    contact = LineContact(
+        rows.stations.yarn,
+        rows.stations.arc_length,
+        rows.weight,
+        rows.period,
+        Repulsion(pressing(scene), yarn.diameter, onset),
+        friction,
+        beside=np.pi * yarn.radius,
+    )
+    thinner = 0.0 if drawn_for is None else yarn.diameter - drawn_for
+    return EndlessBeams(inner, rows.owner, rows.image, lattice, contact, drawn_for is not None, thinner)
+
+
+# Stiffness against elastic slip over E R, where no key of beams says it
+STICK = 10.0
+
+
+def pressing(scene: Scene) -> Power:
+    """Return the force of two yarns that cross, over their gap: ``yarn.pressing``, else what ``beam.section`` says."""
+    yarn = scene.yarn
+    if (stiffness := scene.value("yarn.pressing")) is not None:
+        return Power(stiffness / yarn.diameter**yarn.pressing_exponent, yarn.pressing_exponent)
+    if scene.value("beam.section") in (None, "hertz"):
+        return hertz(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius)
+    return Power(penalty(scene))
+
+
+def penalty(scene: Scene) -> float:
+    """Return ``beam.stiffness`` in N/m."""
+    return (scene.value("beam.stiffness") or STICK) * scene.yarn.youngs_modulus * scene.yarn.radius

@@ -1,0 +1,116 @@
+"""Yarns as files: what is measured of a yarn, printed, fitted or assumed, each value with its unit and its source.
+
+A scene that says ``yarn.of: acrylic`` takes the values of ``resources/yarns/acrylic.yaml`` as those of its keys; what
+it says itself counts more, and keys that scenes of its kind do not have are left out. A path names a file of one's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.registry import find, unknown_choice
+from knitstudy.study.documents import RESOURCES, read_yaml
+from knitstudy.study.keys import Section, declared, validated
+
+OF = "yarn.of"
+FOLDER = RESOURCES / "yarns"
+
+KEYS = {
+    "diameter": ("yarn.diameter", "m"),
+    "stretching": ("yarn.stretching", "N"),
+    "bending": ("yarn.bending", "N m2"),
+    "twisting": ("yarn.twisting", "N m2"),
+    "pressing": ("yarn.pressing", "N"),
+    "pressing_exponent": ("yarn.pressing_exponent", "1"),
+    "friction": ("contact.friction", "1"),
+}
+"""The key of a scene, and its unit, of every value of a yarn."""
+
+LOOP_LENGTHS = "loop_lengths"
+LENGTH, STITCHES = "pattern.loop_length", "pattern.stitches"
+
+STANDINGS = ("measured", "printed", "fitted on stockinette", "assumed", "unknown")
+
+
+class Value(Section):
+    """A value of a yarn."""
+
+    value: float | None = declared(allowed="a number in the unit, or null where it is not known")
+    unit: str = declared()
+    standing: Literal["measured", "printed", "fitted on stockinette", "assumed", "unknown"] = declared()
+    source: Annotated[str, Field(min_length=1)] = declared(allowed="a text: where the value comes from")
+    interval: tuple[float, float] | None = declared(
+        allowed="the lowest and the highest value that go as well, or null", default=None
+    )
+
+
+class LoopLength(Value):
+    """The yarn in a stitch of a fabric [m]."""
+
+    stitches: Annotated[tuple[str, ...], Field(min_length=1)] = declared(
+        allowed="rows of a repeat, as of pattern.stitches"
+    )
+
+
+class YarnFile(Section):
+    """A yarn: its name for people, its values, and how much of it there is in a stitch of some fabrics."""
+
+    name: Annotated[str, Field(min_length=1)]
+    values: dict[str, Value]
+    loop_lengths: tuple[LoopLength, ...] = ()
+
+
+def known_yarns() -> dict[str, Path]:
+    """Return the files of the yarns that are kept, by name."""
+    return {path.stem: path for path in sorted(FOLDER.glob("*.yaml"))}
+
+
+def read_yarn(name: str, where: str = OF) -> YarnFile:
+    """Return a yarn by its name, or of a file of one's own.
+
+    Raises ConfigurationError, naming the file, the value and what is allowed.
+    """
+    own = Path(str(name))
+    path = own if own.suffix in (".yaml", ".yml") else find("yarn", known_yarns(), str(name), where)
+    document = read_yaml(path)
+    for part in document.keys() - YarnFile.model_fields.keys():
+        raise ConfigurationError(
+            f"{path}: {unknown_choice('unknown key', part, part, [*YarnFile.model_fields])}"
+        )
+    said = document.get("values")
+    if not isinstance(said, Mapping):
+        raise ConfigurationError(f"{path}: values must be a group of values, such as diameter")
+    values = {}
+    for part, value in said.items():
+        find("value of a yarn", KEYS, part, str(path))
+        values[part] = validated(Value, value, str(path), f"{part}.")
+        unit = KEYS[part][1]
+        if values[part].unit != unit:
+            raise ConfigurationError(f"{path}: {part}.unit is {values[part].unit!r} but must be {unit!r}")
+        if (values[part].value is None) != (values[part].standing == "unknown"):
+            raise ConfigurationError(
+                f"{path}: {part}.value must be null where its standing is unknown, and only there"
+            )
+    lengths = tuple(
+        validated(LoopLength, entry, str(path), f"{LOOP_LENGTHS}.")
+        for entry in document.get(LOOP_LENGTHS) or ()
+    )
+    return YarnFile(name=str(document.get("name", own.stem)), values=values, loop_lengths=lengths)
+
+
+def keys_of_yarn(name: str, stitches: Any, where: str) -> dict[str, float]:
+    """Return the keys that a yarn gives a scene, by dotted name, but for values that are not known.
+
+    The yarn in a loop is that of a fabric of the same `stitches`, if the scene says them and the file has them.
+    """
+    yarn = read_yarn(name, where)
+    found = {KEYS[part][0]: each.value for part, each in yarn.values.items() if each.value is not None}
+    for length in yarn.loop_lengths:
+        if stitches is not None and list(length.stitches) == list(stitches) and length.value is not None:
+            found[LENGTH] = length.value
+    return found

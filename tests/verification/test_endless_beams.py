@@ -1,0 +1,132 @@
+"""Cells of beams: rest, large strains and cycles of a plain knit of soft yarn; agreement with solid yarns."""
+
+import numpy as np
+import pytest
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.geometry.lay_out import lay_out
+from knitstudy.models.simulate import simulate
+from knitstudy.stages.table import STAGES
+from knitstudy.study.configuration import load_scene
+
+SOFT = {
+    "fidelity": "beam",
+    "pattern.control_points": None,
+    "pattern.wale_spacing": 3.4e-3,
+    "pattern.course_spacing": 2.4e-3,
+    "pattern.loop_length": 11.28e-3,
+    "yarn.diameter": 0.5e-3,
+    "geometry.free": [],
+    "yarn.stretching": 50.0,
+    "yarn.bending": 4.5e-8,
+    "yarn.twisting": 4.5e-8,
+    "yarn.pressing": 2.0,
+    "yarn.pressing_exponent": 2.4,
+    "yarn.set": 0.0,
+    "contact.friction": 0.4,
+    "mesh.beam_size": 0.5,
+    "gates.polygon": 0.2,
+    "load.start": "rest",
+    "load.lateral": "free",
+}
+
+
+@pytest.fixture(scope="module")
+def soft():
+    scene = load_scene("cell-course-isotropic").vary(SOFT)
+    geometry = lay_out(scene)
+    return scene, geometry, STAGES["rest"].function(scene, geometry)
+
+
+def test_no_force_acts_at_rest(soft):
+    scene, geometry, rest = soft
+    history = simulate(scene.vary({"load.strain": 0.01, "solver.increments": 1}), geometry, rest=rest)
+    start, end = np.abs(history.force_per_width.values)
+    assert start.max() < 1e-3 * end[0]
+    assert end[1] < 1e-3 * end[0]  # free across
+    assert rest.attrs["wale_spacing"] == pytest.approx(history.attrs["wale_spacing"])
+
+
+def test_a_cycle_dissipates_and_closes_the_ledger(soft):
+    scene, geometry, rest = soft
+    turned = scene.vary({"load.strain": 0.3, "load.turns": [0.3, 0.05], "solver.increments": 40})
+    history = simulate(turned, geometry, rest=rest)
+    strain, force = history.cell_strain.values[:, 0], history.force_per_width.values[:, 0]
+    first, back = np.argmax(strain > 0.2999), np.argmin(np.where(np.arange(len(strain)) > 5, strain, 1))
+    loading, unloading = (
+        np.interp(0.2, *sorted_by(strain[part], force[part]))
+        for part in (slice(0, first + 1), slice(first, back + 1))
+    )
+    assert unloading < 0.9 * loading
+    assert force[-1] == pytest.approx(force[first], rel=0.05)  # the second loading meets the first
+    external, *others = history.energy.values[-1]
+    assert external == pytest.approx(sum(others), rel=0.02)
+    assert history.energy.sel(form="friction").values[-1] > 0.2 * external
+
+
+def sorted_by(key, value):
+    order = np.argsort(key)
+    return key[order], value[order]
+
+
+def test_a_cell_goes_to_twice_its_width(soft):
+    scene, geometry, rest = soft
+    history = simulate(scene.vary({"load.strain": 1.0, "solver.increments": 40}), geometry, rest=rest)
+    force = history.force_per_width.values[:, 0]
+    assert np.all(np.diff(force) > 0)
+    assert history.newton_iterations.values.sum() < 400
+
+
+def test_start_and_interaction_are_checked(soft):
+    scene, geometry, _ = soft
+    with pytest.raises(ConfigurationError, match="none is given of shapes at rest"):
+        simulate(scene, geometry)
+    rough = {"interaction": "rough", "load.start": "drawn"}
+    with pytest.raises(ConfigurationError, match="must be isotropic"):
+        simulate(scene.vary(rough), geometry)
+    with pytest.raises(ConfigurationError, match="must be drawn where fidelity is spline_yarns"):
+        scene.vary({"fidelity": "spline_yarns"})
+    with pytest.raises(ConfigurationError, match="somewhere else"):
+        scene.vary({"load.turns": [0.3, 0.3]})
+
+
+@pytest.mark.parametrize(("deformation", "wanted", "contraction"), [("course", 158.1, 0.0065)])
+def test_slender_elastic_yarn_carries_what_solid_yarns_do(deformation, wanted, contraction):
+    """The reference is the cell of spline yarns with friction, at 2.5 % strain (scene cell-course-isotropic)."""
+    keys = {"fidelity": "beam", "load.strain": 0.025, "mesh.beam_size": 0.2, "beam.section": "hertz"}
+    scene = load_scene(f"cell-{deformation}-isotropic").vary(keys | {"solver.increments": 10})
+    history = simulate(scene, lay_out(scene))
+    assert history.force_per_width.values[-1, 0] == pytest.approx(wanted, rel=0.10)
+    assert -history.cell_strain.values[-1, 1] == pytest.approx(contraction, rel=0.2)
+
+
+def test_stockinette_of_acrylic_yarn_is_that_of_an_independent_program():
+    """One stitch as a quintic spline with bending, stretching and the same contact (docs/fabrics.md)."""
+    keys = {
+        name: SOFT[name]
+        for name in ("fidelity", "geometry.free", "gates.polygon", "load.start", "load.lateral")
+    }
+    spacings = {"pattern.wale_spacing": 3.3e-3, "pattern.course_spacing": 2.2e-3, "mesh.beam_size": 0.45}
+    yarn = {
+        "yarn.of": "acrylic",
+        "yarn.diameter": 0.859e-3,
+        "yarn.pressing": 33.9,
+        "contact.friction": 0.0,
+        "yarn.set": 0.0,
+    }
+    scene = load_scene("cell-course-isotropic").vary(
+        keys | spacings | yarn | {"pattern.stitches": ["K"], "geometry.diameter_share": 0.6}
+    )
+    geometry = lay_out(scene)
+    rest = STAGES["rest"].function(scene, geometry)
+    assert (rest.attrs["wale_spacing"], rest.attrs["course_spacing"]) == pytest.approx(
+        (3.13e-3, 1.90e-3), rel=5e-3
+    )
+    for axis, direction, strains in (
+        (0, "course", (0.175, 0.375, 0.486)),
+        (1, "wale", (0.091, 0.235, 0.324)),
+    ):
+        load = {"load.deformation": direction, "load.strain": 1.05 * strains[-1], "solver.increments": 20}
+        history = simulate(scene.vary(load), geometry, rest=rest)
+        force, strain = history.force_per_width.values[:, axis], history.cell_strain.values[:, axis]
+        assert np.interp([50, 150, 250], force, strain) == pytest.approx(strains, rel=0.025)
