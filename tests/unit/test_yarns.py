@@ -3,13 +3,17 @@
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 from scipy.integrate import quad
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.loading.history import DIRECTIONS
+from knitstudy.measures.fabrics import FORCES, SHARE, errors, measured, predict
 from knitstudy.measures.pressing import HALF, crossing_over_plates, power_law
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.documents import RESOURCES
 from knitstudy.study.yarns import KEYS, known_yarns, read_yarn
+from knitstudy.tables.fabrics import tabulate_predictions
 
 YARNS = sorted(known_yarns())
 
@@ -87,3 +91,63 @@ def test_pieces_between_plates_have_the_exponents_that_the_yarn_has_less_a_half(
     assert min(found) - 0.05 <= value.value - HALF <= max(found) + 0.05
     # One power is off by a fifth of the force or more: both ends of the curve are not one law.
     assert all(scatter > 0.2 for _, _, scatter in laws)
+
+
+def cell_of(slope, strain=0.5):
+    """History of a cell whose course strain is force (N/mm) times a slope."""
+    force = np.linspace(0, 1e3 * strain / slope, 11)
+    zero = np.zeros_like(force)
+    return xr.Dataset(
+        {
+            "force_per_width": (("increment", "form"), np.stack([force, zero, zero], axis=1)),
+            "cell_strain": (("increment", "form"), np.stack([force / 1e3 * slope, zero, zero], axis=1)),
+        }
+    )
+
+
+def test_a_strip_between_clamps_lies_between_the_cells_and_says_nothing_beyond_them():
+    strip = predict(cell_of(2.0), cell_of(1.0), "course")
+    share, off = SHARE["course"]
+    assert strip.strain[:5] == pytest.approx((1 + share) * np.array(FORCES[:5]))
+    assert strip.clamps[:5] == pytest.approx(off * np.array(FORCES[:5]))
+    assert np.isnan(strip.strain[-1])  # 0.3 N/mm is beyond the free cell's 0.25
+
+
+def test_predictions_of_a_yarn_have_the_scatter_of_its_stockinette():
+    names = [
+        f"fabric-cotton-{s}-{d}-{o}"
+        for s in ("stockinette", "rib")
+        for d in DIRECTIONS
+        for o in ("free", "held")
+    ]
+    slope = {"free": 2.4, "held": 1.2}
+    histories = {name: both_ways(cell_of(slope[name.split("-")[-1]], 1.0)) for name in names}
+    table = tabulate_predictions(histories)
+    assert list(table.columns) == [
+        "yarn",
+        "stitch",
+        "direction",
+        "force_per_width_N_mm",
+        "strain",
+        "lower",
+        "upper",
+    ]
+    assert set(table["stitch"]) == {"rib"}
+    off = np.concatenate(
+        [
+            errors(
+                predict(histories[n], histories[n[:-4] + "held"], n.split("-")[3]).strain,
+                measured("cotton", n.split("-")[3]),
+            )
+            for n in names
+            if n.endswith("free") and "rib" not in n
+        ]
+    )
+    row = table[table["direction"] == "wale"].iloc[2]
+    half = np.hypot(SHARE["wale"][1] * 0.1 * 1.2, 2 * np.sqrt(np.mean(off**2)) * row["strain"])
+    assert row["upper"] - row["strain"] == pytest.approx(half)
+
+
+def both_ways(history):
+    """Return a history that is pulled in course and wale direction alike."""
+    return history.map(lambda values: values + values.isel(form=[1, 0, 2]).to_numpy())

@@ -107,7 +107,13 @@ def test_stockinette_of_acrylic_yarn_is_that_of_an_independent_program():
         for name in ("fidelity", "geometry.free", "gates.polygon", "load.start", "load.lateral")
     }
     spacings = {"pattern.wale_spacing": 3.3e-3, "pattern.course_spacing": 2.2e-3, "mesh.beam_size": 0.45}
-    yarn = {"yarn.of": "acrylic", "yarn.diameter": 0.859e-3, "yarn.pressing": 33.9, "contact.friction": 0.0}
+    yarn = {
+        "yarn.of": "acrylic",
+        "yarn.diameter": 0.859e-3,
+        "yarn.pressing": 33.9,
+        "contact.friction": 0.0,
+        "yarn.set": 0.0,
+    }
     scene = load_scene("cell-course-isotropic").vary(
         keys | spacings | yarn | {"pattern.stitches": ["K"], "geometry.diameter_share": 0.6}
     )

@@ -39,7 +39,7 @@ _RECORD = "achieved"  # What a calibration says of the loop that it found, for p
 class Workflow(Section):
     """The study of scenes that is made, the folder that they stand in, and modules of kinds from outside."""
 
-    study: Literal["ci", "reduced", "full", "reference"] = output("choice")
+    study: Literal["ci", "reduced", "full", "reference", "fabrics"] = output("choice")
     """Which scenes are run; no result depends on it. Checked: all."""
     folder: Annotated[str, Field(min_length=1)] = output(
         "choice", allowed="the path of a folder with defaults.yaml, families of scenes and a calibrated loop"

@@ -22,7 +22,7 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.registry import unknown_choice
 from knitstudy.study.documents import read_yaml
 
-STUDIES = ("ci", "reduced", "full", "reference")  # Names of the studies that a scene can belong to
+STUDIES = ("ci", "reduced", "full", "reference", "fabrics")  # Names of the studies that a scene can belong to
 MOST = 10_000  # Scenes that one entry may make: with more, a list is not what was meant
 
 _OF_FAMILY = ("studies", "keys", "scenes")

@@ -25,7 +25,6 @@ KEYS = {
     "stretching": ("yarn.stretching", "N"),
     "bending": ("yarn.bending", "N m2"),
     "twisting": ("yarn.twisting", "N m2"),
-    "set": ("yarn.set", "1"),
     "pressing": ("yarn.pressing", "N"),
     "pressing_exponent": ("yarn.pressing_exponent", "1"),
     "friction": ("contact.friction", "1"),
