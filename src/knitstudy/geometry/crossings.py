@@ -231,11 +231,13 @@ def windows_of_loop(loop: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     for lower, upper in zip(lines, [*lines[1:], lines[0] + (loop.rows * loop.rise)[:2]], strict=True):
         found = plane_crossings((u[one], lower[one]), (u, upper))
         found = found[np.argsort(found[:, 0], kind="stable")]
-        if len(found) != 4 * loop.columns or (np.diff(found[:, 1]) <= 0).any():
-            raise GeometryError(
-                f"pattern.control_points: the yarns of neighbouring rows cross {len(found)} times in "
-                f"{loop.columns} loops: allowed is 4 crossings a loop, in the same order along both"
-            )
+        times = f"{len(found)} times in {loop.columns} loops"
+        said = f"pattern.control_points: the yarns of neighbouring rows cross {times}"
+        if len(found) != 4 * loop.columns:
+            raise GeometryError(f"{said}: allowed is 4 crossings a loop")
+        if (np.diff(found[:, 1]) <= 0).any():
+            turned = "a loop turns until its legs pass each other; take a larger pattern.wale_spacing"
+            raise GeometryError(f"{said}, not in the same order along both: {turned}")
         every.append(found.reshape(-1, 4, 2)[:, ALONG].reshape(-1, 2))
     windows = []
     for row, here in enumerate(every):

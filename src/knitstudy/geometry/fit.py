@@ -43,6 +43,7 @@ SLIDE = 0.5  # Bezier segments by which the closest points of two pieces may mov
 STRIDE = 0.03  # share of the length by which a control point may move in one minimisation
 SMALLEST_STRIDE = 1e-4  # and at least, or there is no way on
 IDLE = 3e-5  # the same, below which the minimisation makes no headway
+MIXED_PATIENCE = 4  # such minimisations one after the other, of stitches that differ, before the way ends
 EXACT = 5e-5  # radii by which distances, and the length, may miss what is asked
 LACK = 1e3  # what the share that a loop lacks costs, over the largest slope of the bending and length terms
 STATIONARY = 1e-3  # slope over the largest one of the bending and length terms that a minimum may have
@@ -186,6 +187,7 @@ def _follow_path(room: _Room) -> tuple[_Room, Optimum | None, str]:
         0,
         "",
     )
+    patience = 1 if room.unit.stitches == PLAIN else MIXED_PATIENCE
     for _ in range(ROUNDS):
         reach = stride * room.path.rest
         try:
@@ -207,7 +209,7 @@ def _follow_path(room: _Room) -> tuple[_Room, Optimum | None, str]:
             return room, Optimum(points, before, room.cost.terms(points), iterations, gradient), ""
         if exact and gain >= 0:
             best = room
-        if (exact and not room.at_end and (settled or gain < GAIN)) or idle > 1:
+        if (exact and not room.at_end and (settled or gain < GAIN)) or idle > patience:
             break
         # On from the share that the crossing has room for: closest points slide in flat valleys.
         if idle and not exact:
