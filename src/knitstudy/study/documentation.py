@@ -9,7 +9,7 @@ from knitstudy.files import write_text
 from knitstudy.registry import listed
 from knitstudy.study.choice import AUTO, Ask
 from knitstudy.study.configuration import CONFIG
-from knitstudy.study.keys import ROLES, Section, allowed_values, describe_with_source
+from knitstudy.study.keys import ROLES, Section, allowed_values, describe_with_source, lists
 from knitstudy.study.kinds import FIDELITIES, INTERACTIONS, SPECIMENS, Labels, all_kinds, all_sections
 
 COMMAND = "python -m knitstudy.study.documentation"
@@ -77,7 +77,7 @@ def _default(section: type[Section], name: str) -> str:
     field = section.model_fields[name]
     if field.is_required():
         return ""
-    return "null" if field.default is None else str(field.default if field.default != () else "[]")
+    return "null" if field.default is None else str(lists(field.default))
 
 
 def _defining(section: type[Section], name: str) -> type[Section]:

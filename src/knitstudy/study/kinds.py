@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import find, meanings, near_names
-from knitstudy.study.keys import SceneName, Section, describe, numerics, output, physics, validated
+from knitstudy.study.keys import SceneName, Section, describe, lists, numerics, output, physics, validated
 from knitstudy.study.model_sections import (
     Beam,
     BeamGates,
@@ -346,7 +346,7 @@ def _sections_of(*names: tuple[str, ...]) -> dict[str, dict[str, type[Section]]]
 def defaults_of_fields() -> dict[str, Any]:
     """Return the defaults that stand in the fields of keys, by dotted key."""
     fields = {key: section.model_fields[key.rpartition(".")[2]] for key, section in all_keys().items()}
-    return {key: field.default for key, field in fields.items() if not field.is_required()}
+    return {key: lists(field.default) for key, field in fields.items() if not field.is_required()}
 
 
 def all_keys() -> dict[str, type[Section]]:
