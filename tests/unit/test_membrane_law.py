@@ -85,14 +85,23 @@ def test_fit_comes_near_a_law_that_is_not_in_its_dictionary(law, mirrored):
     assert np.linalg.norm(found - expected) < 0.05 * np.linalg.norm(expected)
 
 
-def test_fung_is_found_again_within_its_intervals():
+def test_fung_is_found_again_from_its_states():
     form = 9 * np.array([[3.0, 1.0, 0], [1.0, 5.0, 0], [0, 0, 0.8]])
-    states = States.of(cells(FungLaw(4.0, form)))
-    noise = 1 + 0.01 * np.random.default_rng(2).normal(size=states.force.shape)
-    fit = fit_fung(States(states.stretch, states.force * noise, states.path))
-    truth = np.array([4.0, form[0, 0], form[1, 0], form[1, 1], form[2, 2]])
-    assert np.all(np.abs(fit.value - truth) < 2 * fit.half)
-    assert np.all(fit.half < 0.1 * truth)
+    found, error = fit_fung(States.of(cells(FungLaw(4.0, form))))
+    assert error < 1e-6
+    assert found.stiffness == pytest.approx(4.0, rel=1e-5)
+    np.testing.assert_allclose(found.form, form, atol=1e-4)
+
+
+def test_intervals_hold_the_form_of_a_quadratic_law():
+    form = np.array([[20.0, 8.0, 0], [8.0, 60.0, 0], [0, 0, 9.0]])
+    states = States.of(cells(ExponentialLaw(form, np.empty(0), np.empty((0, 3)))))
+    noise = 0.01 * np.random.default_rng(2).normal(size=states.force.shape) * states.scale[:, None]
+    fit = fit_exponentials(States(states.stretch, states.force + noise, states.path), sizes=(0.0,))
+    off = np.abs(fit.value - form[np.tril_indices(3)])
+    assert fit.error == pytest.approx(0.01 * 3**0.5, rel=0.2)
+    assert np.all(off <= 2 * fit.half)
+    assert np.all(fit.half[[0, 2, 5]] < 0.05 * np.diag(form))
 
 
 def test_a_law_comes_back_from_its_dataset():

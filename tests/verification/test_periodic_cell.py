@@ -14,7 +14,7 @@ from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.periodic import PeriodicModel, seam
 from knitstudy.mechanics.solid import SolidModel
-from knitstudy.models.endless import FIXED, Cell, assemble, periodic_map, wrapped_shape
+from knitstudy.models.endless import FIXED, Cell, WrappedYarn, assemble, periodic_map, wrapped_shape
 from knitstudy.models.simulate import build
 from knitstudy.models.spline_yarns import discretise
 from knitstudy.study.configuration import load_scene
@@ -67,7 +67,8 @@ def moved(cell, scene, knit, turn=PLAIN, shift=STILL):
     around = seam(space.yarns[0])
     start = wrapped_shape(space.yarns[0], around, knit.centrelines[0], knit.radius, cell.lattice.vectors[0])
     start = start @ turn.T + np.multiply.outer(around.unity, shift)
-    spread, jumps = periodic_map(space, around, start, lattice)
+    rows = [WrappedYarn(around, start)] * (len(space.yarns) - 1)
+    spread, jumps = periodic_map(space, rows, lattice)
     nodes = parts.nodes @ turn.T + np.multiply.outer(parts.unity, shift)
     every = sp.identity(len(nodes), format="csr")
     solids = SolidModel(nodes, parts.groups(nodes), parts.size, every, links=yarns.ties.links)

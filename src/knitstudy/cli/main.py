@@ -9,6 +9,7 @@ import click
 from knitstudy.cli.console import printable
 from knitstudy.cli.curves import compare, fit
 from knitstudy.cli.loop import loop
+from knitstudy.cli.membrane import membrane, strip
 from knitstudy.cli.results import export, measure, run, show, study
 from knitstudy.cli.scenes import check, list_scenes, plan
 from knitstudy.errors import EndedEarly, KnitstudyError
@@ -80,6 +81,8 @@ def main(traceback: bool) -> None:
     knitstudy show results/simulation/rom3d-tie-course.nc        its numbers; its keys with --keys
     knitstudy compare results/simulation/rom3d-tie-course.nc lab.csv     with a measured curve
     knitstudy fit beam-isotropic-course lab.csv  modulus and friction from a measured curve
+    knitstudy membrane results/simulation/cell-*.nc    the law of a fabric, from its cells on several load paths
+    knitstudy strip membrane.nc --length 0.07 --width 0.07 --strain 0.04  a specimen between clamps, with that law
     knitstudy export dns-tie-course --dialect calculix
 
     `knitstudy COMMAND --help` shows more examples. `make study` runs a whole study with its figures and its report;
@@ -90,5 +93,19 @@ def main(traceback: bool) -> None:
     """
 
 
-for command in (list_scenes, check, loop, plan, measure, run, study, show, compare, fit, export):
+for command in (
+    list_scenes,
+    check,
+    loop,
+    plan,
+    measure,
+    run,
+    study,
+    show,
+    compare,
+    fit,
+    membrane,
+    strip,
+    export,
+):
     main.add_command(command)

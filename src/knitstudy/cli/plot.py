@@ -15,8 +15,10 @@ from knitstudy.figures.style import FAINT, INK, PAPER, SINGLE, YARNS, figure, st
 from knitstudy.geometry.fabric import Fabric, plain_knit
 from knitstudy.measures.curve_fit import Fit
 from knitstudy.measures.measured_curve import Curve
+from knitstudy.measures.membrane_fit import States
 from knitstudy.measures.summary import kind_of, require_layout, touched
 from knitstudy.mechanics.materials import FULL
+from knitstudy.mechanics.membrane_law import MembraneLaw, forces_per_width
 from knitstudy.mechanics.solid import principal_axes
 
 PERCENT, MILLI, MEGA = 100.0, 1e3, 1e-6
@@ -88,9 +90,10 @@ def _geometry(dataset: xr.Dataset, axes: Axes) -> None:
 
 @styled
 def draw_loop(dataset: xr.Dataset) -> Figure:
-    """Draw two rows of a knit's loops from the front and from the side, yarns as thick as they are."""
+    """Draw a knit's loops, two yarns or a repeat, from the front and from the side, yarns as thick as they are."""
     fabric = Fabric.from_dataset(dataset)
-    knit, diameter = plain_knit(fabric.loop, 2, 1), 2 * MILLI * fabric.radius
+    loop, diameter = fabric.loop, 2 * MILLI * fabric.radius
+    knit = plain_knit(loop, max(2, loop.columns), loop.rows)
     points = [MILLI * yarn.position(np.linspace(0, yarn.length, 600)) for yarn in knit.centrelines]
     low, high = (pick(np.concatenate(points), axis=0) for pick in (np.min, np.max))
     extent = high - low + 2 * diameter
@@ -135,6 +138,37 @@ def draw_curves(measured: Curve, others: Mapping[str, Curve], fit: Fit | None = 
         beside.set(xlabel="friction (1)", ylabel="sum of squares over its limit (1)", ylim=(0, 5))
     for each in drawing.axes:
         each.legend()
+    return drawing
+
+
+@styled
+def draw_law(law: MembraneLaw, states: States) -> Figure:
+    """Draw the forces per width of cells, path by path (dots), and those of a law that was fitted to them."""
+    paths = list(dict.fromkeys(states.path))
+    drawing = figure(0.8 * SINGLE * len(paths), 0.8 * SINGLE, layout="constrained")
+    for axes, path in zip(drawing.subplots(1, len(paths), squeeze=False)[0], paths, strict=True):
+        stretch, force = (each[states.path == path] for each in (states.stretch, states.force))
+        way, found = PERCENT * stretch[:, np.argmax(stretch[-1])], forces_per_width(law, stretch)
+        for component, name in enumerate(("course", "wale", "shear")):
+            axes.plot(way, found[:, component], color=YARNS[component], label=name)
+            axes.plot(way, force[:, component], ".", color=YARNS[component])
+        axes.set(xlabel="strain (%)", ylabel="force per width (N/m)")
+        axes.set_title(path, loc="left")
+    drawing.axes[0].legend()
+    return drawing
+
+
+@styled
+def draw_strip(pulled: xr.Dataset, free: xr.Dataset) -> Figure:
+    """Draw force over strain of a strip between clamps and of the endless fabric, and the width along the strip."""
+    drawing = figure(2.2 * SINGLE, SINGLE, layout="constrained")
+    curve, profile = drawing.subplots(1, 2)
+    for strip, label, line in ((pulled, "between clamps", "-"), (free, "free across", "--")):
+        curve.plot(PERCENT * strip["strain"], strip["force_per_width"], line, color=INK, label=label)
+        profile.plot(strip["position"], strip["profile"], line, color=INK)
+    curve.set(xlabel="strain (%)", ylabel="force per width (N/m)", xlim=(0, None), ylim=(0, None))
+    curve.legend()
+    profile.set(xlabel="place along the strip over its length (1)", ylabel="width over width at rest (1)")
     return drawing
 
 

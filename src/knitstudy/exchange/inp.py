@@ -209,16 +209,16 @@ def _cards(deck: Deck, dialect: str, words: dict[str, Keywords], departures: lis
         yield "".join(f"** {line}\n" for line in said)
     yield "*NODE, NSET=ALL\n"
     for number, place in enumerate(deck.nodes.tolist(), 1):
-        yield _lines([number, *(NUMBER % x for x in place)])
+        yield lines([number, *(NUMBER % x for x in place)])
     first = 1
     for name, corners in deck.elements.items():
         yield f"*ELEMENT, TYPE={element.element}, ELSET={name}\n"
         for number, row in enumerate((corners + 1).tolist(), first):
-            yield _lines([number, *row], end=",\n")  # a comma where a line is continued
+            yield lines([number, *row], end=",\n")  # a comma where a line is continued
         first += len(corners)
     yield "*ELSET, ELSET=SOLID\n" + "".join(f"{name}\n" for name in deck.elements)
     for name, nodes in deck.node_sets.items():
-        yield f"*NSET, NSET={name}\n" + _lines(nodes + 1)
+        yield f"*NSET, NSET={name}\n" + lines(nodes + 1)
     if deck.equations is not None:
         yield "*EQUATION\n"
         yield from _terms(deck.equations)
@@ -234,7 +234,7 @@ def _cards(deck: Deck, dialect: str, words: dict[str, Keywords], departures: lis
         yield _step(deck, step, dialect)
 
 
-def _lines(entries: Iterable, count: int = 12, end: str = "\n") -> str:
+def lines(entries: Iterable, count: int = 12, end: str = "\n") -> str:
     """Return entries in lines of so many at most."""
     texts = [str(each) for each in entries]
     return end.join(", ".join(texts[i : i + count]) for i in range(0, len(texts), count)) + "\n"
@@ -244,7 +244,7 @@ def _surface(name: str, surface: Surface) -> str:
     """Return element sets, one for every face number that occurs, and the surface that they make up."""
     faces = np.unique(surface.faces)
     sets = (
-        f"*ELSET, ELSET={name}_S{face}\n" + _lines(surface.elements[surface.faces == face] + 1)
+        f"*ELSET, ELSET={name}_S{face}\n" + lines(surface.elements[surface.faces == face] + 1)
         for face in faces
     )
     parts = (f"{name}_S{face}, S{face}\n" for face in faces)
@@ -259,7 +259,7 @@ def _terms(equations: Equations) -> Iterator[str]:
         terms = [(node, value) for node, value in zip(row, factor, strict=True) if value]
         for component in (1, 2, 3):
             written = [f"{node}, {component}, {NUMBER % value}" for node, value in terms]
-            yield f"{len(terms)}\n" + _lines(written, 4)
+            yield f"{len(terms)}\n" + lines(written, 4)
 
 
 def _step(deck: Deck, step: Step, dialect: str) -> str:
@@ -337,7 +337,7 @@ def shell_entries(matrix: np.ndarray) -> np.ndarray:
 def write_shell(scene: Scene, path: Path | str, history: xr.Dataset) -> None:
     """Write one square shell element with the section of a cell, to be copied into a model of Abaqus."""
     numbers = [NUMBER % value for value in shell_entries(section_matrix(history))]
-    data = _lines(numbers, 8).rstrip()
+    data = lines(numbers, 8).rstrip()
     text = SHELL.format(name=scene.name, version=code_version(), entries=", ".join(SHELL_ENTRIES), data=data)
     with replacing(path) as temporary:
         Path(temporary).write_text(text, encoding="ascii")

@@ -224,11 +224,12 @@ def windows_of_loop(loop: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         When rows do not cross four times in a loop, in this order.
     """
     period = loop.curve.period
-    u = np.arange(period * PLANE_SAMPLES + 1) / PLANE_SAMPLES
+    half = period * PLANE_SAMPLES // 2
+    u = np.arange(-half, 3 * half + 1) / PLANE_SAMPLES
     lines = [curve.value(u)[:, :2] for curve in loop.curves]
-    every, beyond = [], lines[0] + (loop.rows * loop.rise)[:2]
-    for lower, upper in zip(lines, [*lines[1:], beyond], strict=True):
-        found = plane_crossings((u, lower), (u, upper))
+    one, every = slice(half, -half), []
+    for lower, upper in zip(lines, [*lines[1:], lines[0] + (loop.rows * loop.rise)[:2]], strict=True):
+        found = plane_crossings((u[one], lower[one]), (u, upper))
         found = found[np.argsort(found[:, 0], kind="stable")]
         if len(found) != 4 * loop.columns or (np.diff(found[:, 1]) <= 0).any():
             raise GeometryError(

@@ -35,6 +35,7 @@ BULGE, BULGES = (0.08, 0.35), 28  # range of a over w, and values between which 
 TIGHT = (3.364, 4.0)  # course and wale spacing over the diameter of Peirce's loop whose yarns touch
 THIN = 0.3  # of that diameter, for which loops of thinner yarns are drawn: else they do not reach each other
 LARGEST_CURVATURE = 0.9  # R / rho that a loop may have; sections of a yarn cut each other at 1
+BENT = 0.5  # R / rho above which pieces of mixed stitches are kept below that
 CURVATURE_SAMPLES = 8  # a Bezier segment, both of its ends among them
 NEAR = 3.0  # distance of centrelines in radii up to which pieces of yarn may be kept apart
 WATCHED = 0.3  # radii beyond the clearance up to which they are
@@ -259,8 +260,12 @@ class _Room:
         middle = np.stack([segment + 0.5] * 2, axis=1)
         one = first_of_orbits(group, np.stack([row] * 2, axis=1), middle)
         u = segment[one, None] + np.linspace(0, 1 - 1e-9, CURVATURE_SAMPLES)
-        curves = cost.curves(unit.control_points, np.repeat(row[one], CURVATURE_SAMPLES))
-        self._tangent, self._bend = curves.operator(u.ravel(), 1), curves.operator(u.ravel(), 2)
+        u, row = u.ravel(), np.repeat(row[one], CURVATURE_SAMPLES)
+        if not plain:  # of many loops the straight pieces would only cost time
+            bent = cost.curves(unit.control_points, row).curvature(u) > BENT
+            u, row = u[bent], row[bent]
+        curves = cost.curves(unit.control_points, row)
+        self._tangent, self._bend = curves.operator(u, 1), curves.operator(u, 2)
         # Windows of places do not overlap, lest two of them end at one.
         apart = np.abs(places[:, None] - np.concatenate([images, places])).max(axis=-1)
         alike = (pairs[:, None] == np.concatenate([rows, pairs])).all(axis=-1)
@@ -270,7 +275,8 @@ class _Room:
         windows = places[:, :, None] + reach[:, None, None] * [-1, 1]
         self._rows = np.concatenate([every[first], pairs])
         self._places = np.concatenate([crossing.parameter, places])
-        self._windows = np.concatenate([cost.windows[first], windows])
+        of_crossings = cost.windows if plain else _of_sides(cost.windows)
+        self._windows = np.concatenate([of_crossings[first], windows])
         # Rows that are no images of each other: of each the length is asked for.
         of_row = np.min([each.row(np.arange(unit.rows)) % unit.rows for each in group], axis=0)
         self._own_rows = np.unique(of_row)
@@ -404,3 +410,12 @@ class _Room:
         unknown = slice(-1) if self.at_end else slice(None)
         forces, cost = slope[met, unknown].T, slope[self._cost, unknown]
         return float(np.abs(cost - forces @ np.linalg.lstsq(forces, cost, rcond=None)[0]).max())
+
+
+def _of_sides(windows: np.ndarray) -> np.ndarray:
+    """Return windows (4 n, 2, 2) of crossings that go on to the end of that of the other one on their side."""
+    of_loops = windows.reshape(-1, 4, 2, 2)
+    left, right = (
+        np.stack([of_loops[:, a, :, 0], of_loops[:, b, :, 1]], axis=-1) for a, b in ((0, 2), (3, 1))
+    )
+    return np.stack([left, right, left, right], axis=1).reshape(-1, 2, 2)

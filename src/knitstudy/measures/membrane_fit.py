@@ -13,9 +13,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from scipy.optimize import least_squares, nnls
 from scipy.stats import t as student
@@ -35,6 +35,7 @@ MIRROR = np.array([1.0, 1.0, -1.0])
 AXES = ("11", "22", "12")
 ENTRIES = np.tril_indices(3)  # of a form
 KINDS, NOTHING = ("course", "wale", "shear"), 1e-4  # strains by name, and what is none
+SHEARED, ALIGNED = 0.3, 0.02  # shares of shear in a state: of one that is sheared; of none
 LEAST = 4  # states that a law is fitted to
 
 
@@ -73,6 +74,13 @@ class States:
         return states
 
     @property
+    def mirrored(self) -> bool:
+        """Whether tension brings no shear: states with hardly any other strain have no shear force, nor shear."""
+        shear = [np.abs(each[:, 2]) / np.linalg.norm(each, axis=1) for each in (self.stretch, self.force)]
+        tension = shear[0] < SHEARED
+        return bool(np.all(shear[0][tension] < ALIGNED) and np.all(shear[1][tension] < ALIGNED))
+
+    @property
     def scale(self) -> np.ndarray:
         """Forces (n,) that residuals are over [N/m]."""
         size = np.linalg.norm(self.force, axis=1)
@@ -84,7 +92,7 @@ class States:
 class LawFit:
     """A law and how well it is known."""
 
-    law: Any  # ExponentialLaw or FungLaw
+    law: ExponentialLaw
     names: tuple[str, ...]  # of its coefficients
     value: np.ndarray  # (p,)
     half: np.ndarray  # (p,) of the intervals: value - half to value + half
@@ -169,13 +177,12 @@ def fit_exponentials(
     return LawFit(law, tuple(names), value, half, residual.reshape(-1, 3), states)
 
 
-def fit_fung(states: States, mirrored: bool = True) -> LawFit:
-    """Return Fung's law that is nearest; tension and shear do not couple if it is `mirrored`.
+def fit_fung(states: States, mirrored: bool = True) -> tuple[FungLaw, float]:
+    """Return Fung's law that is nearest, and its error; tension and shear do not couple if it is `mirrored`.
 
     Variables are the logarithm of c and the entries of a root of c b, so that b is positive.
     """
-    strain, _ = green(states.stretch)
-    reach, (row, column) = _reach(strain), ENTRIES
+    reach, (row, column) = _reach(green(states.stretch)[0]), ENTRIES
     kept = (row < 2) | (row == column) if mirrored else row < 3
     row, column = row[kept], column[kept]
 
@@ -185,27 +192,17 @@ def fit_fung(states: States, mirrored: bool = True) -> LawFit:
         return FungLaw(float(stiffness), root @ root.T / np.outer(reach, reach) / stiffness)
 
     def left(value: np.ndarray) -> np.ndarray:
-        return ((forces_per_width(law(value), states.stretch) - states.force) / states.scale[:, None]).ravel()
-
-    def coefficients(value: np.ndarray) -> np.ndarray:
-        now = law(value)
-        return np.append(now.stiffness, now.form[row, column])
+        found = forces_per_width(law(value), states.stretch)
+        return ((found - states.force) / states.scale[:, None]).ravel()
 
     energy = (
         np.abs(states.force * states.stretch).sum(axis=1).max()
-    )  # of the order of c where b is of the order of 1
-    starts = [
-        np.append(np.log(part * energy), np.where(row == column, np.sqrt(energy), 0.0))
-        for part in (0.1, 1, 10)
-    ]
-    found = min((least_squares(left, start, x_scale="jac") for start in starts), key=lambda each: each.cost)
-    steps = 1e-6 * np.eye(len(found.x))
-    rate = np.stack([(coefficients(found.x + h) - coefficients(found.x - h)) / 2e-6 for h in steps], axis=1)
-    freedom = max(found.fun.size - found.x.size, 1)
-    spread = np.linalg.norm(rate @ np.linalg.pinv(found.jac), axis=1) * np.sqrt(2 * found.cost / freedom)
-    half = student.ppf(0.5 + LEVEL / 2, freedom) * spread
-    names = ("c [N/m]", *(f"b_{AXES[j]}_{AXES[i]} [1]" for i, j in zip(row, column, strict=True)))
-    return LawFit(law(found.x), names, coefficients(found.x), half, found.fun.reshape(-1, 3), states)
+    )  # of the order of c where b is of that of 1
+    diagonal = np.where(row == column, np.sqrt(energy), 0.0)
+    starts = [np.append(np.log(part * energy), diagonal) for part in (0.1, 1, 10)]
+    fits = [least_squares(left, start, x_scale="jac") for start in starts]
+    found = min(fits, key=lambda each: each.cost)
+    return law(found.x), float(np.sqrt(3 * np.mean(found.fun**2)))
 
 
 def _reach(strain: np.ndarray) -> np.ndarray:
@@ -226,14 +223,18 @@ def _said(slope: np.ndarray) -> str:
     return " ".join(f"{each:.3g}" for each in slope)
 
 
-def membrane(histories: dict[str, xr.Dataset], mirrored: bool = True, error: float = ERROR) -> xr.Dataset:
+def membrane(
+    histories: dict[str, xr.Dataset], mirrored: bool | None = None, error: float = ERROR
+) -> xr.Dataset:
     """Return the laws of a fabric from the histories of its cells: of exponentials, Fung's and a linear one.
 
-    `law_of` makes the first one again. Errors of all three are attributes; coefficients have intervals.
+    `law_of` makes the first one again. Errors of all three are attributes; coefficients have intervals. By default the
+    states say whether the law is `mirrored`.
     """
     states = States.of(histories)
+    mirrored = states.mirrored if mirrored is None else mirrored
     fit, linear = (fit_exponentials(states, mirrored, error, sizes) for sizes in (SIZES, SIZES[:1]))
-    fung, paths = fit_fung(states, mirrored), fit.errors
+    (fung, fung_error), paths = fit_fung(states, mirrored), fit.errors
     plane, coefficient = ("axis", "of_axis"), "coefficient"
     unit = {"units": "N/m"}
     strain = np.abs(states.stretch).max(axis=0)
@@ -250,18 +251,25 @@ def membrane(histories: dict[str, xr.Dataset], mirrored: bool = True, error: flo
             ),
             "path_error": (("path", "of_path"), np.array(list(paths.values())), {"units": "1"}),
             "linear_form": (plane, linear.law.form, unit),
-            "fung_form": (plane, fung.law.form, {"units": "1"}),
-            "fung_stiffness": ((), fung.law.stiffness, unit),
+            "fung_form": (plane, fung.form, {"units": "1"}),
+            "fung_stiffness": ((), fung.stiffness, unit),
             "largest_strain": ("axis", strain, {"units": "1"}),
         },
         {coefficient: list(fit.names), "path": list(paths), "of_path": ["root mean square", "largest"]},
         {
             "error": fit.error,
-            "fung_error": fung.error,
+            "fung_error": fung_error,
             "linear_error": linear.error,
             "states": len(states.path),
         },
     )
+
+
+def tabulated(fitted: xr.Dataset) -> pd.DataFrame:
+    """Return the coefficients of a dataset that `membrane` made, a row each, with their 95 % intervals."""
+    value, half = fitted["value"].to_numpy(), fitted["half_interval"].to_numpy()
+    columns = {"coefficient": fitted["coefficient"].to_numpy(), "value": value}
+    return pd.DataFrame(columns | {"95 % from": value - half, "to": value + half})
 
 
 def law_of(fitted: xr.Dataset) -> ExponentialLaw:

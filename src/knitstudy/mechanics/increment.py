@@ -103,7 +103,7 @@ class Settings:
     waste: int = 240
     growth: float = 1.5  # factor on the increment after a quick one (at most `quick` iterations)
     quick: int = 6  # see `growth`
-    predictor: int = 3  # largest order of the extrapolation from the increments before
+    predictor: int = 3  # largest order of the extrapolation from the increments before; 0 for none
     # largest displacement that one correction may make [m]. Long yarns that hardly touch yet give way so easily
     # that a correction, which knows of no contact but that which is there, would take them through each other
     stride: float = float("inf")

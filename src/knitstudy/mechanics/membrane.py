@@ -7,6 +7,7 @@ are the bilinear and the biquadratic element (Bonet and Wood 2008, chapters 8 an
 from __future__ import annotations
 
 import numpy as np
+import scipy.sparse as sp
 
 from knitstudy.errors import MeshError
 from knitstudy.mechanics.assembly import Assembly
@@ -66,38 +67,33 @@ class MembraneModel(Memoryless):
         inside_out = np.linalg.det(gradient) <= 0
         strain = np.where(inside_out[..., None], np.nan, strains(gradient))
         with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused
-            stress = self.law.stress(strain)
+            density, stress, tangent = self.law.respond(strain)
             tensor = stress[..., [[0, 2], [2, 1]]]
             force = np.einsum("eg,egij,egjk,egak->eai", self.area, gradient, tensor, slope, optimize=True)
-            energy = float(np.vdot(self.area, self.law.energy(strain)))
-        blocks = self._blocks(gradient, strain, tensor) if stiffness else None
         return Response(
             force=self._assembly.sum_forces([force]),
             mean_force=float(np.linalg.norm(force, axis=2).mean()),
-            energy={"internal": energy},
-            stiffness=self._sum(blocks) if stiffness else None,
+            energy={"internal": float(np.vdot(self.area, density))},
+            stiffness=self._stiffness(gradient, tensor, tangent) if stiffness else None,
         )
 
-    def _blocks(self, gradient: np.ndarray, strain: np.ndarray, tensor: np.ndarray) -> np.ndarray:
-        """Return the stiffness blocks (E, a^2, 4) of all elements: of the law, and of the stress."""
+    def _stiffness(self, gradient: np.ndarray, tensor: np.ndarray, tangent: np.ndarray) -> sp.bsr_matrix:
+        """Return the tangent stiffness: of the law, and of the stress."""
         slope = self._slope
         # dE_q = B_qai du_ai
         rows = np.einsum("egiq,egaq->egqai", gradient[..., FIRST], slope[..., SECOND])
         rows += np.einsum("egiq,egaq->egqai", gradient[..., SECOND], slope[..., FIRST])
         rows *= np.array([0.5, 0.5, 1.0])[:, None, None]
-        flat = rows.reshape(*rows.shape[:3], -1)
-        scaled = np.einsum("eg,egpq,egqm->egpm", self.area, self.law.tangent(strain), flat, optimize=True)
-        count, nodes = len(flat), slope.shape[2]
+        count, nodes = len(rows), slope.shape[2]
+        flat = rows.reshape(count, -1, 3, 2 * nodes)
+        scaled = (self.area[..., None, None] * tangent) @ flat
         total = np.swapaxes(flat.reshape(count, -1, 2 * nodes), 1, 2) @ scaled.reshape(count, -1, 2 * nodes)
         total = total.reshape(count, nodes, 2, nodes, 2).transpose(0, 1, 3, 2, 4)
         of_stress = np.einsum("eg,egai,egij,egbj->eab", self.area, slope, tensor, slope, optimize=True)
-        return (total + of_stress[..., None, None] * np.eye(2)).reshape(count, nodes**2, 4)
-
-    def _sum(self, blocks: np.ndarray):
-        total = self._assembly.begin_stiffness()
-        for number, batch in enumerate(self._assembly.batches):
-            total.put(number, blocks[batch.part])
-        return self._assembly.matrix(total)
+        blocks = (total + of_stress[..., None, None] * np.eye(2)).reshape(count, nodes**2, 4)
+        summed = self._assembly.begin_stiffness()
+        summed.put(0, blocks)
+        return self._assembly.matrix(summed)
 
 
 def strains(gradient: np.ndarray) -> np.ndarray:

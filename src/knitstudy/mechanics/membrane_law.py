@@ -11,26 +11,35 @@ F (Ogden 1997, Non-linear elastic deformations, section 6.2). Where one is negat
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
+Parts = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""W (...) [J/m2], S (..., 3) [N/m] and dS/dE (..., 3, 3) [N/m] at strains (..., 3)."""
 
-class MembraneLaw(Protocol):
-    """An energy over area with its derivatives, of any number of strains (..., 3)."""
+
+class MembraneLaw:
+    """An energy over area with its derivatives; a law has `respond`."""
+
+    def respond(self, strain: np.ndarray) -> Parts:
+        """Return energy, stress and tangent at strains (..., 3)."""
+        raise NotImplementedError
 
     def energy(self, strain: np.ndarray) -> np.ndarray:
         """Return W (...) [J/m2]."""
+        return self.respond(strain)[0]
 
     def stress(self, strain: np.ndarray) -> np.ndarray:
         """Return S = dW/dE (..., 3) [N/m]."""
+        return self.respond(strain)[1]
 
     def tangent(self, strain: np.ndarray) -> np.ndarray:
         """Return dS/dE (..., 3, 3) [N/m]."""
+        return self.respond(strain)[2]
 
 
 @dataclass(frozen=True, eq=False)
-class ExponentialLaw:
+class ExponentialLaw(MembraneLaw):
     """W = E . A E / 2 + sum of w (exp(a . E) - 1 - a . E) with A >= 0 and w > 0: free of stress at rest, and convex.
 
     A term stiffens where a . E > 0 and its stress saturates where that is negative, so that such sums come near any
@@ -41,78 +50,55 @@ class ExponentialLaw:
     weight: np.ndarray  # (k,) w [N/m]
     slope: np.ndarray  # (k, 3) a
 
-    def energy(self, strain: np.ndarray) -> np.ndarray:
-        """Return W (...) [J/m2]."""
-        along = strain @ self.slope.T
-        form = 0.5 * np.einsum("...i,ij,...j->...", strain, self.form, strain)
-        return form + (np.expm1(along) - along) @ self.weight
-
-    def stress(self, strain: np.ndarray) -> np.ndarray:
-        """Return S (..., 3) [N/m]."""
-        return strain @ self.form + (self.weight * np.expm1(strain @ self.slope.T)) @ self.slope
-
-    def tangent(self, strain: np.ndarray) -> np.ndarray:
-        """Return dS/dE (..., 3, 3) [N/m]."""
-        factor = self.weight * np.exp(strain @ self.slope.T)
-        return self.form + np.einsum("...k,ki,kj->...ij", factor, self.slope, self.slope)
+    def respond(self, strain: np.ndarray) -> Parts:
+        """Return energy, stress and tangent at strains (..., 3)."""
+        along, linear = strain @ self.slope.T, strain @ self.form
+        growth = np.expm1(along)
+        energy = 0.5 * (strain * linear).sum(axis=-1) + (growth - along) @ self.weight
+        factor = self.weight * (1 + growth)
+        tangent = self.form + np.einsum("...k,ki,kj->...ij", factor, self.slope, self.slope, optimize=True)
+        return energy, linear + (self.weight * growth) @ self.slope, tangent
 
 
 @dataclass(frozen=True, eq=False)
-class FungLaw:
+class FungLaw(MembraneLaw):
     """W = c / 2 (exp(E . b E) - 1) with a positive form b (Fung 1993, Biomechanics, section 7.10): Abaqus has it."""
 
     stiffness: float  # c [N/m]
     form: np.ndarray  # b (3, 3), symmetric and positive
 
-    def energy(self, strain: np.ndarray) -> np.ndarray:
-        """Return W (...) [J/m2]."""
-        return 0.5 * self.stiffness * np.expm1(np.einsum("...i,ij,...j->...", strain, self.form, strain))
-
-    def stress(self, strain: np.ndarray) -> np.ndarray:
-        """Return S (..., 3) [N/m]."""
-        return self._factor(strain)[..., None] * (strain @ self.form)
-
-    def tangent(self, strain: np.ndarray) -> np.ndarray:
-        """Return dS/dE (..., 3, 3) [N/m]."""
+    def respond(self, strain: np.ndarray) -> Parts:
+        """Return energy, stress and tangent at strains (..., 3)."""
         along = strain @ self.form
+        growth = np.expm1((strain * along).sum(axis=-1))
+        factor = self.stiffness * (1 + growth[..., None])
         dyad = self.form + 2 * along[..., :, None] * along[..., None, :]
-        return self._factor(strain)[..., None, None] * dyad
-
-    def _factor(self, strain: np.ndarray) -> np.ndarray:
-        return self.stiffness * np.exp(np.einsum("...i,ij,...j->...", strain, self.form, strain))
+        return 0.5 * self.stiffness * growth, factor * along, factor[..., None] * dyad
 
 
-STEP = 1e-6  # of the difference quotients for the tangent of `StretchLaw`
+STEP = 1e-6 * np.eye(3)  # of the difference quotients for the tangent of `StretchLaw`
 
 
 @dataclass(frozen=True, eq=False)
-class StretchLaw:
+class StretchLaw(MembraneLaw):
     """W = e . M e / 2 of the stretches e = U - 1, shear doubled: forces per width are linear in them."""
 
     membrane: np.ndarray  # M (3, 3), symmetric [N/m]
 
-    def energy(self, strain: np.ndarray) -> np.ndarray:
-        """Return W (...) [J/m2]."""
-        stretch, _ = stretches(_square(strain))
-        return 0.5 * np.einsum("...i,ij,...j->...", stretch, self.membrane, stretch)
+    def respond(self, strain: np.ndarray) -> Parts:
+        """Return energy, stress and tangent (by central differences) at strains (..., 3)."""
+        energy, stress = self._stress(strain)
+        ahead, behind = (self._stress(strain[..., None, :] + step)[1] for step in (STEP, -STEP))
+        return energy, stress, np.swapaxes((ahead - behind) / (2 * STEP[0, 0]), -1, -2)
 
-    def stress(self, strain: np.ndarray) -> np.ndarray:
-        """Return S (..., 3) [N/m]."""
-        stretch, derivative = stretches(_square(strain))
-        return np.einsum("...i,ij,...jk->...k", stretch, self.membrane, derivative) * [2, 2, 1]
-
-    def tangent(self, strain: np.ndarray) -> np.ndarray:
-        """Return dS/dE (..., 3, 3) [N/m], by central differences."""
-        ahead, behind = (self.stress(strain[..., None, :] + step) for step in STEP * np.stack([EYE, -EYE]))
-        return np.swapaxes((ahead - behind) / (2 * STEP), -1, -2)
-
-
-EYE = np.eye(3)
-
-
-def _square(strain: np.ndarray) -> np.ndarray:
-    """Return U U (..., 3) as 11, 22, 12."""
-    return strain * [2, 2, 1] + [1, 1, 0]
+    def _stress(self, strain: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        stretch, derivative = stretches(strain * [2, 2, 1] + [1, 1, 0])
+        force = stretch @ self.membrane
+        return 0.5 * (stretch * force).sum(axis=-1), np.einsum("...j,...jk->...k", force, derivative) * [
+            2,
+            2,
+            1,
+        ]
 
 
 def stretches(square: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -419,7 +419,7 @@ class _Path:
             response=response,
             damped=now.damped,
             size=change,
-            rates=(Rate(change, at.total / change), *now.rates)[: self.settings.predictor],
+            rates=(Rate(change, at.total / change), *now.rates)[: max(self.settings.predictor, 1)],
             updates=tuple(after - before for before, after in pairwise([*at.updates, at.total])),
             newton_iterations=self.spent[0],
             krylov_iterations=self.spent[1],

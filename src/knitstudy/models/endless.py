@@ -133,8 +133,8 @@ def assemble(scene: Scene, fabric: Fabric, parts: Discretisation) -> Cell:
     # Elements leave out images, which ties and contact reach: an explicit identity makes room for those.
     every = sp.identity(len(parts.nodes), format="csr")
     yarns = solids.assemble(scene, fabric, parts, spread=every, labels=labels)
-    around, start, lattice = _wrapped(parts.space, fabric)
-    spread, jumps = periodic_map(parts.space, around, start, lattice)
+    rows, lattice = _wrapped(parts.space, fabric)
+    spread, jumps = periodic_map(parts.space, rows, lattice)
     stretch = sp.csr_matrix(jumps[:, :3] / lattice.lengths)
     model = PeriodicModel(yarns.model, sp.csr_matrix(sp.hstack([spread, stretch])))
     return Cell(yarns, model, spread, jumps, lattice)
@@ -142,9 +142,10 @@ def assemble(scene: Scene, fabric: Fabric, parts: Discretisation) -> Cell:
 
 def wrapped_nodes(space: Space, fabric: Fabric) -> np.ndarray:
     """Return the undeformed nodes (N, 3) of all yarns of an endless fabric, the image of the first included [m]."""
-    around, start, lattice = _wrapped(space, fabric)
-    first = around.nodes(start, lattice.vectors[0])
-    return np.tile(first, (len(space.yarns), 1)) + space.unity[:, None] * fabric.shift[space.yarn]
+    rows, lattice = _wrapped(space, fabric)
+    nodes = [row.seam.nodes(row.start, lattice.vectors[0]) for row in rows]
+    of_yarns = np.concatenate([nodes[one] for one in fabric.copy_of.tolist()])
+    return of_yarns + space.unity[:, None] * fabric.shift[space.yarn]
 
 
 def without_image(parts: Discretisation, material: Material) -> Discretisation:
@@ -165,32 +166,45 @@ def _volume(every: Callable, own: int, groups: tuple[ElementGroup, ...]) -> np.n
     return total
 
 
-def _wrapped(space: Space, fabric: Fabric) -> tuple[Seam, np.ndarray, Lattice]:
-    """Return the seam of the yarns, the nodes (p, 3) of the first one that wrap around [m], and the lattice."""
-    around, lattice = seam(space.yarns[0]), Lattice(fabric.periods)
-    curve = fabric.centrelines[0]
-    start = wrapped_shape(space.yarns[0], around, curve, fabric.radius, lattice.vectors[0])
-    return around, start, lattice
+@dataclass(frozen=True, eq=False)
+class WrappedYarn:
+    """A yarn that wraps around."""
+
+    seam: Seam
+    start: np.ndarray  # (p, 3) its undeformed nodes that wrap around [m]
+
+
+def _wrapped(space: Space, fabric: Fabric) -> tuple[list[WrappedYarn], Lattice]:
+    """Return the yarns of all rows but the image, each where the first copy of it lies, and the lattice."""
+    lattice, kinds = Lattice(fabric.periods), {}
+    copies = fabric.copy_of[:-1].tolist()
+    for one in set(copies):
+        own, curve = space.yarns[one], fabric.centrelines[one]
+        around = seam(own)
+        kinds[one] = WrappedYarn(around, wrapped_shape(own, around, curve, fabric.radius, lattice.vectors[0]))
+    return [kinds[one] for one in copies], lattice
 
 
 def periodic_map(
-    space: Space,  # of all yarns, which share theirs
-    around: Seam,
-    start: np.ndarray,  # (p, 3) undeformed nodes of the first yarn that wrap around [m]
+    space: Space,  # of all yarns, copies of a yarn share theirs
+    rows: list[WrappedYarn],  # of all rows but the image, each where the first copy of it lies
     lattice: Lattice,  # its second vector is the way of all rows
 ) -> tuple[sp.csr_matrix, np.ndarray]:
     """Return S (3 N, 3 n) and the jumps (3 N, 6) of all yarns, the last of which is the image of the first."""
-    rows = len(space.yarns) - 1
-    row_of = sp.csr_matrix((np.ones(rows + 1), (np.arange(rows + 1), np.arange(rows + 1) % rows)))
-    spread = sp.csr_matrix(sp.kron(sp.kron(row_of, around.wrapped), sp.identity(3)))
-    jumps = np.zeros((rows + 1, space.yarns[0].size, 3, 6))
-    for row in range(rows):
-        here = start + np.multiply.outer(around.unity, row / rows * lattice.vectors[1])
-        over = lattice.jumps(0, here, around.unity)
-        jumps[row] = (around.beyond @ over.reshape(len(over), -1)).reshape(jumps[row].shape)
-    first = around.nodes(start, lattice.vectors[0])
-    jumps[-1] = jumps[0] + lattice.jumps(1, first, space.unity[: len(first)])
-    return spread, jumps.reshape(3 * space.size, 6)
+    every = sp.block_diag([row.seam.wrapped for row in rows], format="csr")
+    first = rows[0].seam.wrapped
+    image = sp.hstack([first, sp.csr_matrix((first.shape[0], every.shape[1] - first.shape[1]))])
+    wrapped = sp.vstack([every, image], format="csr")
+    spread = sp.csr_matrix(sp.kron(wrapped, sp.identity(3)))
+    jumps, lowest = [], {}
+    for number, (row, own) in enumerate(zip(rows, space.yarns, strict=False)):
+        up = (number - lowest.setdefault(id(row), number)) / len(rows)
+        here = row.start + np.multiply.outer(row.seam.unity, up * lattice.vectors[1])
+        over = lattice.jumps(0, here, row.seam.unity)
+        jumps.append((row.seam.beyond @ over.reshape(len(over), -1)).reshape(own.size, 3, 6))
+    nodes = rows[0].seam.nodes(rows[0].start, lattice.vectors[0])
+    jumps.append(jumps[0] + lattice.jumps(1, nodes, space.unity[: len(nodes)]))
+    return spread, np.concatenate(jumps).reshape(3 * space.size, 6)
 
 
 def wrapped_shape(

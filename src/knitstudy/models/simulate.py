@@ -68,7 +68,8 @@ def require_resolution(scene: Scene, fabric: Fabric) -> str:
         return f"straight beams in bent yarns are some {stiffer:.1%} too stiff"
     if (size := scene.value("mesh.size")) is not None and fabric.loop is not None:
         require_elements_across(scene)
-        mesh_fabric(plain_knit(fabric.loop, 1, 1), size, scene.mesh.growth, scene.mesh.refinement)
+        one = plain_knit(fabric.loop, fabric.loop.columns, fabric.loop.rows)
+        mesh_fabric(one, size, scene.mesh.growth, scene.mesh.refinement)
         return f"{2 / size:.3g} elements across a yarn"
     return "nothing more is judged before a run"
 

@@ -19,9 +19,7 @@ from knitstudy.mechanics.membrane import MembraneModel, rectangle
 from knitstudy.mechanics.membrane_law import MembraneLaw
 from knitstudy.mechanics.newton import trace
 
-ELEMENTS = (
-    16  # in either direction: twice as many change the force of the strips of docs/notes/membrane.md by 2e-4
-)
+ELEMENTS = 16  # in either direction: twice as many change forces by 3e-4 (docs/notes/membrane.md)
 INCREMENT = 0.02  # largest increment of strain, of 5 increments at least
 NEVER = 10**9  # iterations: viscous flows find nothing in a membrane that halved increments do not
 
@@ -93,3 +91,11 @@ def principal(gradient: np.ndarray, stress: np.ndarray) -> np.ndarray:
     """Return the principal forces per deformed width (..., 2), rising, of F (..., 2, 2) and S (..., 3) [N/m]."""
     cauchy = gradient @ stress[..., [[0, 2], [2, 1]]] @ np.swapaxes(gradient, -1, -2)
     return np.linalg.eigvalsh(cauchy / np.linalg.det(gradient)[..., None, None])
+
+
+WRINKLES = 0.05  # compression over the largest tension from which a strip is said to wrinkle
+
+
+def strain_at(strip: xr.Dataset, force: np.ndarray) -> np.ndarray:
+    """Return the strains at forces per width (k,) [N/m] of a strip, nan beyond its last."""
+    return np.interp(force, strip["force_per_width"], strip["strain"], right=np.nan)

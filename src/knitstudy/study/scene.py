@@ -368,13 +368,17 @@ def _of_knit(scene: Scene) -> Iterator[str]:
         if count % repeat:
             of = f"the {name} of a repeat of pattern.stitches {list(pattern.stitches)}"
             yield f"pattern.{name} is {count} but must be a multiple of {repeat}, {of}"
+    mixed = len(set("".join(pattern.stitches))) > 1
+    if mixed and scene.fidelity == "rom2d":
+        of = f"where pattern.stitches is {list(pattern.stitches)}: a honeycomb is that of a plain knit"
+        yield f"fidelity is rom2d but must be another {of}"
     if pattern.control_points is None:
         for name, value in (("course_ratio", 1.0), ("keep", "shape")):
             if getattr(pattern, name) != value:
                 of = "where pattern.control_points is null: the loop is drawn for the spacings"
                 yield f"pattern.{name} is {getattr(pattern, name)!r} but must be {value!r} {of}"
         return
-    if len(set("".join(pattern.stitches))) > 1:
+    if mixed:
         of = f"where pattern.stitches is {list(pattern.stitches)}: loops that differ are drawn for the spacings"
         yield f"pattern.control_points has {len(pattern.control_points)} points but must be null {of}"
     if pattern.loop_length is not None:

@@ -1,0 +1,129 @@
+"""``knitstudy membrane`` and ``strip``: the law of a fabric from its cells, and a specimen between clamps with it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+import pandas as pd
+
+from knitstudy.cli import console
+from knitstudy.cli.curves import SIZE, THERE
+from knitstudy.errors import DataFileError
+from knitstudy.files import read_dataset, write_dataset, write_table
+from knitstudy.loading.history import DIRECTIONS
+
+STEM = click.Path(path_type=Path, dir_okay=False)
+LAWS = {"exponentials": "", "Fung's law": "fung_", "a linear law": "linear_"}
+SHARES = (0.1, 0.25, 0.5, 0.75, 1.0)  # of the largest force, at which strains are printed
+
+
+@click.command(short_help="Fit the law of a fabric to its cells.")
+@click.argument("results", type=THERE, nargs=-1, required=True)
+@click.option("-o", "--output", type=STEM, default="membrane.nc", show_default=True, help="File of the law.")
+@click.option("--error", type=SIZE, default=0.01, show_default=True, help="Error of the law that is wanted.")
+def membrane(results: tuple[Path, ...], output: Path, error: float) -> None:
+    """Fit the energy of a membrane to RESULTS, histories of cells of one fabric (.nc) on several load paths.
+
+    The law is a sum of exponentials of Green's strains, convex by its form; Fung's law and a linear one are fitted
+    beside it, for Abaqus and CalculiX. Paths in course, wale and
+    shear are needed, one that strains both directions is wise.
+
+    \b
+    knitstudy run cell-course; knitstudy run cell-wale; knitstudy run cell-biaxial; knitstudy run cell-shear
+    knitstudy membrane results/simulation/cell-{course,wale,biaxial,shear}.nc -o jersey.nc
+    knitstudy strip jersey.nc --length 0.0691 --width 0.0666 --strain 0.04
+
+    Written are the law (.nc), its coefficients with 95 % intervals (.csv), both decks (.inp) and a picture (.png).
+    """
+    from knitstudy.cli.plot import draw_law
+    from knitstudy.exchange.membrane import FORMS, write_membrane
+    from knitstudy.figures.style import save
+    from knitstudy.measures import membrane_fit
+
+    histories = {path.stem: read_dataset(path) for path in results}
+    _require_one_fabric(results)
+    fitted = membrane_fit.membrane(histories, error=error)
+    write_dataset(fitted, output)
+    table = membrane_fit.tabulated(fitted)
+    write_table(table, output.with_suffix(".csv"))
+    for dialect in FORMS:
+        write_membrane(fitted, output.with_suffix(f".{dialect}.inp"), dialect, output.stem)
+    drawing = draw_law(membrane_fit.law_of(fitted), membrane_fit.States.of(histories))
+    save(drawing, [output.with_suffix(".png")], {}, f"law of {output.stem}")
+    console.print_table(list(table.columns), table.to_numpy())
+    rows = [(path, *row) for path, row in zip(histories, fitted["path_error"].to_numpy(), strict=True)]
+    rows += [(f"all, {name}", fitted.attrs[f"{key}error"], "") for name, key in LAWS.items()]
+    console.print_table(("error of force per width", "root mean square", "largest"), rows)
+    click.echo(f"{output}, .csv, .png, {', '.join(f'.{each}.inp' for each in FORMS)}", err=True)
+
+
+def _require_one_fabric(results: tuple[Path, ...]) -> None:
+    """Refuse results of scenes that differ in anything but their loads and numerics."""
+    known: dict[str, Any] = {}
+    for path in results:
+        scene = console.recorded(str(path), {})[0]
+        said = {"interaction": scene.interaction} | scene.values_of("physics")
+        for key, value in said.items():
+            if not key.startswith("load.") and known.setdefault(key, value) != value:
+                raise DataFileError(
+                    f"{path}: {key} is {value} but {known[key]} in the others: not one fabric"
+                )
+
+
+@click.command(short_help="Pull a strip between clamps by the law of its fabric.")
+@click.argument("law", type=THERE)
+@click.option("--length", type=SIZE, required=True, help="Length between the clamps [m].")
+@click.option("--width", type=SIZE, required=True, help="Width of the clamped edge at rest [m].")
+@click.option("--strain", type=SIZE, required=True, help="Displacement of the clamps over the length.")
+@click.option("--direction", type=click.Choice(DIRECTIONS), default="course", show_default=True)
+@click.option("-o", "--output", type=STEM, help="File of the curve (.csv); default: beside the law.")
+def strip(law: Path, length: float, width: float, strain: float, direction: str, output: Path | None) -> None:
+    """Pull a strip of a fabric with a LAW (.nc, of `knitstudy membrane`) between clamps that hold its edges.
+
+    Printed are strains between the clamps at some forces per width, beside those of the endless fabric, which is free
+    across. The curve (.csv) can be a measured one for `knitstudy compare`; the picture has the profile of the strip.
+
+    \b
+    knitstudy strip jersey.nc --length 0.0691 --width 0.0666 --strain 0.5
+    knitstudy strip jersey.nc --length 0.0455 --width 0.0959 --strain 0.3 --direction wale
+    """
+    from knitstudy.cli.plot import draw_strip
+    from knitstudy.figures.style import save
+    from knitstudy.measures.membrane_fit import law_of
+    from knitstudy.models.strip import WRINKLES, strain_at, stretch_strip
+
+    fitted = read_dataset(law)
+    if not {"form", "weight", "slope", "largest_strain"} <= set(fitted.variables):
+        raise DataFileError(f"{law}: is no law of a fabric; `knitstudy membrane` makes one")
+    axis, path = DIRECTIONS.index(direction), output or law.with_name(f"{law.stem}-{direction}.csv")
+    pulled, free = (
+        stretch_strip(law_of(fitted), length, width, strain, axis, clamped) for clamped in (True, False)
+    )
+    table = pd.DataFrame({"strain [1]": pulled["strain"], "force per width [N/m]": pulled["force_per_width"]})
+    table["width half way over width at rest [1]"] = pulled["waist"]
+    table["force per width, free across [N/m]"] = free["force_per_width"]
+    write_table(table, path)
+    save(draw_strip(pulled, free), [path.with_suffix(".png")], {}, f"{law.stem}, {direction}")
+    forces = np.array(SHARES) * float(min(each["force_per_width"][-1] for each in (pulled, free)))
+    strains = [strain_at(each, forces) for each in (pulled, free)]
+    columns = (
+        "force per width (N/m)",
+        "strain between clamps",
+        "strain free across",
+        "clamps change it by (%)",
+    )
+    change = 100 * (strains[0] / strains[1] - 1)
+    console.print_table(
+        columns, [tuple(f"{each:.4g}" for each in row) for row in zip(forces, *strains, change, strict=True)]
+    )
+    known = float(fitted["largest_strain"][axis])
+    if strain > known * (1 + 1e-9):
+        click.echo(f"the law was fitted up to a strain of {known:.3g}: beyond it is extrapolated", err=True)
+    if (share := float(-pulled["least_force"][-1] / pulled["largest_force"][-1])) > WRINKLES:
+        click.echo(
+            f"compressed by {100 * share:.2g} % of the largest force: a fabric wrinkles there", err=True
+        )
+    click.echo(f"{path}, .png: {law.stem} between clamps, {length:g} x {width:g} m", err=True)

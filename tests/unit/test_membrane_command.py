@@ -1,0 +1,82 @@
+"""`knitstudy membrane` and `strip`: from histories of cells to a law, decks, and a strip between clamps."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+from test_membrane_law import ORTHOTROPIC, cells
+
+from knitstudy.cli.main import main
+from knitstudy.exchange.membrane import THICKNESS, solid_entries
+from knitstudy.files import read_dataset, write_dataset
+from knitstudy.stages.record import Record
+from knitstudy.study.configuration import load_scene
+
+
+def command(*arguments):
+    return CliRunner().invoke(main, [str(each) for each in arguments])
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """Histories of cells of one fabric, and one of another yarn."""
+    folder, scene = tmp_path_factory.mktemp("cells"), load_scene("cell-course")
+    for name, history in cells(ORTHOTROPIC).items():
+        write_dataset(Record("simulation", scene, {}).describe(history), folder / f"{name}.nc")
+    other = Record("simulation", scene.vary({"yarn.poisson_ratio": 0.1}), {})
+    write_dataset(other.describe(history), folder / "other.nc")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def law(results):
+    names = [results / f"{name}.nc" for name in cells(ORTHOTROPIC)]
+    fitted = command("membrane", *names, "-o", results / "law" / "mine.nc")
+    assert fitted.exit_code == 0, fitted.output
+    return results / "law" / "mine.nc"
+
+
+def test_a_law_has_coefficients_intervals_and_decks(law):
+    table = pd.read_csv(law.with_suffix(".csv"))
+    assert (table["95 % from"] <= table["value"]).all()
+    assert law.with_suffix(".png").is_file()
+    fitted = read_dataset(law)
+    for dialect, form in (("abaqus", "fung_form"), ("calculix", "linear_form")):
+        text = law.with_suffix(f".{dialect}.inp").read_text()
+        assert "% off the cell" in " ".join(text.replace("\n** ", " ").split())
+        block = text.partition("*MATERIAL, NAME=FABRIC\n")[2].partition("*MEMBRANE SECTION")[0]
+        numbers = [float(each) for each in " ".join(block.splitlines()[1:]).replace(",", " ").split()]
+        scale = 1.0 if dialect == "abaqus" else THICKNESS
+        np.testing.assert_allclose(
+            scale * np.array(numbers[:3]), fitted[form].to_numpy()[[0, 0, 1], [0, 1, 1]]
+        )
+        assert len(numbers) == 23 if dialect == "abaqus" else 22
+
+
+def test_entries_of_a_solid_keep_the_plane_free_of_stress_across():
+    form = np.array([[3.0, 1.0, 0.2], [1.0, 5.0, 0.1], [0.2, 0.1, 0.8]])
+    solid = np.zeros((6, 6))
+    rows, columns = zip(*[(row, column) for column in range(6) for row in range(column + 1)], strict=True)
+    solid[rows, columns] = solid_entries(form, across=7.0)
+    np.testing.assert_array_equal(solid[np.ix_([0, 1, 3], [0, 1, 3])], np.triu(form))
+    assert solid[2, 2] == 7
+    assert not solid[[0, 1], 2].any()
+    assert not solid[2, 3:].any()
+
+
+def test_a_strip_needs_less_strain_than_the_endless_fabric(law):
+    said = command("strip", law, "--length", 0.02, "--width", 0.03, "--strain", 0.1)
+    assert said.exit_code == 0, said.output
+    rows = [line.split("\t") for line in said.stdout.splitlines()[1:]]
+    assert all(float(clamped) < float(free) for _, clamped, free, _ in rows)
+    assert "extrapolated" not in said.stderr
+    curve = pd.read_csv(law.with_name("mine-course.csv"))
+    assert curve["strain [1]"].iloc[-1] == pytest.approx(0.1)
+
+
+def test_what_is_no_law_and_cells_of_two_fabrics_are_refused(results):
+    said = command("membrane", results / "course.nc", results / "other.nc")
+    assert said.exit_code == 1
+    assert "yarn.poisson_ratio is 0.1 but" in said.stderr
+    said = command("strip", results / "course.nc", "--length", 1, "--width", 1, "--strain", 0.1)
+    assert "is no law of a fabric" in said.stderr
