@@ -42,7 +42,7 @@ pytestmark = [
 
 @pytest.fixture
 def own(fresh, tmp_path):
-    """Checkout in which nothing was run, with a campaign of two scenes, in a folder without a space as arrays need it."""
+    """Checkout in which nothing was run, with a campaign of two scenes; arrays need a path without a space."""
     own = replace(fresh, folder=fresh.folder.rename(tmp_path / "checkout"))
     (own.folder / "own.yaml").write_text(CAMPAIGN)
     return own
