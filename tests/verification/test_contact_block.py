@@ -1,11 +1,10 @@
-"""A block on a plane: friction at prescribed slip, its loop on reversal, and the ledger of energy."""
+"""A block on a plane: friction at prescribed slip, and its loop on reversal."""
 
 import numpy as np
 import pytest
 from contact_bodies import MODULUS, drive, law, plate, reaction, together
 
 from knitstudy.errors import ConfigurationError, ConvergenceError
-from knitstudy.loading.history import FORMS
 from knitstudy.mechanics.contact.indentation import indentation
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear import LU
@@ -93,23 +92,6 @@ def test_loop_on_reversal(rigid, verify):
     verify.within(f"{name} block, slid to and fro: area of the loop", done[last] - done[first], area, 0.005)
     lost = increments[last].response.energy["friction"] - increments[first].response.energy["friction"]
     verify.within(f"{name} block, slid to and fro: dissipated energy", lost, area, 0.005)
-
-
-def test_ledger_of_energy(full, verify):
-    """External work is stored or dissipated, the more exactly the shorter the increments."""
-    errors = []
-    for increments in (18, 36, 72) if full else (18, 36):
-        block = Block(FRICTION, count=4 if full else 2, poisson=0.4)
-        path = [[0, 0, -PRESS], [0.06, 0.02, -PRESS], [-0.05, 0.03, -0.5 * PRESS]]
-        run = block.trace(path, increments)
-        done = work(run, block.driven)
-        stored = np.array([sum(each.response.energy.get(form, 0.0) for form in FORMS) for each in run])
-        errors.append(np.abs(done - stored).max() / done.max())
-    verify.at_most("block, cycle of friction: energy that is missing, over work", errors[-1], 0.01)
-    rates = np.log2(np.array(errors[:-1]) / errors[1:])
-    verify.at_least(
-        "block, cycle of friction: order of the missing energy in the increment", rates.min(), 1.5, "2"
-    )
 
 
 def test_penetration_is_removed_or_refused():
