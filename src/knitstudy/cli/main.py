@@ -82,7 +82,7 @@ def main(traceback: bool) -> None:
     knitstudy fit beam-isotropic-course lab.csv  modulus and friction from a measured curve
     knitstudy export dns-tie-course --dialect calculix
 
-    `knitstudy COMMAND --help` shows more examples. `make study` runs a whole study with its figures and its report;
+    `knitstudy COMMAND --help` shows more examples. `knitstudy study` runs a study with its figures and its report;
     docs/tutorial.md does the same from Python.
 
     Exit status: 0 done, 1 an error (one message names it), 2 wrong usage, 3 a load path that ended
