@@ -72,6 +72,8 @@ def test_force_is_the_derivative_of_energy(law):
     np.testing.assert_allclose(law.force(gap), slope, rtol=1e-5)
     stiffness = -(law.force(gap + step) - law.force(gap - step)) / (2 * step)
     np.testing.assert_allclose(law.stiffness(gap), stiffness, rtol=1e-5)
+    stiffening = (law.stiffness(gap + step) - law.stiffness(gap - step)) / (2 * step)
+    np.testing.assert_allclose(law.stiffening(gap), stiffening, rtol=1e-5, atol=1e-9)
 
 
 @pytest.fixture

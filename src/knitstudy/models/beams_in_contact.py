@@ -289,19 +289,17 @@ STICK = 10.0
 def beam_contact(
     scene: Scene, beams: Network, curves: Curves, pairs: Pairs, beside: Pairs | None = None
 ) -> BeamContact:
-    """Return the contact of pairs of points on beams, at crossings and beside them.
-
-    The stiffness against elastic slip is ``beam.stiffness`` for both laws: Hertz's approach is normal.
-    """
-    require_stiff_contact(scene, "beam.stiffness", patch=2.0)  # of half a radius
-    yarn, penalty = scene.yarn, _penalty(scene)
-    law = Power(penalty)
+    """Return the contact of pairs of points on beams, at crossings and beside them."""
+    yarn = scene.yarn
     if scene.value("beam.section") in (None, "hertz"):
         law = hertz(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius)
+    else:
+        require_stiff_contact(scene, "beam.stiffness", patch=2.0)  # of half a radius
+        law = Power(_penalty(scene))
     friction = scene.kind.interaction.friction(scene)
     stations = beams.station_node, beams.station_offset
     every = pairs if beside is None else pairs.joined(beside)
-    return BeamContact(curves, every, *stations, yarn.radius, law, penalty, friction, len(pairs.start))
+    return BeamContact(curves, every, *stations, yarn.radius, law, friction, len(pairs.start))
 
 
 def _penalty(scene: Scene) -> float:
@@ -331,7 +329,7 @@ def build(scene: Scene, fabric: Fabric) -> Problem:
             "beam_ties": scene.beam.tie,
             "contact_coefficient": law.law.coefficient,
             "contact_exponent": law.law.exponent,
-            "stick_stiffness": law.friction.tangential,
+            "contact_stick_share": law.law.share,
             "friction": law.friction.friction,
             "contact_points": len(law.pairs.start),
         },
