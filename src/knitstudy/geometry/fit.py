@@ -54,7 +54,7 @@ SHORTER = (
     0.8,
     0.5,
     0.5,
-)  # ways to a free value over the one that was tried before, where its loop has room
+)  # shares of the way to a free value for the next trial, where the loop has room
 ROUNDS, ITERATIONS = 20, 60  # minimisations from loop to loop, and of each of them
 ACTIVE = 0.03  # distance from a limit below which it is named as the reason why no thicker yarn fits
 
