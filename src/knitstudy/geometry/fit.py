@@ -48,13 +48,8 @@ RETREAT = 0.01  # share by which the yarn gets thinner where a minimisation make
 GAIN = 1e-4  # share below which a loop that fits is no better than the one before
 ABREAST = (2, 4)  # yarns that stand side by side in a course and in a wale spacing
 MARGIN = 1e-3  # share of the way to a value by which a trial leaves more room
-SHORTER = (
-    0.95,
-    0.9,
-    0.8,
-    0.5,
-    0.5,
-)  # shares of the way to a free value for the next trial, where the loop has room
+# Shares of the way to a free value for the next trial, where the loop has room
+SHORTER = (0.95, 0.9, 0.8, 0.5, 0.5)
 ROUNDS, ITERATIONS = 20, 60  # minimisations from loop to loop, and of each of them
 ACTIVE = 0.03  # distance from a limit below which it is named as the reason why no thicker yarn fits
 
