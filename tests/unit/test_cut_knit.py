@@ -80,6 +80,17 @@ def test_grips_in_wale_tension_hold_the_cut_legs(scene, pieces):
     assert not driven[8, 1]
 
 
+def test_sinker_that_is_free_across_the_load_is_led_to_its_first_contact(scene, knit_of):
+    """The middle one of four cells has no tie; its driven ends leave it x, z and a turn about y."""
+    size = {"pattern.loops": 4, "pattern.rows": 1, "load.direction": "wale"}
+    wide = scene.vary({"interaction": "isotropic", **size})
+    fabric = cut_cells(knit_of(wide).loop, 4, 1)
+    for lateral, expected in (("fixed", None), ("free", [6])):
+        yarns = build(wide.replace("load.lateral", lateral), fabric).observer.yarns
+        bodies = yarns.model.free_bodies
+        assert (bodies and [int(yarns.parts.yarn[nodes[0]]) for nodes in bodies.nodes]) == expected
+
+
 @pytest.mark.parametrize("fidelity", ["hexahedra", "spline_yarns", "rom3d", "beam"])
 def test_stations_of_all_models_are_places_on_the_pieces(scene, pieces, fidelity):
     """Histories and contacts number yarns alike: as the fabric does."""

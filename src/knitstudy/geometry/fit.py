@@ -48,7 +48,8 @@ RETREAT = 0.01  # share by which the yarn gets thinner where a minimisation make
 GAIN = 1e-4  # share below which a loop that fits is no better than the one before
 ABREAST = (2, 4)  # yarns that stand side by side in a course and in a wale spacing
 MARGIN = 1e-3  # share of the way to a value by which a trial leaves more room
-TRIALS = 4  # values between a refused and a free one with which a loop is looked for
+# Shares of the way to a free value for the next trial, where the loop has room
+SHORTER = (0.95, 0.9, 0.8, 0.5, 0.5)
 ROUNDS, ITERATIONS = 20, 60  # minimisations from loop to loop, and of each of them
 ACTIVE = 0.03  # distance from a limit below which it is named as the reason why no thicker yarn fits
 
@@ -136,8 +137,11 @@ def fitted_loop(wanted: Wanted, settings: Any) -> tuple[Loop, Loop, Optimum]:
 
 
 def _nearest(end_of: Callable[[float], _End], free: float, way: float, less: float = 0.0) -> float | None:
-    """Return the first of `TRIALS` values of four digits with which a loop fits, a way or `less` off a free value."""
-    for _ in range(TRIALS):
+    """Return the first value of four digits with which a loop fits, of as many as `SHORTER` has; None if none does.
+
+    The first two are a way, and at least `less`, off a free value.
+    """
+    for shorter in SHORTER:
         trial = float(f"{free + (1 - MARGIN) * way:.4g}")
         try:
             room, optimum, _ = end_of(trial)
@@ -145,7 +149,7 @@ def _nearest(end_of: Callable[[float], _End], free: float, way: float, less: flo
             return None
         if optimum is not None:
             return trial
-        way, less = max(way * (room.share if room.share < 1 - RETREAT else 0.5), less), 0.0
+        way, less = max(way * (room.share if room.share < 1 - RETREAT else shorter), less), 0.0
     return None
 
 
