@@ -36,8 +36,6 @@ localrules:
     figure,
     table,
     report,
-    knits,
-    trade,
     extremes,
 
 

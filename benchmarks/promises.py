@@ -1,10 +1,11 @@
-"""Do promises hold? Knits that came later judge what the first knits of the sample promise.
+"""Do promises hold? Other knits judge what knits of the sample promise.
 
-    python benchmarks/promises.py [--basis 48]
+    python benchmarks/promises.py               # every knit judges what all others promise
+    python benchmarks/promises.py --basis 48    # later knits judge what the first ones promise
 
-Reads ``results/trade/trade.csv`` (``knitstudy measure --first 108``). For every later knit, case, question and
-accuracy the cheapest model is taken that is promised to do, as `plan` does. Prints how many models were promised, which
-share of the promises held, and which share cost at most three times the cheapest model that would have done; writes
+Reads ``results/trade/trade.csv`` (``knitstudy measure --first 48``, or 108). For every knit that judges, case, question
+and accuracy the cheapest model is taken that is promised to do, as `plan` does. Prints how many models were promised,
+which share of the promises held, and which share cost at most three times the cheapest that would have done; writes
 ``results/tables/promises.csv``. The exit status is 1 where that is less than 95 % and 85 %.
 """
 
@@ -27,20 +28,24 @@ ACCURACIES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
 HOLD, CHEAP, DEAR = 0.95, 0.85, 3.0  # Shares of promises, and how many times the cheapest price is too much
 
 
-def judged(rows: tuple[dict, ...], basis: int) -> pd.DataFrame:
-    """Return a row a later knit, case, question and accuracy, with what was taken, and whether it held."""
+def judged(rows: tuple[dict, ...], basis: int | None) -> pd.DataFrame:
+    """Return a row a knit that judges, case, question and accuracy, with what was taken, and whether it held.
+
+    The first `basis` knits promise, or all but the one that judges.
+    """
     trade, defaults, found = load_trade(), drawn_defaults(), []
     names = sorted({row["knit"] for row in rows})
-    first = [row for row in rows if row["knit"] in names[:basis]]
+    first = set(names[:basis])
     cases = {str(case): case for case in trade.cases()}
     groups: dict[tuple, list[dict]] = {}
     for row in rows:
-        if row["knit"] in names[basis:] and row["question"]:
+        if (basis is None or row["knit"] not in first) and row["question"]:
             groups.setdefault((row["knit"], row["case"], row["question"]), []).append(row)
     for (knit, case, question), there in groups.items():
         problem = trade.scene(cases[case], Inputs.of_row(there[0]), defaults, knit)
         errors, seconds = ({row["rung"]: row[column] for row in there} for column in (ERROR, SECONDS))
-        rungs = [rung for rung in promised(problem, question, trade, first) if rung.name in errors]
+        promising = [row for row in rows if row["knit"] in first - {knit}]
+        rungs = [rung for rung in promised(problem, question, trade, promising) if rung.name in errors]
         for accuracy in ACCURACIES:
             said = {"knit": knit, "case": case, "question": question, "accuracy": accuracy, "taken": ""}
             if good := [rung for rung in rungs if rung.error <= accuracy]:
@@ -57,7 +62,9 @@ def judged(rows: tuple[dict, ...], basis: int) -> pd.DataFrame:
 def main() -> int:
     """Judge, print and write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--basis", type=int, default=load_trade().knits, help="knits that promise")
+    parser.add_argument(
+        "--basis", type=int, help="first knits that promise; by default all but the one that judges"
+    )
     table = judged(measured_rows(SAMPLE / "trade.csv"), parser.parse_args().basis)
     write_table(table, Path("results/tables/promises.csv"))
     made = table[table["taken"] != ""]

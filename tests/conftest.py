@@ -1,5 +1,6 @@
 """What tests of several kinds share: one small plain knit that needs no optimisation, and how processes share tests."""
 
+import importlib.util
 from pathlib import Path
 
 import numpy as np
@@ -92,3 +93,17 @@ def knit(plain_scene, knit_of):
 def contacts(knit):
     """Contacts of that knit, by geometry alone."""
     return contacts_of_crossings(knit)
+
+
+@pytest.fixture(scope="session")
+def docs_script():
+    """Return the module of a script in docs, by its name."""
+
+    def load(name):
+        path = Path(__file__).parents[1] / "docs" / f"{name}.py"
+        specification = importlib.util.spec_from_file_location(f"docs_{name}", path)
+        module = importlib.util.module_from_spec(specification)
+        specification.loader.exec_module(module)
+        return module
+
+    return load

@@ -226,7 +226,7 @@ def read_dataset(path: Path | str) -> xr.Dataset:
     if path.is_dir():
         raise DataFileError(f"{path}: is a folder; move it away, or name a file in it")
     if not path.is_file():
-        raise DataFileError(f"{path}: there is no such file; make it with `make study`")
+        raise DataFileError(f"{path}: there is no such file; make it with `knitstudy run` or `make study`")
     try:
         with uninterrupted():
             dataset = xr.load_dataset(path, engine="netcdf4")

@@ -37,17 +37,6 @@ def test_curves_pass_a_parabola_through_uneven_stations():
             np.testing.assert_allclose(stencil.of(weights, position), sign * curve(s, order), atol=1e-12)
 
 
-def test_derivatives_of_curves_are_differences():
-    curves, yarn = two_yarns()
-    position = np.random.default_rng(1).normal(size=(len(yarn), 3))
-    s, eps, zero = np.array([0.3, 1.2, 2.0, 3.3, 5.1]), 1e-5, np.zeros(5, dtype=int)
-    plus, here, minus = (curves.stencil(zero, s + e) for e in (eps, 0.0, -eps))
-    slope = (plus.of(plus.value, position) - minus.of(minus.value, position)) / (2 * eps)
-    bend = (plus.of(plus.first, position) - minus.of(minus.first, position)) / (2 * eps)
-    np.testing.assert_allclose(here.of(here.first, position), slope, atol=1e-7)
-    np.testing.assert_allclose(here.of(here.second, position), bend, atol=1e-7)
-
-
 def test_closest_points_of_two_curves():
     """A parabola over a straight yarn, found from a start that is far off; a bound is not a closest approach."""
     curves, _ = two_yarns()
@@ -72,6 +61,8 @@ def test_force_is_the_derivative_of_energy(law):
     np.testing.assert_allclose(law.force(gap), slope, rtol=1e-5)
     stiffness = -(law.force(gap + step) - law.force(gap - step)) / (2 * step)
     np.testing.assert_allclose(law.stiffness(gap), stiffness, rtol=1e-5)
+    stiffening = (law.stiffness(gap + step) - law.stiffness(gap - step)) / (2 * step)
+    np.testing.assert_allclose(law.stiffening(gap), stiffening, rtol=1e-5, atol=1e-9)
 
 
 @pytest.fixture

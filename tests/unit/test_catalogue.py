@@ -11,7 +11,6 @@ from knitstudy.registry import load_plugins
 from knitstudy.stages.displays import Displays
 from knitstudy.stages.plan import Plan
 from knitstudy.study.configuration import load_scenes
-from knitstudy.study.documentation import keys_page
 from knitstudy.study.kinds import FIDELITIES, INTERACTIONS, SPECIMENS
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
@@ -119,7 +118,7 @@ def plugin(tmp_path, monkeypatch):
         sys.modules.pop(name, None)
 
 
-def test_an_interaction_brings_its_keys(plugin, config):
+def test_an_interaction_brings_its_keys(plugin, config, docs_script):
     scene = load_scenes(config)["dns-a"]
     plugin("sticky_yarns", STICKY)
     sticky = scene.vary({"interaction": "sticky", "contact.adhesion": 1e5})
@@ -132,4 +131,4 @@ def test_an_interaction_brings_its_keys(plugin, config):
     with pytest.raises(ConfigurationError, match=r"contact\.adhesion is no key of a scene whose"):
         scene.vary({"interaction": "rough", "contact.adhesion": 1e5})
     having = "fidelity beam, hexahedra, spline_yarns or window; interaction sticky"
-    assert f"| {having} | physics | assumed |" in keys_page()
+    assert f"| {having} | physics | assumed |" in docs_script("keys").keys_page()

@@ -153,15 +153,7 @@ def test_3d_model_must_be_four_times_as_near_in_every_case(evidence, case):
         )
         assert judged.verdict == expected
     assert judged.note.startswith("the main models hold in 3 of 4 cases")
-    assert judged.measured[0].quantity.endswith(
-        case.replace("tie-", "tie constraint, ").replace("isotropic-", "isotropic friction, ")
-    )
     assert judged.measured[0][1:] == ("0.30", "much closer"), "what does not hold comes first"
-    assert (
-        "DNS of one-point hexahedra of 0.45 mm; tie constraint, course",
-        "0.02 ± 0.02",
-        "",
-    ) in judged.measured
 
 
 def test_largest_bend_is_where_the_slope_changes():

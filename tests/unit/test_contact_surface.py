@@ -48,22 +48,6 @@ def test_open_grids_reproduce_linear_fields_up_to_their_edges(sheet):
     assert np.abs(interpolate(stencil.second, stencil.nodes, nodes)).max() < 1e-13
 
 
-@pytest.mark.parametrize("closed", [True, False])
-def test_derivatives_agree_with_differences(closed):
-    surfaces = Grids([Grid(np.arange(30).reshape(5, 6), closed=closed)])
-    surface, xi = places(surfaces, 40)
-    xi = np.floor(xi) + 0.1 + 0.8 * (xi - np.floor(xi))
-    stencil = surfaces.stencil(surface, xi)
-    step = 1e-6
-    for a in range(2):
-        shift = step * np.eye(2)[a]
-        plus, minus = (surfaces.stencil(surface, xi + sign * shift) for sign in (1, -1))
-        np.testing.assert_allclose((plus.value - minus.value) / (2 * step), stencil.first[:, a], atol=1e-8)
-        second = (plus.first - minus.first) / (2 * step)
-        np.testing.assert_allclose(second[:, a], stencil.second[:, 2 * a], atol=1e-8)
-        np.testing.assert_allclose(second[:, 1 - a], stencil.second[:, 1], atol=1e-8)
-
-
 @pytest.mark.parametrize("offset", [0.0, 0.05])
 def test_gauss_points_stand_for_the_area_of_the_contact_surface(offset):
     nodes, grid = tube(angles=24)

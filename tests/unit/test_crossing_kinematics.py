@@ -200,25 +200,6 @@ def test_affine_motions_are_exact(knitted, gradient):
     np.testing.assert_allclose(motion.displacement, expected, atol=1e-15)
 
 
-def test_twist_of_a_straight_yarn_is_that_of_its_middle():
-    """Both yarns twist uniformly about their axes: sections turn, and neither stretch nor tilt."""
-    pair = yarn_pair(0.9e-3, 90.0, 5e-3, 0.01)
-    mesh = mesh_fabric(pair, SIZE, 1.0)
-    rate, axes, middles = 40.0, np.array([[1.0, 0, 0], [0, 1.0, 0]]), pair.crossings.point[0]
-    displacement = np.empty_like(mesh.nodes)
-    for yarn in range(2):
-        here = np.repeat(mesh.yarn_of_slice == yarn, mesh.section.size)
-        arm = mesh.nodes[here] - middles[yarn]
-        along = arm @ axes[yarn]
-        turned = exp((0.3 + rate * along)[:, None] * axes[yarn])
-        displacement[here] = np.einsum("nij,nj->ni", turned, arm) - arm
-    motion = section_motion(pair.crossings, mesh, mesh.nodes, displacement)
-    for yarn in range(2):
-        # Fibres across shrink by the mean of cos(rate s), by 3e-4 within the layers around the crossing.
-        np.testing.assert_allclose(motion.gradient[0, yarn], exp(0.3 * axes[yarn]), atol=6e-4)
-    np.testing.assert_allclose(motion.displacement, 0, atol=1e-9)
-
-
 def test_history_of_a_simulation_holds_the_motion_of_sections(plain_scene):
     """Tied yarns, the upper one pushed along the lower: the maps are those of its displacements at full load."""
     scene = synthetic.pair_scene(plain_scene, [[2e-5, 0.0, -1e-5]], interaction="tie")

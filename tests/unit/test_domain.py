@@ -36,11 +36,6 @@ def isotropic(poisson):
     return np.array([[1, poisson, 0], [poisson, 1, 0], [0, 0, shear]]) / (1 - poisson**2)
 
 
-def test_grips_of_a_sheet_that_does_not_contract_add_nothing():
-    for strain in (SMALL, 0.3, -0.1):
-        assert held_over_free(isotropic(0.0), 1.0, 2.0, strain, elements=4) == pytest.approx(1.0, abs=1e-6)
-
-
 def test_a_short_sheet_is_held_across_everywhere():
     for strain in (SMALL, 0.05):
         found = held_over_free(isotropic(0.3), 1.0, 200.0, strain, elements=16)

@@ -65,14 +65,15 @@ def test_loop_has_the_length_that_is_asked_for(settings):
     assert_fits(loop, wanted)
 
 
-def test_length_that_does_not_fit_is_refused_with_the_nearest_one_that_has_room(settings):
+@pytest.mark.parametrize(("diameter", "longest"), [(0.2e-3, 5.0), (0.25e-3, 4.6)])
+def test_length_that_does_not_fit_is_refused_with_one_that_does(settings, diameter, longest):
     with pytest.raises(NoRoom, match=r"loop_length 8 mm: yarns of .* touch") as refused:
-        fitted_loop(jersey(0.2e-3, 8e-3), settings)
-    found = re.search(
-        r"nearest length that has room is ([\d.]+) mm, the free one ([\d.]+) mm", str(refused.value)
-    )
-    nearest, free = map(float, found.groups())
-    assert 1.4 * free < nearest < 8
+        fitted_loop(jersey(diameter, 8e-3), settings)
+    found = re.search(r"A loop of ([\d.]+) mm fits, the free one has ([\d.]+) mm", str(refused.value))
+    named, free = map(float, found.groups())
+    assert named > longest > 1.04 * free
+    wanted = jersey(diameter, 1e-3 * named)
+    assert_fits(fitted_loop(wanted, settings)[1], wanted)
 
 
 def test_wales_too_wide_for_a_drawn_interlock_are_refused_with_a_remedy(settings):
@@ -85,9 +86,11 @@ def test_yarn_that_is_too_thick_is_refused_with_limit_and_spacings_that_fit(sett
         fitted_loop(jersey(0.3e-3), settings)
     assert "\n" not in str(refused.value)
     four_side_by_side = WALE / (4 * 0.3e-3 * 1.005)
-    assert refused.value.share == pytest.approx(four_side_by_side, rel=1e-3), "the thickest one is found"
-    nearest = Wanted(*(spacing / refused.value.share for spacing in (COURSE, WALE)), 0.15e-3, 0.01)
-    assert_fits(fitted_loop(nearest, settings)[1], nearest)
+    assert refused.value.share == pytest.approx(four_side_by_side, rel=2e-3), "the thickest one is found"
+    found = re.search(r"course_spacing ([\d.]+) and .* ([\d.]+) mm, or .* ([\d.]+) mm$", str(refused.value))
+    course, wale, diameter = (1e-3 * float(each) for each in found.groups())
+    for nearest in (Wanted(course, wale, 0.15e-3, 0.01), jersey(diameter)):
+        assert_fits(fitted_loop(nearest, settings)[1], nearest)
 
 
 def test_loop_of_close_courses_is_found_where_yarns_nearly_lie_along_each_other(settings):

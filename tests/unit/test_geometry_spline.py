@@ -6,7 +6,7 @@ from scipy.optimize import minimize_scalar
 
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.spline import CatmullRom, Centreline
-from knitstudy.geometry.survey import approaches, smallest_radius_of_curvature
+from knitstudy.geometry.survey import approaches
 
 EPS = 1e-12  # rounding of a few dozen operations on numbers of order ten
 
@@ -84,13 +84,6 @@ def test_feet_and_heads_face_their_mirror_images(omega):
     heads = 2 * extreme_x(omega, -1)  # a loop and its neighbour
     assert distance[0] == pytest.approx(min(feet, heads), rel=1e-9)
     assert np.abs(distance - max(feet, heads)).min() < 1e-9
-
-
-def test_radius_of_curvature_of_a_circle():
-    t = 2 * np.pi * np.arange(64) / 64
-    circle = CatmullRom(3 * np.column_stack([np.cos(t), np.sin(t), 0 * t]), [0, 0, 0])
-    # Catmull-Rom tangents are chords: its curvature is too large by some (2 pi/64)^2.
-    assert smallest_radius_of_curvature(circle) == pytest.approx(3, rel=0.01)
 
 
 def test_arc_lengths_keep_the_shape_of_their_parameters(omega):

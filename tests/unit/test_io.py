@@ -22,17 +22,6 @@ def dataset():
     return xr.Dataset({"force": ("increment", force, {"units": "N"})})
 
 
-def test_replacing_keeps_the_old_file_until_the_new_one_is_whole(tmp_path):
-    path = tmp_path / "folder" / "a.csv"
-    with replacing(path) as temporary:
-        temporary.write_text("old")
-        assert not path.exists()
-    with pytest.raises(ZeroDivisionError), replacing(path) as temporary:
-        temporary.write_text(f"half {1 / 0}")
-    assert path.read_text() == "old"
-    assert os.listdir(path.parent) == ["a.csv"]
-
-
 def test_a_power_cut_leaves_the_old_file_or_the_whole_new_one(tmp_path, monkeypatch):
     """The content is on the disk before the file takes its name, and so is the name when all is done."""
     flush, rename, done = os.fsync, os.replace, []

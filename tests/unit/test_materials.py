@@ -1,21 +1,19 @@
-"""Elements and laws of materials that register themselves from outside, and Hencky's law by principal stretches."""
+"""Elements that register themselves from outside, yarns with an axis, and Hencky's law by principal stretches."""
 
 import numpy as np
 import pytest
 
 from knitstudy.mechanics.elements import ELEMENTS, ElementResponse
 from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
-from knitstudy.mechanics.materials import MATERIALS
-from knitstudy.mechanics.materials.isotropic import Hencky, StVenantKirchhoff
+from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.simulate import solve
 
 
 @pytest.fixture
 def toy(monkeypatch):
-    """An element and a law, each twice as stiff as its like."""
-    for registry in (ELEMENTS, MATERIALS):
-        monkeypatch.setattr(registry, "_entries", dict(registry.all()))
+    """An element that is twice as stiff as its like."""
+    monkeypatch.setattr(ELEMENTS, "_entries", dict(ELEMENTS.all()))
 
     @ELEMENTS.register
     class ToyElement(OnePointHexahedron):
@@ -25,13 +23,6 @@ def toy(monkeypatch):
             found = super().respond(batch, displacement, stiffness)
             tangent = 2 * found.stiffness if stiffness else None
             return ElementResponse(2 * found.force, 2 * found.internal, 2 * found.hourglass, tangent)
-
-    @MATERIALS.register
-    class ToyLaw(StVenantKirchhoff):
-        name, meaning = "toy_law", "twice as stiff"
-
-        def respond(self, strain, tangent, axes=None):
-            return StVenantKirchhoff(2 * self.youngs_modulus, self.poisson_ratio).respond(strain, tangent)
 
 
 @pytest.fixture
@@ -48,7 +39,6 @@ def pull(plain_scene, knit_of):
             "solver.increments": 1,
         } | {key.replace("__", "."): value for key, value in changes.items()}
         if keys["fidelity"] == "hexahedra":
-            # A toy law leaves the hourglass control as it is.
             keys = {"mesh.size": 2 / 3, "gates.elements_across": 2.0, "solver.hourglass": 0.01} | keys
         scene = plain_scene.vary(keys)
         knit = knit_of(scene)
@@ -60,11 +50,6 @@ def pull(plain_scene, knit_of):
 
 def test_a_toy_element_goes_through_a_simulation(toy, pull):
     stiff = pull(mesh__element="toy_element")
-    assert stiff == pytest.approx(2 * pull(), rel=1e-3)  # springs of ties stay as they are
-
-
-def test_a_toy_law_goes_through_a_simulation(toy, pull):
-    stiff = pull(yarn__material="toy_law", solver__hourglass=0.02)
     assert stiff == pytest.approx(2 * pull(), rel=1e-3)  # springs of ties stay as they are
 
 

@@ -50,33 +50,9 @@ def test_a_mesh_without_slices_where_grips_end_is_refused(scene, knit, plain):
         grips(plain, scene, knit)
 
 
-RADIUS, LENGTH, CLEARANCE, PAIR_SIZE = 0.9e-3, 8e-3, 0.02, 0.5
-
-
-@pytest.fixture(scope="module", params=[90.0, 30.0])
-def pair(request):
-    return yarn_pair(RADIUS, request.param, LENGTH, CLEARANCE)
-
-
-@pytest.fixture(scope="module")
-def pair_mesh(pair):
-    return mesh_fabric(pair, PAIR_SIZE, 1.2)
-
-
-def test_middles_of_two_facets_face_each_other(pair_mesh):
-    """The distance of two facets' middles is that of the surfaces, and of the sagittas of both polygons."""
-    lower, upper = (pair_mesh.nodes[pair_mesh.surface_quads(yarn)].mean(axis=1) for yarn in range(2))
-    apart = np.linalg.norm(lower[:, None] - upper, axis=-1)
-    nearest = np.unravel_index(apart.argmin(), apart.shape)
-    outer = np.linalg.norm(pair_mesh.section.points[pair_mesh.section.ring[0]])
-    sagitta = 1 - outer * np.cos(np.pi / pair_mesh.section.ring.size)
-    assert apart.min() == pytest.approx((CLEARANCE + 2 * sagitta) * RADIUS, rel=1e-9)
-    np.testing.assert_allclose([lower[nearest[0], :2], upper[nearest[1], :2]], 0, atol=1e-12)
-
-
 def test_yarns_that_overlap():
-    pair = yarn_pair(RADIUS, 90.0, LENGTH)
+    pair = yarn_pair(0.9e-3, 90.0, 8e-3)
     lower, upper = pair.centrelines
-    nearer = Centreline(upper.curve.shifted([0, 0, -0.06 * RADIUS]), 1)
+    nearer = Centreline(upper.curve.shifted([0, 0, -0.06 * pair.radius]), 1)
     with pytest.raises(MeshError, match="overlap"):
-        mesh_fabric(of_curves([lower, nearer], RADIUS), PAIR_SIZE, 1.0)
+        mesh_fabric(of_curves([lower, nearer], pair.radius), 0.5, 1.0)

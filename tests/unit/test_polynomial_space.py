@@ -22,14 +22,6 @@ def test_functions_on_the_disc_are_orthonormal(degree):
     )
 
 
-def test_gradients_on_the_disc():
-    _, slope = disc.gradients(6, INSIDE)
-    for axis in range(2):
-        step = 1e-6 * np.eye(2)[axis]
-        difference = (disc.values(6, INSIDE + step) - disc.values(6, INSIDE - step)) / 2e-6
-        np.testing.assert_allclose(slope[..., axis], difference, atol=1e-7)
-
-
 def test_functions_are_sines_and_cosines_on_the_rim():
     angle, kind = np.linspace(-3, 3, 7)[:, None], disc.modes(5)
     rim = kind.factor * np.where(kind.sine, np.sin(kind.wave * angle), np.cos(kind.wave * angle))
@@ -70,24 +62,6 @@ def two_yarns():
         c, d1, d2 = (yarn.spline.fit(s, each) for each in (centre, fixed[:, 0], fixed[:, 1]))
         nodes.append(yarn.coefficients(c, d1, d2, 1.0))
     return Space(yarns), np.concatenate(nodes)
-
-
-def test_elements_join_the_nodes_of_their_splines():
-    space, nodes = two_yarns()
-    groups = span_groups(space, nodes, Hencky(1.0, 0.3))
-    assert sum(len(group.connectivity) for group in groups) == 10
-    joined = [group.connectivity.shape[1] for group in groups for _ in group.connectivity]
-    assert sorted(joined) == sorted(np.concatenate([yarn.span_sizes for yarn in space.yarns]))
-    for group in groups:
-        assert np.all(np.diff(group.connectivity, axis=1) == 1)
-        assert len(set(space.yarn[group.connectivity[0]])) == 1
-    volume = sum(group.elements.volume.sum() for group in groups)
-    np.testing.assert_allclose(volume, 2 * np.pi * 2.5, rtol=1e-12)
-    lumped = np.zeros(space.size)
-    for group in groups:
-        np.add.at(lumped, group.connectivity, group.elements.node_volume())
-    assert np.all(lumped > 0)
-    np.testing.assert_allclose(lumped @ space.unity, volume, rtol=1e-12)
 
 
 def test_places_are_found_again():

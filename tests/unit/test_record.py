@@ -109,11 +109,6 @@ def test_a_file_from_before_is_shown_and_compared(file, tmp_path):
     assert "\x1b" not in shown.output
 
 
-def test_escape_sequences_of_a_table_are_written_out(tmp_path):
-    (tmp_path / "a.csv").write_text("model,\x1b]0;title\x07force [N]\ndns,1\n")
-    assert "\x1b" not in command("show", tmp_path / "a.csv").output
-
-
 def test_a_variable_of_another_bit_is_named(file, tmp_path):
     data = read_dataset(file)
     force = data["force"].values.copy()

@@ -61,10 +61,6 @@ def test_a_restart_gives_back_increment_and_history(saved):
     np.testing.assert_allclose(fresh.to_dataset()["energy"].sel(form="external"), [0, 0.25, 1.0, 2.25])
 
 
-def test_without_a_file_a_run_starts_anew(tmp_path):
-    assert Checkpoint(tmp_path / "none.npz", "key", State).load(recorder()) is None
-
-
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
 def test_a_damaged_file_is_refused(saved, share):
     file, _ = saved

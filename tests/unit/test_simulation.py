@@ -74,16 +74,6 @@ def test_changed_knit_reaches_the_sources_and_nothing_else_does(config, made):
         assert f"{base}-{source.hash[:8]}" in direct
 
 
-def test_results_of_the_same_inputs_are_used_again(config, made, tmp_path):
-    scene, folder = load_scene("rom3d-own", config), tmp_path / "results"
-    first = simulate(scene, folder, config=config)
-    assert first.path == folder / "simulation" / "rom3d-own.nc"
-    count = len(made)
-    again = simulate(scene, folder, config=config)
-    assert len(made) == count
-    assert int(again.history["number"]) == int(first.history["number"])
-
-
 def test_failure_leaves_what_was_there(config, made, tmp_path, monkeypatch):
     scene = load_scene("rom3d-own", config)
     path = simulate(scene, tmp_path, config=config).path

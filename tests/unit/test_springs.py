@@ -77,13 +77,6 @@ def test_normals_follow_the_forces(touching):
         contact_normals(touching.drop_vars("resultant_direction"), "resultant")
 
 
-def test_no_force_is_left_across_the_resultant(touching):
-    force = touching["force"]
-    direction = -force / np.sqrt((force**2).sum("xyz"))
-    found = springs(touching.assign(resultant_direction=direction), "interface", normal="resultant")
-    np.testing.assert_allclose(found.averaged[:2] / found.averaged[2], 0, atol=1e-12)
-
-
 def test_axes_where_the_normal_lies_along_the_course():
     normal = np.array([[1.0, 0, 0], [0, 0, 1], [0, 0, -1]])
     axes = spring_axes(normal, "local")

@@ -9,11 +9,10 @@ import xarray as xr
 from synthetic import history_of
 
 from knitstudy.exchange.series import write_series
-from knitstudy.exchange.vtu import write_spline_yarns, write_vtu
+from knitstudy.exchange.vtu import write_spline_yarns
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.mechanics.materials import material_of
-from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.spline_yarns import space_on, undeformed, yarn_spans
 
 STRETCH = np.array([[1.02, 0.05, 0.0], [0.0, 0.97, 0.01], [-0.03, 0.0, 1.01]])
@@ -35,24 +34,8 @@ def pair(plain_scene):
 
 
 @pytest.fixture(scope="module")
-def swept(pair):
-    return mesh_fabric(pair[1], 2 / 3, 1.2)
-
-
-@pytest.fixture(scope="module")
 def space(pair):
     return space_on(pair[0], yarn_spans(*pair))
-
-
-def test_hexahedra_with_a_field(swept, tmp_path):
-    displacement = np.random.default_rng(0).standard_normal(swept.nodes.shape)
-    write_vtu(swept, tmp_path / "mesh.vtu", {"displacement [m]": displacement})
-    read = meshio.read(tmp_path / "mesh.vtu")
-    np.testing.assert_array_equal(read.points, swept.nodes)
-    np.testing.assert_array_equal(read.cells_dict["hexahedron"], swept.hexahedra)
-    np.testing.assert_array_equal(read.point_data["displacement [m]"], displacement)
-    assert set(read.cell_data) == {"yarn", "scaled_jacobian"}
-    assert [path.name for path in tmp_path.iterdir()] == ["mesh.vtu"]
 
 
 def history(space, specimen, points=()):

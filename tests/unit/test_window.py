@@ -117,15 +117,3 @@ def test_contacts_of_a_window_are_those_of_its_cells(slid):
     sums = (found["normal_resultant"] + found["tangential_resultant"]).to_numpy()
     assert np.linalg.norm(sums[-1], axis=1).max() > 0
     assert found["force"].to_numpy() == pytest.approx(sums, abs=1e-9)
-
-
-def test_no_force_jumps_at_a_seam(slid):
-    history = slid[1]
-    largest = np.linalg.norm(history["seam_force"], axis=2).max(axis=1)
-    assert np.all(history["seam_jump"].to_numpy()[1:] < 1e-6 * largest[1:])
-    # Each solid arc is in balance between both of its seams and the contact along it.
-    crossing = history["crossing_force"].to_numpy()[-1].sum(axis=0)
-    lower = history["seam_yarn"].to_numpy() == 0
-    assert history["seam_force"].to_numpy()[-1][lower].sum(axis=0) == pytest.approx(
-        -crossing, abs=1e-6 * largest[-1]
-    )

@@ -16,7 +16,6 @@ from knitstudy.mechanics.rotation import exp
 from knitstudy.models.beams_in_contact import point_pairs
 
 RADIUS, MODULUS, POISSON = 0.9e-3, 1.3e9, 0.42
-STICK = 10 * MODULUS * RADIUS
 SECTION = Section.circular(2 * RADIUS, MODULUS, POISSON)
 LAWS = {"rigid": Power(10 * MODULUS * RADIUS), "hertz": hertz(MODULUS, POISSON, RADIUS)}
 
@@ -70,7 +69,7 @@ class Beams:
         law = self.normal or LAWS[self.law]
         pairs = point_pairs(self.crossings, np.array([0]), curves.length)
         stations = np.arange(2 * count), np.zeros((2 * count, 3))
-        contact = BeamContact(curves, pairs, *stations, RADIUS, law, STICK, self.friction)
+        contact = BeamContact(curves, pairs, *stations, RADIUS, law, self.friction)
         ends = np.concatenate([chain, chain + count])
         return BeamModel(nodes.reshape(-1, 3), ends, SECTION, RADIUS, contact=contact)
 
@@ -129,5 +128,5 @@ def curved_yarns(law, friction):
         one, one, one, np.array([[0, 1]]), np.full((1, 2), 4e-3), points, np.array([2 * RADIUS])
     )
     pairs = point_pairs(crossings, one, curves.length)
-    contact = BeamContact(curves, pairs, number, offset, RADIUS, LAWS[law], STICK, friction)
+    contact = BeamContact(curves, pairs, number, offset, RADIUS, LAWS[law], friction)
     return BeamModel(position - offset, ends, SECTION, RADIUS, offset[ends], contact=contact)

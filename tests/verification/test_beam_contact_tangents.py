@@ -22,6 +22,12 @@ def moved(model, shift, seed):
     return model.advance(model.start(), step.ravel())
 
 
+def on_the_way(model, shift=(20e-6, 8e-6, -31e-6)):
+    """Model, and its state in an increment that begins where the yarns were pressed on each other."""
+    first = model.commit(moved(model, [1e-6, 2e-6, -30e-6], 0))
+    return model, replace(moved(model, shift, 1), contact=first.contact)
+
+
 def without_contact(model):
     alone = copy(model)
     alone.contact = None
@@ -70,9 +76,7 @@ def test_tangent_of_beams_in_contact(law, kind, shift, verify):
 @pytest.mark.parametrize("kind", ["stick", "slip"])
 def test_tangent_of_curved_yarns_on_rigid_arms(law, kind, verify):
     """Two hooked yarns, the stations of the contact carried by nodes beside them."""
-    model = curved_yarns(law, FRICTION[kind])
-    first = model.commit(moved(model, [1e-6, 2e-6, -30e-6], 0))
-    state = replace(moved(model, [20e-6, 8e-6, -31e-6], 1), contact=first.contact)
+    model, state = on_the_way(curved_yarns(law, FRICTION[kind]))
     assert np.any(model.contact.points(state).status != OPEN)
     verify.at_most(f"tangent of beams in contact on arms: {law}, {kind}", tangent_error(model, state), 1e-6)
 
@@ -81,9 +85,7 @@ def test_tangent_of_curved_yarns_on_rigid_arms(law, kind, verify):
 @pytest.mark.parametrize("kind", ["stick", "slip"])
 def test_forces_and_moments_balance(law, kind, verify):
     """Exactly: what friction exerts on both yarns acts in one point, half way between their centrelines."""
-    model = curved_yarns(law, FRICTION[kind])
-    first = model.commit(moved(model, [1e-6, 2e-6, -30e-6], 0))
-    state = replace(moved(model, [20e-6, 8e-6, -31e-6], 1), contact=first.contact)
+    model, state = on_the_way(curved_yarns(law, FRICTION[kind]))
     force = contact_forces(model, state)
     lever = np.cross(state.position, force[:, :3])
     assert np.abs(force[:, 3:]).sum() > 1e-3 * np.abs(lever).sum()  # friction does exert couples
@@ -97,9 +99,7 @@ def test_forces_and_moments_balance(law, kind, verify):
 @pytest.mark.parametrize("law", LAWS)
 def test_rotation_of_everything_turns_the_forces(law, verify):
     """Of a state in the middle of an increment that slips, by 30 degrees: its history stays as it is."""
-    model = curved_yarns(law, 0.05)
-    first = model.commit(moved(model, [1e-6, 2e-6, -30e-6], 0))
-    state = replace(moved(model, [20e-6, 8e-6, -31e-6], 1), contact=first.contact)
+    model, state = on_the_way(curved_yarns(law, FRICTION["slip"]))
     turn = exp(np.radians(30) * np.array([2, -1, 2]) / 3)
     turned = replace(state, position=state.position @ turn.T, rotation=turn @ state.rotation)
     force = contact_forces(model, state).reshape(-1, 2, 3)

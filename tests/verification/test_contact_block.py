@@ -1,16 +1,10 @@
-"""A block on a plane: friction at prescribed slip, its loop on reversal, the incline, and the ledger of energy."""
-
-import dataclasses
+"""A block on a plane: friction at prescribed slip, and its loop on reversal."""
 
 import numpy as np
 import pytest
-import scipy.sparse as sp
 from contact_bodies import MODULUS, drive, law, plate, reaction, together
-from hexahedral_block import unknowns
 
 from knitstudy.errors import ConfigurationError, ConvergenceError
-from knitstudy.loading.history import FORMS
-from knitstudy.mechanics.contact.friction import STICK
 from knitstudy.mechanics.contact.indentation import indentation
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear import LU
@@ -21,7 +15,6 @@ SIZE = 0.25  # element size that stiffnesses refer to
 
 PRESS = 0.01
 FRICTION = 0.3
-ROUGH = np.inf
 
 
 class Block:
@@ -38,9 +31,8 @@ class Block:
             [plane, block], law(SIZE, friction), size=SIZE, poisson=poisson, **options
         )
         self.held = np.arange(first[1])
-        self.block = np.arange(first[1], first[2])
-        top = self.model.nodes[self.block, 2] > 1 - 1e-9
-        self.driven = self.block if rigid else self.block[top]
+        block = np.arange(first[1], first[2])
+        self.driven = block if rigid else block[self.model.nodes[block, 2] > 1 - 1e-9]
 
     def trace(self, path, increments, stops=()):
         settings = Settings(
@@ -100,101 +92,6 @@ def test_loop_on_reversal(rigid, verify):
     verify.within(f"{name} block, slid to and fro: area of the loop", done[last] - done[first], area, 0.005)
     lost = increments[last].response.energy["friction"] - increments[first].response.energy["friction"]
     verify.within(f"{name} block, slid to and fro: dissipated energy", lost, area, 0.005)
-
-
-class Pulled:
-    """A model that is pulled, in the second half of the load path, by a dead load (size,), and held by springs."""
-
-    def __init__(self, model, load, spring):
-        self._model, self._load, self._spring = model, load, spring
-
-    def __getattr__(self, name):
-        return getattr(self._model, name)
-
-    def respond(self, state, stiffness):
-        response = self._model.respond(state, stiffness)
-        pull = max(0.0, 2 * state.load - 1) * self._load
-        force = response.force - pull + self._spring * state.displacement.ravel()
-        tangent = response.stiffness
-        if stiffness:
-            tangent = (tangent + sp.diags(self._spring)).tobsr((3, 3))
-        return dataclasses.replace(response, force=force, stiffness=tangent)
-
-
-@pytest.mark.parametrize("share", [0.5, 0.9, 1.1, 2.0])
-def test_incline(share, full, verify):
-    """A block on an incline of tan alpha = share mu: below 1 it sticks, beyond it slides with (tan alpha - mu) N.
-
-    What the block slides with is what a soft spring has to hold.
-    """
-    if share in (0.5, 2.0) and not full:
-        pytest.skip("takes --full")
-    block = Block(FRICTION)
-    block.driven = block.driven[:0]
-    top = block.block[block.model.nodes[block.block, 2] > 1 - 1e-9]
-    along, down = unknowns(block.block)[0::3], unknowns(top)[2::3]
-    normal = PRESS * MODULUS / (1 + 0.1 * SIZE)
-    load, spring = np.zeros(block.model.size), np.zeros(block.model.size)
-    load[along] = share * FRICTION * normal / len(along)
-    # Beyond the limit the block comes to rest after a slip of 0.08.
-    spring[along] = max(share - 1, 0.1) * FRICTION * normal / 0.08 / len(along)
-    motion = drive(block.held, block.driven, [[0, 0, 0]])
-    fixed = np.concatenate([motion.fixed, down])
-    value = np.zeros((2, len(fixed)))
-    value[:, len(motion.fixed) :] = -PRESS
-    motion = dataclasses.replace(motion, fixed=fixed, value=value, corners=(0.5, 1.0))
-    settings = Settings(increments=8, residual_tolerance=1e-9, correction_tolerance=1e-8)
-    *_, end = trace(Pulled(block.model, load, spring), motion, settings, LU())
-    # Of the pull, the spring holds what friction does not.
-    pull = load.sum()
-    friction = pull - spring @ end.state.displacement.ravel()
-    limit = FRICTION * -block.force(end)[2]
-    verify.within(
-        f"block on an incline, tan alpha = {share} mu: friction", friction / min(pull, limit), 1.0, 0.005
-    )
-    slip = block.model.contact.commit(block.model.contact_points(end.state)).slip.max()
-    assert (slip > 0.02 * SIZE) == (share > 1)
-
-
-def test_frictionless_contact_only_presses(verify):
-    block = Block(0.0, rigid=True)
-    *_, end = block.trace([[0, 0, -PRESS], [0.05, 0.02, -PRESS]], 4)
-    force = block.force(end)
-    error = np.abs(force[:2]).max() / -force[2]
-    verify.at_most("frictionless block, slid: tangential over normal force", error, 1e-10)
-    assert end.response.energy["friction"] == 0
-
-
-def test_rough_contact_does_not_slip(verify):
-    """Its points stay where they first stuck, and friction larger than what is needed does the same."""
-    ends = []
-    path = [[0, 0, -PRESS], [0.004, 0.002, -PRESS]]
-    for friction in (ROUGH, 50.0):
-        block = Block(friction, poisson=0.4)
-        *_, end = block.trace(path, 4)
-        points = block.model.contact_points(end.state)
-        assert end.response.energy["friction"] == 0
-        assert points.history.slip.max() == 0
-        assert set(points.status[points.active]) == {STICK}
-        ends.append(end.state.displacement)
-    verify.at_most("rough contact and mu = 50: displacement", np.abs(ends[0] - ends[1]).max() / PRESS, 1e-8)
-
-
-def test_ledger_of_energy(full, verify):
-    """External work is stored or dissipated, the more exactly the shorter the increments."""
-    errors = []
-    for increments in (18, 36, 72) if full else (18, 36):
-        block = Block(FRICTION, count=4 if full else 2, poisson=0.4)
-        path = [[0, 0, -PRESS], [0.06, 0.02, -PRESS], [-0.05, 0.03, -0.5 * PRESS]]
-        run = block.trace(path, increments)
-        done = work(run, block.driven)
-        stored = np.array([sum(each.response.energy.get(form, 0.0) for form in FORMS) for each in run])
-        errors.append(np.abs(done - stored).max() / done.max())
-    verify.at_most("block, cycle of friction: energy that is missing, over work", errors[-1], 0.01)
-    rates = np.log2(np.array(errors[:-1]) / errors[1:])
-    verify.at_least(
-        "block, cycle of friction: order of the missing energy in the increment", rates.min(), 1.5, "2"
-    )
 
 
 def test_penetration_is_removed_or_refused():

@@ -4,8 +4,8 @@ from functools import cache
 
 import numpy as np
 
-from knitstudy.measures.curve_fit import search
-from knitstudy.measures.measured_curve import simulated_curve
+from knitstudy.measures.curve_fit import SIMULATED, fit
+from knitstudy.measures.measured_curve import at, simulated_curve
 from knitstudy.stages.simulate import simulate
 from knitstudy.study.configuration import load_scene
 
@@ -17,16 +17,19 @@ STRAIN = np.linspace(0.001, 0.03, 30)
 def forces(friction, size=1.5):
     changes = KEYS | {"contact.friction": friction, "mesh.beam_size": size}
     results = simulate(load_scene("beam-isotropic-course").vary(changes))
-    return simulated_curve(results.history, results.geometry).at(STRAIN)
+    return at(simulated_curve(results.history, results.geometry), STRAIN)
 
 
 def test_fit_finds_friction_and_modulus_of_another_resolution():
     noise = 1 + 0.02 * np.random.default_rng(0).standard_normal(len(STRAIN))
     measured = 0.8 * forces(0.3, size=1.0) * noise
-    rough = search(measured, forces, (0.05, 1.0))
-    finer = forces(rough.friction[0], size=1.0)  # what `knitstudy fit --check` does
-    found = search(measured, forces, (0.05, 1.0), finer * rough.factor[0] / rough.forces)
+    found = fit(
+        measured,
+        {each: forces(each) for each in np.linspace(0.05, 1.0, SIMULATED)},
+        lambda frictions: {each: forces(each, size=1.0) for each in frictions},
+    )
     assert found.factor[1] <= 0.8 <= found.factor[2]
     assert found.friction[1] <= 0.3 <= found.friction[2]
-    assert found.friction[2] - found.friction[1] < 0.3
-    assert found.remarks() == []
+    assert found.friction[2] - found.friction[1] < 0.4
+    (remark,) = found.remarks()
+    assert remark.startswith("forces are corrected by ")

@@ -1,11 +1,9 @@
 """A yarn that nothing holds before others touch it: led there by a drag that the result does not know."""
 
 import numpy as np
-import pytest
 from contact_bodies import MODULUS, back, drive, law, reaction, together, yarn
 from curves import Straight
 
-from knitstudy.mechanics import model as free_bodies
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.model import FreeBodies
@@ -51,30 +49,10 @@ class Stack:
         return -reaction(increment, self.driven)[2]
 
 
-@pytest.fixture(scope="module")
-def pressed():
-    return {share: _pressed(share) for share in (1e-5, 1e-4, 1e-3)}
-
-
-def _pressed(share):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(free_bodies, "SHARE", share)
-        stack = Stack()
-        increments = stack.press(0.043, 6)  # no increment ends where the gap just closes
-    return stack, increments
-
-
-def test_result_does_not_depend_on_the_drag(pressed, verify):
-    forces = {
-        share: [stack.force(each) for each in increments] for share, (stack, increments) in pressed.items()
-    }
-    usual = forces[free_bodies.SHARE][-1]
-    for share in (1e-5, 1e-3):
-        verify.within(f"free yarn: force for a drag of {share:g} E V / h2", forces[share][-1], usual, 1e-4)
-
-
-def test_drag_has_died_out(pressed, verify):
-    stack, increments = pressed[free_bodies.SHARE]
+def test_drag_has_died_out(verify):
+    """What is left of its work bounds what the result can know of it."""
+    stack = Stack()
+    increments = stack.press(0.043, 6)  # no increment ends where the gap just closes
     assert not stack.holds(increments[0].state)
     assert stack.holds(increments[-1].state)
     assert increments[-1].state.led == 0.0

@@ -1,9 +1,8 @@
-"""Yarn geometry: exact gradients, closed forms, orders, and independence of the unit of length."""
+"""Yarn geometry: exact gradients and orders."""
 
 import numpy as np
 import pytest
 
-from knitstudy.geometry.crossings import refine
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.optimise import CostFunction
 from knitstudy.geometry.spline import CatmullRom
@@ -57,12 +56,3 @@ def test_circle_is_approached_with_fourth_order(verify):
 
     order = np.log2(error(32) / error(64))
     verify.at_least("Catmull-Rom curve through a circle, order of the radius", order, 3.9, reference="4")
-
-
-def test_shortest_distance_of_two_linked_circles(verify):
-    # The second circle is the first one moved along x: nearest on the x axis, where both have control points.
-    t = 2 * np.pi * np.arange(24) / 24
-    circle = CatmullRom(np.column_stack([np.cos(t), np.sin(t), 0 * t]), [0, 0, 0])
-    start = np.array([[0.4, 12.3]])
-    found = refine(circle, circle.shifted([2.5, 0.0, 0.0]), start, start[..., None] + [-1.0, 1.0])
-    verify.at_most("closest approach of two circles, gap 0.5", abs(found.distance[0] - 0.5), 1e-12)

@@ -20,12 +20,9 @@ def cell(plain_scene, knit_of):
     return problem.observer.yarns, problem
 
 
-def tangent(problem, displacement=0.0):
+def tangent(problem):
     """Pinned tangent, and the pull of the driven ends through it."""
     state = problem.model.start()
-    if displacement:
-        step = displacement * np.random.default_rng(0).normal(size=problem.model.size)
-        state = problem.model.advance(state, step)
     matrix = problem.model.respond(state, stiffness=True).stiffness
     guess = np.zeros(problem.model.size)
     guess[problem.prescribed.fixed] = problem.prescribed.value

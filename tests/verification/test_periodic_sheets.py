@@ -16,13 +16,6 @@ TORSION = 2 * INERTIA
 PLACES = 8
 
 
-def referred(stiffness: np.ndarray, height: float) -> np.ndarray:
-    """Return the stiffness (6, 6) about a plane that lies higher by `height` [m]."""
-    # The old plane is strained by e - k height.
-    shift = np.eye(6) - height * np.eye(6, k=3)
-    return shift.T @ stiffness @ shift
-
-
 class StraightYarn:
     """A straight yarn along one of the lattice's vectors, from a point on, that meets its image."""
 
@@ -98,12 +91,6 @@ def test_yarns_side_by_side_are_rods():
     # Tension, bending and torsion of a straight round rod lie in the space: what is left is rounding.
     assert np.abs(found - expected).max() <= 1e-9 * scale.max()
     np.testing.assert_allclose(np.diag(found), np.diag(expected), rtol=1e-9, atol=1e-9 * YOUNG)
-
-
-def test_the_plane_of_reference_shifts_the_stiffness_by_its_law():
-    about_middle, about_plane = (parallel(reference=z).stiffness(TRANSLATIONS + SPIN) for z in (HEIGHT, 0.0))
-    np.testing.assert_allclose(referred(about_plane, HEIGHT), about_middle, atol=1e-9 * YOUNG)
-    assert abs(about_plane[0, 3]) > 1  # there was something to shift
 
 
 def crossing(space):

@@ -1,19 +1,12 @@
-"""The quadratic hexahedron: its functions, modes without energy and folded elements; the rest is in `test_solids`."""
+"""The quadratic hexahedron: modes without energy and folded elements; the rest is in `test_solids`."""
 
 import numpy as np
 import pytest
 from hexahedral_block import connect, solid, with_middles
 
 from knitstudy.errors import MeshError
-from knitstudy.mechanics.elements.quadratic import NATURAL, QuadraticHexahedron, quadratic_shape
+from knitstudy.mechanics.elements.quadratic import NATURAL, QuadraticHexahedron
 from knitstudy.mechanics.materials.isotropic import Hencky
-
-
-def test_shape_functions():
-    natural = np.random.default_rng(0).uniform(-1, 1, (5, 3))
-    np.testing.assert_allclose(quadratic_shape(NATURAL), np.eye(20), atol=1e-15)
-    np.testing.assert_allclose(quadratic_shape(natural).sum(axis=1), 1, rtol=1e-14)
-    np.testing.assert_allclose(quadratic_shape(natural) @ NATURAL, natural, atol=1e-15)
 
 
 @pytest.mark.parametrize(("counts", "modes"), [((1, 1, 1), 6), ((3, 1, 1), 4), ((2, 2, 1), 0)])

@@ -1,10 +1,9 @@
-"""Direct simulation of a knit whose yarns slide on each other: what friction remembers, its ledger, stabilisation."""
+"""Direct simulation of a knit whose yarns slide on each other: its ledger, stabilisation."""
 
 import numpy as np
 import pytest
 from pull import pull
 
-from knitstudy.loading.restart import Run
 from knitstudy.measures.history_checks import ledger_gap
 from knitstudy.mechanics.batches import VARIABLE
 from knitstudy.study.configuration import load_scene
@@ -39,19 +38,6 @@ def history(scene):
         return pull(scene)
 
 
-def difference(one, other, name):
-    """Largest difference of a variable in two histories over its largest value."""
-    one, other = one[name].to_numpy(), other[name].to_numpy()
-    return float(np.abs(one - other).max() / np.abs(one).max())
-
-
-def in_one_order(history):
-    """Contact points ordered by increment, surfaces, and place."""
-    reference = history["contact_reference"].to_numpy().T
-    keys = (*reference, *(history[f"contact_{name}"] for name in ("target", "yarn", "increment")))
-    return history.isel(point=np.lexsort(keys))
-
-
 def test_ledger_of_energies(history, scene, verify):
     assert history["contact_slip"].max() > 1e-2 * scene.metres("mesh.size"), (
         "the cases here are about sliding"
@@ -59,30 +45,6 @@ def test_ledger_of_energies(history, scene, verify):
     verify.at_most("sliding knit: ledger of energies over external work", ledger_gap(history), 0.01)
     end = history["energy"].isel(increment=-1)
     assert end.sel(form="friction") > 0.05 * end.sel(form="external")
-
-
-def test_interrupted_and_restarted(tmp_path, history, scene, monkeypatch, verify):
-    """Two threads, interrupted and started again, against one thread in one go: forces, and what points have slid."""
-    monkeypatch.setenv(VARIABLE, "2")
-    seen = []
-
-    def interrupt(load, place):
-        seen.append(load)
-        if len(seen) == 5:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        pull(scene, Run(restart=tmp_path / "run.npz", progress=interrupt))
-    restarted = pull(scene, Run(restart=tmp_path / "run.npz", progress=lambda load, place: seen.append(load)))
-    np.testing.assert_array_equal(np.unique(seen), history["load"])
-    assert len(seen) == len(history["load"]) + 1, "what had converged is not computed again"
-    what = "sliding knit, 1 thread against 2 threads interrupted and restarted"
-    verify.at_most(f"{what}: force", difference(history, restarted, "force"), 1e-6)
-    verify.at_most(f"{what}: net forces on yarns", difference(history, restarted, "yarn_force"), 1e-6)
-    one, two = in_one_order(history), in_one_order(restarted)
-    for name in ("increment", "yarn", "target", "cell", "sticks"):
-        np.testing.assert_array_equal(one[f"contact_{name}"], two[f"contact_{name}"], name)
-    verify.at_most(f"{what}: slip of all points", difference(one, two, "contact_slip"), 1e-6)
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Direct simulation of a tied knit: its ledger, Newton's method, rigid motions."""
+"""Direct simulation of a tied knit: its ledger, Newton's method."""
 
 import numpy as np
 import pytest
@@ -7,8 +7,6 @@ from pull import knit_and_mesh, pull
 from knitstudy.measures.history_checks import ledger_gap
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.newton import trace
-from knitstudy.mechanics.rotation import exp
-from knitstudy.mechanics.solid import SolidState
 from knitstudy.models.simulate import build
 from knitstudy.study.configuration import load_scene
 
@@ -48,14 +46,3 @@ def test_newton_converges_quadratically(cell, verify):
     verify.at_least(
         "Newton on the tied cell, 5% in one increment: exponent", digits[-1] / digits[-2], 1.8, "2"
     )
-
-
-def test_tie_follows_rigid_rotations(cell, verify):
-    """Rotating a tied knit as a whole gives no force: slaves lie where their masters put them."""
-    knit, mesh = knit_and_mesh(cell)
-    yarns = build(cell, knit, mesh=mesh).observer.yarns
-    rotation = exp(np.array([0.4, -1.2, 0.9]))
-    nodes = yarns.parts.nodes[yarns.retained]
-    force = yarns.model.respond(SolidState(nodes @ rotation.T - nodes), stiffness=False).force
-    level = cell.yarn.youngs_modulus * cell.metres("mesh.size") ** 2
-    verify.at_most("rigid rotation of a tied cell: force over E h^2", np.abs(force).max() / level, 1e-10)

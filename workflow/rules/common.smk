@@ -122,13 +122,17 @@ IN_ARRAYS = {}  # Wildcards of all jobs of the rules whose jobs are submitted as
 
 
 def gather_arrays():
-    """Note the jobs of arrays (option --slurm-array-jobs); stop where the plugin would wait for some of them for ever."""
+    """Note the jobs of arrays (option --slurm-array-jobs); stop where the plugin could not submit them."""
     asked = (getattr(workflow.executor_settings, "array_jobs", None) or "").replace(";", ",")
     named = {each.strip() for each in asked.split(",")}
     for job in workflow.dag.needrun_jobs():
         if not job.is_local and named & {"all", job.rule.name}:
             IN_ARRAYS.setdefault(job.rule.name, []).append(job.wildcards)
     many = max(map(len, IN_ARRAYS.values()), default=0)
+    if many and shlex.quote(os.getcwd()) != os.getcwd():
+        stop(
+            f"--slurm-array-jobs: the plugin submits no arrays from {os.getcwd()!r}: take a path of plain characters"
+        )
     if many and many > workflow.nodes:  # there is no such number outside of a cluster
         stop(f"--jobs is {workflow.nodes} but must be at least {many}: an array is submitted as a whole")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -52,13 +52,13 @@ def _read(measured: Path, scene: Scene, said: dict[str, Any]) -> tuple[Any, str]
     return read_curve(measured, given, only, direction), "-".join((measured.stem, *only.values()))
 
 
-def _write(stem: Path, table: pd.DataFrame, drawn: tuple, title: str) -> None:
+def _write(stem: Path, table: pd.DataFrame, curves: dict[str, pd.Series], title: str) -> None:
     """Write a table and a picture beside each other."""
     from knitstudy.cli.plot import draw_curves
     from knitstudy.figures.style import save
 
     write_table(table, f"{stem}.csv")
-    save(draw_curves(*drawn), [f"{stem}.png"], {}, title)
+    save(draw_curves(curves), [f"{stem}.png"], {}, title)
     click.echo(f"{stem}.csv, .png: {title}", err=True)
 
 
@@ -80,7 +80,7 @@ def compare(result: Path, measured: Path, **said: Any) -> None:
     The distance is the root mean square of the difference over that of the measured force. The nearest modulus is the
     one with which the distance is least. Points (.csv) and picture (.png) are written beside the result.
     """
-    from knitstudy.measures.measured_curve import Curve, simulated_curve
+    from knitstudy.measures.measured_curve import at, simulated_curve, within
     from knitstudy.stages.table import STAGES
 
     history = read_dataset(result)
@@ -89,28 +89,28 @@ def compare(result: Path, measured: Path, **said: Any) -> None:
     if "axis" not in history.attrs:
         raise DataFileError(f"{result}: is no history; name a file of results/simulation")
     simulated = simulated_curve(history, STAGES["geometry"].function(scene))
-    curve, reach = whole.within(simulated.strain[-1]), f"{100 * simulated.strain[-1]:.3g} % strain"
-    if not len(curve.strain):
+    curve, reach = within(whole, simulated.index[-1]), f"{100 * simulated.index[-1]:.3g} % strain"
+    if curve.empty:
         raise DataFileError(f"{measured}: has no point up to {reach}, where {result} ends: simulate more")
-    forces, unit = simulated.at(curve.strain), curve.unit
-    factor, norm = curve.force @ forces / (forces @ forces), 100 / np.linalg.norm(curve.force)
-    points = pd.DataFrame({"strain [1]": curve.strain, f"measured [{unit}]": curve.shown(unit)})
-    points[f"simulated [{unit}]"] = Curve(curve.strain, forces).shown(unit)
+    forces, norm = at(simulated, curve.index), 100 / np.linalg.norm(curve)
+    factor = curve @ forces / (forces @ forces)
+    points = {"strain [1]": curve.index, "measured [N/m]": curve, "simulated [N/m]": forces}
     rows = [
-        ("points compared", len(curve.strain), f"of {len(whole.strain)}"),
-        ("largest strain of them", 100 * curve.strain[-1], "%"),
-        ("force there, measured", points.iloc[-1, 1], unit),
-        ("force there, simulated", points.iloc[-1, 2], unit),
-        ("distance", norm * np.linalg.norm(forces - curve.force), "%"),
+        ("points compared", len(curve), f"of {len(whole)}"),
+        ("largest strain of them", 100 * curve.index[-1], "%"),
+        ("force there, measured", curve.iloc[-1], "N/m"),
+        ("force there, simulated", forces[-1], "N/m"),
+        ("distance", norm * np.linalg.norm(forces - curve), "%"),
         ("nearest Young's modulus", factor * scene.yarn.youngs_modulus, "Pa"),
-        ("distance with it", norm * np.linalg.norm(factor * forces - curve.force), "%"),
+        ("distance with it", norm * np.linalg.norm(factor * forces - curve), "%"),
     ]
     console.print_table(("quantity", "value", "unit"), rows)
-    if len(curve.strain) < len(whole.strain):
-        more = f"--set load.strain={whole.strain[-1]:.3g} simulates all of the measured curve"
+    if len(curve) < len(whole):
+        more = f"--set load.strain={whole.index[-1]:.3g} simulates all of the measured curve"
         click.echo(f"{result} ends at {reach}; {more}", err=True)
+    curves = {"measured": whole, scene.name: simulated}
     title = f"{scene.name} and {measured.name}"
-    _write(result.with_name(f"{result.stem}-{name}"), points, (whole, {scene.name: simulated}), title)
+    _write(result.with_name(f"{result.stem}-{name}"), pd.DataFrame(points), curves, title)
 
 
 @click.command(short_help="Find modulus and friction from a measured curve.")
@@ -135,10 +135,10 @@ def fit(
 ) -> None:
     """Find the Young's modulus and the friction with which SCENE comes nearest to MEASURED, a curve (.csv).
 
-    Forces are proportional to the modulus; a few frictions are simulated, and the best one is searched between them.
-    Intervals (95 %) are those of the noise. What the model itself is off by is not in them: with --check, the scene
-    is simulated once by a more accurate model, and all curves are corrected by the ratio of the two. Where all
-    frictions fit equally well, a line says so. `knitstudy compare --help` says how files are read.
+    Forces are proportional to the modulus; some frictions are simulated, and the best one is searched between them.
+    Intervals (95 %) are those of the noise. With --check, a more accurate model simulates the best friction and the
+    ends of its interval; it corrects all curves, and intervals include what the model may be off by. Lines say what
+    the curve cannot tell. `knitstudy compare --help` says how files are read.
 
     \b
     knitstudy fit jersey.yaml lab.csv
@@ -151,7 +151,7 @@ def fit(
     what to add to `knitstudy run`.
     """
     from knitstudy.measures import curve_fit
-    from knitstudy.measures.measured_curve import Curve, simulated_curve
+    from knitstudy.measures.measured_curve import at, simulated_curve, within
     from knitstudy.stages.simulate import simulate
 
     chosen = console.changed_scene(scene, changes, config)
@@ -159,40 +159,38 @@ def fit(
         why = "rom.stiffness is given in N/m, so that forces are not proportional to the modulus"
         raise ConfigurationError(f"scene {chosen.name!r}: {why}; leave it out")
     whole, name = _read(measured, chosen, said)
-    curve, used = whole.within(chosen.load.strain), []
-    counted = f"{len(curve.strain)} of {len(whole.strain)} points"
+    curve = within(whole, chosen.load.strain)
+    counted = f"{len(curve)} of {len(whole)} points"
     click.echo(f"{measured}: {counted}, up to load.strain, {chosen.load.strain:g}", err=True)
-    if len(curve.strain) < curve_fit.LEAST:
+    if len(curve) < curve_fit.LEAST:
         raise DataFileError(f"{measured}: {curve_fit.LEAST} points are needed; set a larger load.strain")
-    plan = console.plan_with(scene, config)
+    plan, slides = console.plan_with(scene, config), chosen.value(FRICTION) is not None
 
-    @cache
-    def forces(friction: float | None, checked: bool = False) -> np.ndarray | None:
-        changed = ({} if friction is None else {FRICTION: friction}) | (dict(check) if checked else {})
-        try:
-            used.append(simulate(chosen.vary(changed), output, config=config, progress=Progress, plan=plan))
-            return simulated_curve(used[-1].history, used[-1].geometry).at(curve.strain)
-        except ConvergenceError as error:
-            if friction is None or checked:
-                raise
-            click.echo(f"friction {friction:.3g} is left out: {error}", err=True)
-            return None
-
-    def nearest(ratio: np.ndarray | float = 1.0) -> curve_fit.Fit:
-        if chosen.value(FRICTION) is None:
-            return curve_fit.fit(curve.force, np.zeros(1), ratio * forces(None)[None])
-        return curve_fit.search(curve.force, forces, sorted(between), ratio)
+    def forces(frictions: Iterable[float], more: Mapping[str, Any]) -> dict[float, np.ndarray]:
+        """Return the forces of all frictions that can be simulated."""
+        found = {}
+        for friction in map(float, frictions):
+            varied = chosen.vary({FRICTION: friction, **more} if slides else more)
+            try:
+                results = simulate(varied, output, config=config, progress=Progress, plan=plan)
+            except ConvergenceError as error:
+                if not slides:
+                    raise
+                click.echo(f"friction {friction:.3g} is left out: {error}", err=True)
+                continue
+            found[friction] = at(simulated_curve(results.history, results.geometry), curve.index)
+        return found
 
     with log_on_console(verbose=False):
-        found = nearest()
-        if check:
-            ratio = forces(found.friction and found.friction[0], True) * found.factor[0] / found.forces
-            found = nearest(ratio)
-            off = f"{100 * (ratio.min() - 1):.2g} to {100 * (ratio.max() - 1):.2g} %"
-            click.echo(f"forces with --check differ by {off}, for which the fit is corrected", err=True)
+        simulated = forces(np.linspace(*sorted(between), curve_fit.SIMULATED) if slides else [0.0], {})
+        if slides and len(simulated) < 3:
+            found = f"{len(simulated)} of {curve_fit.SIMULATED} frictions could be simulated"
+            raise ConvergenceError(f"scene {chosen.name!r}: {found}, and 3 are needed; change --between")
+        more_accurate = (lambda frictions: forces(frictions, dict(check))) if check else None
+        found = curve_fit.fit(curve.to_numpy(), simulated, more_accurate)
     moduli = {key: chosen.value(key) for key in MODULI if chosen.value(key) is not None}
     values = {key: tuple(value * each for each in found.factor) for key, value in moduli.items()}
-    values |= {FRICTION: found.friction} if found.friction else {}
+    values |= {FRICTION: found.friction} if slides else {}
     rows = [(key, *values[key], unit_of(key)) for key in values]
     of = "force" if found.proportional else "largest force"
     rows.append((f"what is left, of the {of}", 100 * found.noise, "", "", "%"))
@@ -201,7 +199,7 @@ def fit(
     table["note"] = ["; ".join(found.remarks()), *[""] * (len(rows) - 1)]
     for line in found.remarks():
         click.echo(line, err=True)
-    fitted = Curve(np.append(0, curve.strain), np.append(0, found.forces))
-    title = f"fit of {chosen.name} to {measured.name}, {len(used)} simulations"
-    _write(output / "fit" / f"{chosen.name}-{name}", table, (whole, {"fit": fitted}, found), title)
+    curves = {"measured": whole, "fit": pd.Series(np.append(0, found.forces), np.append(0, curve.index))}
+    title = f"fit of {chosen.name} to {measured.name}"
+    _write(output / "fit" / f"{chosen.name}-{name}", table, curves, title)
     click.echo(" ".join(f"--set {key}={console.plain(value)}" for key, (value, *_) in values.items()))

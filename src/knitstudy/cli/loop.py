@@ -51,7 +51,7 @@ def loop(
     """Draw a loop, optimise it, and print its gaps, curvature, length and angles. Nothing is simulated.
 
     The loop is that of a scene, by default the first one of a knit, with the keys that the options stand for. Where
-    no loop fits, one message names the limit that it violates and the nearest spacings or length that fit. Units are
+    no loop fits, one message names the limit that it violates, and spacings or a length that fit. Units are
     SI. Loops fit from wale spacings of about four diameters and course spacings of two on (fig_loops).
 
     \b

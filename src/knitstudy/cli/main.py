@@ -85,7 +85,7 @@ def main(traceback: bool) -> None:
     knitstudy strip membrane.nc --length 0.07 --width 0.07 --strain 0.04  a specimen between clamps, with that law
     knitstudy export dns-tie-course --dialect calculix
 
-    `knitstudy COMMAND --help` shows more examples. `make study` runs a whole study with its figures and its report;
+    `knitstudy COMMAND --help` shows more examples. `knitstudy study` runs a study with its figures and its report;
     docs/tutorial.md does the same from Python.
 
     Exit status: 0 done, 1 an error (one message names it), 2 wrong usage, 3 a load path that ended

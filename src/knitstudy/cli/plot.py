@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from itertools import pairwise
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
@@ -13,8 +14,6 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.style import FAINT, INK, PAPER, SINGLE, YARNS, figure, styled
 from knitstudy.geometry.fabric import Fabric, plain_knit
-from knitstudy.measures.curve_fit import Fit
-from knitstudy.measures.measured_curve import Curve
 from knitstudy.measures.membrane_fit import States
 from knitstudy.measures.summary import kind_of, require_layout, touched
 from knitstudy.mechanics.materials import FULL
@@ -123,21 +122,14 @@ def draw_loop(dataset: xr.Dataset) -> Figure:
 
 
 @styled
-def draw_curves(measured: Curve, others: Mapping[str, Curve], fit: Fit | None = None) -> Figure:
-    """Draw a measured curve and others by their labels, and beside them the profile of a fit over friction."""
-    wide = fit is not None and fit.friction is not None
-    drawing = figure((2.2 if wide else 1.35) * SINGLE, SINGLE, layout="constrained")
-    axes, *more = drawing.subplots(1, 1 + wide, squeeze=False)[0]
-    axes.plot(PERCENT * measured.strain, measured.shown(measured.unit), "o", color=INK, label="measured")
-    for (label, curve), colour in zip(others.items(), YARNS, strict=False):
-        axes.plot(PERCENT * curve.strain, curve.shown(measured.unit), "-", color=colour, label=label)
-    axes.set(xlabel="strain (%)", ylabel=f"force per width ({measured.unit})", xlim=(0, None), ylim=(0, None))
-    for beside in more:
-        beside.plot(*fit.profile, "-", color=INK)
-        beside.axhline(1, color=FAINT, linestyle="--", label="limit of the 95 % interval")
-        beside.set(xlabel="friction (1)", ylabel="sum of squares over its limit (1)", ylim=(0, 5))
-    for each in drawing.axes:
-        each.legend()
+def draw_curves(curves: Mapping[str, pd.Series]) -> Figure:
+    """Draw curves by their labels: the first one, which was measured, by its points."""
+    drawing = figure(1.35 * SINGLE, SINGLE, layout="constrained")
+    axes = drawing.subplots()
+    for (label, curve), colour, line in zip(curves.items(), (INK, *YARNS), ("o", "-", "-"), strict=False):
+        axes.plot(PERCENT * curve.index, curve, line, color=colour, label=label)
+    axes.set(xlabel="strain (%)", ylabel="force per width (N/m)", xlim=(0, None), ylim=(0, None))
+    axes.legend()
     return drawing
 
 

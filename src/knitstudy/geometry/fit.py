@@ -49,6 +49,10 @@ LACK = 1e3  # what the share that a loop lacks costs, over the largest slope of 
 STATIONARY = 1e-3  # slope over the largest one of the bending and length terms that a minimum may have
 RETREAT = 0.01  # share by which the yarn gets thinner where a minimisation makes no headway
 GAIN = 1e-4  # share below which a loop that fits is no better than the one before
+ABREAST = (2, 4)  # yarns that stand side by side in a course and in a wale spacing
+MARGIN = 1e-3  # share of the way to a value by which a trial leaves more room
+# Shares of the way to a free value for the next trial, where the loop has room
+SHORTER = (0.95, 0.9, 0.8, 0.5, 0.5)
 ROUNDS, ITERATIONS = 20, 60  # minimisations from loop to loop, and of each of them
 ACTIVE = 0.03  # distance from a limit below which it is named as the reason why no thicker yarn fits
 
@@ -104,17 +108,66 @@ def fitted_loop(wanted: Wanted, settings: Any) -> tuple[Loop, Loop, Optimum]:
     """Return a loop as drawn and as optimised within the limits, and the outcome of its optimisation.
 
     `settings` are those of `knitstudy.geometry.optimise.optimise`; of these beta, gamma, beta_0 and samples count.
-    Raises NoRoom when no loop fits, which names the limits and the nearest spacings or length that do.
+    Raises NoRoom when no loop fits, which names the limits, and spacings, a diameter or a length with which one does.
     """
-    drawn, radius = wanted.drawn(), wanted.radius
-    spacings = wanted.wale, wanted.course
+    free, radius = replace(wanted, length=None), wanted.radius
+    room, optimum, reason = start = _of_spacings(free, settings)
+    if optimum is None:
+        side = (1 + 0.5 * wanted.clearance) * 2 * radius
+        bound = min(wanted.course / ABREAST[0], wanted.wale / ABREAST[1]) / side
+        ways, nearest = (2 * radius * min(each, 1.0) for each in (max(room.share, bound), room.share)), ""
+        thinner = _nearest(
+            lambda trial: _of_spacings(replace(free, radius=0.5 * trial), settings), 0.0, *ways
+        )
+        if thinner:
+            share = 0.5 * thinner / radius
+            course, wale = (_millimetres(spacing / share) for spacing in (wanted.course, wanted.wale))
+            nearest = (
+                f"Loops fit of pattern.course_spacing {course} and pattern.wale_spacing {wale} mm, or of yarn.diameter "
+                f"{_millimetres(thinner)} mm{'' if wanted.length is None else ', of free length'}"
+            )
+        raise room.refusal("no loop fits", reason, nearest, share if thinner else room.share)
+    if wanted.length is not None:
+        room, optimum, reason = _of_length(start[0], wanted.length / radius)
+        if optimum is None:
+            own = radius * start[0].unit.length
+            length = _nearest(
+                lambda trial: _of_length(start[0], trial / radius), own, room.share * (wanted.length - own)
+            )
+            nearest = f"A loop of {_millimetres(length)} mm fits, the free one" if length else "The free loop"
+            what = f"no loop fits of pattern.loop_length {_millimetres(wanted.length)} mm"
+            raise room.refusal(what, reason, f"{nearest} has {_millimetres(own)} mm", room.share)
+    drawn = wanted.drawn()
+    points = images_of_standard(optimum.points * radius, wanted.wale, wanted.course, wanted.stitches)
+    return drawn, replace(drawn, control_points=points), optimum
+
+
+def _nearest(end_of: Callable[[float], _End], free: float, way: float, less: float = 0.0) -> float | None:
+    """Return the first value of four digits with which a loop fits, of as many as `SHORTER` has; None if none does.
+
+    The first two are a way, and at least `less`, off a free value.
+    """
+    for shorter in SHORTER:
+        trial = float(f"{free + (1 - MARGIN) * way:.4g}")
+        try:
+            room, optimum, _ = end_of(trial)
+        except NoRoom:
+            return None
+        if optimum is not None:
+            return trial
+        way, less = max(way * (room.share if room.share < 1 - RETREAT else shorter), less), 0.0
+    return None
+
+
+def _millimetres(length: float) -> str:
+    return f"{1e3 * length:.4g}"
+
+
+def _of_spacings(wanted: Wanted, settings: Any) -> _End:
+    """Return the end of the path to the loop of free length. Raises NoRoom where the drawn one does not interlock."""
     # A problem of another scale is the same one to the last bit, and so is what becomes of it.
-    unit = Wanted(
-        *(float(f"{each / radius:.12g}") for each in (wanted.course, wanted.wale)),
-        1.0,
-        wanted.clearance,
-        stitches=standard(wanted.stitches)[0],
-    )
+    spacings = (float(f"{each / wanted.radius:.12g}") for each in (wanted.course, wanted.wale))
+    unit = Wanted(*spacings, 1.0, wanted.clearance, stitches=standard(wanted.stitches)[0])
     try:
         start = _Room(unit.drawn(), _Path(unit.rest_length, (0.0, 1.0)), None, settings)
     except GeometryError as error:
@@ -122,28 +175,14 @@ def fitted_loop(wanted: Wanted, settings: Any) -> tuple[Loop, Loop, Optimum]:
         raise NoRoom(
             f"no loop is drawn that interlocks: {_plain(error)}; {remedy}", ["interlock"], 0.0
         ) from error
-    room, optimum, reason = _follow_path(start)
-    if optimum is None:
-        course, wale = (f"{1e3 * spacing / room.share:.4g}" for spacing in (wanted.course, wanted.wale))
-        raise room.refusal(
-            "no loop fits",
-            f"The nearest spacings that fit are pattern.course_spacing {course} and pattern.wale_spacing {wale} mm, "
-            f"the thickest yarn.diameter {2e3 * room.share * radius:.4g} mm",
-            reason,
-        )
-    if wanted.length is not None:
-        own, asked = room.unit.length, float(f"{wanted.length / radius:.12g}")
-        path = _Path(asked, (1.0, 0.0), (own, asked - own))
-        room, optimum, reason = _follow_path(_Room(room.unit, path, 0.0, settings, room.crossing))
-        if optimum is None:
-            nearest, without = (f"{1e3 * radius * length:.4g}" for length in (room.unit.length, own))
-            raise room.refusal(
-                f"no loop fits of pattern.loop_length {1e3 * wanted.length:.4g} mm",
-                f"The nearest length that has room is {nearest} mm, the free one {without} mm",
-                reason,
-            )
-    points = images_of_standard(optimum.points * radius, *spacings, wanted.stitches)
-    return drawn, replace(drawn, control_points=points), optimum
+    return _follow_path(start)
+
+
+def _of_length(room: _Room, length: float) -> _End:
+    """Return the end of the path from a loop of free length to one of another length [radii]."""
+    own, asked = room.unit.length, float(f"{length:.12g}")
+    path = _Path(asked, (1.0, 0.0), (own, asked - own))
+    return _follow_path(_Room(room.unit, path, 0.0, room.settings, room.crossing))
 
 
 class NoRoom(GeometryError):
@@ -160,6 +199,8 @@ def _plain(error: GeometryError) -> str:
 
 
 _Valued = tuple[np.ndarray, np.ndarray, np.ndarray]
+_End = tuple["_Room", Optimum | None, str]
+"""The last loop of a path, the outcome of its optimisation if it is the wanted one, else the reason."""
 
 # ---- From a loop that has room to the wanted one
 
@@ -173,7 +214,7 @@ class _Path:
     length: tuple[float, float] | None = None
 
 
-def _follow_path(room: _Room) -> tuple[_Room, Optimum | None, str]:
+def _follow_path(room: _Room) -> _End:
     """Go on from a loop until it is the wanted one or has no room: the last loop, the outcome, or why there is none.
 
     A minimisation moves control points by a stride at most. One that loses the interlock is repeated with a quarter of
@@ -229,7 +270,7 @@ class _Room:
         at: tuple[np.ndarray, np.ndarray]
         | None = None,  # crossings without images, and where they are looked for
     ):
-        self.unit, self.path, self._settings = unit, path, settings
+        self.unit, self.path, self.settings = unit, path, settings
         self.cost = cost = CostFunction(unit, settings)
         count = len(unit.control_points)
         cost.rest_length, cost.sigma = np.full((2, count), path.rest / POINTS)
@@ -295,23 +336,26 @@ class _Room:
     def _start(self) -> np.ndarray:
         return np.append(np.zeros(self._motions.shape[-1]), self.share)
 
-    def refusal(self, what: str, nearest: str, reason: str) -> NoRoom:
-        """Return the error of a loop beyond this one, the last that fits: by the limits it has reached, or a reason."""
-        if (
-            self.missing > EXACT or self.at_end
-        ):  # none that is nearer has room, or none of those that have is a minimum
-            return NoRoom(f"{what}: {reason}", ["interlock"], float(self.at_end))
-        radius = np.dot(self.path.radius, [1, self.share])
-        bend = radius / smallest_radius_of_curvature(*self.unit.curves)
-        touching = self.near["distance"] < radius * self.unit.target + ACTIVE
+    def refusal(self, what: str, reason: str, nearest: str, share: float) -> NoRoom:
+        """Return the error of a loop beyond this one, the last with room: by the limits it has reached, or a reason.
+
+        `nearest` says with which values a loop fits, of `share` of the radius.
+        """
         said = {}
-        for row in sorted(set(self.near["above"][touching].astype(int))):
-            whose = ("one row", "neighbouring rows")[row] if row < 2 else f"rows {row} apart"
-            said["row" if row == 0 else "rows"] = f"yarns of {whose} touch beside the crossings"
-        if bend > LARGEST_CURVATURE - ACTIVE:
-            said["curvature"] = f"the yarn bends to R / rho = {bend:.2f}, allowed is {LARGEST_CURVATURE:g}"
+        if self.missing <= EXACT and not self.at_end:
+            radius = np.dot(self.path.radius, [1, self.share])
+            bend = radius / smallest_radius_of_curvature(*self.unit.curves)
+            touching = self.near["distance"] < radius * self.unit.target + ACTIVE
+            for row in sorted(set(self.near["above"][touching].astype(int))):
+                whose = ("one row", "neighbouring rows")[row] if row < 2 else f"rows {row} apart"
+                said["row" if row == 0 else "rows"] = f"yarns of {whose} touch beside the crossings"
+            if bend > LARGEST_CURVATURE - ACTIVE:
+                said["curvature"] = (
+                    f"the yarn bends to R / rho = {bend:.2f}, allowed is {LARGEST_CURVATURE:g}"
+                )
         said = said or {"interlock": reason}
-        return NoRoom(f"{what}: {' and '.join(said.values())}. {nearest}", said, radius)
+        message = f"{what}: {' and '.join(said.values())}" + (f". {nearest}" if nearest else "")
+        return NoRoom(message, said, share)
 
     def _points(self, x: np.ndarray) -> np.ndarray:
         return self.unit.control_points + self._motions @ x[:-1]
@@ -321,12 +365,12 @@ class _Room:
         points = self._points(x)
         first = self.crossing[0]
         at = first, self._found(points).parameter[: len(first)]
-        return _Room(replace(self.unit, control_points=points), self.path, x[-1], self._settings, at)
+        return _Room(replace(self.unit, control_points=points), self.path, x[-1], self.settings, at)
 
     def of_free_share(self) -> _Room:
         """Return the room of the same loop at the share that the pieces of its yarn leave free."""
         share = min(self.share, self.near["distance"].min() / self.unit.target) - RETREAT
-        return _Room(self.unit, self.path, share, self._settings, self.crossing)
+        return _Room(self.unit, self.path, share, self.settings, self.crossing)
 
     def evaluate(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the cost and all constraints (k,) with their gradients (k, n + 1).

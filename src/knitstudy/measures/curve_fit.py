@@ -6,25 +6,28 @@ search in one bounded variable, on curves that are interpolated between some sim
 Noise has one size at all points, or is in proportion to the force, whichever is likelier: least squares of forces, or
 of their logarithms. Intervals hold values whose sum of squares is at most S_min (1 + F(1, n - p) / (n - p)): Bates and
 Watts 1988, "Nonlinear regression analysis and its applications", section 6.1.
+
+Forces of a more accurate model at some frictions correct all others by a ratio that is interpolated over friction. The
+error that is left is taken to lie evenly within plus and minus what the correction changed, a standard uncertainty of
+that over sqrt(3) (Guide to the Expression of Uncertainty in Measurement, 4.3.7), and joins the intervals.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.stats import f as fisher
+from scipy.stats import norm
 
 from knitstudy.errors import DataFileError
 
 LEVEL = 0.95  # of the intervals
-GRID = 2001  # frictions that the sum of squares is computed at, between those that are simulated
-FIRST, MOST = 5, 9  # frictions that are simulated: first, evenly over the range, and in all
+SIMULATED, GRID = 7, 1001  # frictions that are simulated, and those that a curve is interpolated at
 LEAST = 4  # points that a curve is fitted to
-CLOSE = 0.02  # of the range: frictions that are simulated are at least so far apart
-SETTLED = 0.1  # of the interval: a smaller change of its ends ends the search
+LEFT = norm.ppf(0.5 + LEVEL / 2) / np.sqrt(3)  # half an interval over what a correction changed
 TINY = np.finfo(float).tiny
 
 Interval = tuple[float, float, float]
@@ -36,49 +39,99 @@ class Fit:
     """What a measured curve of n points says."""
 
     factor: Interval  # of the modulus, over the one that the forces were simulated with
-    friction: Interval | None  # None where forces of one friction alone are known
+    friction: Interval  # of one friction alone, if forces of no other are known
     forces: np.ndarray  # (n,) of the best fit
     proportional: bool  # whether the noise is in proportion to the force
     noise: float  # its standard deviation, over the force or over the largest force
     correlation: float  # of what is left at neighbouring points; 0 where that may be chance
-    profile: np.ndarray  # (2, g) frictions, and the sum of squares over its limit
     likelihood: float  # its logarithm, but for a constant
+    bounds: tuple[float, float]  # of the friction
+    correction: tuple[float, float] | None = None  # smallest and largest one of a force, over the force
 
     def remarks(self) -> list[str]:
         """Return what a reader should know of the intervals, a line each."""
-        said, (frictions, share) = [], self.profile
-        low, high, between = share[0] <= 1, share[-1] <= 1, f"between {frictions[0]:g} and {frictions[-1]:g}"
-        if self.friction is None:
+        said, (lowest, highest) = [], self.bounds
+        low, high = self.friction[1] <= lowest, self.friction[2] >= highest
+        if lowest == highest:
             said.append("friction cannot be told: no yarns of the scene slide with friction")
-        elif low and high:
-            said.append(f"friction cannot be told from this curve: all values {between} fit within the noise")
         elif low or high:
             bound = f"at most {self.friction[2]:.3g}" if low else f"at least {self.friction[1]:.3g}"
-            said.append(f"friction is {bound}: all such values {between} fit within the noise")
+            fact = "cannot be told from this curve" if low and high else f"is {bound}"
+            said.append(f"friction {fact}: all such values between {lowest:g} and {highest:g} fit as well")
         if self.correlation:
-            what = f"neighbours correlate by {self.correlation:.2g}, so what is left is no noise: intervals are widened"
             said.append(
-                f"{what}, and the scene misses the shape of the curve (check loop, yarn, load.lateral)"
+                f"neighbours correlate by {self.correlation:.2g}, so what is left is no noise: intervals are widened, "
+                "and the scene misses the shape of the curve (check loop, yarn, load.lateral)"
+            )
+        if self.correction is None:
+            said.append("what the model is off by is not in the intervals: --check KEY=VALUE adds it")
+        else:
+            low, high = (f"{100 * each:.2g}" for each in self.correction)
+            said.append(
+                f"forces are corrected by {low} to {high} % to those of the more accurate model; intervals "
+                "include as much as that changed the values, for what this model is off by"
             )
         return said
 
 
-def fit(measured: np.ndarray, frictions: np.ndarray, forces: np.ndarray) -> Fit:
-    """Return the fit of measured forces (n,) by forces (k, n) that were simulated with rising frictions (k,)."""
-    free = 1 + (len(frictions) > 1)
+def fit(
+    measured: np.ndarray,
+    simulated: Mapping[float, np.ndarray],
+    check: Callable[[list[float]], Mapping[float, np.ndarray]] | None = None,
+) -> Fit:
+    """Return the fit of measured forces (n,) by simulated ones (n,) by friction.
+
+    `check` returns the forces of a more accurate model by friction. It is asked for the best friction and the ends of
+    its interval, until the best one lies between those that it knows; frictions that it cannot simulate are left out.
+    """
     if len(measured) < LEAST:
         raise DataFileError(f"{len(measured)} measured points are too few: {LEAST} are needed")
-    if len(frictions) > 1:
-        grid = np.linspace(frictions[0], frictions[-1], GRID)
-        frictions, forces = grid, PchipInterpolator(frictions, forces)(grid)
+    known = PchipInterpolator(*_by_friction(simulated)) if len(simulated) > 1 else None
+    frictions = np.linspace(min(simulated), max(simulated), GRID if known else 1)
+    forces = known(frictions) if known else np.array([*simulated.values()])
+    first = found = _likeliest(measured, frictions, forces)
+    tried, checked = set(), {}
+    while check and not min(checked, default=np.inf) <= found.friction[0] <= max(checked, default=0):
+        if not (new := sorted({*found.friction} - tried)):
+            break
+        tried |= {*new}
+        if checked := checked | {**check(new)}:
+            places, better = _by_friction(checked)
+            ratio = better / (known(places) if known else forces)
+            if len(places) > 1:
+                ratio = PchipInterpolator(places, ratio)(np.clip(frictions, places[0], places[-1]))
+            found = _widened(_likeliest(measured, frictions, ratio * forces), first, ratio)
+    return found
+
+
+def _by_friction(forces: Mapping[float, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    return np.array(sorted(forces)), np.array([forces[each] for each in sorted(forces)])
+
+
+def _widened(found: Fit, before: Fit, ratio: np.ndarray) -> Fit:
+    """Return a corrected fit whose intervals hold the error that is left by the correction as well."""
+
+    def interval(value: Interval, other: Interval, bounds: tuple[float, float]) -> Interval:
+        ends = np.hypot(np.subtract(value, value[0]), LEFT * (value[0] - other[0])) * [0, -1, 1]
+        return tuple(map(float, np.clip(value[0] + ends, *bounds)))
+
+    return replace(
+        found,
+        factor=interval(found.factor, before.factor, (-np.inf, np.inf)),
+        friction=interval(found.friction, before.friction, found.bounds),
+        correction=(float(ratio.min()) - 1, float(ratio.max()) - 1),
+    )
+
+
+def _likeliest(measured: np.ndarray, frictions: np.ndarray, forces: np.ndarray) -> Fit:
     kinds = (False, True) if (measured > 0).all() and (forces > 0).all() else (False,)
-    fits = [_fit(measured, frictions, forces, free, each) for each in kinds]
+    fits = [_fit(measured, frictions, forces, each) for each in kinds]
     return max(fits, key=lambda found: found.likelihood)
 
 
-def _fit(measured: np.ndarray, frictions: np.ndarray, f: np.ndarray, free: int, proportional: bool) -> Fit:
+def _fit(measured: np.ndarray, frictions: np.ndarray, f: np.ndarray, proportional: bool) -> Fit:
     """Return the fit by one of the curves (g, n) of frictions (g,), for one kind of noise."""
-    n, best_of = len(measured), (np.exp if proportional else np.asarray)
+    n, free, best_of = len(measured), 1 + (len(frictions) > 1), (np.exp if proportional else np.asarray)
     # y = offset + a slope + noise, where exp a or a is the factor of the modulus
     y, offset, slope = (np.log(measured), np.log(f), np.ones_like(f)) if proportional else (measured, 0.0, f)
     information = (slope * slope).sum(axis=1)
@@ -94,43 +147,13 @@ def _fit(measured: np.ndarray, frictions: np.ndarray, f: np.ndarray, free: int, 
     inside = squares <= limit
     half = np.sqrt((limit - squares[inside]) / information[inside])
     ends = a[best], (a[inside] - half).min(), (a[inside] + half).max()
-    largest = 1.0 if proportional else np.abs(measured).max()
     return Fit(
         factor=tuple(map(float, best_of(ends))),
-        friction=tuple(map(float, (frictions[best], *frictions[inside][[0, -1]]))) if free > 1 else None,
+        friction=tuple(map(float, (frictions[best], *frictions[inside][[0, -1]]))),
         forces=best_of(a[best]) * f[best],
         proportional=proportional,
-        noise=float(deviation / largest),
+        noise=float(deviation / (1.0 if proportional else np.abs(measured).max())),
         correlation=correlation,
-        profile=np.array([frictions, squares / max(limit, TINY)]),
         likelihood=float(-n * np.log(max(deviation, TINY)) - (y.sum() if proportional else 0.0)),
+        bounds=(float(frictions[0]), float(frictions[-1])),
     )
-
-
-def search(
-    measured: np.ndarray,
-    simulate: Callable[[float], np.ndarray | None],
-    bounds: tuple[float, float],
-    ratio: np.ndarray | float = 1.0,
-) -> Fit:
-    """Return the fit of measured forces (n,) over a range of frictions.
-
-    `simulate` returns the forces (n,) of a friction, or None where it cannot be simulated; `ratio` corrects them. More
-    frictions are simulated where the best one and the ends of its interval are, until these stay.
-    """
-    tried, new, found = {}, list(np.linspace(*bounds, FIRST)), None
-    while new:
-        tried |= {each: simulate(each) for each in map(float, new)}
-        known = {each: ratio * forces for each, forces in sorted(tried.items()) if forces is not None}
-        if len(known) < 3:
-            raise DataFileError(
-                f"{len(known)} of {len(tried)} frictions could be simulated, and 3 are needed"
-            )
-        before, found = found, fit(measured, np.array([*known]), np.array([*known.values()]))
-        change = np.inf if before is None else np.abs(np.subtract(found.friction, before.friction)).max()
-        if change <= SETTLED * np.ptp(found.friction):
-            break
-        apart = CLOSE * (bounds[1] - bounds[0])
-        new = [each for each in found.friction if min(abs(each - other) for other in tried) > apart]
-        new = new[: min(1, MOST - len(tried))]
-    return found

@@ -1,4 +1,4 @@
-"""Measured curves: force per width over strain from a CSV file of a laboratory.
+"""Curves of force per width [N/m] over strain [1], measured or simulated: a series by rising strain.
 
 Columns and units are those that the caller names, else those named before (a YAML file beside the CSV file keeps
 them), else those that the names of the columns tell, such as ``strain (%)`` or ``force_per_width_N_mm``.
@@ -9,7 +9,6 @@ from __future__ import annotations
 import logging
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -39,39 +38,26 @@ log = logging.getLogger(__name__)
 LARGEST = 1.5  # a strain without a unit that exceeds this one may be meant in %
 
 
-@dataclass(frozen=True, eq=False)
-class Curve:
-    """Force per width over strain, by rising strain."""
-
-    strain: np.ndarray  # (n,) [1]
-    force: np.ndarray  # (n,) [N/m]
-    unit: str = "N/m"  # in which the force is shown
-
-    def at(self, strain: np.ndarray) -> np.ndarray:
-        """Return the force per width [N/m] at strains on the curve, without overshoot between its points."""
-        return PchipInterpolator(self.strain, self.force)(strain)
-
-    def within(self, strain: float) -> Curve:
-        """Return the part up to a strain, without points at rest, which say nothing."""
-        inside = (self.strain > 0) & (self.strain <= strain * (1 + 1e-9))
-        return Curve(self.strain[inside], self.force[inside], self.unit)
-
-    def shown(self, unit: str) -> np.ndarray:
-        """Return the force per width in a unit."""
-        return self.force / UNITS["force"][unit]
-
-
-def simulated_curve(history: xr.Dataset, geometry: xr.Dataset) -> Curve:
+def simulated_curve(history: xr.Dataset, geometry: xr.Dataset) -> pd.Series:
     """Return the curve of a history: of a cell its force per width, of a knit the force over its width at rest."""
-    axis = int(history.attrs["axis"])
+    axis, strain = int(history.attrs["axis"]), history["strain"].to_numpy()
     if "force_per_width" in history:
-        return Curve(history["strain"].to_numpy(), history["force_per_width"].to_numpy()[:, axis])
-    width = Fabric.from_dataset(geometry).size[1 - axis]
-    return Curve(history["strain"].to_numpy(), history["force"].to_numpy() / width)
+        return pd.Series(history["force_per_width"].to_numpy()[:, axis], strain)
+    return pd.Series(history["force"].to_numpy() / Fabric.from_dataset(geometry).size[1 - axis], strain)
 
 
-def read_curve(path: Path, said: Mapping[str, Any], only: Mapping[str, str], direction: str) -> Curve:
-    """Return a curve of a CSV file, up to its largest strain.
+def at(curve: pd.Series, strain: np.ndarray) -> np.ndarray:
+    """Return the forces per width at strains on a curve, without overshoot between its points."""
+    return PchipInterpolator(curve.index, curve)(strain)
+
+
+def within(curve: pd.Series, strain: float) -> pd.Series:
+    """Return the part of a curve up to a strain, without points at rest, which say nothing."""
+    return curve[(curve.index > 0) & (curve.index <= strain * (1 + 1e-9))]
+
+
+def read_curve(path: Path, said: Mapping[str, Any], only: Mapping[str, str], direction: str) -> pd.Series:
+    """Return the curve of a CSV file, up to its largest strain.
 
     `said` has for ``strain`` and ``force`` a column and its unit, and ``width`` and ``length`` of the specimen [m]; it
     is kept beside the file. `only` has values of columns that tell curves apart; `direction`, "course" or "wale", is
@@ -84,20 +70,19 @@ def read_curve(path: Path, said: Mapping[str, Any], only: Mapping[str, str], dir
     ):
         raise DataFileError(f"{beside}: is not as knitstudy wrote it; delete it and name the columns again")
     how = kept | {name: list(each) if name in WORDS else each for name, each in said.items()}
-    (strain, _), (force, unit) = (_values(table, name, how, path) for name in WORDS)
-    there = np.flatnonzero(np.isfinite(strain) & np.isfinite(force))
-    rising = there[: np.argmax(strain[there]) + 1] if len(there) else there
+    strain, force = (_values(table, name, how, path) for name in WORDS)
+    curve = pd.Series(force.to_numpy(), strain).loc[lambda each: each.notna() & each.index.notna()]
+    rising = curve.iloc[: curve.index.argmax() + 1] if len(curve) else curve
     if (count := len(rising)) < 3:
         raise DataFileError(f"{path}: has {count} rows of numbers up to the largest strain; 3 are needed")
-    if count < len(there):
-        log.warning("%s: %d rows behind the largest strain are left out", path, len(there) - count)
+    if count < len(curve):
+        log.warning("%s: %d rows behind the largest strain are left out", path, len(curve) - count)
     if said:
         try:
             write_text(f"# How knitstudy reads {path.name}; sizes in m\n{yaml.safe_dump(how)}", beside)
         except (OSError, DataFileError) as error:
             log.warning("%s; columns and units have to be named again next time", error)
-    rising = rising[np.argsort(strain[rising], kind="stable")]
-    return Curve(strain[rising], force[rising], "N/m" if unit in SIZES else unit)
+    return rising.sort_index(kind="stable")
 
 
 def _table(path: Path) -> pd.DataFrame:
@@ -128,17 +113,17 @@ def _one_curve(table: pd.DataFrame, only: Mapping[str, str], direction: str, pat
     return table
 
 
-def _values(table: pd.DataFrame, name: str, how: Mapping[str, Any], path: Path) -> tuple[np.ndarray, str]:
-    """Return strain [1] or force [N/m], and the unit of its column."""
+def _values(table: pd.DataFrame, name: str, how: Mapping[str, Any], path: Path) -> pd.Series:
+    """Return strain [1] or force [N/m]."""
     column, unit = how.get(name) or _recognised(table, name, path)
     scale = find("unit", UNITS[name], unit, f"{path}: --{name}")
-    values = scale * _numbers(find("column", table, column, f"{path}: --{name}")).to_numpy()
+    values = scale * _numbers(find("column", table, column, f"{path}: --{name}"))
     if (size := SIZES.get(unit)) is None:
-        return values, unit
+        return values
     if size not in how:
         remedy = f"add --{size} of the specimen in m, for example --{size} 0.05"
         raise DataFileError(f"{path}: {column!r} is in {unit}: {remedy}")
-    return values / how[size], unit
+    return values / how[size]
 
 
 def _numbers(texts: pd.Series) -> pd.Series:

@@ -45,6 +45,7 @@ class Power:
 
     coefficient: float  # of force over approach to the exponent
     exponent: float = 1.0  # 1: a penalty
+    share: float = 1.0  # stiffness against elastic slip over that against approach
 
     def force(self, gap: np.ndarray) -> np.ndarray:
         """Return the forces (k,) at gaps (k,) [m]; zero where open."""
@@ -56,6 +57,11 @@ class Power:
             gap < 0, self.exponent * self.coefficient * np.maximum(0.0, -gap) ** (self.exponent - 1.0), 0.0
         )
 
+    def stiffening(self, gap: np.ndarray) -> np.ndarray:
+        """Return the derivative (k,) of the stiffness by the gap; zero where open."""
+        n, depth = self.exponent, np.where(gap < 0, -gap, 1.0)
+        return np.where(gap < 0, -n * (n - 1.0) * self.coefficient * depth ** (n - 2.0), 0.0)
+
     def energy(self, gap: np.ndarray) -> np.ndarray:
         """Return the stored energies (k,) [J]."""
         return self.coefficient / (self.exponent + 1.0) * np.maximum(0.0, -gap) ** (self.exponent + 1.0)
@@ -66,12 +72,15 @@ def hertz(
     poisson_ratio: float,
     radius: float,  # of both [m]
 ) -> Power:
-    """Return the approach of two equal cylinders that cross at a right angle (Johnson 1985, section 4.1).
+    """Return the approach of two equal cylinders that cross at a right angle (Johnson 1985, sections 4.1 and 7.2).
 
-    F = 4/3 E* sqrt(R) delta^1.5 with E* = E / 2 (1 - nu^2), as of a sphere of radius R on a plane.
+    F = 4/3 E* sqrt(R) delta^1.5 with E* = E / 2 (1 - nu^2), as of a sphere of radius R on a plane. Against elastic slip
+    the same patch is 2 (1 - nu) / (2 - nu) as stiff (Mindlin 1949): hardly at all where yarns just touch, so that
+    friction and rough contact begin and end without a jump.
     """
     contact_modulus = youngs_modulus / (2 * (1 - poisson_ratio**2))
-    return Power(4 / 3 * contact_modulus * np.sqrt(radius), 1.5)
+    mindlin = 2 * (1 - poisson_ratio) / (2 - poisson_ratio)
+    return Power(4 / 3 * contact_modulus * np.sqrt(radius), 1.5, mindlin)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +110,7 @@ class BeamContactPoints(Chosen):
     # (k,), part of the increment in contact: 1, or less for pairs that have closed within it
     share: np.ndarray
     share_rate: np.ndarray  # (k,), its derivative with respect to the gap [1/m]
+    sticking: np.ndarray  # (k,), stiffness against elastic slip [N/m]; zero where open
     trial: np.ndarray  # (k, 3), tangential force on side B by side A's motion, before Coulomb's limit [N]
     traction: np.ndarray  # (k, 3), the same after it [N]
     force: np.ndarray  # (k,), normal force [N]
@@ -124,8 +134,7 @@ class BeamContact:
         node: np.ndarray,  # int (S,), node that carries a station
         offset: np.ndarray,  # (S, 3), rigid arm from that node to the station, in the reference [m]
         radius: float,  # [m]
-        law: Power,  # normal force over gap
-        tangential: float,  # stiffness against elastic slip [N/m]
+        law: Power,  # normal force over gap, and stiffness against elastic slip
         friction: float,  # mu; inf for rough contact, 0 for none
         crossings: int
         | None = None,  # of the pairs, the first ones, whose contact must not end beside its piece
@@ -133,8 +142,8 @@ class BeamContact:
         self.crossings = len(pairs.start) if crossings is None else crossings
         self.curves, self.pairs, self.node, self.offset = curves, pairs, node, offset
         self.radius, self.law = radius, law
-        # Coulomb's law meets forces here: with a normal stiffness of one, a change of force is a change of gap.
-        self.friction = Coulomb(normal=1.0, tangential=tangential, friction=friction)
+        # Coulomb's law meets forces here: with stiffnesses of one, changes of forces are those of gaps and slips.
+        self.friction = Coulomb(normal=1.0, tangential=1.0, friction=friction)
 
     def places(self, state: BeamState) -> BeamState:
         """Return position (S, 3) and rotation (S, 3, 3) of the stations, from those of the nodes."""
@@ -165,13 +174,13 @@ class BeamContact:
         share = np.where(closes, now / span, 1.0)
         apart = material[:, A] - material[:, B]
         plane = apart - here.normal * np.einsum("ki,ki->k", here.normal, apart)[:, None]
-        trial = self.friction.tangential * share[:, None] * plane
-        force = self.law.force(gap)
+        sticking, force = self.law.share * self.law.stiffness(gap), self.law.force(gap)
+        trial = (sticking * share)[:, None] * plane
         traction, status = self.friction.traction(trial, force)
-        slipped = np.where(force > 0, self.friction.slipped(trial, force), 0.0)
+        slipped = self.friction.slipped(trial, force) / np.where(force > 0, sticking, 1.0)
         rate = -then / span**2
         return BeamContactPoints(
-            here, anchor, arm, gap, apart, share, rate, trial, traction, force, status, slipped
+            here, anchor, arm, gap, apart, share, rate, sticking, trial, traction, force, status, slipped
         )
 
     def added(self, response: Response, state: BeamState) -> Response:
@@ -189,13 +198,12 @@ class BeamContact:
         at_stations[:, 3:] += np.cross(arm, at_stations[:, :3])  # about the nodes
         force = response.force.reshape(-1, 6).copy()
         np.add.at(force, self.node, at_stations)
-        sheared = 0.5 * np.vdot(traction, traction) / self.friction.tangential
-        pressed = float(np.sum(self.law.energy(touching.gap)))
-        energy = {"penalty": pressed + sheared, "friction": state.contact.dissipated}
-        energy["friction"] += self._work(points, state.contact)
-        energy["numerical"] = sheared + (
-            pressed if self.law.exponent == 1 else 0.0
-        )  # Hertz's approach is none
+        sheared = 0.5 * np.einsum("ki,ki->k", traction, traction) / touching.sticking
+        stored = float(np.sum(self.law.energy(touching.gap) + sheared))
+        energy = {"penalty": stored, "friction": state.contact.dissipated + self._work(points, state.contact)}
+        energy["numerical"] = (
+            stored if self.law.exponent == 1 else 0.0
+        )  # the patch of Hertz and Mindlin is real
         stiffness = response.stiffness
         if stiffness is not None:
             own = self._stiffness(touching, hat(arm), hat(at_stations[:, :3]), len(force))
@@ -222,7 +230,7 @@ class BeamContact:
                 "of its loop; use a smaller load"
             )
         touches = points.status != OPEN
-        elastic = np.where(touches[:, None], points.traction / self.friction.tangential, 0.0)
+        elastic = points.traction / np.where(touches, points.sticking, 1.0)[:, None]
         return BeamContactHistory(
             s=points.approach.s,
             arm=self._arms(points.approach, self.places(state).rotation, elastic),
@@ -298,11 +306,15 @@ class BeamContact:
         d_plane = -normal[:, :, None] * np.einsum("ki,kiz->kz", apart, change.normal)[:, None]
         d_plane -= level[:, None, None] * change.normal
         d_plane[:, :, 12:] += np.eye(3) - normal[:, :, None] * normal[:, None, :]
-        d_trial = points.share[:, None, None] * d_plane
-        d_trial += points.share_rate[:, None, None] * plane[:, :, None] * change.gap[:, None]
+        d_trial = (points.sticking * points.share)[:, None, None] * d_plane
+        rate = (
+            points.sticking * points.share_rate
+            + self.law.share * self.law.stiffening(points.gap) * points.share
+        )
+        d_trial += rate[:, None, None] * plane[:, :, None] * change.gap[:, None]
         d_traction = self.friction.tangent(
             points.trial,
-            self.friction.tangential * d_trial,
+            d_trial,
             stiffness[:, None] * change.gap,
             force,
             points.status,

@@ -18,7 +18,6 @@ from knitstudy.contacts.facets import tied_crossings
 from knitstudy.errors import ConvergenceError
 from knitstudy.geometry.crossings import Crossings
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.loading.gates import require_stiff_contact
 from knitstudy.loading.history import Recorder
 from knitstudy.loading.solve import Problem, Reported, settings_of
 from knitstudy.mechanics.beam_approach import A, B, Curves, Pairs, approach
@@ -288,24 +287,12 @@ def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
 def beam_contact(
     scene: Scene, beams: Network, curves: Curves, pairs: Pairs, beside: Pairs | None = None
 ) -> BeamContact:
-    """Return the contact of pairs of points on beams, at crossings and beside them.
-
-    The stiffness against elastic slip is ``beam.stiffness`` for both laws: Hertz's approach is normal.
-    """
-    require_stiff_contact(scene, "beam.stiffness", patch=2.0)  # of half a radius
+    """Return the contact of pairs of points on beams, at crossings and beside them."""
     friction = scene.kind.interaction.friction(scene)
     stations = beams.station_node, beams.station_offset
     every = pairs if beside is None else pairs.joined(beside)
-    return BeamContact(
-        curves,
-        every,
-        *stations,
-        scene.yarn.radius,
-        pressing(scene),
-        penalty(scene),
-        friction,
-        len(pairs.start),
-    )
+    law = pressing(scene)
+    return BeamContact(curves, every, *stations, scene.yarn.radius, law, friction, len(pairs.start))
 
 
 def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Problem:
@@ -332,7 +319,7 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
             "beam_ties": scene.beam.tie,
             "contact_coefficient": law.law.coefficient,
             "contact_exponent": law.law.exponent,
-            "stick_stiffness": law.friction.tangential,
+            "contact_stick_share": law.law.share,
             "friction": law.friction.friction,
             "contact_points": len(law.pairs.start),
         },

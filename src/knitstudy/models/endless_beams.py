@@ -15,7 +15,7 @@ import xarray as xr
 from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.columns import REST
-from knitstudy.loading.gates import require_fine_beams, require_sound
+from knitstudy.loading.gates import require_fine_beams, require_sound, require_stiff_contact
 from knitstudy.loading.history import Stations, cell_path
 from knitstudy.loading.solve import Problem, Reported, settings_of
 from knitstudy.mechanics.beam_contact import Power, hertz
@@ -274,6 +274,7 @@ def pressing(scene: Scene) -> Power:
         return Power(stiffness / yarn.diameter**yarn.pressing_exponent, yarn.pressing_exponent)
     if scene.value("beam.section") in (None, "hertz"):
         return hertz(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius)
+    require_stiff_contact(scene, "beam.stiffness", patch=2.0)  # of half a radius
     return Power(penalty(scene))
 
 

@@ -332,19 +332,18 @@ def penetration_of(scene: Scene, law: Coulomb | Indentation, size: float) -> Pen
     )
 
 
-def free_yarns(
-    yarns: Discretisation,
-    ties: Ties,
-    volume: np.ndarray,  # (N,) of every node [m3]
-    youngs_modulus: float,  # [Pa]
-) -> FreeBodies | None:
-    """Return the yarns without grip and tie, which nothing but contact can hold; None if there are none."""
-    fixed = np.concatenate([yarns.ends.held, yarns.ends.driven, ties.joined])
+def free_yarns(scene: Scene, yarns: Discretisation, ties: Ties, volume: np.ndarray) -> FreeBodies | None:
+    """Return the yarns that nothing but contact can hold, of nodes with a volume (N,) [m3]; None if there are none.
+
+    They have neither tie nor grip; a driven grip that is free across the load holds none.
+    """
+    grips = [yarns.ends.held] + [yarns.ends.driven] * (scene.load.lateral == "fixed")
+    fixed = np.concatenate([*grips, ties.joined])
     free = np.setdiff1d(np.arange(yarns.mesh.yarns), yarns.yarn[fixed])
     if not len(free):
         return None
     nodes = [yarns.nodes_of(yarn) for yarn in free]
-    return FreeBodies.of(nodes, volume, youngs_modulus, yarns.size, yarns.unity)
+    return FreeBodies.of(nodes, volume, scene.yarn.youngs_modulus, yarns.size, yarns.unity)
 
 
 class BesideTies:

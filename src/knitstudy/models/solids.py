@@ -151,7 +151,7 @@ def assemble(
         *solids,
         contact=contact,
         penetration=penetration_of(scene, contact.law, parts.size),
-        free_bodies=None if viscosity else free_yarns(parts, ties, volume, scene.yarn.youngs_modulus),
+        free_bodies=None if viscosity else free_yarns(scene, parts, ties, volume),
     )
     beside = BesideTies(scene, parts, ties, fabric.crossings.yarn[tied], labels) if tied.any() else None
     return SolidYarns(parts, model, ties, facets, retained, beside)

@@ -151,7 +151,7 @@ def _choose(problem: Scene, ask: Ask, drawn: Mapping, where: str) -> Choice:
     trade, knit = load_trade(), same_knit(problem)
     mine = [row for row in measured_rows(OWN) if row["problem"] == knit]
     if not mine:
-        remedy = f"`knitstudy measure {problem.name}`, with the same --set, runs all models on this knit"
+        remedy = f"`knitstudy measure {problem.name}`, with the same options, runs all models on this knit"
         if outside := trade.outside(problem, drawn):
             raise ConfigurationError(f"{where}: {outside}: nothing is promised of other knits; {remedy}")
         case = str(Case.of(problem))

@@ -1,17 +1,20 @@
-"""Reduced models, beams in contact and windows that were interrupted go on as if nothing had happened."""
+"""Runs of all models that were interrupted go on as if nothing had happened."""
 
 from functools import partial
 
 import numpy as np
 import pytest
 
+from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.restart import Run
 from knitstudy.models.simulate import solve
+from knitstudy.study.configuration import load_scene
 
 
 @pytest.fixture(scope="module")
 def run(plain_scene, touching_cell, knit, contacts, knit_of):
-    """Function that loads a reduced model, a planar one, beams that touch and slide, or a window of one cell."""
+    """Function that loads a reduced model, a planar one, beams that touch and slide, a window or solid yarns."""
     touching = touching_cell.vary({"mesh.beam_size": 10 / 9, "contact.friction": 0.1, "load.strain": 0.03})
     window = {"fidelity": "window", "contact.cell": 0.5, "solver.increments": 2, "load.strain": 0.01}
     tied, cell = {"contacts": contacts}, knit_of(touching_cell)
@@ -23,7 +26,11 @@ def run(plain_scene, touching_cell, knit, contacts, knit_of):
     }
 
     def load(model, **files):
-        scene, fabric, data = models[model]
+        if model in models:
+            scene, fabric, data = models[model]
+        else:
+            scene, data = load_scene(model).vary({"solver.increments": 6}), {}
+            fabric = Fabric.from_dataset(lay_out(scene))
         return solve(scene, fabric, run=Run(**files), **data)
 
     return load
@@ -44,7 +51,13 @@ def interrupted(run, restart, after):
     return seen
 
 
-@pytest.mark.parametrize("model", ["reduced", "planar", "touching", "window"])
+YARNS = (
+    "extreme-yarns-tie",
+    "extreme-yarns-slide",
+)  # the latter with increments that are halved for the ledger
+
+
+@pytest.mark.parametrize("model", ["reduced", "planar", "touching", "window", *YARNS])
 def test_an_interrupted_run_goes_on(model, run, tmp_path):
     run, restart = partial(run, model), tmp_path / "a.npz"
     whole = run()

@@ -1,20 +1,20 @@
-"""The page of all keys, ``docs/keys.md``: ``python -m knitstudy.study.documentation`` writes it from their sections."""
+"""The page of all keys, ``docs/keys.md``: ``python docs/keys.py`` writes it from their sections."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from inspect import cleandoc, get_annotations
+from pathlib import Path
 
 from knitstudy.files import write_text
 from knitstudy.registry import listed
 from knitstudy.study.choice import AUTO, Ask
-from knitstudy.study.configuration import CONFIG
 from knitstudy.study.keys import ROLES, Section, allowed_values, describe_with_source, lists
 from knitstudy.study.kinds import FIDELITIES, INTERACTIONS, SPECIMENS, Labels, all_kinds, all_sections
 
-COMMAND = "python -m knitstudy.study.documentation"
+COMMAND = "python docs/keys.py"
 
-KEYS = CONFIG.parent / "docs" / "keys.md"
+PAGE = Path(__file__).with_suffix(".md")
 
 COLUMNS = ("unit", "role", "standing", "source", "checked")
 
@@ -92,4 +92,4 @@ def _table(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
 
 
 if __name__ == "__main__":
-    write_text(keys_page(), KEYS)
+    write_text(keys_page(), PAGE)
