@@ -55,7 +55,7 @@ def require_sound(
             scene,
             "flow",
             increment.damped,
-            abs(increment.response.energy["internal"]),  # of a cell it counts from rest, and may fall
+            increment.response.energy["internal"],
             f"increment {increment.index}: viscous flows, which led on where Newton's method made no headway, have "
             "dissipated {} the internal energy",
             "Use more solver.increments",

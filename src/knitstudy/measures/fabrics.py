@@ -33,9 +33,7 @@ FORCES = (0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3)  # N/mm
 JUDGED = slice(1, 6)  # of them: 0.05 to 0.25 N/mm
 KNOTS, ELEMENTS = 30, 8
 CELLS = several("simulation", "fabric-*", fewest=5)
-LENGTH = {
-    "cotton": 0.1
-}  # relative, of strains: 3 % of the yarn in a stitch, which is not known (docs/fabrics.md)
+LENGTH = {"cotton": 0.1}  # of strains, relative: of 3 % of its yarn in a stitch (docs/fabrics.md)
 SMALL = 2e-3  # strain across below which forces say nothing of a stiffness
 
 
@@ -183,11 +181,6 @@ def measured_strain(yarn: str, direction: str) -> np.ndarray:
     return np.interp(FORCES, table["force_per_width_N_mm"], table["strain"], right=np.nan)
 
 
-def errors(predicted: np.ndarray, curve: np.ndarray) -> np.ndarray:
-    """Return the relative errors of strains at the forces that are judged."""
-    return predicted[JUDGED] / curve[JUDGED] - 1
-
-
 FITTED = "stockinette"  # the only stitch whose curves have a say in values of yarns
 
 
@@ -195,8 +188,8 @@ def predicted(cells: Mapping[str, xr.Dataset]) -> pd.DataFrame:
     """Return strains of all fabrics whose cells are there, at `FORCES`, and how low or high they may be.
 
     Cells are histories by the names of their scenes, fabric-YARN-STITCH-DIRECTION-OTHER. Parts of the interval are
-    added as squares: twice the root mean square error of that yarn's stockinette in both directions; half or twice the
-    length of the strip; what a rest without friction changes, less what it changes of stockinette; `LENGTH`. A yarn
+    added as squares: twice the root mean square error of that yarn's stockinette in both directions, or the largest at
+    that force; half or twice the length of the strip; what a rest without friction changes, less what it changes of stockinette; `LENGTH`. A yarn
     without stockinette is left out.
     """
     strips = {}
@@ -212,12 +205,11 @@ def predicted(cells: Mapping[str, xr.Dataset]) -> pd.DataFrame:
         known = [strips.get((yarn, FITTED, each)) for each in DIRECTIONS]
         if None in known:
             continue
-        off = [
-            errors(each.strain, measured_strain(yarn, way))
-            for each, way in zip(known, DIRECTIONS, strict=True)
-        ]
+        curves = np.array([measured_strain(yarn, each) for each in DIRECTIONS])
+        off = np.array([each.strain for each in known]) / curves - 1
+        scatter = 2 * np.sqrt(np.nanmean(off[:, JUDGED] ** 2))
+        scatter = np.fmax(scatter, np.nanmax(np.abs(off), axis=0))
         loose = np.nan_to_num(strip.loose - strips[yarn, FITTED, direction].loose)
-        scatter = 2 * np.sqrt(np.nanmean(np.square(off)))
         share = np.sqrt(scatter**2 + LENGTH.get(yarn, 0.0) ** 2 + loose**2)
         half = np.hypot(strip.clamps, share * strip.strain)
         rows = {
