@@ -165,3 +165,14 @@ def test_all_purl_is_plain_knit(keys, same, within):
     (force, size), (other, other_size) = pulled(["K"], keys), pulled(same, keys)
     assert other_size == pytest.approx(size, rel=within)
     np.testing.assert_allclose(other, force, atol=within, rtol=0)
+
+
+@pytest.mark.parametrize(
+    ("knit", "solid"), [("rib", (41.61, 44.39)), ("garter", (95.52, 86.24))], ids=["rib", "garter"]
+)
+def test_rib_and_garter_carry_what_solid_yarns_do(knit, solid):
+    """The reference is degree 3 without friction (docs/stitches.md): `measure` promises beams in contact to 14 %."""
+    keys = BEAMS | {"contact.friction": 0.0, "mesh.beam_size": 0.2, "load.strain": 0.03}
+    scene = load_scene(f"stitches-{knit}-course").vary(keys)
+    history = simulate(scene, lay_out(scene))
+    assert history.force_per_width.values[-1, :2] == pytest.approx(solid, rel=0.08)
