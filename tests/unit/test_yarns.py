@@ -41,6 +41,11 @@ def test_a_scene_takes_the_values_of_its_yarn_and_its_own_count_more(name, knit)
     assert again.yarn == scene.yarn
 
 
+def test_a_yarn_of_which_a_model_knows_a_part_is_refused():
+    with pytest.raises(ConfigurationError, match="which scenes of fidelity spline_yarns do not have; take"):
+        load_scene("cell-course-isotropic").vary({"yarn.of": "acrylic"})
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [

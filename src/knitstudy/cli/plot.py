@@ -77,6 +77,11 @@ def _mesh(dataset: xr.Dataset, axes: Axes) -> None:
     _in_the_plane(axes)
 
 
+def _rest(dataset: xr.Dataset, axes: Axes) -> None:
+    axes.plot(*MILLI * dataset["centreline"].to_numpy()[:, :2].T, ".", color=INK, markersize=1.5)
+    _in_the_plane(axes)
+
+
 def _geometry(dataset: xr.Dataset, axes: Axes) -> None:
     specimen = Fabric.from_dataset(dataset)
     for number, yarn in enumerate(specimen.centrelines):
@@ -173,5 +178,6 @@ _DRAWN = {
     "contacts": _contacts,
     "stresses": _stresses,
     "mesh": _mesh,
+    "shape at rest": _rest,
     "geometry": _geometry,
 }
