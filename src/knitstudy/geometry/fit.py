@@ -149,7 +149,7 @@ def _nearest(end_of: Callable[[float], _End], free: float, way: float, less: flo
             return None
         if optimum is not None:
             return trial
-        way, less = max(way * (room.share if room.share < 1 - RETREAT else shorter), less), 0.0
+        way, less = max(way * (max(room.share, 0.5) if room.share < 1 - RETREAT else shorter), less), 0.0
     return None
 
 
