@@ -194,7 +194,7 @@ def _choose(problem: Scene, ask: Ask, drawn: Mapping, where: str) -> Choice:
         good = [rung for rung in good if allowed is None or price(rung) <= allowed]
     basis = "on this very knit"
     if not mine:
-        share, sure = 100 * trade.quantile.within(count).coverage, 100 * trade.confidence
+        share, sure = 100 * trade.coverage, 100 * trade.confidence
         basis = f"on {share:.3g} % of the knits in the box of config/trade.yaml, at {sure:g} % confidence"
         basis += f", by {count} that were measured"
         if without := len(measured_knits(measured_rows(TRADE_KEPT), case, known=False)):
@@ -208,7 +208,7 @@ def promised(
 ) -> list[Rung]:
     """Return the rungs of a problem that have a promise: by laws of the sample, or as measured of `own` knits."""
     case, here = Case.of(problem), np.array(Inputs.of(problem).regressors())
-    quantile, found = trade.quantile.within(len(measured_knits(rows, str(case)))), []
+    quantile, found = trade.quantile, []
     for name, keys in trade.rungs_of(case).items():
         of = [
             row for row in rows if (row["case"], row["rung"], row["question"]) == (str(case), name, question)
