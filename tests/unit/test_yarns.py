@@ -4,12 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from pressing import HALF, crossing_over_plates, power_law
 from scipy.integrate import quad
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.loading.history import DIRECTIONS
 from knitstudy.measures.fabrics import FORCES, SHARE, errors, measured, predict
-from knitstudy.measures.pressing import HALF, crossing_over_plates, power_law
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.documents import RESOURCES
 from knitstudy.study.yarns import KEYS, known_yarns, read_yarn

@@ -34,8 +34,6 @@ KEYS = {
 LOOP_LENGTHS = "loop_lengths"
 LENGTH, STITCHES = "pattern.loop_length", "pattern.stitches"
 
-STANDINGS = ("measured", "printed", "fitted on stockinette", "assumed", "unknown")
-
 
 class Value(Section):
     """A value of a yarn."""
