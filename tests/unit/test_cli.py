@@ -69,8 +69,8 @@ def test_check_folder(knitstudy, config):
         result = knitstudy(*arguments)
         assert result.exit_code == 0
         assert (
-            "valid; 2 scenes (1 of study ci, 2 of study reduced, 0 of study full, 0 of study reference), "
-            "1 geometries" in result.stdout
+            "valid; 2 scenes (1 of study ci, 2 of study reduced, 0 of study full, 0 of study reference, "
+            "0 of study fabrics), 1 geometries" in result.stdout
         )
     path = config / "scenes" / "small.yaml"
     path.write_text(path.read_text().replace("2e-2", "-1"))

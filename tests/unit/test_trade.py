@@ -33,14 +33,6 @@ def errors(random, count, rungs=1, told=1.0):
     return inputs, np.exp(levels[:, None] + told * inputs @ [1, -0.5, 0.2, 0] + 0.3 * common + 0.3 * own)
 
 
-@pytest.mark.parametrize("count", [1, 12, 28, 29, 48])
-def test_few_knits_promise_the_share_that_their_largest_error_covers(count):
-    """1 - p^n = 0.95: of 12 knits 77.9 %, and 90 % from 29 on."""
-    within = QUANTILE.within(count)
-    assert within.coverage == pytest.approx(min(0.9, 0.05 ** (1 / count)))
-    assert within.rank(count) == (QUANTILE.rank(count) if count > 28 else count)
-
-
 @pytest.mark.parametrize("told", [0.0, 1.0])
 def test_a_second_sample_is_covered_with_the_confidence(told):
     """Over 300 samples of 48: three standard deviations of a share of 95 % are 3.8 %."""

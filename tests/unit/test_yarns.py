@@ -4,14 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 import synthetic
+from pressing import HALF, crossing_over_plates, power_law
 from scipy.integrate import quad
-from scipy.special import beta
-from scipy.stats import linregress, t
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.loading.history import DIRECTIONS
 from knitstudy.measures import fabrics
-from knitstudy.measures.curve_fit import LEVEL
 from knitstudy.measures.fabrics import Pulled, StripLaw, strip_of
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.documents import RESOURCES
@@ -44,6 +42,11 @@ def test_a_scene_takes_the_values_of_its_yarn_and_its_own_count_more(name, knit)
     assert again.yarn == scene.yarn
 
 
+def test_a_yarn_of_which_a_model_knows_a_part_is_refused():
+    with pytest.raises(ConfigurationError, match="which scenes of fidelity spline_yarns do not have; take"):
+        load_scene("cell-course-isotropic").vary({"yarn.of": "acrylic"})
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -67,25 +70,6 @@ def test_a_file_that_says_too_little_is_refused(tmp_path, knit, change, message)
 def test_an_unknown_yarn_is_named(knit):
     with pytest.raises(ConfigurationError, match=r"unknown yarn 'acrilic' .did you mean 'acrylic'"):
         knit.vary({"yarn.of": "acrilic"})
-
-
-HALF = 0.5  # exponent of the force of yarns that cross less that of a yarn between plates
-
-
-def power_law(approach, force):
-    """Return k and n of F = k approach^n with 95 % intervals, and the scatter of ln F: a line in logarithms."""
-    x, y = np.log(approach), np.log(force)
-    line = linregress(x, y)
-    quantile = t.ppf(0.5 + LEVEL / 2, len(x) - 2)
-    both = (line.slope, line.stderr), (line.intercept, line.intercept_stderr)
-    n, k = (np.array([best, best - quantile * by, best + quantile * by]) for best, by in both)
-    return np.exp(k), n, np.sqrt(np.mean((y - line.intercept - line.slope * x) ** 2))
-
-
-def crossing_over_plates(exponent):
-    """Return k_crossing l / (k_plates d) of F = k (e / d)^n, where plates press a length l (docs/fabrics.md)."""
-    m = exponent - HALF
-    return 2 * np.pi * np.sqrt(0.5) / ((m + 1) * beta(m + 1, 0.5))
 
 
 @pytest.mark.parametrize("m", [0.5, 1.0, 2.4])

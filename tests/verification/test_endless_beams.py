@@ -130,3 +130,49 @@ def test_stockinette_of_acrylic_yarn_is_that_of_an_independent_program():
         history = simulate(scene.vary(load), geometry, rest=rest)
         force, strain = history.force_per_width.values[:, axis], history.cell_strain.values[:, axis]
         assert np.interp([50, 150, 250], force, strain) == pytest.approx(strains, rel=0.025)
+
+
+BEAMS = {
+    "fidelity": "beam",
+    "interaction": "isotropic",
+    "contact.tied_edges": "none",
+    "load.lateral": "fixed",
+    "mesh.beam_size": 0.41,
+    "beam.section": "hertz",
+    "load.strain": 0.02,
+    "solver.increments": 2,
+}
+
+
+def pulled(stitches, keys):
+    """Forces per width of a cell of the smallest size of stitches at the end, scaled by the largest."""
+    size = {"pattern.loops": len(stitches[0]), "pattern.rows": len(stitches), "pattern.stitches": stitches}
+    scene = load_scene("stitches-plain-course").vary(size | keys)
+    force = simulate(scene, lay_out(scene)).force_per_width.values[-1, :2]
+    return force / np.abs(force).max(), np.abs(force).max()
+
+
+@pytest.mark.parametrize(
+    ("keys", "same", "within"),
+    [
+        ({}, ["P"], 1e-9),
+        (BEAMS, ["P"], 1e-9),
+        (BEAMS, ["KK"], 1e-4),  # other loops of a repeat are optimised, to 5e-5 radii
+    ],
+    ids=["solid yarns", "beams", "a wider repeat"],
+)
+def test_all_purl_is_plain_knit(keys, same, within):
+    (force, size), (other, other_size) = pulled(["K"], keys), pulled(same, keys)
+    assert other_size == pytest.approx(size, rel=within)
+    np.testing.assert_allclose(other, force, atol=within, rtol=0)
+
+
+@pytest.mark.parametrize(
+    ("knit", "solid"), [("rib", (41.61, 44.39)), ("garter", (95.52, 86.24))], ids=["rib", "garter"]
+)
+def test_rib_and_garter_carry_what_solid_yarns_do(knit, solid):
+    """The reference is degree 3 without friction (docs/stitches.md): `measure` promises beams in contact to 14 %."""
+    keys = BEAMS | {"contact.friction": 0.0, "mesh.beam_size": 0.2, "load.strain": 0.03}
+    scene = load_scene(f"stitches-{knit}-course").vary(keys)
+    history = simulate(scene, lay_out(scene))
+    assert history.force_per_width.values[-1, :2] == pytest.approx(solid, rel=0.08)

@@ -25,6 +25,7 @@ def test_from_a_sample_to_a_promise(fresh):
     document = yaml.safe_load(declared.read_text()) | SMALL
     document["box"] |= BOX
     declared.write_text(yaml.safe_dump(document))
+    (fresh.folder / "resources" / "trade.csv").unlink()
 
     def plan(*changes):
         asks = ("--question", "force", "--accuracy", "0.5")

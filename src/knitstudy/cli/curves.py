@@ -20,6 +20,8 @@ from knitstudy.study.scene import Scene
 
 FRICTION = "contact.friction"
 MODULI = ("yarn.youngs_modulus", "yarn.transverse_modulus", "yarn.axial_shear_modulus")
+# With these given, forces are not proportional to the modulus
+STIFFNESSES = ("rom.stiffness", "yarn.stretching", "yarn.bending", "yarn.twisting", "yarn.pressing")
 THERE = click.Path(path_type=Path, dir_okay=False, exists=True)
 SIZE = click.FloatRange(min=0, min_open=True)
 
@@ -37,6 +39,11 @@ def _curve_options(command: Any) -> Any:
     ):
         command = add(command)
     return command
+
+
+def _stiffnesses(scene: Scene) -> list[str]:
+    """Return the keys that give stiffnesses of a scene without its modulus."""
+    return [key for key in STIFFNESSES if scene.value(key) is not None]
 
 
 def _read(measured: Path, scene: Scene, said: dict[str, Any]) -> tuple[Any, str]:
@@ -77,8 +84,9 @@ def compare(result: Path, measured: Path, **said: Any) -> None:
     knitstudy compare results/simulation/jersey.nc lab.csv --only yarn=cotton
     knitstudy compare jersey.nc lab.csv --strain Weg mm --length 0.1 --force Kraft N --width 0.05
 
-    The distance is the root mean square of the difference over that of the measured force. The nearest modulus is the
-    one with which the distance is least. Points (.csv) and picture (.png) are written beside the result.
+    The distance is the root mean square of the difference over that of the measured force. The nearest modulus, where
+    forces are proportional to it, is the one with which the distance is least. Points (.csv) and picture (.png) are
+    written beside the result.
     """
     from knitstudy.measures.measured_curve import at, simulated_curve, within
     from knitstudy.stages.table import STAGES
@@ -101,11 +109,13 @@ def compare(result: Path, measured: Path, **said: Any) -> None:
         ("force there, measured", curve.iloc[-1], "N/m"),
         ("force there, simulated", forces[-1], "N/m"),
         ("distance", norm * np.linalg.norm(forces - curve), "%"),
-        ("nearest Young's modulus", factor * scene.yarn.youngs_modulus, "Pa"),
-        ("distance with it", norm * np.linalg.norm(factor * forces - curve), "%"),
     ]
+    if not _stiffnesses(scene):
+        distance = norm * np.linalg.norm(factor * forces - curve)
+        rows.append(("nearest Young's modulus", factor * scene.yarn.youngs_modulus, "Pa"))
+        rows.append(("distance with it", distance, "%"))
     console.print_table(("quantity", "value", "unit"), rows)
-    if len(curve) < len(whole):
+    if whole.index[-1] > simulated.index[-1]:
         more = f"--set load.strain={whole.index[-1]:.3g} simulates all of the measured curve"
         click.echo(f"{result} ends at {reach}; {more}", err=True)
     curves = {"measured": whole, scene.name: simulated}
@@ -155,9 +165,9 @@ def fit(
     from knitstudy.stages.simulate import simulate
 
     chosen = console.changed_scene(scene, changes, config)
-    if chosen.value("rom.stiffness"):
-        why = "rom.stiffness is given in N/m, so that forces are not proportional to the modulus"
-        raise ConfigurationError(f"scene {chosen.name!r}: {why}; leave it out")
+    for key in _stiffnesses(chosen):
+        why = f"{key} is given in {unit_of(key)}, so that forces are not proportional to the modulus"
+        raise ConfigurationError(f"scene {chosen.name!r}: {why}; leave it out, or compare results of several")
     whole, name = _read(measured, chosen, said)
     curve = within(whole, chosen.load.strain)
     counted = f"{len(curve)} of {len(whole)} points"

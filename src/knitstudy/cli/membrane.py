@@ -28,19 +28,16 @@ def membrane(results: tuple[Path, ...], output: Path, error: float) -> None:
     """Fit the energy of a membrane to RESULTS, histories of cells of one fabric (.nc) on several load paths.
 
     The law is a sum of exponentials of Green's strains, convex by its form; Fung's law and a linear one are fitted
-    beside it, for Abaqus and CalculiX. Paths in course, wale and
-    shear are needed, one that strains both directions is wise.
+    beside it, for Abaqus and CalculiX. Paths in course, wale and shear are needed, one that strains both is wise.
 
     \b
     knitstudy run cell-course; knitstudy run cell-wale; knitstudy run cell-biaxial; knitstudy run cell-shear
     knitstudy membrane results/simulation/cell-{course,wale,biaxial,shear}.nc -o jersey.nc
     knitstudy strip jersey.nc --length 0.0691 --width 0.0666 --strain 0.04
 
-    Written are the law (.nc), its coefficients with 95 % intervals (.csv), both decks (.inp) and a picture (.png).
+    Written are the law (.nc), its coefficients with 95 % intervals (.csv) and both decks (.inp).
     """
-    from knitstudy.cli.plot import draw_law
     from knitstudy.exchange.membrane import FORMS, write_membrane
-    from knitstudy.figures.style import save
     from knitstudy.measures import membrane_fit
 
     histories = {path.stem: read_dataset(path) for path in results}
@@ -51,13 +48,11 @@ def membrane(results: tuple[Path, ...], output: Path, error: float) -> None:
     write_table(table, output.with_suffix(".csv"))
     for dialect in FORMS:
         write_membrane(fitted, output.with_suffix(f".{dialect}.inp"), dialect, output.stem)
-    drawing = draw_law(membrane_fit.law_of(fitted), membrane_fit.States.of(histories))
-    save(drawing, [output.with_suffix(".png")], {}, f"law of {output.stem}")
     console.print_table(list(table.columns), table.to_numpy())
     rows = [(path, *row) for path, row in zip(histories, fitted["path_error"].to_numpy(), strict=True)]
     rows += [(f"all, {name}", fitted.attrs[f"{key}error"], "") for name, key in LAWS.items()]
     console.print_table(("error of force per width", "root mean square", "largest"), rows)
-    click.echo(f"{output}, .csv, .png, {', '.join(f'.{each}.inp' for each in FORMS)}", err=True)
+    click.echo(f"{output}, .csv, {', '.join(f'.{each}.inp' for each in FORMS)}", err=True)
 
 
 def _require_one_fabric(results: tuple[Path, ...]) -> None:
@@ -68,9 +63,8 @@ def _require_one_fabric(results: tuple[Path, ...]) -> None:
         said = {"interaction": scene.interaction} | scene.values_of("physics")
         for key, value in said.items():
             if not key.startswith("load.") and known.setdefault(key, value) != value:
-                raise DataFileError(
-                    f"{path}: {key} is {value} but {known[key]} in the others: not one fabric"
-                )
+                of = "in the others: not one fabric"
+                raise DataFileError(f"{path}: {key} is {value} but {known[key]} {of}")
 
 
 @click.command(short_help="Pull a strip between clamps by the law of its fabric.")
@@ -109,21 +103,18 @@ def strip(law: Path, length: float, width: float, strain: float, direction: str,
     save(draw_strip(pulled, free), [path.with_suffix(".png")], {}, f"{law.stem}, {direction}")
     forces = np.array(SHARES) * float(min(each["force_per_width"][-1] for each in (pulled, free)))
     strains = [strain_at(each, forces) for each in (pulled, free)]
+    rows = np.column_stack([forces, *strains, 100 * (strains[0] / strains[1] - 1)])
     columns = (
         "force per width (N/m)",
         "strain between clamps",
         "strain free across",
         "clamps change it by (%)",
     )
-    change = 100 * (strains[0] / strains[1] - 1)
-    console.print_table(
-        columns, [tuple(f"{each:.4g}" for each in row) for row in zip(forces, *strains, change, strict=True)]
-    )
+    console.print_table(columns, [tuple(f"{each:.4g}" for each in row) for row in rows])
     known = float(fitted["largest_strain"][axis])
     if strain > known * (1 + 1e-9):
         click.echo(f"the law was fitted up to a strain of {known:.3g}: beyond it is extrapolated", err=True)
     if (share := float(-pulled["least_force"][-1] / pulled["largest_force"][-1])) > WRINKLES:
-        click.echo(
-            f"compressed by {100 * share:.2g} % of the largest force: a fabric wrinkles there", err=True
-        )
+        said = f"compressed by {100 * share:.2g} % of the largest force: a fabric wrinkles there"
+        click.echo(said, err=True)
     click.echo(f"{path}, .png: {law.stem} between clamps, {length:g} x {width:g} m", err=True)

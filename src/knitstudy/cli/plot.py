@@ -14,10 +14,8 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.style import FAINT, INK, PAPER, SINGLE, YARNS, figure, styled
 from knitstudy.geometry.fabric import Fabric, plain_knit
-from knitstudy.measures.membrane_fit import States
 from knitstudy.measures.summary import kind_of, require_layout, touched
 from knitstudy.mechanics.materials import FULL
-from knitstudy.mechanics.membrane_law import MembraneLaw, forces_per_width
 from knitstudy.mechanics.solid import principal_axes
 
 PERCENT, MILLI, MEGA = 100.0, 1e3, 1e-6
@@ -74,6 +72,11 @@ def _mesh(dataset: xr.Dataset, axes: Axes) -> None:
     centres = MILLI * dataset["centres"].to_numpy()
     for number, (first, end) in enumerate(pairwise(bounds)):
         axes.plot(*centres[first:end, :2].T, ".-", color=YARNS[number % len(YARNS)], markersize=1.5)
+    _in_the_plane(axes)
+
+
+def _rest(dataset: xr.Dataset, axes: Axes) -> None:
+    axes.plot(*MILLI * dataset["centreline"].to_numpy()[:, :2].T, ".", color=INK, markersize=1.5)
     _in_the_plane(axes)
 
 
@@ -134,23 +137,6 @@ def draw_curves(curves: Mapping[str, pd.Series]) -> Figure:
 
 
 @styled
-def draw_law(law: MembraneLaw, states: States) -> Figure:
-    """Draw the forces per width of cells, path by path (dots), and those of a law that was fitted to them."""
-    paths = list(dict.fromkeys(states.path))
-    drawing = figure(0.8 * SINGLE * len(paths), 0.8 * SINGLE, layout="constrained")
-    for axes, path in zip(drawing.subplots(1, len(paths), squeeze=False)[0], paths, strict=True):
-        stretch, force = (each[states.path == path] for each in (states.stretch, states.force))
-        way, found = PERCENT * stretch[:, np.argmax(stretch[-1])], forces_per_width(law, stretch)
-        for component, name in enumerate(("course", "wale", "shear")):
-            axes.plot(way, found[:, component], color=YARNS[component], label=name)
-            axes.plot(way, force[:, component], ".", color=YARNS[component])
-        axes.set(xlabel="strain (%)", ylabel="force per width (N/m)")
-        axes.set_title(path, loc="left")
-    drawing.axes[0].legend()
-    return drawing
-
-
-@styled
 def draw_strip(pulled: xr.Dataset, free: xr.Dataset) -> Figure:
     """Draw force over strain of a strip between clamps and of the endless fabric, and the width along the strip."""
     drawing = figure(2.2 * SINGLE, SINGLE, layout="constrained")
@@ -173,5 +159,6 @@ _DRAWN = {
     "contacts": _contacts,
     "stresses": _stresses,
     "mesh": _mesh,
+    "shape at rest": _rest,
     "geometry": _geometry,
 }

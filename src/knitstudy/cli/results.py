@@ -198,7 +198,7 @@ def _naming(file: Path) -> Iterator[None]:
 def show(file: Path, other: Path | None, keys: bool, plot: Path | None, config: Path) -> None:
     """Show a result: its kind, its scene, the code that made it, and its main quantities with units.
 
-    FILE is a netCDF file of any stage (geometry, mesh, history, contacts), or a table (.csv). With the name of
+    FILE is a netCDF file of any stage (geometry, mesh, rest, history, contacts), or a table (.csv). With the name of
     another file, print what differs: keys of the two scenes, then numbers side by side with their ratio.
 
     \b

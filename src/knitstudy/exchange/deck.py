@@ -100,7 +100,7 @@ def require_deck(scene: Scene) -> None:
     if "deck" not in scene.kind.fidelity.outputs:
         raise ConfigurationError(
             f"scene {scene.name!r}: fidelity is {scene.fidelity} but must be hexahedra for a deck: other programs"
-            " have no polynomials over the section times splines along the yarn"
+            " do not have the elements and the contact of other models"
         )
 
 

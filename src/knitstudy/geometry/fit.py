@@ -155,7 +155,9 @@ def _nearest(end_of: Callable[[float], _End], free: float, way: float, less: flo
             return None
         if optimum is not None:
             return trial
-        way, less = max(way * (room.share if room.share < 1 - RETREAT else shorter), less), 0.0
+        # A path that ends where it begins, or at its end, does not say how far there is room.
+        shorter = room.share if RETREAT < room.share < 1 - RETREAT else shorter
+        way, less = max(way * shorter, less), 0.0
     return None
 
 
@@ -220,14 +222,8 @@ def _follow_path(room: _Room) -> _End:
     A minimisation moves control points by a stride at most. One that loses the interlock is repeated with a quarter of
     the stride.
     """
-    best, before, iterations, stride, idle, reason = (
-        room,
-        room.cost.terms(room.unit.control_points),
-        0,
-        STRIDE,
-        0,
-        "",
-    )
+    best, before = room, room.cost.terms(room.unit.control_points)
+    iterations, stride, idle, back, reason = 0, STRIDE, 0, False, ""
     patience = 1 if room.unit.stitches == PLAIN else MIXED_PATIENCE
     for _ in range(ROUNDS):
         reach = stride * room.path.rest
@@ -237,7 +233,10 @@ def _follow_path(room: _Room) -> _End:
         except GeometryError as error:
             reason, stride = _plain(error), 0.25 * stride
             if stride < SMALLEST_STRIDE:
-                break
+                if room.missing <= EXACT or back:
+                    break
+                # Out of a loop whose yarns overlap no way leads: on from the last that has room, more carefully.
+                room, stride, back = best, 0.25 * STRIDE, True
             continue
         iterations += result.nit
         gradient, moved, there = room.stationary(result.x), np.abs(result.x[:-1]).max(), room.at_end

@@ -189,8 +189,8 @@ def predicted(cells: Mapping[str, xr.Dataset]) -> pd.DataFrame:
 
     Cells are histories by the names of their scenes, fabric-YARN-STITCH-DIRECTION-OTHER. Parts of the interval are
     added as squares: twice the root mean square error of that yarn's stockinette in both directions, or the largest at
-    that force; half or twice the length of the strip; what a rest without friction changes, less what it changes of stockinette; `LENGTH`. A yarn
-    without stockinette is left out.
+    that force; half or twice the length of the strip; what a rest without friction changes, less what it changes of
+    stockinette; `LENGTH`. A yarn without stockinette is left out.
     """
     strips = {}
     for yarn, stitch in dict.fromkeys(tuple(name.split("-")[1:3]) for name in cells):

@@ -63,12 +63,8 @@ class States:
         if chosen.sum() < LEAST:
             raise DataFileError(f"{chosen.sum()} states of cells are too few for a law: {LEAST} are needed")
         states = cls(stretch[chosen], force[chosen], path[chosen])
-        missing = [
-            name
-            for name, most in zip(KINDS, np.abs(states.stretch).max(axis=0), strict=True)
-            if most < NOTHING
-        ]
-        if missing:
+        most = np.abs(states.stretch).max(axis=0)
+        if missing := [name for name, each in zip(KINDS, most, strict=True) if each < NOTHING]:
             what = f"no state is strained in {', '.join(missing)}: the law would not know the stiffness"
             raise DataFileError(f"{what}; add a cell whose load.deformation is {' or '.join(missing)}")
         return states
@@ -163,14 +159,11 @@ def fit_exponentials(
     used = columns[:, chosen]
     residual = used @ weight - goal
     freedom = max(len(goal) - len(chosen), 1)
-    root = (
-        np.linalg.pinv(used).T * np.linalg.norm(residual) / np.sqrt(freedom)
-    )  # its square is the covariance
+    root = np.linalg.pinv(used).T * np.linalg.norm(residual) / np.sqrt(freedom)  # of the covariance
     level = student.ppf(0.5 + LEVEL / 2, freedom)
     forms = np.moveaxis(dyads, 0, -1)[ENTRIES] * flat  # (6, k)
-    half = level * np.concatenate(
-        [np.linalg.norm(root @ forms.T, axis=0), np.linalg.norm(root, axis=0)[curved]]
-    )
+    parts = root @ forms.T, root[:, curved]
+    half = level * np.concatenate([np.linalg.norm(part, axis=0) for part in parts])
     names = [f"A_{AXES[j]}_{AXES[i]} [N/m]" for i, j in zip(*ENTRIES, strict=True)]
     names += [f"w ({_said(each)}) [N/m]" for each in slope[curved]]
     value = np.concatenate([law.form[ENTRIES], weight[curved]])
@@ -195,9 +188,8 @@ def fit_fung(states: States, mirrored: bool = True) -> tuple[FungLaw, float]:
         found = forces_per_width(law(value), states.stretch)
         return ((found - states.force) / states.scale[:, None]).ravel()
 
-    energy = (
-        np.abs(states.force * states.stretch).sum(axis=1).max()
-    )  # of the order of c where b is of that of 1
+    # of the order of c where b is of that of 1
+    energy = np.abs(states.force * states.stretch).sum(axis=1).max()
     diagonal = np.where(row == column, np.sqrt(energy), 0.0)
     starts = [np.append(np.log(part * energy), diagonal) for part in (0.1, 1, 10)]
     fits = [least_squares(left, start, x_scale="jac") for start in starts]
@@ -235,34 +227,23 @@ def membrane(
     mirrored = states.mirrored if mirrored is None else mirrored
     fit, linear = (fit_exponentials(states, mirrored, error, sizes) for sizes in (SIZES, SIZES[:1]))
     (fung, fung_error), paths = fit_fung(states, mirrored), fit.errors
-    plane, coefficient = ("axis", "of_axis"), "coefficient"
-    unit = {"units": "N/m"}
-    strain = np.abs(states.stretch).max(axis=0)
+    plane, unit, one = ("axis", "of_axis"), {"units": "N/m"}, {"units": "1"}
+    interval = unit | {"long_name": "half width of the 95 % interval"}
     return xr.Dataset(
         {
             "form": (plane, fit.law.form, unit),
             "weight": ("term", fit.law.weight, unit),
-            "slope": (("term", "axis"), fit.law.slope, {"units": "1"}),
-            "value": (coefficient, fit.value, {"units": "N/m"}),
-            "half_interval": (
-                coefficient,
-                fit.half,
-                {"units": "N/m", "long_name": "half width of the 95 % interval"},
-            ),
-            "path_error": (("path", "of_path"), np.array(list(paths.values())), {"units": "1"}),
+            "slope": (("term", "axis"), fit.law.slope, one),
+            "value": ("coefficient", fit.value, unit),
+            "half_interval": ("coefficient", fit.half, interval),
+            "path_error": (("path", "of_path"), np.array(list(paths.values())), one),
             "linear_form": (plane, linear.law.form, unit),
-            "fung_form": (plane, fung.form, {"units": "1"}),
+            "fung_form": (plane, fung.form, one),
             "fung_stiffness": ((), fung.stiffness, unit),
-            "largest_strain": ("axis", strain, {"units": "1"}),
+            "largest_strain": ("axis", np.abs(states.stretch).max(axis=0), one),
         },
-        {coefficient: list(fit.names), "path": list(paths), "of_path": ["root mean square", "largest"]},
-        {
-            "error": fit.error,
-            "fung_error": fung_error,
-            "linear_error": linear.error,
-            "states": len(states.path),
-        },
-    )
+        {"coefficient": list(fit.names), "path": list(paths), "of_path": ["root mean square", "largest"]},
+    ).assign_attrs(error=fit.error, fung_error=fung_error, linear_error=linear.error, states=len(states.path))
 
 
 def tabulated(fitted: xr.Dataset) -> pd.DataFrame:

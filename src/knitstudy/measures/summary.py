@@ -109,6 +109,15 @@ def _mesh(dataset: xr.Dataset) -> list[Quantity]:
     ]
 
 
+def _rest(dataset: xr.Dataset) -> list[Quantity]:
+    strains = zip(("course", "wale", "shear"), dataset.attrs["strain_from_drawn"], strict=True)
+    return [
+        *(Quantity(name, dataset.attrs[name], "m") for name in ("wale_spacing", "course_spacing")),
+        *(Quantity(f"{name} strain from the drawn loops", float(strain), "1") for name, strain in strains),
+        Quantity("pairs of nodes that rub", dataset.sizes["pair"], "1"),
+    ]
+
+
 def _contacts(dataset: xr.Dataset) -> list[Quantity]:
     force = np.linalg.norm(dataset["force"].to_numpy()[-1], axis=-1)
     area = dataset["area"].to_numpy()
@@ -213,6 +222,7 @@ KINDS: dict[str, tuple[tuple[str, ...], Callable[[xr.Dataset], list[Quantity]]]]
     "contacts": (("force", "area", "tied", "relative_displacement"), _contacts),
     "stresses": (("segment_principal", "segment_axis", "cell_stress"), _stresses),
     "mesh": (("nodes", "hexahedra", "radius"), _mesh),
+    "shape at rest": (("lattice_vectors", "touching"), _rest),
     "geometry": (("point_of_contact", "arc_length", "radius"), _geometry),
 }
 
@@ -244,5 +254,6 @@ LAYOUT: dict[str, dict[str, str]] = {
         "yarn_bound": "first_slice",
         "slice xyz": "centres",
     },
+    "shape at rest": {"station xyz": "centreline", "vector xyz": "lattice_vectors"},
     "geometry": {"": "radius", "crossing side": "arc_length", "crossing side xyz": "point_of_contact"},
 }

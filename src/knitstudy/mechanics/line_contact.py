@@ -168,9 +168,8 @@ class LineContact:
         most = np.ceil(np.abs(np.linalg.inv(vectors[:, :2].T)) @ extent).astype(int).clip(max=FAR // 2 - 1)
         a, b = np.meshgrid(np.arange(-most[0], most[0] + 1), np.arange(most[1] + 1), indexing="ij")
         image = np.stack([a.ravel(), b.ravel()], axis=1)
-        image = image[
-            (image[:, 1] > 0) | (image[:, 0] >= 0)
-        ]  # the others are these seen from the other point
+        # The others are these seen from the other point.
+        image = image[(image[:, 1] > 0) | (image[:, 0] >= 0)]
         moved = (position + (image @ vectors)[:, None]).reshape(-1, 3)
         found = cKDTree(position).sparse_distance_matrix(cKDTree(moved), reach, output_type="coo_matrix")
         i, other = found.row.astype(np.int64), found.col.astype(np.int64)
@@ -247,15 +246,9 @@ class LineContact:
         parts = [(np.concatenate(unknowns, axis=1), motion.swapaxes(1, 2) @ block @ motion)]
         if len(rubs.pair) and self.friction > 0:
             parts.append(self._friction_tangent(pairs, rubs, history, along, V2, shift, n))
-        entries = [
-            (
-                blocks.ravel(),
-                np.repeat(where, where.shape[1], axis=1).ravel(),
-                np.tile(where, where.shape[1]).ravel(),
-            )
-            for where, blocks in parts
-        ]
-        data, row, column = (np.concatenate(each) for each in zip(*entries, strict=True))
+        data = np.concatenate([blocks.ravel() for _, blocks in parts])
+        row = np.concatenate([np.repeat(at, at.shape[1], axis=1).ravel() for at, _ in parts])
+        column = np.concatenate([np.tile(at, at.shape[1]).ravel() for at, _ in parts])
         return total, energy, sp.csr_matrix((data, (row, column)), shape=(6 * n + 3, 6 * n + 3))
 
     def _friction_tangent(

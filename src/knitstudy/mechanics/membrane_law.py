@@ -94,11 +94,8 @@ class StretchLaw(MembraneLaw):
     def _stress(self, strain: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         stretch, derivative = stretches(strain * [2, 2, 1] + [1, 1, 0])
         force = stretch @ self.membrane
-        return 0.5 * (stretch * force).sum(axis=-1), np.einsum("...j,...jk->...k", force, derivative) * [
-            2,
-            2,
-            1,
-        ]
+        by_square = np.einsum("...j,...jk->...k", force, derivative)
+        return 0.5 * (stretch * force).sum(axis=-1), by_square * [2, 2, 1]
 
 
 def stretches(square: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

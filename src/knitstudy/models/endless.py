@@ -217,7 +217,10 @@ def wrapped_shape(
     """
     places = fitted_places(own)
     s = places[:-1]
-    frames = rotation_minimising(curve.position(places), curve.tangent(places))
+    position = curve.position(places)
+    frames = rotation_minimising(position, curve.tangent(places))
+    if position[0, 2] > position[:, 2].mean():
+        frames[:, :2] *= -1  # a yarn seen from behind has the mirror image of the other's sections
     missed = np.arctan2(frames[-1, 0] @ frames[0, 1], frames[-1, 0] @ frames[0, 0])
     angle = (missed * s / places[-1])[:, None]
     d1, d2 = frames[:-1, 0], frames[:-1, 1]

@@ -31,6 +31,10 @@ from knitstudy.study.scene import Scene
 
 HELD = np.arange(3)  # the displacements of the first node: nothing else holds the whole in its place
 
+# Variables of a shape at rest that are what its contact remembers (`LineHistory`)
+KEPT = {"touching": "key", "touching_friction": "pull"}
+KEPT |= {f"touching_{field}": field for field in ("arm", "normal", "share", "force")}
+
 STRIDE = 0.1  # largest displacement that one correction may make, over the diameter
 
 
@@ -192,13 +196,7 @@ def relax(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
         "centreline": state.beams.position,
         "rotation": state.beams.rotation,
         "lattice_vectors": vectors,
-        "touching": kept.key,
-        "touching_arm": kept.arm,
-        "touching_normal": kept.normal,
-        "touching_share": kept.share,
-        "touching_force": kept.force,
-        "touching_friction": kept.pull,
-    }
+    } | {name: getattr(kept, field) for name, field in KEPT.items()}
     drawn = model.lattice.lengths
     return xr.Dataset(REST.variables(values)).assign_attrs(
         wale_spacing=float(np.linalg.norm(vectors[0])),
@@ -221,16 +219,8 @@ def _pushed_apart(scene: Scene, model: EndlessBeams) -> EndlessState:
 
 def _state(rest: xr.Dataset) -> EndlessState:
     """Return the state that a shape at rest describes."""
-    names = (
-        "touching",
-        "touching_arm",
-        "touching_normal",
-        "touching_share",
-        "touching_force",
-        "touching_friction",
-    )
     position, rotation = rest["centreline"].to_numpy(), rest["rotation"].to_numpy()
-    history = LineHistory(*(rest[name].to_numpy() for name in names))
+    history = LineHistory(**{field: rest[name].to_numpy() for name, field in KEPT.items()})
     return EndlessState(BeamState(position, rotation), np.zeros(3), history, np.zeros(position.size * 2 + 3))
 
 

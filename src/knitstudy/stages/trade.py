@@ -34,7 +34,7 @@ from knitstudy.stages.plan import Plan
 from knitstudy.stages.script import end_with_parent
 from knitstudy.stages.simulate import simulate
 from knitstudy.stages.table import STAGES
-from knitstudy.study.choice import COLUMNS, ERROR, MEMORY, OWN, SECONDS, measured_knits
+from knitstudy.study.choice import COLUMNS, ERROR, MEMORY, OWN, SECONDS
 from knitstudy.study.configuration import drawn_defaults
 from knitstudy.study.sample import TIED, Case, Inputs, Trade, load_trade, same_knit
 from knitstudy.study.scene import Scene, digest
@@ -254,12 +254,11 @@ def collect(
 
 def bounds(table: pd.DataFrame, trade: Trade) -> pd.DataFrame:
     """Return what the knits of a table promise of every rung, whatever the inputs: a row a case, question and rung."""
-    rows, said, of_rungs = [], table.to_dict("records"), ["case", "question", "rung"]
+    rows, of_rungs = [], ["case", "question", "rung"]
     for of_rung, of in table.dropna(subset=[ERROR]).groupby(of_rungs, sort=False):
-        quantile = trade.quantile.within(len(measured_knits(said, of_rung[0])))
         row = dict(zip(of_rungs, of_rung, strict=True))
         row |= {"knits": len(of), "failed": sum(map(isinf, of[ERROR]))}
-        row |= {"median error [1]": of[ERROR].median(), ERROR: quantile.of(of[ERROR].to_numpy())}
+        row |= {"median error [1]": of[ERROR].median(), ERROR: trade.quantile.of(of[ERROR].to_numpy())}
         rows.append(row | of[[SECONDS, MEMORY]].median().to_dict())
     return pd.DataFrame(rows)
 

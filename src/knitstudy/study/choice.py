@@ -23,6 +23,7 @@ from knitstudy.registry import find
 from knitstudy.study.documents import RESOURCES
 from knitstudy.study.keys import Section, output
 from knitstudy.study.kinds import FIDELITIES, role_of
+from knitstudy.study.problem_sections import BeamYarn, Yarn
 from knitstudy.study.promises import law_of
 from knitstudy.study.sample import ANY, Case, Inputs, Trade, endless, load_trade, same_knit
 from knitstudy.study.scene import Scene, set_dotted
@@ -37,6 +38,8 @@ NUMBERS = (*(name for name, kind in Inputs.__annotations__.items() if kind != "s
 COLUMNS = ("knit", "case", "rung", "question", *Inputs.__annotations__, ERROR, SECONDS, MEMORY)
 COLUMNS += ("quantity", "uncertainty of the truth [1]", "unknowns [1]", "increments [1]", "reason")
 COLUMNS += ("problem", "code")
+
+OF_BEAMS = {*BeamYarn.model_fields} - {*Yarn.model_fields}  # what only beams know of a yarn
 
 ALIKE = 0.01  # Relative difference of two errors that are the same
 
@@ -116,6 +119,11 @@ def problem_of_keys(name: str, keys: Mapping[str, Any], where: str, defaults: Ma
         if of_model(key) and key != "outputs":
             of = f"where fidelity is {AUTO}: it comes with the model that is chosen"
             raise ConfigurationError(f"{where}: {key} is {value!r} but must be left out {of}")
+        if key.removeprefix("yarn.") in OF_BEAMS | {"of"} and value is not None:
+            known = "only fidelity beam has such yarns, so that no models are compared or chosen"
+            raise ConfigurationError(
+                f"{where}: {key} is {value!r}, but {known}; `knitstudy run` simulates it"
+            )
         if key != "fidelity" and not key.startswith("ask."):
             set_dotted(own, key, value, where)
     return Scene.from_dict({"name": name, "fidelity": ANY} | own, where, defaults)
@@ -186,7 +194,7 @@ def _choose(problem: Scene, ask: Ask, drawn: Mapping, where: str) -> Choice:
         good = [rung for rung in good if allowed is None or price(rung) <= allowed]
     basis = "on this very knit"
     if not mine:
-        share, sure = 100 * trade.quantile.within(count).coverage, 100 * trade.confidence
+        share, sure = 100 * trade.coverage, 100 * trade.confidence
         basis = f"on {share:.3g} % of the knits in the box of config/trade.yaml, at {sure:g} % confidence"
         basis += f", by {count} that were measured"
         if without := len(measured_knits(measured_rows(TRADE_KEPT), case, known=False)):
@@ -200,7 +208,7 @@ def promised(
 ) -> list[Rung]:
     """Return the rungs of a problem that have a promise: by laws of the sample, or as measured of `own` knits."""
     case, here = Case.of(problem), np.array(Inputs.of(problem).regressors())
-    quantile, found = trade.quantile.within(len(measured_knits(rows, str(case)))), []
+    quantile, found = trade.quantile, []
     for name, keys in trade.rungs_of(case).items():
         of = [
             row for row in rows if (row["case"], row["rung"], row["question"]) == (str(case), name, question)

@@ -8,7 +8,7 @@ the inputs of a knit takes what is known out of the values; its leave-one-out re
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,15 +21,6 @@ class Quantile:
 
     coverage: float
     confidence: float
-
-    def within(self, count: int) -> Quantile:
-        """Return what so many values can say: at most this share, of few of them the one their largest bounds.
-
-        >>> round(Quantile(0.90, 0.95).within(12).coverage, 3)
-        0.779
-        """
-        largest = (1 - self.confidence) ** (1 / max(count, 1))
-        return replace(self, coverage=min(self.coverage, largest * (1 - 1e-9)))
 
     def rank(self, count: int) -> int | None:
         """Return which of so many values, from the smallest (1), is the bound; None where there are too few.

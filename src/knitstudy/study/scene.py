@@ -57,6 +57,7 @@ class Scene:
         does not have are left out. The scene remembers them, so that `vary` can make it one of another kind.
         Raises ConfigurationError when a key is unknown, missing, of another kind or has a value that is not allowed.
         """
+        yarn: dict[str, float] = {}
         if OF in flat(document):
             said, yarn = without_yarn(flat(document), where)
             document, defaults = nested(said, where), nested(flat(defaults) | yarn, where)
@@ -64,6 +65,7 @@ class Scene:
         document = {name: defaults[name] for name in Labels.model_fields if name in defaults} | document
         labels = labels_of(document, where)
         kind = Kind.of(labels, where)
+        _require_all_of_yarn(kind, yarn, where)
         for key in _dotted(document):
             if not kind.has(key):
                 raise ConfigurationError(f"{where}: {not_of_kind(kind, key)}")
@@ -185,6 +187,7 @@ class Scene:
         changes, yarn = without_yarn(changes, where)
         changes = in_base_keys(changes, where)
         kind = Kind.of(labels_of(document | {"outputs": []} | dict(changes), where), where)
+        _require_all_of_yarn(kind, yarn, where)
         changes = {key: value for key, value in yarn.items() if kind.has(key)} | changes
         document["outputs"] = [name for name in self.outputs if name in kind.outputs]
         stays: dict = {}
@@ -266,6 +269,14 @@ def without_yarn(said: Mapping[str, Any], where: str) -> tuple[dict[str, Any], d
     if length is not None and (said.get(LENGTH), said.get(POINTS)) == (None, None):
         said[LENGTH] = length
     return said, given
+
+
+def _require_all_of_yarn(kind: Kind, given: Mapping[str, float], where: str) -> None:
+    """Refuse a yarn with values that models of a scene's kind would silently leave out."""
+    if lost := [key for key in given if key.startswith("yarn.") and not kind.has(key)]:
+        remedy = "take fidelity beam, or say yarn.diameter and yarn.youngs_modulus"
+        of = f"which scenes of fidelity {kind.fidelity.name} do not have"
+        raise ConfigurationError(f"{where}: {OF} gives {', '.join(lost)}, {of}; {remedy}")
 
 
 def nested_in_base_keys(document: Mapping[str, Any], where: str) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """Yarns as files: what is measured of a yarn, printed, fitted or assumed, each value with its unit and its source.
 
 A scene that says ``yarn.of: acrylic`` takes the values of ``resources/yarns/acrylic.yaml`` as those of its keys; what
-it says itself counts more, and keys that scenes of its kind do not have are left out. A path names a file of one's own.
+it says itself counts more; friction is left out of scenes whose yarns do not slide. A path names a file of one's own.
 """
 
 from __future__ import annotations
@@ -33,8 +33,6 @@ KEYS = {
 
 LOOP_LENGTHS = "loop_lengths"
 LENGTH, STITCHES = "pattern.loop_length", "pattern.stitches"
-
-STANDINGS = ("measured", "printed", "fitted on stockinette", "assumed", "unknown")
 
 
 class Value(Section):
