@@ -48,6 +48,11 @@ loops: environment  ## try loops of 210 course and wale spacings; resources/loop
 	@$(BIN)/python workflow/study.py full -- results/loops/sweep-wale-tie-course.nc
 	@$(BIN)/python -m knitstudy.stages.kept_tables loops
 
+.PHONY: predictions
+predictions: environment  ## run the study of measured fabrics and keep its predictions; resources/predictions.csv
+	@$(BIN)/python workflow/study.py fabrics
+	@$(BIN)/python -m knitstudy.stages.kept_tables predictions
+
 .PHONY: test
 test: environment  ## pass all tests, in two processes
 	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder $(TESTS)

@@ -264,7 +264,7 @@ def fault_of(dataset: xr.Dataset) -> str:
         if name in dataset and not np.isfinite(dataset[name]).all():
             return f"{name} holds what is no number"
     last = float(dataset["load"][-1])
-    return "" if abs(last - 1) < 1e-9 else f"ends at {last:.3g} of the load"
+    return "" if abs(last - dataset.attrs.get("full_load", 1.0)) < 1e-9 else f"ends at {last:.3g} of the load"
 
 
 def recorded_digest(path: Path | str) -> str:

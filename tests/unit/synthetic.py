@@ -297,3 +297,23 @@ def stresses(knit: Fabric, direction, interlock, leg, mesh=None, force=10.0):
         coords={"extent": ["whole", "middle"]},
         attrs={"strain": 0.05, "force": force, "direction": direction},
     )
+
+
+LINEAR = {"along": 500.0, "across": 800.0, "contraction": 0.4, "shear": 60.0}  # stiffnesses [N/m]
+
+
+def fabric_cell(other, direction, strain=0.5, **changed):
+    """Cell of a fabric with W = along e^2 / 2 + across (l + contraction e)^2 / 2 + shear g^2 / 2."""
+    law = LINEAR | changed
+    e, zero = np.linspace(0, strain, 21), np.zeros(21)
+    across = zero if other == "held" else -law["contraction"] * e
+    pressed = law["across"] * (across + law["contraction"] * e)
+    strains, forces = (e, across), (law["along"] * e + law["contraction"] * pressed, pressed)
+    if direction == "wale":
+        strains, forces = strains[::-1], forces[::-1]
+    values = {"cell_strain": (*strains, zero), "force_per_width": (*forces, zero)}
+    if direction == "shear":
+        values = {"cell_strain": (zero, zero, e), "force_per_width": (zero, zero, law["shear"] * e)}
+    return xr.Dataset(
+        {name: (("increment", "form"), np.stack(each, axis=1)) for name, each in values.items()}
+    )

@@ -141,6 +141,11 @@ def results(knit, plain_scene, touching, pairs, paper, cases):
     spacings = {"course": [3.0, 4.0], "wale": [4.0, 5.0, 6.0]}
     feasible = xr.Dataset({"outcome": outcome, "bend": outcome}, spacings)
     garter = Wanted(0.9e-3, 1.1e-3, 1e-4, 0.01, stitches=("K", "P")).drawn()
+    ways = [(way, other) for way in ("course", "wale") for other in ("free", "held")] + [("shear", "free")]
+    cells = {
+        f"fabric-cotton-stockinette-{way}-{other}": synthetic.fabric_cell(other, way) for way, other in ways
+    }
+    own["fig_fabrics"] = {"cells": cells}
     own["fig_stitches"] = {"knits": {"stitches-garter-course": endless_cell(garter, 1, 2).to_dataset()}}
     own["fig_loops"] = {"feasible": feasible, "scenes": {"feasible": scenes["dns-tie-course"]}}
     own |= {"fig16_wale": own["fig16_out_of_plane"], "fig15_variants": own["fig15_force_strain"]}

@@ -3,17 +3,18 @@
 import numpy as np
 import pandas as pd
 import pytest
-import xarray as xr
+import synthetic
 from pressing import HALF, crossing_over_plates, power_law
 from scipy.integrate import quad
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.loading.history import DIRECTIONS
-from knitstudy.measures.fabrics import FORCES, SHARE, errors, measured, predict
+from knitstudy.measures import fabrics
+from knitstudy.measures.fabrics import Pulled, StripLaw, strip_of
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.documents import RESOURCES
 from knitstudy.study.yarns import KEYS, known_yarns, read_yarn
-from knitstudy.tables.fabrics import tabulate_predictions
+from knitstudy.tables.fabrics import tabulate_predictions, tabulate_stockinette
 
 YARNS = sorted(known_yarns())
 
@@ -98,61 +99,81 @@ def test_pieces_between_plates_have_the_exponents_that_the_yarn_has_less_a_half(
     assert all(scatter > 0.2 for _, _, scatter in laws)
 
 
-def cell_of(slope, strain=0.5):
-    """History of a cell whose course strain is force (N/mm) times a slope."""
-    force = np.linspace(0, 1e3 * strain / slope, 11)
-    zero = np.zeros_like(force)
-    return xr.Dataset(
-        {
-            "force_per_width": (("increment", "form"), np.stack([force, zero, zero], axis=1)),
-            "cell_strain": (("increment", "form"), np.stack([force / 1e3 * slope, zero, zero], axis=1)),
-        }
+def cells_of(fabric, **changed):
+    """Return all cells of a fabric."""
+    names = [(way, other) for way in DIRECTIONS for other in ("free", "held")] + [("shear", "free")]
+    return {
+        f"fabric-{fabric}-{way}-{other}": synthetic.fabric_cell(other, way, 1.5, **changed)
+        for way, other in names
+    }
+
+
+@pytest.fixture(autouse=True)
+def few_elements(monkeypatch):
+    monkeypatch.setattr(fabrics, "ELEMENTS", 2)
+
+
+@pytest.fixture(scope="module", params=[0, 1])
+def strip_law(request):
+    cells = [
+        Pulled.of(synthetic.fabric_cell(other, DIRECTIONS[request.param]), DIRECTIONS[request.param])
+        for other in OTHERS
+    ]
+    return StripLaw.of(*cells, request.param, synthetic.LINEAR["shear"]), cells[1]
+
+
+OTHERS = ("free", "held")
+
+
+def test_a_law_between_two_cells_is_that_of_a_fabric_that_is_quadratic(strip_law):
+    law, held = strip_law
+    assert law.misfit(held) < 1e-3
+    e, across, g = 0.3, -0.05, 0.1
+    stretch = [across, e] if law.axis else [e, across]
+    strain = np.array([(1 + each) ** 2 / 2 - 0.5 for each in stretch] + [g])
+    apart = across + synthetic.LINEAR["contraction"] * e
+    energy = (
+        synthetic.LINEAR["along"] * e**2 / 2
+        + synthetic.LINEAR["across"] * apart**2 / 2
+        + synthetic.LINEAR["shear"] * g**2 / 2
     )
+    assert law.energy(strain) == pytest.approx(energy, rel=2e-3)
 
 
-def test_a_strip_between_clamps_lies_between_the_cells_and_says_nothing_beyond_them():
-    strip = predict(cell_of(2.0), cell_of(1.0), "course")
-    share, off = SHARE["course"]
-    assert strip.strain[:5] == pytest.approx((1 + share) * np.array(FORCES[:5]))
-    assert strip.clamps[:5] == pytest.approx(off * np.array(FORCES[:5]))
-    assert np.isnan(strip.strain[-1])  # 0.3 N/mm is beyond the free cell's 0.25
+def test_stress_and_tangent_of_the_law_are_derivatives(strip_law):
+    law, _ = strip_law
+    strain = np.array([[0.3, -0.1, 0.1], [-0.05, 0.2, -0.2], [0.5, 0.4, 0.0]])
+    for i, step in enumerate(1e-6 * np.eye(3)):
+        ahead, behind = law.respond(strain + step), law.respond(strain - step)
+        assert (ahead[0] - behind[0]) / 2e-6 == pytest.approx(law.stress(strain)[:, i], rel=1e-5, abs=1e-5)
+        assert (ahead[1] - behind[1]) / 2e-6 == pytest.approx(law.tangent(strain)[:, i], rel=1e-4, abs=1e-2)
 
 
-def test_predictions_of_a_yarn_have_the_scatter_of_its_stockinette():
-    names = [
-        f"fabric-cotton-{s}-{d}-{o}"
-        for s in ("stockinette", "rib")
-        for d in DIRECTIONS
-        for o in ("free", "held")
-    ]
-    slope = {"free": 2.4, "held": 1.2}
-    histories = {name: both_ways(cell_of(slope[name.split("-")[-1]], 1.0)) for name in names}
-    table = tabulate_predictions(histories)
-    assert list(table.columns) == [
-        "yarn",
-        "stitch",
-        "direction",
-        "force_per_width_N_mm",
-        "strain",
-        "lower",
-        "upper",
-    ]
+def test_a_strip_lies_between_its_cells_and_says_nothing_beyond_them():
+    free, held = (synthetic.fabric_cell(other, "course", 0.45) for other in OTHERS)
+    cells = {"free": Pulled.of(free, "course"), "held": Pulled.of(held, "course")}
+    strip = strip_of(cells, synthetic.fabric_cell("free", "shear"), "cotton", "course")
+    assert np.isnan(strip.strain[-2:]).all()  # 0.25 N/mm is beyond the free cell
+    assert (strip.strain[:-2] < cells["free"].strain[:-2]).all()
+    assert (strip.strain[:-2] > cells["held"].strain[:-2]).all()
+    assert (strip.clamps[:-2] > 0).all()
+
+
+def test_predictions_have_the_scatter_of_stockinette_and_what_a_loose_rest_changes():
+    cells = cells_of("cotton-stockinette") | cells_of("cotton-rib", along=400.0)
+    table = tabulate_predictions(cells)
+    assert list(table.columns) == PREDICTED
     assert set(table["stitch"]) == {"rib"}
-    off = np.concatenate(
-        [
-            errors(
-                predict(histories[n], histories[n[:-4] + "held"], n.split("-")[3]).strain,
-                measured("cotton", n.split("-")[3]),
-            )
-            for n in names
-            if n.endswith("free") and "rib" not in n
-        ]
-    )
-    row = table[table["direction"] == "wale"].iloc[2]
-    half = np.hypot(SHARE["wale"][1] * 0.1 * 1.2, 2 * np.sqrt(np.mean(off**2)) * row["strain"])
-    assert row["upper"] - row["strain"] == pytest.approx(half)
+    stockinette = tabulate_stockinette(cells)
+    off = stockinette["error [%]"][stockinette["force per width [N/mm]"].between(0.05, 0.25)] / 100
+    assert ((table["upper"] - table["strain"]) >= 2 * np.sqrt(np.mean(off**2)) * table["strain"]).all()
+    loose = {"fabric-cotton-rib-wale-loose": synthetic.fabric_cell("free", "wale", 1.5, along=200.0)}
+    both = table.merge(tabulate_predictions(cells | loose), on=PREDICTED[:4])
+    wider = both[both["direction"] == "wale"]
+    found = (wider["upper_y"] - wider["strain_y"]) ** 2 - (wider["upper_x"] - wider["strain_x"]) ** 2
+    assert found.to_numpy()[:5] == pytest.approx(
+        wider["strain_x"].to_numpy()[:5] ** 2, rel=0.02
+    )  # twice as far
 
 
-def both_ways(history):
-    """Return a history that is pulled in course and wale direction alike."""
-    return history.map(lambda values: values + values.isel(form=[1, 0, 2]).to_numpy())
+PREDICTED = ["yarn", "stitch", "direction", "force_per_width_N_mm", "strain", "lower", "upper"]

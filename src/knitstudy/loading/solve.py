@@ -123,6 +123,8 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
                     with recorder.meter.paused():
                         checkpoint.save(increment, recorder)
                 run.progress(increment.load, place_on_path(scene.load, increment.load))
+                if _pulled_enough(problem, recorder):
+                    return _history(problem, recorder, last).assign_attrs(full_load=last.load)
                 increment, gaps = next(increments, None), []
     except ConvergenceError as error:
         if last is not None and last.load > 0:
@@ -143,6 +145,13 @@ def _check(problem: Problem, increment: Increment, recorder: Recorder) -> Coarse
         except CoarseIncrement as error:
             coarse = error
     return coarse
+
+
+def _pulled_enough(problem: Problem, recorder: Recorder) -> bool:
+    """Return whether the force per width of a cell has reached the largest that its load asks for."""
+    largest = getattr(problem.scene.load, "largest_force", None)
+    force = recorder.columns.get("force_per_width", [np.zeros(3)])[-1][problem.motion.axis]
+    return largest is not None and abs(force) >= largest
 
 
 def _record(problem: Problem, recorder: Recorder, increment: Increment) -> None:

@@ -1,69 +1,229 @@
-"""Strips of measured fabrics between clamps, from cells whose width is free and cells whose width is held.
+"""Strips of measured fabrics between clamps: membranes with the law that cells of the fabric say.
 
-Clamps hold the width of a strip at its ends, and in its middle it contracts. Its strain at a force per width is
+A strip that is pulled along one axis is in states between those of two cells: its clamps hold the width, and in its
+middle nothing does. At a strain e along, W is taken as quadratic in the strain l across,
 
-    strain = held + share (free - held)
+    W(e, l) = W_free(e) + k(e) (l - l_free(e))^2 / 2 + G g^2 / 2,
 
-of the strains of the two cells at that force. The share depends on the shape of the strip: it is that of a membrane
-with the energy of a cell of acrylic stockinette, for strips of the shapes that were measured (docs/fabrics.md).
+where k is the force across of the cell whose width is held, over the strain across of the free one, and G the shear
+modulus of the cell at rest. The force along of the held cell is not used: it says how good the form is (`misfit`).
 """
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 import xarray as xr
+from scipy.interpolate import BSpline
 
-from knitstudy.errors import DataFileError
+from knitstudy.errors import ConvergenceError, DataFileError
 from knitstudy.loading.history import DIRECTIONS
+from knitstudy.measures.catalogue import several
+from knitstudy.mechanics.membrane_law import MembraneLaw, Parts
+from knitstudy.models.strip import strain_at, stretch_strip
 from knitstudy.study.documents import RESOURCES
+
+log = logging.getLogger(__name__)
 
 FORCES = (0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3)  # N/mm
 JUDGED = slice(1, 6)  # of them: 0.05 to 0.25 N/mm
-
-SHARE = {"course": (0.75, 0.10), "wale": (0.55, 0.15)}
-"""Share of the free cell, and how far it is off at some force: strips of 66.6 x 69.1 mm and of 95.9 x 45.5 mm."""
+KNOTS, ELEMENTS = 30, 8
+CELLS = several("simulation", "fabric-*", fewest=5)
+LENGTH = {"cotton": 0.1}  # of strains, relative: of 3 % of its yarn in a stitch (docs/fabrics.md)
+SMALL = 2e-3  # strain across below which forces say nothing of a stiffness
 
 
 @dataclass(frozen=True, eq=False)
-class Prediction:
-    """Strains of a strip at `FORCES`; nan where a cell was not strained that far."""
+class Pulled:
+    """Strains along (n,) of a cell, rising, with strains across and forces per width along and across [N/m]."""
+
+    along: np.ndarray
+    across: np.ndarray
+    force: np.ndarray
+    force_across: np.ndarray
+
+    @classmethod
+    def of(cls, history: xr.Dataset, direction: str) -> Pulled:
+        """Return the states of a cell that was pulled in a direction; a snap is crossed at constant force."""
+        axis = DIRECTIONS.index(direction)
+        strain, force = (history[name].to_numpy() for name in ("cell_strain", "force_per_width"))
+        rising = np.append(True, force[1:, axis] > np.maximum.accumulate(force[:, axis])[:-1])
+        return cls(*(each[rising, i] for each in (strain, force) for i in (axis, 1 - axis)))
+
+    @property
+    def strain(self) -> np.ndarray:
+        """Strains at `FORCES`; nan beyond the largest force."""
+        return np.interp(FORCES, self.force / 1e3, self.along, right=np.nan)
+
+
+@dataclass(frozen=True, eq=False)
+class StripLaw(MembraneLaw):
+    """The energy above; `force`, `across` and `stiffness` are curves over the strain along."""
+
+    axis: int  # along
+    force: BSpline
+    across: BSpline
+    stiffness: BSpline
+    shear: float  # G [N/m]
+
+    @classmethod
+    def of(cls, free: Pulled, held: Pulled, axis: int, shear: float) -> StripLaw:
+        """Return the law of a fabric that is pulled along an axis, from its two cells."""
+        apart = np.interp(held.along, free.along, free.across)
+        said = np.abs(apart) > SMALL
+        stiffness = -held.force_across[said] / apart[said]
+        return cls(
+            axis,
+            _curve(free.along, free.force),
+            _curve(free.along, free.across),
+            _curve(held.along[said], stiffness, before=0.0),
+            shear,
+        )
+
+    def respond(self, strain: np.ndarray) -> Parts:
+        """Return energy, stress and tangent at strains (..., 3)."""
+        a, b = self.axis, 1 - self.axis
+        one, two = np.sqrt(1 + 2 * strain[..., a]), np.sqrt(1 + 2 * strain[..., b])
+        (T, dT), (f, df, ddf), (k, dk, ddk) = (
+            [curve(one - 1, i) for i in range(many)]
+            for curve, many in ((self.force, 2), (self.across, 3), (self.stiffness, 3))
+        )
+        r = two - 1 - f
+        along, across = T + dk * r**2 / 2 - k * df * r, k * r
+        stress = np.stack([along / one, across / two, self.shear * strain[..., 2]], axis=-1)
+        tangent = np.zeros((*strain.shape, 3))
+        tangent[..., 0, 0] = (
+            dT + ddk * r**2 / 2 - (2 * dk * df + k * ddf) * r + k * df**2 - along / one
+        ) / one**2
+        tangent[..., 1, 1] = (k - across / two) / two**2
+        tangent[..., 0, 1] = tangent[..., 1, 0] = (dk * r - k * df) / one / two
+        tangent[..., 2, 2] = self.shear
+        order = [a, b, 2]
+        work = self.force.antiderivative()
+        energy = work(one - 1) - work(0) + k * r**2 / 2 + self.shear * strain[..., 2] ** 2 / 2
+        return energy, stress[..., order], tangent[..., order, :][..., order]
+
+    def misfit(self, held: Pulled) -> float:
+        """Return the root mean square error of the held cell's force along, over its largest."""
+        r = -self.across(held.along)
+        found = self.force(held.along) + self.stiffness(held.along, 1) * r**2 / 2
+        found -= self.stiffness(held.along) * self.across(held.along, 1) * r
+        return float(np.sqrt(np.mean((found - held.force) ** 2)) / held.force[-1])
+
+
+def _curve(x: np.ndarray, y: np.ndarray, before: float = 1.0) -> BSpline:
+    """Return a smooth curve near values (n,), straight beyond the last and, times a share, before the first.
+
+    A cubic spline with values as coefficients at the means of its knots turns no more often than they do (Schoenberg).
+    """
+    parts = (np.diff(each, prepend=each[0]) / (np.ptp(each) or 1.0) for each in (x, y))
+    path = np.cumsum(np.hypot(*parts))
+    at = np.linspace(0, path[-1], KNOTS)
+    x, y = (np.interp(at, path, each) for each in (x, y))
+    first, last = (np.diff(y) / np.diff(x))[[0, -1]]
+    x, y = [x[0] - 1, *x, x[-1] + 4], [y[0] - before * first, *y, y[-1] + 4 * last]
+    knots = np.concatenate([[x[0]] * 3, x, [x[-1]] * 3])
+    means = (knots[1:-3] + knots[2:-2] + knots[3:-1]) / 3
+    return BSpline(knots, np.interp(means, x, y), 3)
+
+
+@dataclass(frozen=True, eq=False)
+class Strip:
+    """Strains at `FORCES` of a strip between clamps; nan where its cells were not strained that far."""
 
     strain: np.ndarray
-    clamps: np.ndarray  # by how much the share may change it
+    clamps: np.ndarray  # by how much strips of half and twice the length differ from it, the larger one
+    loose: np.ndarray  # relative change of the free cell's strains without friction on the way to rest
 
 
-def strain_of_cell(history: xr.Dataset, direction: str) -> np.ndarray:
-    """Return the strains at `FORCES` of a cell pulled in a direction; nan beyond its largest force."""
-    axis = DIRECTIONS.index(direction)
-    force = history["force_per_width"].to_numpy()[:, axis] / 1e3
-    strain = history["cell_strain"].to_numpy()[:, axis]
-    rising = np.append(
-        True, force[1:] > np.maximum.accumulate(force)[:-1]
-    )  # a snap is crossed at constant force
-    return np.interp(FORCES, force[rising], strain[rising], right=np.nan)
+def strip_of(cells: Mapping[str, Pulled], sheared: xr.Dataset, yarn: str, direction: str) -> Strip:
+    """Return the strip of the measured size from cells by their names: free, held and, perhaps, loose."""
+    axis, free, held = DIRECTIONS.index(direction), cells["free"], cells["held"]
+    shear = sheared["force_per_width"].to_numpy()[-1, 2] / sheared["cell_strain"].to_numpy()[-1, 2]
+    law, force = StripLaw.of(free, held, axis, float(shear)), 1e3 * np.array(FORCES)
+    length, width = (
+        measured(yarn, direction)[name].iloc[0] / 1e3 for name in ("clamp_distance_mm", "width_mm")
+    )
+
+    def strain(times: float) -> np.ndarray:
+        far, size = np.nanmax(free.strain), (times * length, width)
+        try:
+            strip = stretch_strip(law, *size, far, axis, elements=ELEMENTS, largest_force=force[-1])
+        except ConvergenceError as error:
+            log.warning("%s; beyond it the share of the free cell stays what it is", error)
+            strip = error.history
+        share = (strain_at(strip, force) - held.strain) / (free.strain - held.strain)
+        return held.strain + pd.Series(share).ffill().to_numpy() * (free.strain - held.strain)
+
+    between, *others = (strain(times) for times in (1.0, 0.5, 2.0))
+    loose = cells["loose"].strain / free.strain - 1 if "loose" in cells else np.zeros(len(FORCES))
+    return Strip(between, np.max(np.abs(np.array(others) - between), axis=0), loose)
 
 
-def predict(free: xr.Dataset, held: xr.Dataset, direction: str) -> Prediction:
-    """Return the strains of a strip between clamps from its two cells."""
-    share, off = SHARE[direction]
-    apart = strain_of_cell(free, direction) - strain_of_cell(held, direction)
-    return Prediction(strain_of_cell(held, direction) + share * apart, off * np.abs(apart))
-
-
-def measured(yarn: str, direction: str) -> np.ndarray:
-    """Return the measured strains of stockinette at `FORCES`; DataFileError if there are none."""
+def measured(yarn: str, direction: str) -> pd.DataFrame:
+    """Return what is measured of stockinette in a direction; DataFileError if there is nothing."""
     table = pd.read_csv(RESOURCES / "measured" / "stockinette.csv")
     table = table[(table["yarn"] == yarn) & (table["direction"] == direction)]
     if table.empty:
         raise DataFileError(
             f"resources/measured/stockinette.csv: has no curve of {yarn} in {direction} direction"
         )
+    return table
+
+
+def measured_strain(yarn: str, direction: str) -> np.ndarray:
+    """Return the measured strains of stockinette at `FORCES`."""
+    table = measured(yarn, direction)
     return np.interp(FORCES, table["force_per_width_N_mm"], table["strain"], right=np.nan)
 
 
-def errors(predicted: np.ndarray, curve: np.ndarray) -> np.ndarray:
-    """Return the relative errors of strains at the forces that are judged."""
-    return predicted[JUDGED] / curve[JUDGED] - 1
+FITTED = "stockinette"  # the only stitch whose curves have a say in values of yarns
+
+
+def predicted(cells: Mapping[str, xr.Dataset]) -> pd.DataFrame:
+    """Return strains of all fabrics whose cells are there, at `FORCES`, and how low or high they may be.
+
+    Cells are histories by the names of their scenes, fabric-YARN-STITCH-DIRECTION-OTHER. Parts of the interval are
+    added as squares: twice the root mean square error of that yarn's stockinette in both directions, or the largest at
+    that force; half or twice the length of the strip; what a rest without friction changes, less what it changes of
+    stockinette; `LENGTH`. A yarn without stockinette is left out.
+    """
+    strips = {}
+    for yarn, stitch in dict.fromkeys(tuple(name.split("-")[1:3]) for name in cells):
+        for direction in DIRECTIONS:
+            names = {name.split("-")[-1]: name for name in cells if f"-{yarn}-{stitch}-{direction}-" in name}
+            sheared = f"fabric-{yarn}-{stitch}-shear-free"
+            if {"free", "held"} <= set(names) and sheared in cells:
+                pulled = {other: Pulled.of(cells[name], direction) for other, name in names.items()}
+                strips[yarn, stitch, direction] = strip_of(pulled, cells[sheared], yarn, direction)
+    parts = []
+    for (yarn, stitch, direction), strip in strips.items():
+        known = [strips.get((yarn, FITTED, each)) for each in DIRECTIONS]
+        if None in known:
+            continue
+        curves = np.array([measured_strain(yarn, each) for each in DIRECTIONS])
+        off = np.array([each.strain for each in known]) / curves - 1
+        scatter = 2 * np.sqrt(np.nanmean(off[:, JUDGED] ** 2))
+        scatter = np.fmax(scatter, np.nanmax(np.abs(off), axis=0))
+        loose = np.nan_to_num(strip.loose - strips[yarn, FITTED, direction].loose)
+        share = np.sqrt(scatter**2 + LENGTH.get(yarn, 0.0) ** 2 + loose**2)
+        half = np.hypot(strip.clamps, share * strip.strain)
+        rows = {
+            "yarn": yarn,
+            "stitch": stitch,
+            "direction": direction,
+            "force_per_width_N_mm": FORCES,
+            "strain": strip.strain,
+            "lower": np.maximum(strip.strain - half, 0.0),
+            "upper": strip.strain + half,
+        }
+        parts.append(pd.DataFrame(rows))
+    if not parts:
+        raise DataFileError(
+            "no yarn has cells of stockinette, free and held, in both directions, and sheared"
+        )
+    return pd.concat(parts, ignore_index=True)

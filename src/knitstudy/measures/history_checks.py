@@ -73,7 +73,7 @@ def faults(history: xr.Dataset, scene: Scene) -> list[str]:
     ]
     if found:
         return found
-    if (load := values["load"][-1]) != 1.0:
+    if (load := values["load"][-1]) != history.attrs.get("full_load", 1.0):
         found.append(f"ends at load factor {load:.6g}")
     if (left := float(history["residual"].max())) > scene.solver.residual_tolerance:
         found.append(f"residual {left:.2e}")

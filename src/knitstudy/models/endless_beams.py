@@ -38,6 +38,9 @@ KEPT |= {f"touching_{field}": field for field in ("arm", "normal", "share", "for
 STRIDE = 0.1  # largest displacement that one correction may make, over the diameter
 
 
+RELAXATION = 20  # increments of the way to rest, where none of them fails
+
+
 @dataclass(frozen=True, eq=False)
 class Rows:
     """The yarns of one period, divided into beams."""
@@ -182,7 +185,7 @@ def relax(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
     prescribed = PrescribedDisplacement(HELD, np.zeros(len(HELD)))
     # Yarns that did not touch have come far in an increment for nothing: the next one begins where they are.
     settings = settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter)
-    settings = replace(settings, predictor=0)
+    settings = replace(settings, predictor=0, increments=RELAXATION)
     try:
         *_, last = trace(model, prescribed, settings, LU())
     except ConvergenceError as error:

@@ -33,13 +33,14 @@ def stretch_strip(
     clamped: bool = True,
     elements: int = ELEMENTS,
     increments: int | None = None,
+    largest_force: float = np.inf,
 ) -> xr.Dataset:
     """Return forces and widths of a strip of a length and width [m] that is pulled to a strain.
 
     It is pulled in course (`axis` 0) or wale direction (1). Strains are displacements over the length between the
     clamps, forces per width those of the undeformed edge. Without clamps the strip is free across, as an endless
-    fabric is: one element, whose ends stay straight.
-    Raises ConvergenceError if Newton's method finds no equilibrium.
+    fabric is: one element, whose ends stay straight. The pull ends early at the largest force per width [N/m].
+    Raises ConvergenceError if Newton's method finds no equilibrium; its `history` is the strip so far.
     """
     if not clamped:
         elements = 1
@@ -55,7 +56,7 @@ def stretch_strip(
     many = increments or max(5, ceil(abs(strain) / INCREMENT))
     settings = Settings(increments=many, vain=NEVER)
     found: dict[str, list] = {name: [] for name in ("strain", *VARIABLES)}
-    middle = across[number.shape[0] // 2]
+    middle, failure = across[number.shape[0] // 2], None
     try:
         for increment in trace(model, PrescribedDisplacement(fixed, value), settings, LU()):
             moved = increment.state.ravel()
@@ -66,17 +67,24 @@ def stretch_strip(
             found["least_force"].append(inner[..., 0].min())
             found["largest_force"].append(inner[..., 1].max())
             last = moved
+            if found["force_per_width"][-1] >= largest_force:
+                break
     except ConvergenceError as error:
-        raise ConvergenceError(
+        failure = ConvergenceError(
             f"a strip of {length:.4g} x {width:.4g} m finds no equilibrium at a strain of {strain:g}: {error}"
-        ) from error
+        )
+        failure.__cause__ = error
     profile = 1 + (last[across[:, -1]] - last[across[:, 0]]) / width
-    return xr.Dataset(
+    strip = xr.Dataset(
         {name: ("increment", np.array(found[name]), VARIABLES[name]) for name in VARIABLES}
         | {"profile": ("position", profile, {"units": "1", "long_name": "width over width at rest"})},
         {"strain": ("increment", np.array(found["strain"])), "position": place[number[:, 0], 0]},
         {"length": length, "width": width, "axis": axis, "clamped": int(clamped)},
     )
+    if failure is not None:
+        failure.history = strip
+        raise failure
+    return strip
 
 
 VARIABLES = {

@@ -1,7 +1,7 @@
 """Tables of studies that take hours, kept in ``resources`` with the digest behind them, and the pages that show them.
 
-``python -m knitstudy.stages.kept_tables reference``, ``verdicts``, ``trade`` or ``loops`` keeps a table of the results
-that are there; `make reference`, `make verdicts`, `make trade` and `make loops` make them first.
+``python -m knitstudy.stages.kept_tables NAME`` keeps a table (`KEEPERS`) of results that are there; `make NAME` makes
+them first.
 """
 
 from __future__ import annotations
@@ -241,12 +241,26 @@ def keep_loops(config: Path = CONFIG) -> str:
     return f"{(table['outcome'] == OUTCOMES[0]).sum()} of {len(table)} loops fit: {LOOPS}"
 
 
+# Predictions of fabrics
+
+
+def keep_predictions(config: Path = CONFIG) -> str:
+    """Keep the predictions of the study `fabrics` and its figure; return what was kept."""
+    kept, picture = RESOURCES / "predictions.csv", Path("docs/fabrics.webp")
+    table = read_table(RESULTS / "tables" / kept.name)
+    with replacing(picture) as temporary:
+        temporary.write_bytes(ScreenPicture.of(RESULTS / "figures" / "fig_fabrics.png").content)
+    write_table(table.round(4), kept)
+    return f"{len(table)} predicted strains: {kept}, {picture}"
+
+
 KEEPERS = {
     "reference": keep_reference,
     "verdicts": keep_verdicts,
     "trade": keep_trade,
     "extremes": keep_extremes,
     "loops": keep_loops,
+    "predictions": keep_predictions,
 }
 
 if __name__ == "__main__":

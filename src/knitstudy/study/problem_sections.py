@@ -360,6 +360,11 @@ class CellStrain(Tension):
             )
         return self
 
+    largest_force: float | None = physics(
+        "choice", unit="N/m", default=None, gt=0, allowed="a force per width, or null"
+    )
+    """The way ends where that along the load has reached it; null: at full strain. Checked: 310 N/m."""
+
     deformation: Literal["course", "wale", "biaxial", "shear"] = physics("choice", default="course")
     """Strains in the plane that define a shell's stiffness. Checked: all four."""
 

@@ -1,0 +1,49 @@
+"""Force per width over strain of measured fabrics: stockinette beside its measurement, and predictions of others."""
+
+from __future__ import annotations
+
+from itertools import product
+
+from matplotlib.figure import Figure
+
+from knitstudy.figures.catalogue import FIGURES
+from knitstudy.figures.style import DOUBLE, INK, YARNS, figure, panel_letter, shared_legend
+from knitstudy.loading.history import DIRECTIONS
+from knitstudy.measures.catalogue import Datasets
+from knitstudy.measures.fabrics import CELLS, FITTED, measured, predicted
+
+STITCHES = (FITTED, "garter", "rib", "seed")
+
+
+@FIGURES.add(
+    "fig_fabrics",
+    "Fabrics of measured yarns between clamps: measured and predicted",
+    results={"cells": CELLS},
+)
+def draw(cells: Datasets) -> Figure:
+    """Draw a panel for every yarn and direction: points measured of stockinette, curves and intervals predicted."""
+    table = predicted(cells)
+    yarns = list(dict.fromkeys(table["yarn"]))
+    drawing = figure(DOUBLE, 0.42 * DOUBLE * len(yarns), layout="constrained")
+    panels = drawing.subplots(len(yarns), 2, squeeze=False, sharex="col", sharey=True)
+    for axes, (yarn, direction), letter in zip(
+        panels.flat, product(yarns, DIRECTIONS), "abcdefgh", strict=False
+    ):
+        rows = table[(table["yarn"] == yarn) & (table["direction"] == direction)]
+        for stitch, colour in zip(STITCHES, (INK, *YARNS), strict=False):
+            curve = rows[rows["stitch"] == stitch]
+            force = curve["force_per_width_N_mm"]
+            axes.plot([0, *curve["strain"]], [0, *force], color=colour, label=f"{stitch}, predicted")
+            axes.fill_betweenx(force, curve["lower"], curve["upper"], color=colour, alpha=0.2, lw=0)
+        known = measured(yarn, direction)
+        strain, spread, force = (known[name] for name in ("strain", "strain_sd", "force_per_width_N_mm"))
+        said = f"{FITTED}, measured (bars: standard deviation)"
+        axes.errorbar(strain, force, xerr=spread, fmt="o", color=INK, mfc="none", lw=0.7, label=said)
+        panel_letter(axes, letter, f"{yarn}, {direction}")
+        axes.set(ylim=(0, 0.32), xlim=(0, None))
+    for axes in panels[-1]:
+        axes.set_xlabel("strain between clamps (1)")
+    for axes in panels[:, 0]:
+        axes.set_ylabel("force per width (N/mm)")
+    shared_legend(drawing, loc="outside lower center", ncols=3)
+    return drawing
