@@ -78,14 +78,12 @@ def strip(law: Path, length: float, width: float, strain: float, direction: str,
     """Pull a strip of a fabric with a LAW (.nc, of `knitstudy membrane`) between clamps that hold its edges.
 
     Printed are strains between the clamps at some forces per width, beside those of the endless fabric, which is free
-    across. The curve (.csv) can be a measured one for `knitstudy compare`; the picture has the profile of the strip.
+    across. The curve (.csv) can be a measured one for `knitstudy compare`, which draws it.
 
     \b
     knitstudy strip jersey.nc --length 0.0691 --width 0.0666 --strain 0.5
     knitstudy strip jersey.nc --length 0.0455 --width 0.0959 --strain 0.3 --direction wale
     """
-    from knitstudy.cli.plot import draw_strip
-    from knitstudy.figures.style import save
     from knitstudy.measures.membrane_fit import law_of
     from knitstudy.models.strip import WRINKLES, strain_at, stretch_strip
 
@@ -100,7 +98,6 @@ def strip(law: Path, length: float, width: float, strain: float, direction: str,
     table["width half way over width at rest [1]"] = pulled["waist"]
     table["force per width, free across [N/m]"] = free["force_per_width"]
     write_table(table, path)
-    save(draw_strip(pulled, free), [path.with_suffix(".png")], {}, f"{law.stem}, {direction}")
     forces = np.array(SHARES) * float(min(each["force_per_width"][-1] for each in (pulled, free)))
     strains = [strain_at(each, forces) for each in (pulled, free)]
     rows = np.column_stack([forces, *strains, 100 * (strains[0] / strains[1] - 1)])
@@ -117,4 +114,4 @@ def strip(law: Path, length: float, width: float, strain: float, direction: str,
     if (share := float(-pulled["least_force"][-1] / pulled["largest_force"][-1])) > WRINKLES:
         said = f"compressed by {100 * share:.2g} % of the largest force: a fabric wrinkles there"
         click.echo(said, err=True)
-    click.echo(f"{path}, .png: {law.stem} between clamps, {length:g} x {width:g} m", err=True)
+    click.echo(f"{path}: {law.stem} between clamps, {length:g} x {width:g} m", err=True)

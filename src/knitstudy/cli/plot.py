@@ -136,20 +136,6 @@ def draw_curves(curves: Mapping[str, pd.Series]) -> Figure:
     return drawing
 
 
-@styled
-def draw_strip(pulled: xr.Dataset, free: xr.Dataset) -> Figure:
-    """Draw force over strain of a strip between clamps and of the endless fabric, and the width along the strip."""
-    drawing = figure(2.2 * SINGLE, SINGLE, layout="constrained")
-    curve, profile = drawing.subplots(1, 2)
-    for strip, label, line in ((pulled, "between clamps", "-"), (free, "free across", "--")):
-        curve.plot(PERCENT * strip["strain"], strip["force_per_width"], line, color=INK, label=label)
-        profile.plot(strip["position"], strip["profile"], line, color=INK)
-    curve.set(xlabel="strain (%)", ylabel="force per width (N/m)", xlim=(0, None), ylim=(0, None))
-    curve.legend()
-    profile.set(xlabel="place along the strip over its length (1)", ylabel="width over width at rest (1)")
-    return drawing
-
-
 def _in_the_plane(axes: Axes) -> None:
     axes.set(xlabel="x, course (mm)", ylabel="y, wale (mm)", aspect="equal")
 

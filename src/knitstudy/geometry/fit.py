@@ -266,8 +266,7 @@ class _Room:
         path: _Path,
         share: float | None,
         settings: Any,
-        at: tuple[np.ndarray, np.ndarray]
-        | None = None,  # crossings without images, and where they are looked for
+        at: Any = None,  # crossings without images, and where they are looked for
     ):
         self.unit, self.path, self.settings = unit, path, settings
         self.cost = cost = CostFunction(unit, settings)
@@ -291,10 +290,8 @@ class _Room:
         rows, images = (np.concatenate(each) for each in zip(*images, strict=True))
         near = away_from_crossings(approaches(unit, NEAR), rows[:, 0], images)
         near = near[near["distance"] < unit.target + WATCHED]
-        pairs, places = (
-            near[["row", "above"]].to_numpy().astype(int).cumsum(axis=1),
-            near[["u", "v"]].to_numpy(),
-        )
+        pairs = near[["row", "above"]].to_numpy().astype(int).cumsum(axis=1)
+        places = near[["u", "v"]].to_numpy()
         different = first_of_orbits(group, pairs, places)  # of images by symmetry one is enough
         self.near, pairs, places = near[different], pairs[different], places[different]
         self._motions = symmetric_motions(np.ones((count, 3), dtype=bool), group)

@@ -72,10 +72,8 @@ def symmetries(loop):
         if (sign[1] < 0) != (by % count > 0):
             continue  # heads become sinkers where the knit is turned upside down, and only there
         each = Symmetry(np.array(sign), by, up, loop.rows, period)
-        (over_rows, i), (over, image) = (
-            np.divmod(each.row(row), loop.rows),
-            np.divmod(sign[0] * k + by, period),
-        )
+        over_rows, i = np.divmod(each.row(row), loop.rows)
+        over, image = np.divmod(sign[0] * k + by, period)
         there = points[i * period + image] + over[:, None] * loop.advance
         apart = there + (over_rows * loop.rows)[:, None] * loop.rise - points * sign
         misses[(*sign, by, up)] = miss = np.abs(apart - apart[0]).max()

@@ -26,8 +26,7 @@ class MembraneModel(Memoryless):
     def __init__(
         self,
         nodes: np.ndarray,  # (N, 2) undeformed [m]
-        # int (E, (p + 1)^2), nodes of every element, line by line
-        elements: np.ndarray,
+        elements: np.ndarray,  # int (E, (p + 1)^2), their nodes, line by line
         law: MembraneLaw,
     ) -> None:
         self.nodes, self.elements, self.law = nodes, elements, law
@@ -41,9 +40,8 @@ class MembraneModel(Memoryless):
         self.size = nodes.size
         self.scale = np.ones(self.size)
         self.length = float(np.sqrt(self.area.sum() / len(elements)))
-        self._assembly = Assembly(
-            [elements], len(nodes), block=2, pairs=elements.shape[1] ** 2 * len(elements)
-        )
+        pairs = elements.shape[1] ** 2 * len(elements)
+        self._assembly = Assembly([elements], len(nodes), block=2, pairs=pairs)
 
     def start(self) -> np.ndarray:
         """Return the undeformed state."""
