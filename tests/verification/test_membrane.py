@@ -116,5 +116,11 @@ def test_clamps_leave_the_strip_its_balance():
 
 
 def test_a_strip_that_finds_no_equilibrium_is_refused():
-    with pytest.raises(ConvergenceError, match="finds no equilibrium at a strain of -1"):
+    with pytest.raises(ConvergenceError, match="finds no equilibrium at a strain of -1") as refused:
         stretch_strip(FABRIC, 1.0, 1.0, -1.0, elements=1)
+    assert refused.value.history["strain"][-1] < 0  # what was found before
+
+
+def test_a_strip_ends_at_its_largest_force():
+    force = stretch_strip(FABRIC, 1.0, 1.0, 0.3, elements=2, largest_force=50.0)["force_per_width"].to_numpy()
+    assert force[-1] >= 50.0 > force[-2]

@@ -208,7 +208,7 @@ def predicted(cells: Mapping[str, xr.Dataset]) -> pd.DataFrame:
         curves = np.array([measured_strain(yarn, each) for each in DIRECTIONS])
         off = np.array([each.strain for each in known]) / curves - 1
         scatter = 2 * np.sqrt(np.nanmean(off[:, JUDGED] ** 2))
-        scatter = np.fmax(scatter, np.nanmax(np.abs(off), axis=0))
+        scatter = np.fmax(scatter, np.fmax.reduce(np.abs(off)))
         loose = np.nan_to_num(strip.loose - strips[yarn, FITTED, direction].loose)
         share = np.sqrt(scatter**2 + LENGTH.get(yarn, 0.0) ** 2 + loose**2)
         half = np.hypot(strip.clamps, share * strip.strain)
