@@ -164,7 +164,7 @@ def test_predictions_have_the_scatter_of_stockinette_and_what_a_loose_rest_chang
     table = tabulate_predictions(cells)
     assert list(table.columns) == PREDICTED
     assert set(table["stitch"]) == {"rib"}
-    stockinette = tabulate_stockinette(cells)
+    stockinette = tabulate_stockinette(cells_of("cotton-stockinette"))
     off = stockinette["error [%]"][stockinette["force per width [N/mm]"].between(0.05, 0.25)] / 100
     assert ((table["upper"] - table["strain"]) >= 2 * np.sqrt(np.mean(off**2)) * table["strain"]).all()
     loose = {"fabric-cotton-rib-wale-loose": synthetic.fabric_cell("free", "wale", 1.5, along=200.0)}
