@@ -74,7 +74,7 @@ def initial_loop(scene):
 
 def drawn_radius(scene):
     """Radius that loops are drawn for [m]."""
-    return 0.5 * scene.yarn.diameter * scene.geometry.diameter_share
+    return 0.5 * scene.yarn.diameter * (scene.value("geometry.diameter_share") or 1.0)
 
 
 def _wanted(scene):
