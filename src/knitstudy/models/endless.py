@@ -22,7 +22,7 @@ from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import cell_path
 from knitstudy.loading.solve import Problem, Reported, settings_of
 from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
+from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.periodic import Lattice, PeriodicModel, Seam, condensed, seam
 from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace
@@ -47,18 +47,12 @@ def problem(scene: Scene, fabric: Fabric, parts: Discretisation) -> Problem:
     Raises MeshError if a crossing cannot be tied, or yarns overlap.
     """
     cell = assemble(scene, fabric, parts)
-    yarns, model, lattice, load = cell.yarns, cell.model, cell.lattice, scene.load
-    motion, prescribed = cell_path(load, lattice.lengths)
-    held = np.zeros((len(motion.displacement), len(FIXED)))
+    yarns, model, load = cell.yarns, cell.model, scene.load
+    motion, prescribed = cell_path(load, cell.lattice.lengths, FIXED, model.size)
     return Problem(
         scene=scene,
         model=model,
-        prescribed=PrescribedDisplacement(
-            np.concatenate([FIXED, model.lattice[prescribed]]),
-            np.concatenate([held, motion.displacement[:, prescribed]], axis=1),
-            motion.corners,
-            motion.stops,
-        ),
+        prescribed=prescribed,
         settings=settings_of(scene, yarns.touches),
         motion=motion,
         driven=model.lattice[None],

@@ -57,16 +57,15 @@ class Scene:
         does not have are left out. The scene remembers them, so that `vary` can make it one of another kind.
         Raises ConfigurationError when a key is unknown, missing, of another kind or has a value that is not allowed.
         """
-        yarn: dict[str, float] = {}
-        if OF in flat(document):
-            said, yarn = without_yarn(flat(document), where)
-            document, defaults = nested(said, where), nested(flat(defaults) | yarn, where)
-        document = nested_in_base_keys(document, where)
+        said, yarn = without_yarn(flat(document), where)
+        document = nested(said := in_base_keys(said, where), where)
+        if yarn:
+            defaults = nested(flat(defaults) | yarn, where)
         document = {name: defaults[name] for name in Labels.model_fields if name in defaults} | document
         labels = labels_of(document, where)
         kind = Kind.of(labels, where)
         _require_all_of_yarn(kind, yarn, where)
-        for key in _dotted(document):
+        for key in said:
             if not kind.has(key):
                 raise ConfigurationError(f"{where}: {not_of_kind(kind, key)}")
         sections = {}
@@ -279,15 +278,6 @@ def _require_all_of_yarn(kind: Kind, given: Mapping[str, float], where: str) -> 
         raise ConfigurationError(f"{where}: {OF} gives {', '.join(lost)}, {of}; {remedy}")
 
 
-def nested_in_base_keys(document: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """Return a nested document with base keys for all other ways to say them; see `knitstudy.study.given`."""
-    said = flat(document)
-    base = in_base_keys(said, where)
-    if base == said:
-        return dict(document)
-    return nested(base, where)
-
-
 def nested(said: Mapping[str, Any], where: str) -> dict[str, Any]:
     """Return nested keys from dotted ones; ConfigurationError where one does not exist."""
     found: dict[str, Any] = {}
@@ -308,15 +298,6 @@ def differences(scene: Scene, defaults: Mapping[str, Any]) -> dict[str, Any]:
 def digest(document: Any) -> str:
     """Return a short hash of plain data; numbers enter with all their digits."""
     return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()[:16]
-
-
-def _dotted(document: Mapping) -> list[str]:
-    """Return the dotted keys of a document, and sections that are empty or no groups by their names."""
-    found: list[str] = []
-    for name, inside in document.items():
-        parts = inside if isinstance(inside, Mapping) else ()
-        found += [f"{name}.{part}" for part in parts] or [str(name)]
-    return found
 
 
 # What a key of one section allows of another; sections check themselves
