@@ -75,7 +75,8 @@ class Scene:
                 own = {key: below[key] for key in section.model_fields if key in below} | dict(own)
             sections[name] = validated(section, own, where, f"{name}.")
         scene = cls(labels, kind, sections, defaults)
-        check_keys_together(scene, where)
+        for message in _contradictions(scene):
+            raise ConfigurationError(f"{where}: {message}")
         return scene
 
     def __getattr__(self, name: str) -> Section:
@@ -301,12 +302,6 @@ def digest(document: Any) -> str:
 
 
 # What a key of one section allows of another; sections check themselves
-
-
-def check_keys_together(scene: Scene, where: str) -> None:
-    """Check the sections of a scene against each other; a ConfigurationError names both keys."""
-    for message in _contradictions(scene):
-        raise ConfigurationError(f"{where}: {message}")
 
 
 def _contradictions(scene: Scene) -> Iterator[str]:
