@@ -43,7 +43,8 @@ def membrane(results: tuple[Path, ...], output: Path, error: float) -> None:
     _require_one_fabric(results)
     fitted = membrane_fit.membrane(histories, error=error)
     write_dataset(fitted, output)
-    table = membrane_fit.tabulated(fitted)
+    table, half = fitted["value"].to_dataframe().reset_index(), fitted["half_interval"].to_numpy()
+    table = table.assign(**{"95 % from": table["value"] - half, "to": table["value"] + half})
     write_table(table, output.with_suffix(".csv"))
     for dialect in LAWS:
         write_membrane(fitted, output.with_suffix(f".{dialect}.inp"), dialect, output.stem)

@@ -15,7 +15,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pandas as pd
 import xarray as xr
 from scipy.optimize import nnls
 from scipy.stats import t as student
@@ -165,7 +164,7 @@ def fit_exponentials(
     parts = root @ forms.T, root[:, curved]
     half = level * np.concatenate([np.linalg.norm(part, axis=0) for part in parts])
     names = [f"A_{AXES[j]}_{AXES[i]} [N/m]" for i, j in zip(*ENTRIES, strict=True)]
-    names += [f"w ({_said(each)}) [N/m]" for each in slope[curved]]
+    names += [f"w ({' '.join(f'{a:.3g}' for a in each)}) [N/m]" for each in slope[curved]]
     value = np.concatenate([law.form[ENTRIES], weight[curved]])
     return LawFit(law, tuple(names), value, half, residual.reshape(-1, 3), states)
 
@@ -182,10 +181,6 @@ def _dictionary(mirrored: bool, sizes: Sequence[float]) -> tuple[np.ndarray, np.
     size, angle, shear = (each.ravel() for each in np.meshgrid(sizes, ANGLES, shears, indexing="ij"))
     plane = np.stack([np.cos(angle) * np.cos(shear), np.sin(angle) * np.cos(shear), np.sin(shear)], axis=-1)
     return np.where(size > 0, size, 1.0)[:, None] * plane, size
-
-
-def _said(slope: np.ndarray) -> str:
-    return " ".join(f"{each:.3g}" for each in slope)
 
 
 def membrane(
@@ -214,13 +209,6 @@ def membrane(
         },
         {"coefficient": list(fit.names), "path": list(paths), "of_path": ["root mean square", "largest"]},
     ).assign_attrs(error=fit.error, linear_error=linear.error, states=len(states.path))
-
-
-def tabulated(fitted: xr.Dataset) -> pd.DataFrame:
-    """Return the coefficients of a dataset that `membrane` made, a row each, with their 95 % intervals."""
-    value, half = fitted["value"].to_numpy(), fitted["half_interval"].to_numpy()
-    columns = {"coefficient": fitted["coefficient"].to_numpy(), "value": value}
-    return pd.DataFrame(columns | {"95 % from": value - half, "to": value + half})
 
 
 def law_of(fitted: xr.Dataset) -> ExponentialLaw:

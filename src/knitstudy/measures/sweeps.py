@@ -16,7 +16,7 @@ from math import nan
 
 import pandas as pd
 
-from knitstudy.measures.catalogue import Datasets, Scenes
+from knitstudy.measures.catalogue import Datasets, Scenes, several
 from knitstudy.measures.discretisation import SOLID_YARNS, discretisation
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import reference_of
@@ -33,6 +33,9 @@ SWEPT = re.compile(r"sweep-(wale|length|shape)(?:-([cd])\d+)?-(tie|isotropic)-co
 # Names of knits with the drawn loop by interaction, and the end of the names of sweeps with the same yarns.
 DRAWN = {"yarns-{}-course": None, "yarns-{}-course-p3": "p3", "dns-{}-course": "hexahedra"}
 KNITS = {name.format(kind): (kind, end) for kind in ("tie", "isotropic") for name, end in DRAWN.items()}
+
+RESULTS = {"drawn": several("simulation", *KNITS), "sweeps": several("simulation", "sweep-*")}
+"""Results that displays of the sweeps are made from."""
 
 NEXT_DEGREE = "-p3"
 

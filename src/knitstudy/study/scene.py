@@ -18,10 +18,10 @@ import numpy as np
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.materials import MATERIALS
-from knitstudy.study.given import POINTS, in_base_keys
+from knitstudy.study.given import in_base_keys, without_yarn
 from knitstudy.study.keys import Section, describe, lists, tuples, validated
 from knitstudy.study.kinds import Kind, Labels, all_sections, labels_of, not_of_kind, unknown_key
-from knitstudy.study.yarns import LENGTH, OF, STITCHES, keys_of_yarn
+from knitstudy.study.yarns import OF
 
 SOLID = ("hexahedra", "spline_yarns")  # Fidelities whose material may have an axis
 
@@ -254,21 +254,6 @@ def flat(document: Mapping[str, Any]) -> dict[str, Any]:
         parts = {f"{key}.{part}": each for part, each in value.items()} if isinstance(value, dict) else {}
         found |= parts if isinstance(value, dict) else {key: value}
     return found
-
-
-def without_yarn(said: Mapping[str, Any], where: str) -> tuple[dict[str, Any], dict[str, float]]:
-    """Return dotted keys without the name of a yarn, and the keys that the yarn gives beside them.
-
-    The yarn in a loop is among the former: it asks for a loop that is drawn.
-    """
-    said = dict(said)
-    if OF not in said:
-        return said, {}
-    given = keys_of_yarn(said.pop(OF), said.get(STITCHES), where)
-    length = given.pop(LENGTH, None)
-    if length is not None and (said.get(LENGTH), said.get(POINTS)) == (None, None):
-        said[LENGTH] = length
-    return said, given
 
 
 def _require_all_of_yarn(kind: Kind, given: Mapping[str, float], where: str) -> None:

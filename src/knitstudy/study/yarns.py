@@ -30,8 +30,6 @@ KEYS = {
 }
 """The key of a scene, and its unit, of every value of a yarn."""
 
-LENGTH, STITCHES = "pattern.loop_length", "pattern.stitches"
-
 
 class Value(Section):
     """A value of a yarn."""
@@ -84,16 +82,3 @@ def read_yarn(name: str, where: str = OF) -> YarnFile:
             raise ConfigurationError(f"{where}: {part}.value must be null {only}")
     lengths = tuple(validated(LoopLength, each, where, "loop_lengths.") for each in yarn.loop_lengths)
     return yarn.model_copy(update={"values": values, "loop_lengths": lengths})
-
-
-def keys_of_yarn(name: str, stitches: Any, where: str) -> dict[str, float]:
-    """Return the keys that a yarn gives a scene, by dotted name, but for values that are not known.
-
-    The yarn in a loop is that of a fabric of the same `stitches`, if the scene says them and the file has them.
-    """
-    yarn = read_yarn(name, where)
-    found = {KEYS[part][0]: each.value for part, each in yarn.values.items() if each.value is not None}
-    for length in yarn.loop_lengths:
-        if stitches is not None and list(length.stitches) == list(stitches) and length.value is not None:
-            found[LENGTH] = length.value
-    return found
