@@ -58,7 +58,7 @@ def stretch_strip(
     try:
         for increment in trace(model, PrescribedDisplacement(fixed, value), settings, LU()):
             moved = increment.state.ravel()
-            inner = principal(model.deformation(increment.state), model.stress(increment.state))
+            inner = model.principal_forces(increment.state)
             force = increment.response.force[along[-1]].sum() / width
             waist = 1 + (moved[middle[-1]] - moved[middle[0]]) / width
             rows.append((increment.load * strain, force, waist, inner[..., 0].min(), inner[..., 1].max()))
@@ -89,12 +89,6 @@ VARIABLES = {
     "least_force": {"units": "N/m", "long_name": "least principal force per deformed width"},
     "largest_force": {"units": "N/m", "long_name": "largest principal force per deformed width"},
 }
-
-
-def principal(gradient: np.ndarray, stress: np.ndarray) -> np.ndarray:
-    """Return the principal forces per deformed width (..., 2), rising, of F (..., 2, 2) and S (..., 3) [N/m]."""
-    cauchy = gradient @ stress[..., [[0, 2], [2, 1]]] @ np.swapaxes(gradient, -1, -2)
-    return np.linalg.eigvalsh(cauchy / np.linalg.det(gradient)[..., None, None])
 
 
 WRINKLES = 0.05  # compression over the largest tension from which a strip is said to wrinkle
