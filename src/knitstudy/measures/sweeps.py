@@ -48,11 +48,6 @@ class Point:
     value: float
     u_z: Estimate
 
-    @property
-    def over_diameter(self) -> Estimate:
-        """The largest |u_z| over the yarn's diameter."""
-        return self.u_z.of(lambda value: value / self.scene.yarn.diameter)
-
 
 @dataclass(frozen=True)
 class Sweep:

@@ -95,11 +95,10 @@ class BeamCell:
 
     rows: Rows
     model: EndlessBeams
-    lattice: Lattice  # that strains refer to
 
     def record(self, increment: Increment) -> Reported:
         """Return columns of the history."""
-        state, lattice = increment.state, self.lattice
+        state, lattice = increment.state, self.model.lattice
         contact = self.model.contact
         vectors = self.model.vectors(state)
         pairs = contact.touching(state.beams.position, vectors, 1.2 * contact.repulsion.diameter)
@@ -143,7 +142,7 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
         motion=motion,
         driven=model.lattice_unknowns[None],
         stations=rows.stations,
-        observer=BeamCell(rows, model, model.lattice),
+        observer=BeamCell(rows, model),
         checks=(partial(require_sound, scene, None),),
         attributes={
             "dof": model.size,

@@ -101,6 +101,6 @@ def _row(key: str, sweep: Sweep, point: Point, history: xr.Dataset) -> dict:
         "strain [1]": strain,
         "largest |u_z| [m]": point.u_z.value,
         "uncertainty of that [m]": point.u_z.uncertainty,
-        "largest |u_z| over diameter [1]": point.over_diameter.value,
+        "largest |u_z| over diameter [1]": point.u_z.value / point.scene.yarn.diameter,
         "force [N]": at_strain(history, strain, history["force"].to_numpy()),
     }
