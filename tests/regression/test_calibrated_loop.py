@@ -44,7 +44,9 @@ def test_search_finds_the_loop_again_from_near_by(after):
     wale, course = float(after["wale_spacing"]) / radius, float(after["course_spacing"]) / radius
     weights = problem.settings
     opening = float(after["crossing_distance"][1, 0]) / radius - 2 - problem.clearance
-    calibrated = Candidate(wale, course, points, 2 * weights.alpha / weights.beta * opening).unknowns()
+    plane, z = points[1 : problem.quarter, :2].ravel(), points[: problem.quarter + 1, 2]
+    force = 2 * weights.alpha / weights.beta * opening
+    calibrated = np.concatenate([[wale, course, points[0, 1]], plane, z, [force]])
     disturbed = calibrated + 0.02 * np.random.default_rng(4).normal(size=calibrated.size)
     assert np.linalg.norm(residuals(disturbed, problem)) > 0.3
     found = Candidate.from_unknowns(solve(disturbed, problem).x, problem.quarter)

@@ -5,7 +5,7 @@ import pytest
 
 from knitstudy.errors import MeshError
 from knitstudy.geometry.fabric import head_arcs, of_curves, sinker_arcs, yarn_pair
-from knitstudy.geometry.spline import Centreline
+from knitstudy.geometry.spline import CatmullRom, Centreline
 from knitstudy.mesh.mesher import grips, mesh_fabric
 
 SIZE, GROWTH = 1.0, 2.0
@@ -53,6 +53,8 @@ def test_a_mesh_without_slices_where_grips_end_is_refused(scene, knit, plain):
 def test_yarns_that_overlap():
     pair = yarn_pair(0.9e-3, 90.0, 8e-3)
     lower, upper = pair.centrelines
-    nearer = Centreline(upper.curve.shifted([0, 0, -0.06 * pair.radius]), 1)
+    nearer = Centreline(
+        CatmullRom(upper.curve.control_points - [0, 0, 0.06 * pair.radius], upper.curve.advance), 1
+    )
     with pytest.raises(MeshError, match="overlap"):
         mesh_fabric(of_curves([lower, nearer], pair.radius), 0.5, 1.0)

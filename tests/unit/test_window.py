@@ -12,7 +12,7 @@ from knitstudy.loading.gates import require_no_jump
 from knitstudy.loading.solve import solve_load_path
 from knitstudy.models.joints import spring_axes
 from knitstudy.models.simulate import build
-from knitstudy.models.window import cut_nodes, outer_contact, surroundings, window_of
+from knitstudy.models.window import outer_contact, surroundings, window_of
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,7 @@ def test_arcs_end_halfway_to_the_next_crossing(scene, knit):
 def test_beams_end_where_yarns_become_solid(scene, knit):
     window = window_of(scene, knit)
     network = surroundings(scene, knit, window, None)
-    nodes = cut_nodes(network, window)
+    nodes = network.station_node[network.stations.nearest(window.yarn[:, None], window.arc)]
     for piece, (yarn, ends) in enumerate(zip(window.yarn, window.arc, strict=True)):
         assert network.nodes[nodes[piece]] == pytest.approx(knit.centrelines[yarn].position(ends))
     assert np.bincount(network.ends.ravel(), minlength=len(network.nodes))[nodes].tolist() == [[1, 1]] * 3

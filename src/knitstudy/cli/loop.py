@@ -75,7 +75,9 @@ def loop(
     said = {KEYS[name][0]: value for name, value in known.items() if value is not None}
     if points is not None:
         said["pattern.points_file"] = str(points)
-    chosen = changed_scene(scene or _first_knit(config), (*said.items(), *changes), config)
+    if scene is None:  # the first one with loops
+        scene = next(name for name, each in load_scenes(config).items() if "pattern" in each.sections)
+    chosen = changed_scene(scene, (*said.items(), *changes), config)
     if "pattern" not in chosen.sections:
         raise ConfigurationError(
             f"scene {chosen.name!r}: specimen is {chosen.specimen} but must be made of loops"
@@ -89,8 +91,3 @@ def loop(
     click.echo(f"{output}: the loop from the front and from the side")
     if said:
         click.echo(" ".join(f"--set {key}={plain(value)}" for key, value in said.items()))
-
-
-def _first_knit(config: Path) -> str:
-    """Return the first scene of a configuration whose specimen has loops."""
-    return next(name for name, scene in load_scenes(config).items() if "pattern" in scene.sections)

@@ -93,19 +93,6 @@ def main(traceback: bool) -> None:
     """
 
 
-for command in (
-    list_scenes,
-    check,
-    loop,
-    plan,
-    measure,
-    run,
-    study,
-    show,
-    compare,
-    fit,
-    membrane,
-    strip,
-    export,
-):
+COMMANDS = (list_scenes, check, loop, plan, measure, run, study, show, compare, fit, membrane, strip, export)
+for command in COMMANDS:
     main.add_command(command)

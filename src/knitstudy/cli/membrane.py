@@ -16,7 +16,6 @@ from knitstudy.files import read_dataset, write_dataset, write_table
 from knitstudy.loading.history import DIRECTIONS
 
 STEM = click.Path(path_type=Path, dir_okay=False)
-LAWS = {"exponentials": "", "Fung's law": "fung_", "a linear law": "linear_"}
 SHARES = (0.1, 0.25, 0.5, 0.75, 1.0)  # of the largest force, at which strains are printed
 
 
@@ -27,8 +26,8 @@ SHARES = (0.1, 0.25, 0.5, 0.75, 1.0)  # of the largest force, at which strains a
 def membrane(results: tuple[Path, ...], output: Path, error: float) -> None:
     """Fit the energy of a membrane to RESULTS, histories of cells of one fabric (.nc) on several load paths.
 
-    The law is a sum of exponentials of Green's strains, convex by its form; Fung's law and a linear one are fitted
-    beside it, for Abaqus and CalculiX. Paths in course, wale and shear are needed, one that strains both is wise.
+    The law is a sum of exponentials of Green's strains, convex by its form; a linear one is fitted beside
+    it, for Abaqus and CalculiX. Paths in course, wale and shear are needed, one that strains both is wise.
 
     \b
     knitstudy run cell-course; knitstudy run cell-wale; knitstudy run cell-biaxial; knitstudy run cell-shear
@@ -37,22 +36,23 @@ def membrane(results: tuple[Path, ...], output: Path, error: float) -> None:
 
     Written are the law (.nc), its coefficients with 95 % intervals (.csv) and both decks (.inp).
     """
-    from knitstudy.exchange.membrane import FORMS, write_membrane
+    from knitstudy.exchange.membrane import LAWS, write_membrane
     from knitstudy.measures import membrane_fit
 
     histories = {path.stem: read_dataset(path) for path in results}
     _require_one_fabric(results)
     fitted = membrane_fit.membrane(histories, error=error)
     write_dataset(fitted, output)
-    table = membrane_fit.tabulated(fitted)
+    table, half = fitted["value"].to_dataframe().reset_index(), fitted["half_interval"].to_numpy()
+    table = table.assign(**{"95 % from": table["value"] - half, "to": table["value"] + half})
     write_table(table, output.with_suffix(".csv"))
-    for dialect in FORMS:
+    for dialect in LAWS:
         write_membrane(fitted, output.with_suffix(f".{dialect}.inp"), dialect, output.stem)
     console.print_table(list(table.columns), table.to_numpy())
     rows = [(path, *row) for path, row in zip(histories, fitted["path_error"].to_numpy(), strict=True)]
-    rows += [(f"all, {name}", fitted.attrs[f"{key}error"], "") for name, key in LAWS.items()]
+    rows += [("all", fitted.attrs["error"], ""), ("all, a linear law", fitted.attrs["linear_error"], "")]
     console.print_table(("error of force per width", "root mean square", "largest"), rows)
-    click.echo(f"{output}, .csv, {', '.join(f'.{each}.inp' for each in FORMS)}", err=True)
+    click.echo(f"{output}, .csv, {', '.join(f'.{each}.inp' for each in LAWS)}", err=True)
 
 
 def _require_one_fabric(results: tuple[Path, ...]) -> None:

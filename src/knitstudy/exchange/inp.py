@@ -17,7 +17,7 @@ import xarray as xr
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.exchange.deck import Deck, Step, Surface, specimen_deck
-from knitstudy.files import code_version, replacing
+from knitstudy.files import code_version, replacing, write_text
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.interactions import Equations
@@ -339,5 +339,4 @@ def write_shell(scene: Scene, path: Path | str, history: xr.Dataset) -> None:
     numbers = [NUMBER % value for value in shell_entries(section_matrix(history))]
     data = lines(numbers, 8).rstrip()
     text = SHELL.format(name=scene.name, version=code_version(), entries=", ".join(SHELL_ENTRIES), data=data)
-    with replacing(path) as temporary:
-        Path(temporary).write_text(text, encoding="ascii")
+    write_text(text, path)

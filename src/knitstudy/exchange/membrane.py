@@ -1,8 +1,10 @@
-"""The law of a fabric as a membrane of Abaqus or CalculiX: one square element, to be copied into a model.
+"""The linear law of a fabric as a membrane of Abaqus or CalculiX: one square element, to be copied into a model.
 
-Both laws are exact for a membrane of any thickness: stresses times thickness are forces per width. Fung's law of Abaqus
-has Green's strain of the distortion, which of an incompressible material in plane stress is that in the plane, and no
-stress across. Of CalculiX's linear law the modulus across couples with nothing, so that the thickness stays.
+The law is exact for a membrane of any thickness: stresses times thickness are forces per width. Abaqus has it as the
+limit b = A / c of Fung's law, c / 2 (exp(E . b E) - 1), for a large c; with b and c fitted Fung's law is no nearer to
+cells (docs/notes/membrane.md). Its E is that of the distortion, which of an incompressible material in plane stress is
+the one in the plane, and there is no stress across. In CalculiX the modulus across couples with nothing, so that the
+thickness stays.
 """
 
 from __future__ import annotations
@@ -19,19 +21,18 @@ from knitstudy.files import code_version, write_text
 
 THICKNESS = 1e-3  # m, of the element; forces do not depend on it
 
-# What each program has of the laws, by dialect: the law, its keyword, and how it differs
-FORMS = {
+STIFF = 1e4  # c over the largest entry of A: forces miss those of the linear law by E . E / STIFF
+
+# By dialect: the keyword of the law, and why it is not the nearer one
+LAWS = {
     "abaqus": (
-        "fung",
         "*ANISOTROPIC HYPERELASTIC, FUNG-ANISOTROPIC",
-        "Fung's law, c / 2 (exp(E . b E) - 1) of Green's strains E (11, 22, 2 x 12), is nearest to the states of the "
-        "cell; that of exponentials is nearer, for which Abaqus has user subroutines alone (UANISOHYPER_STRAIN)",
+        "Abaqus has that of exponentials in user subroutines alone (UANISOHYPER_STRAIN)",
     ),
     "calculix": (
-        "linear",
         "*ELASTIC, TYPE=ANISO",
-        "a linear law of Green's strains is nearest to the states of the cell: CalculiX has no hyperelastic law "
-        "that is anisotropic but for fibres in an isotropic body. Under NLGEOM *ELASTIC is linear in these strains",
+        "CalculiX has no hyperelastic law that is anisotropic but for fibres in an isotropic body. Under NLGEOM "
+        "*ELASTIC is linear in Green's strains",
     ),
 }
 
@@ -56,21 +57,22 @@ DECK = """*HEADING
 
 
 def write_membrane(fitted: xr.Dataset, path: Path | str, dialect: str, title: str) -> None:
-    """Write the law that a program has, of those in a dataset of `measures.membrane_fit.membrane`."""
-    if dialect not in FORMS:
-        raise ConfigurationError(f"unknown deck dialect {dialect!r}; allowed are {', '.join(FORMS)}")
-    law, keyword, said = FORMS[dialect]
+    """Write the linear law of a dataset of `measures.membrane_fit.membrane` for a program."""
+    if dialect not in LAWS:
+        raise ConfigurationError(f"unknown deck dialect {dialect!r}; allowed are {', '.join(LAWS)}")
+    keyword, said = LAWS[dialect]
     off = (
-        f"NOT QUITE THE LAW: {said}. Forces are {100 * fitted.attrs[f'{law}_error']:.2g} % off the cell "
-        f"(root mean square over all states), those of exponentials {100 * fitted.attrs['error']:.2g} %"
+        "NOT QUITE THE LAW: E . A E / 2 of Green's strains E (11, 22, 2 x 12) that is nearest to the states of the "
+        f"cell. Forces are {100 * fitted.attrs['linear_error']:.2g} % off the cell (root mean square over all "
+        f"states), those of exponentials {100 * fitted.attrs['error']:.2g} %; {said}"
     )
-    form = fitted[f"{law}_form"].to_numpy()
-    if law == "fung":
-        stiffness = fitted["fung_stiffness"].item() / THICKNESS
-        numbers = [*solid_entries(form, across=0.0), stiffness, 0.0]  # of no volume change
+    form = fitted["linear_form"].to_numpy() / THICKNESS
+    largest = float(np.diag(form).max())
+    if dialect == "abaqus":
+        stiffness = STIFF * largest
+        numbers = [*solid_entries(form / stiffness, across=0.0), stiffness, 0.0]  # of no volume change
     else:
-        form = form / THICKNESS
-        numbers = [*solid_entries(form, across=float(np.diag(form).max())), 0.0]  # temperature
+        numbers = [*solid_entries(form, across=largest), 0.0]  # temperature
     comment = "".join(f"** {line}\n" for line in textwrap.wrap(off, COMMENT, break_on_hyphens=False))
     text = DECK.format(
         title=title,

@@ -13,9 +13,8 @@ from matplotlib.figure import Figure
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.renderer import MILLIMETRE
 from knitstudy.figures.style import DOUBLE, INK, figure, panel_letter, shared_legend
-from knitstudy.measures.catalogue import DRAWN, of_case, several
 from knitstudy.measures.discretisation import INTERACTIONS, SOLID_YARNS
-from knitstudy.measures.sweeps import DIAMETER, HELD, SPACING, Point, Sweep, sweeps_of
+from knitstudy.measures.sweeps import DIAMETER, HELD, RESULTS, SPACING, Point, Sweep, sweeps_of
 from knitstudy.study.scene import Scene
 
 COLOURS = {"wale_spacing": INK, "length": "#0072B2", "shape": "#D9740B"}  # by the quantity that is held fixed
@@ -27,10 +26,7 @@ CHECKS = {True: "D", False: "^"}  # marker of other discretisations: whether of 
 @FIGURES.add(
     "fig11_sweeps",
     "Fig. 11: out-of-plane motion against course spacing and yarn diameter",
-    results={
-        "drawn": several("simulation", *of_case("tie-course", DRAWN), *of_case("isotropic-course", DRAWN)),
-        "sweeps": several("simulation", "sweep-*"),
-    },
+    results=RESULTS,
 )
 def draw(
     drawn: Mapping[str, xr.Dataset],

@@ -85,13 +85,6 @@ class Candidate:
         xy = np.vstack([[0.0, y_sinker], plane.reshape(-1, 2), [wale / 4, 0.0]])
         return cls(wale, course, whole_loop(np.column_stack([xy, z]), wale), float(force[0]))
 
-    def unknowns(self):
-        """The vector of unknowns: the inverse of `from_unknowns`."""
-        quarter = len(self.points) // 4
-        first = [self.wale_spacing, self.course_spacing, self.points[0, 1]]
-        plane, z = self.points[1:quarter, :2], self.points[: quarter + 1, 2]
-        return np.concatenate([first, plane.ravel(), z, [self.force]])
-
     def loop(self, problem, flattening=1.0):
         """The loop of these points, its z components times a factor: Loop, in radii."""
         points = self.points * [1, 1, flattening]

@@ -251,9 +251,10 @@ def _follow_path(room: _Room) -> _End:
             best = room
         if (exact and not room.at_end and (settled or gain < GAIN)) or idle > patience:
             break
-        # On from the share that the crossing has room for: closest points slide in flat valleys.
+        # On from the share that pieces of its yarn leave free: closest points slide in flat valleys.
         if idle and not exact:
-            room = room.of_free_share()
+            share = min(room.share, room.near["distance"].min() / room.unit.target) - RETREAT
+            room = _Room(room.unit, room.path, share, room.settings, room.crossing)
     return best, None, reason or f"no other loop is found in {iterations} iterations"
 
 
@@ -362,11 +363,6 @@ class _Room:
         first = self.crossing[0]
         at = first, self._found(points).parameter[: len(first)]
         return _Room(replace(self.unit, control_points=points), self.path, x[-1], self.settings, at)
-
-    def of_free_share(self) -> _Room:
-        """Return the room of the same loop at the share that the pieces of its yarn leave free."""
-        share = min(self.share, self.near["distance"].min() / self.unit.target) - RETREAT
-        return _Room(self.unit, self.path, share, self.settings, self.crossing)
 
     def evaluate(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the cost and all constraints (k,) with their gradients (k, n + 1).

@@ -119,10 +119,6 @@ class CatmullRom:
         powers = (one * one, 2 * one * two, 2 * one * three + two * two, 2 * two * three, three * three)
         return np.stack(powers, axis=1).sum(axis=-1)
 
-    def shifted(self, vector):
-        """The same curve moved by a vector (3,), m."""
-        return CatmullRom(self.control_points + np.asarray(vector), self.advance)
-
 
 class Rows(CatmullRom):
     """Curves of one period and one advance, evaluated together: every place lies on a curve of its own.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import resource
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import astuple, dataclass, field
 from math import ceil
@@ -18,7 +18,7 @@ import xarray as xr
 
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.columns import HISTORY
-from knitstudy.mechanics.increment import PHASES, Increment, between_corners
+from knitstudy.mechanics.increment import PHASES, Increment, PrescribedDisplacement, between_corners
 from knitstudy.study.problem_sections import CellStrain, Tension
 from knitstudy.study.problem_sections import Path as PairPath
 from knitstudy.study.scene import Scene
@@ -57,8 +57,10 @@ def load_path(scene: Scene, specimen: Fabric) -> Motion:
 PRESCRIBED = {"course": (1, 0, 0), "wale": (0, 1, 0), "biaxial": (1, 1, 0), "shear": (0, 0, 1)}
 
 
-def cell_path(load: CellStrain, lengths: np.ndarray) -> tuple[Motion, np.ndarray]:
-    """Return how the lattice of a cell with edges (3,) [m] moves (`Lattice.lengths`), and what is prescribed (3,).
+def cell_path(
+    load: CellStrain, lengths: np.ndarray, held: Sequence[int] = (), size: int = 3
+) -> tuple[Motion, PrescribedDisplacement]:
+    """Return how the lattice of a cell with edges (3,) [m] moves (`Lattice.lengths`): the last three of the unknowns.
 
     Its displacement along x, y and in shear is the strain times the edge; legs take shares of the load by their strain.
     """
@@ -69,7 +71,10 @@ def cell_path(load: CellStrain, lengths: np.ndarray) -> tuple[Motion, np.ndarray
     stops = tuple(abs(stop) / way[-1] for stop in load.stops)
     axis = int(np.argmax(chosen))
     motion = Motion(turns[:, None] * chosen * lengths, corners, stops, axis, float(lengths[axis]))
-    return motion, chosen | (load.lateral == "fixed")
+    chosen |= load.lateral == "fixed"
+    fixed = np.array([*held, *np.arange(size - 3, size)[chosen]])
+    value = np.concatenate([np.zeros((len(turns), len(held))), motion.displacement[:, chosen]], axis=1)
+    return motion, PrescribedDisplacement(fixed, value, corners, stops)
 
 
 def place_on_path(load: Tension | PairPath, factor: float) -> str:

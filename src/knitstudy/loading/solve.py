@@ -123,7 +123,8 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
                     with recorder.meter.paused():
                         checkpoint.save(increment, recorder)
                 run.progress(increment.load, place_on_path(scene.load, increment.load))
-                if _pulled_enough(problem, recorder):
+                most, axis = scene.value("load.largest_force"), problem.motion.axis  # of cells alone
+                if most is not None and abs(recorder.columns["force_per_width"][-1][axis]) >= most:
                     return _history(problem, recorder, last).assign_attrs(full_load=last.load)
                 increment, gaps = next(increments, None), []
     except ConvergenceError as error:
@@ -145,13 +146,6 @@ def _check(problem: Problem, increment: Increment, recorder: Recorder) -> Coarse
         except CoarseIncrement as error:
             coarse = error
     return coarse
-
-
-def _pulled_enough(problem: Problem, recorder: Recorder) -> bool:
-    """Return whether the force per width of a cell has reached the largest that its load asks for."""
-    largest = getattr(problem.scene.load, "largest_force", None)
-    force = recorder.columns.get("force_per_width", [np.zeros(3)])[-1][problem.motion.axis]
-    return largest is not None and abs(force) >= largest
 
 
 def _record(problem: Problem, recorder: Recorder, increment: Increment) -> None:

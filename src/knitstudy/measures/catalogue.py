@@ -53,9 +53,6 @@ SQUARES = (
     *("yarns-tie-course", "rom3d-tie-course", "rom2d-tie-course", "beam-hertz-patch-isotropic-course"),
 )
 
-# Knits with the loop as it is drawn, beside those of other course spacings and yarn diameters.
-DRAWN = ("yarns-{case}", "yarns-{case}-p3", "dns-{case}")
-
 
 def of_case(case: str, names: Iterable[str]) -> tuple[str, ...]:
     """Return names of scenes of a case, for example "tie-course"."""

@@ -6,7 +6,7 @@ middle nothing does. At a strain e along, W is taken as quadratic in the strain 
     W(e, l) = W_free(e) + k(e) (l - l_free(e))^2 / 2 + G g^2 / 2,
 
 where k is the force across of the cell whose width is held, over the strain across of the free one, and G the shear
-modulus of the cell at rest. The force along of the held cell is not used: it says how good the form is (`misfit`).
+modulus of the cell at rest. The force along of the held cell is not used.
 """
 
 from __future__ import annotations
@@ -106,13 +106,6 @@ class StripLaw(MembraneLaw):
         work = self.force.antiderivative()
         energy = work(one - 1) - work(0) + k * r**2 / 2 + self.shear * strain[..., 2] ** 2 / 2
         return energy, stress[..., order], tangent[..., order, :][..., order]
-
-    def misfit(self, held: Pulled) -> float:
-        """Return the root mean square error of the held cell's force along, over its largest."""
-        r = -self.across(held.along)
-        found = self.force(held.along) + self.stiffness(held.along, 1) * r**2 / 2
-        found -= self.stiffness(held.along) * self.across(held.along, 1) * r
-        return float(np.sqrt(np.mean((found - held.force) ** 2)) / held.force[-1])
 
 
 def _curve(x: np.ndarray, y: np.ndarray, before: float = 1.0) -> BSpline:

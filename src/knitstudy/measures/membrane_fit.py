@@ -15,13 +15,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pandas as pd
 import xarray as xr
-from scipy.optimize import least_squares, nnls
+from scipy.optimize import nnls
 from scipy.stats import t as student
 
 from knitstudy.errors import DataFileError
-from knitstudy.mechanics.membrane_law import ExponentialLaw, FungLaw, forces_per_width, green
+from knitstudy.mechanics.membrane_law import ExponentialLaw, green
 
 LEVEL = 0.95  # of the intervals
 FLOOR = 0.05
@@ -165,36 +164,9 @@ def fit_exponentials(
     parts = root @ forms.T, root[:, curved]
     half = level * np.concatenate([np.linalg.norm(part, axis=0) for part in parts])
     names = [f"A_{AXES[j]}_{AXES[i]} [N/m]" for i, j in zip(*ENTRIES, strict=True)]
-    names += [f"w ({_said(each)}) [N/m]" for each in slope[curved]]
+    names += [f"w ({' '.join(f'{a:.3g}' for a in each)}) [N/m]" for each in slope[curved]]
     value = np.concatenate([law.form[ENTRIES], weight[curved]])
     return LawFit(law, tuple(names), value, half, residual.reshape(-1, 3), states)
-
-
-def fit_fung(states: States, mirrored: bool = True) -> tuple[FungLaw, float]:
-    """Return Fung's law that is nearest, and its error; tension and shear do not couple if it is `mirrored`.
-
-    Variables are the logarithm of c and the entries of a root of c b, so that b is positive.
-    """
-    reach, (row, column) = _reach(green(states.stretch)[0]), ENTRIES
-    kept = (row < 2) | (row == column) if mirrored else row < 3
-    row, column = row[kept], column[kept]
-
-    def law(value: np.ndarray) -> FungLaw:
-        root, stiffness = np.zeros((3, 3)), np.exp(value[0])
-        root[row, column] = value[1:]
-        return FungLaw(float(stiffness), root @ root.T / np.outer(reach, reach) / stiffness)
-
-    def left(value: np.ndarray) -> np.ndarray:
-        found = forces_per_width(law(value), states.stretch)
-        return ((found - states.force) / states.scale[:, None]).ravel()
-
-    # of the order of c where b is of that of 1
-    energy = np.abs(states.force * states.stretch).sum(axis=1).max()
-    diagonal = np.where(row == column, np.sqrt(energy), 0.0)
-    starts = [np.append(np.log(part * energy), diagonal) for part in (0.1, 1, 10)]
-    fits = [least_squares(left, start, x_scale="jac") for start in starts]
-    found = min(fits, key=lambda each: each.cost)
-    return law(found.x), float(np.sqrt(3 * np.mean(found.fun**2)))
 
 
 def _reach(strain: np.ndarray) -> np.ndarray:
@@ -211,23 +183,18 @@ def _dictionary(mirrored: bool, sizes: Sequence[float]) -> tuple[np.ndarray, np.
     return np.where(size > 0, size, 1.0)[:, None] * plane, size
 
 
-def _said(slope: np.ndarray) -> str:
-    return " ".join(f"{each:.3g}" for each in slope)
-
-
 def membrane(
     histories: dict[str, xr.Dataset], mirrored: bool | None = None, error: float = ERROR
 ) -> xr.Dataset:
-    """Return the laws of a fabric from the histories of its cells: of exponentials, Fung's and a linear one.
+    """Return the laws of a fabric from the histories of its cells: of exponentials, and a linear one.
 
-    `law_of` makes the first one again. Errors of all three are attributes; coefficients have intervals. By default the
+    `law_of` makes the first one again. Errors of both are attributes; coefficients have intervals. By default the
     states say whether the law is `mirrored`.
     """
     states = States.of(histories)
     mirrored = states.mirrored if mirrored is None else mirrored
     fit, linear = (fit_exponentials(states, mirrored, error, sizes) for sizes in (SIZES, SIZES[:1]))
-    (fung, fung_error), paths = fit_fung(states, mirrored), fit.errors
-    plane, unit, one = ("axis", "of_axis"), {"units": "N/m"}, {"units": "1"}
+    paths, plane, unit, one = fit.errors, ("axis", "of_axis"), {"units": "N/m"}, {"units": "1"}
     interval = unit | {"long_name": "half width of the 95 % interval"}
     return xr.Dataset(
         {
@@ -238,19 +205,10 @@ def membrane(
             "half_interval": ("coefficient", fit.half, interval),
             "path_error": (("path", "of_path"), np.array(list(paths.values())), one),
             "linear_form": (plane, linear.law.form, unit),
-            "fung_form": (plane, fung.form, one),
-            "fung_stiffness": ((), fung.stiffness, unit),
             "largest_strain": ("axis", np.abs(states.stretch).max(axis=0), one),
         },
         {"coefficient": list(fit.names), "path": list(paths), "of_path": ["root mean square", "largest"]},
-    ).assign_attrs(error=fit.error, fung_error=fung_error, linear_error=linear.error, states=len(states.path))
-
-
-def tabulated(fitted: xr.Dataset) -> pd.DataFrame:
-    """Return the coefficients of a dataset that `membrane` made, a row each, with their 95 % intervals."""
-    value, half = fitted["value"].to_numpy(), fitted["half_interval"].to_numpy()
-    columns = {"coefficient": fitted["coefficient"].to_numpy(), "value": value}
-    return pd.DataFrame(columns | {"95 % from": value - half, "to": value + half})
+    ).assign_attrs(error=fit.error, linear_error=linear.error, states=len(states.path))
 
 
 def law_of(fitted: xr.Dataset) -> ExponentialLaw:

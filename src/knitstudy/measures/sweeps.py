@@ -16,7 +16,7 @@ from math import nan
 
 import pandas as pd
 
-from knitstudy.measures.catalogue import Datasets, Scenes
+from knitstudy.measures.catalogue import Datasets, Scenes, several
 from knitstudy.measures.discretisation import SOLID_YARNS, discretisation
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import reference_of
@@ -34,6 +34,9 @@ SWEPT = re.compile(r"sweep-(wale|length|shape)(?:-([cd])\d+)?-(tie|isotropic)-co
 DRAWN = {"yarns-{}-course": None, "yarns-{}-course-p3": "p3", "dns-{}-course": "hexahedra"}
 KNITS = {name.format(kind): (kind, end) for kind in ("tie", "isotropic") for name, end in DRAWN.items()}
 
+RESULTS = {"drawn": several("simulation", *KNITS), "sweeps": several("simulation", "sweep-*")}
+"""Results that displays of the sweeps are made from."""
+
 NEXT_DEGREE = "-p3"
 
 
@@ -44,11 +47,6 @@ class Point:
     scene: Scene
     value: float
     u_z: Estimate
-
-    @property
-    def over_diameter(self) -> Estimate:
-        """The largest |u_z| over the yarn's diameter."""
-        return self.u_z.of(lambda value: value / self.scene.yarn.diameter)
 
 
 @dataclass(frozen=True)

@@ -53,7 +53,9 @@ class Assembly:
         self.batches = [
             batch for number, each in enumerate(groups) for batch in _batches(number, each, pairs)
         ]
-        spans = transformation is None and all(_consecutive(each) for each in groups)
+        spans = transformation is None and all(  # consecutive nodes in elements, and elements that rise
+            np.all(np.diff(each, axis=1) == 1) and np.all(np.diff(each[:, 0]) > 0) for each in groups
+        )
         if transformation is None:
             transformation = sp.identity(nodes, format="csr")
         self.retained = transformation.shape[1]
@@ -257,11 +259,6 @@ def _pattern(
         pattern = sp.csr_matrix(pattern + (linked != 0))
     pattern.sort_indices()
     return pattern.indptr.astype(np.int32), pattern.indices.astype(np.int32)
-
-
-def _consecutive(connectivity: np.ndarray) -> bool:
-    """Return whether nodes (E, a) of all elements have consecutive numbers, and the elements rising ones."""
-    return bool(np.all(np.diff(connectivity, axis=1) == 1) and np.all(np.diff(connectivity[:, 0]) > 0))
 
 
 def _entries_at(indptr: np.ndarray, indices: np.ndarray, row: np.ndarray, column: np.ndarray) -> np.ndarray:

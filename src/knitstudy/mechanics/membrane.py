@@ -55,9 +55,12 @@ class MembraneModel(Memoryless):
         """Return the deformation gradients F (E, g, 2, 2) at the Gauss points."""
         return np.eye(2) + np.einsum("eai,egaj->egij", state[self.elements], self._slope)
 
-    def stress(self, state: np.ndarray) -> np.ndarray:
-        """Return the forces per width S (E, g, 3) at the Gauss points [N/m]."""
-        return self.law.stress(strains(self.deformation(state)))
+    def principal_forces(self, state: np.ndarray) -> np.ndarray:
+        """Return the principal forces per deformed width (E, g, 2) at the Gauss points, rising [N/m]."""
+        gradient = self.deformation(state)
+        stress = self.law.stress(strains(gradient))[..., [[0, 2], [2, 1]]]
+        cauchy = gradient @ stress @ np.swapaxes(gradient, -1, -2)
+        return np.linalg.eigvalsh(cauchy / np.linalg.det(gradient)[..., None, None])
 
     def respond(self, state: np.ndarray, stiffness: bool) -> Response:
         """Return force, energy and, if asked, tangent of a state."""

@@ -60,22 +60,6 @@ class ExponentialLaw(MembraneLaw):
         return energy, linear + (self.weight * growth) @ self.slope, tangent
 
 
-@dataclass(frozen=True, eq=False)
-class FungLaw(MembraneLaw):
-    """W = c / 2 (exp(E . b E) - 1) with a positive form b (Fung 1993, Biomechanics, section 7.10): Abaqus has it."""
-
-    stiffness: float  # c [N/m]
-    form: np.ndarray  # b (3, 3), symmetric and positive
-
-    def respond(self, strain: np.ndarray) -> Parts:
-        """Return energy, stress and tangent at strains (..., 3)."""
-        along = strain @ self.form
-        growth = np.expm1((strain * along).sum(axis=-1))
-        factor = self.stiffness * (1 + growth[..., None])
-        dyad = self.form + 2 * along[..., :, None] * along[..., None, :]
-        return 0.5 * self.stiffness * growth, factor * along, factor[..., None] * dyad
-
-
 STEP = 1e-6 * np.eye(3)  # of the difference quotients for the tangent of `StretchLaw`
 
 
@@ -92,27 +76,17 @@ class StretchLaw(MembraneLaw):
         return energy, stress, np.swapaxes((ahead - behind) / (2 * STEP[0, 0]), -1, -2)
 
     def _stress(self, strain: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        stretch, derivative = stretches(strain * [2, 2, 1] + [1, 1, 0])
+        """Return energy and stress: of 2 x 2 matrices C = U U, U = (C + J 1) / tr U with J = sqrt(det C).
+
+        (Hoger and Carlson 1984, Quarterly of Applied Mathematics 42.)
+        """
+        first, second, mixed = np.moveaxis(strain * [2, 2, 1] + [1, 1, 0], -1, 0)  # C
+        jacobian = np.sqrt(first * second - mixed**2)
+        trace = np.sqrt(first + second + 2 * jacobian)[..., None]
+        stretch = np.stack([first + jacobian, second + jacobian, 2 * mixed], axis=-1) / trace - [1, 1, 0]
         force = stretch @ self.membrane
-        by_square = np.einsum("...j,...jk->...k", force, derivative)
-        return 0.5 * (stretch * force).sum(axis=-1), by_square * [2, 2, 1]
-
-
-def stretches(square: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return U - 1 as (k, 3), shear doubled, and its derivative (k, 3, 3) by C = U U, each as 11, 22, 12.
-
-    Of two-by-two matrices U = (C + J 1) / t with J = sqrt(det C) and t = tr U (Hoger and Carlson 1984, Quarterly of
-    Applied Mathematics 42).
-    """
-    first, second, mixed = np.moveaxis(square, -1, 0)
-    jacobian = np.sqrt(first * second - mixed**2)
-    trace = np.sqrt(first + second + 2 * jacobian)[..., None]
-    stretch = np.stack([first + jacobian, second + jacobian, 2 * mixed], axis=-1) / trace
-    by_jacobian = np.stack([second, first, -2 * mixed], axis=-1) / (2 * jacobian[..., None])
-    by_trace = (np.array([1.0, 1.0, 0.0]) + 2 * by_jacobian) / (2 * trace)
-    slope = np.array([[1.0, 1.0, 0.0]]).T * by_jacobian[..., None, :] + np.diag([1.0, 1.0, 2.0])
-    derivative = (slope - stretch[..., None] * by_trace[..., None, :]) / trace[..., None]
-    return stretch - [1.0, 1.0, 0.0], derivative
+        stress = np.linalg.solve(green(stretch)[1].mT, force[..., None])[..., 0]
+        return 0.5 * (stretch * force).sum(axis=-1), stress
 
 
 def green(stretch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

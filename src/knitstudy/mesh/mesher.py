@@ -59,7 +59,8 @@ def mesh_fabric(
     radius, curves = fabric.radius, fabric.centrelines
     require_memory_to_mesh(curves, radius, size, growth)
     size *= radius
-    grading = crossing_grading(radius, refinement, fabric.angle)
+    # Refinement reaches further where yarns cross at a small angle
+    grading = Grading(refinement, PATCH * radius / np.sin(np.radians(fabric.angle)), PATCH_RAMP * radius)
     yarns, ends = range(len(curves)), fabric.grip_ends(load)
     targets = [Targets(*fabric.places(yarn)) for yarn in yarns]
     for yarn, here in ends.items():
@@ -71,11 +72,6 @@ def mesh_fabric(
     check_folding(mesh)
     check_overlap(curves, radius)
     return mesh
-
-
-def crossing_grading(radius: float, refinement: float, angle: float = 90.0) -> Grading:
-    """Return the refinement at crossings of yarns of a radius [m]; it reaches further at a small angle [degrees]."""
-    return Grading(refinement, PATCH * radius / np.sin(np.radians(angle)), PATCH_RAMP * radius)
 
 
 def crossing_spacing(

@@ -84,13 +84,6 @@ class Section:
         """Largest difference of node numbers in one element; a swept yarn's is ``size`` more."""
         return int(np.ptp(self.quads, axis=1).max())
 
-    @cached_property
-    def areas(self) -> np.ndarray:
-        """Areas of the elements on the unit disc (e,); they sum up to pi."""
-        corners = self.points[self.quads]
-        p, q = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
-        return 0.5 * (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
-
 
 def nodes_for_size(diameter: float, size: float) -> int:
     """Return how many nodes `Section.for_size` has, without making it."""

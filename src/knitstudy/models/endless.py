@@ -22,7 +22,7 @@ from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import cell_path
 from knitstudy.loading.solve import Problem, Reported, settings_of
 from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
+from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.periodic import Lattice, PeriodicModel, Seam, condensed, seam
 from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace
@@ -47,18 +47,12 @@ def problem(scene: Scene, fabric: Fabric, parts: Discretisation) -> Problem:
     Raises MeshError if a crossing cannot be tied, or yarns overlap.
     """
     cell = assemble(scene, fabric, parts)
-    yarns, model, lattice, load = cell.yarns, cell.model, cell.lattice, scene.load
-    motion, prescribed = cell_path(load, lattice.lengths)
-    held = np.zeros((len(motion.displacement), len(FIXED)))
+    yarns, model, load = cell.yarns, cell.model, scene.load
+    motion, prescribed = cell_path(load, cell.lattice.lengths, FIXED, model.size)
     return Problem(
         scene=scene,
         model=model,
-        prescribed=PrescribedDisplacement(
-            np.concatenate([FIXED, model.lattice[prescribed]]),
-            np.concatenate([held, motion.displacement[:, prescribed]], axis=1),
-            motion.corners,
-            motion.stops,
-        ),
+        prescribed=prescribed,
         settings=settings_of(scene, yarns.touches),
         motion=motion,
         driven=model.lattice[None],
@@ -89,41 +83,26 @@ class Cell:
         """Return strains, forces per width, of a tied cell its tangent, and what solid yarns report."""
         state = increment.state
         columns, points = self.yarns.record(state)
-        columns["cell_strain"] = self.strains(state)
-        columns["force_per_width"] = self.resultants(increment.response.force)
+        moved, force = self.model.stretched(state.displacement.ravel()), increment.response.force
+        columns["cell_strain"] = moved / self.lattice.lengths
+        columns["force_per_width"] = force[self.model.lattice] * self.lattice.lengths / self.lattice.area
         if not self.yarns.touches:
-            columns["tangent_per_width"] = self.tangent(state)
+            columns["tangent_per_width"] = self.stiffness(replace(state, step=None), slice(3))
         return columns, points
 
-    def resultants(self, force: np.ndarray) -> np.ndarray:
-        """Return the forces per width (3,) that forces of the unknowns (size,) stand for [N/m]."""
-        return force[self.model.lattice] * self.lattice.lengths / self.lattice.area
-
-    def strains(self, state: Any) -> np.ndarray:
-        """Return the strains (3,) in the plane of a state."""
-        return self.model.stretched(state.displacement.ravel()) / self.lattice.lengths
-
-    def stiffness(self) -> np.ndarray:
-        """Return the stiffness (6, 6) of a tied knit at rest as a shell, by the strains of `mechanics.periodic`.
+    def stiffness(self, state: Any, chosen: slice) -> np.ndarray:
+        """Return the stiffness of a tied knit by chosen strains of `mechanics.periodic`, with all nodes in balance.
 
         In N/m where two strains meet, in N where a strain meets a curvature, in N m where two curvatures do.
         """
-        return self._condensed(self.yarns.model.start(), self.jumps)
+        tangent = self.yarns.model.respond(state, stiffness=True).stiffness
+        return condensed(tangent, self.jumps[:, chosen], self.spread, FIXED) / self.lattice.area
 
     def shell(self) -> dict[str, np.ndarray]:
-        """Return the parts of the stiffness by their names in the history."""
-        whole = self.stiffness()
+        """Return the parts of the stiffness at rest by their names in the history."""
+        whole = self.stiffness(self.yarns.model.start(), slice(6))
         parts = {"membrane": whole[:3, :3], "coupling": whole[:3, 3:], "bending": whole[3:, 3:]}
         return {f"{name}_stiffness": part for name, part in parts.items()}
-
-    def tangent(self, state: Any) -> np.ndarray:
-        """Return the derivative (3, 3) of the forces per width by the strains in the plane [N/m]."""
-        return self._condensed(replace(state, step=None), self.jumps[:, :3])
-
-    def _condensed(self, state: Any, jumps: np.ndarray) -> np.ndarray:
-        """Return the stiffness against the amounts of jumps (3 N, m) with all nodes in balance."""
-        tangent = self.yarns.model.respond(state, stiffness=True).stiffness
-        return condensed(tangent, jumps, self.spread, FIXED) / self.lattice.area
 
 
 def assemble(scene: Scene, fabric: Fabric, parts: Discretisation) -> Cell:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -26,7 +27,7 @@ from knitstudy.mechanics.line_contact import SPACINGS, LineContact, LineHistory,
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.periodic import Lattice
-from knitstudy.models.network_3d import RING, section_of
+from knitstudy.models.network_3d import RING, section_of, turns
 from knitstudy.study.scene import Scene
 
 HELD = np.arange(3)  # the displacements of the first node: nothing else holds the whole in its place
@@ -70,10 +71,7 @@ def divided(fabric: Fabric, size: float) -> Rows:
     follower = np.arange(1, n + 1)
     last = first + count - 1
     follower[last] = first
-    turn = np.cross(tangent, tangent[follower])
-    sine = np.linalg.norm(turn, axis=1)
-    angle = np.arctan2(sine, np.einsum("ei,ei->e", tangent, tangent[follower]))
-    per_sine = np.divide(angle, sine, out=np.ones(n), where=sine > 0)
+    turn = turns(tangent, tangent[follower])
     follower[last] = n + np.arange(len(lines))
     owner = np.append(np.arange(n), first)
     image = np.zeros((len(owner), 2), dtype=int)
@@ -86,8 +84,8 @@ def divided(fabric: Fabric, size: float) -> Rows:
         owner=owner,
         image=image,
         ends=np.column_stack([np.arange(n), follower]),
-        curvature=(per_sine / step)[:, None] * turn,
-        polygon=RING * float(step @ angle**2 / step.sum()),
+        curvature=turn / step[:, None],
+        polygon=RING * float(step @ (turn**2).sum(axis=1) / step.sum()),
     )
 
 
@@ -97,11 +95,10 @@ class BeamCell:
 
     rows: Rows
     model: EndlessBeams
-    lattice: Lattice  # that strains refer to
 
     def record(self, increment: Increment) -> Reported:
         """Return columns of the history."""
-        state, lattice = increment.state, self.lattice
+        state, lattice = increment.state, self.model.lattice
         contact = self.model.contact
         vectors = self.model.vectors(state)
         pairs = contact.touching(state.beams.position, vectors, 1.2 * contact.repulsion.diameter)
@@ -130,25 +127,22 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
     require_fine_beams(scene, rows.polygon)
     vectors = fabric.periods if rest is None else rest["lattice_vectors"].to_numpy()
     model = _model(scene, rows, Lattice(vectors), scene.kind.interaction.friction(scene))
-    model = model.starting_at(_pushed_apart(scene, model) if rest is None else _state(rest))
-    motion, chosen = cell_path(scene.load, model.lattice.lengths)
-    lattice = model.lattice_unknowns
-    held = np.zeros((len(motion.displacement), len(HELD)))
+    if rest is None:  # drawn yarns may touch
+        held = np.append(HELD, model.lattice_unknowns)
+        model = model.starting_at(_balanced("the drawn cell", scene, model, held, increments=1).state)
+    else:
+        model = model.starting_at(_state(rest))
+    motion, prescribed = cell_path(scene.load, model.lattice.lengths, HELD, model.size)
     repulsion = model.contact.repulsion
     return Problem(
         scene=scene,
         model=model,
-        prescribed=PrescribedDisplacement(
-            np.concatenate([HELD, lattice[chosen]]),
-            np.concatenate([held, motion.displacement[:, chosen]], axis=1),
-            motion.corners,
-            motion.stops,
-        ),
+        prescribed=prescribed,
         settings=settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter),
         motion=motion,
-        driven=lattice[None],
+        driven=model.lattice_unknowns[None],
         stations=rows.stations,
-        observer=BeamCell(rows, model, model.lattice),
+        observer=BeamCell(rows, model),
         checks=(partial(require_sound, scene, None),),
         attributes={
             "dof": model.size,
@@ -182,14 +176,8 @@ def relax(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
         scene.kind.interaction.friction(scene) if rubs else 0.0,
         drawn_for=2 * fabric.radius,
     )
-    prescribed = PrescribedDisplacement(HELD, np.zeros(len(HELD)))
     # Yarns that did not touch have come far in an increment for nothing: the next one begins where they are.
-    settings = settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter)
-    settings = replace(settings, predictor=0, increments=RELAXATION)
-    try:
-        *_, last = trace(model, prescribed, settings, LU())
-    except ConvergenceError as error:
-        raise ConvergenceError(f"the way to rest of scene {scene.name}: {error}") from None
+    last = _balanced("the way to rest", scene, model, HELD, predictor=0, increments=RELAXATION)
     state = last.state
     vectors, kept = model.vectors(state), state.contact
     values = {
@@ -206,15 +194,14 @@ def relax(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
     )
 
 
-def _pushed_apart(scene: Scene, model: EndlessBeams) -> EndlessState:
-    """Return the drawn cell in balance, at its spacings: drawn yarns may touch."""
-    held = np.append(HELD, model.lattice_unknowns)
-    settings = replace(settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter), increments=1)
+def _balanced(what: str, scene: Scene, model: EndlessBeams, held: np.ndarray, **changed: Any) -> Increment:
+    """Return the last increment of a cell that finds its balance, with unknowns that are held."""
+    settings = replace(settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter), **changed)
     try:
         *_, last = trace(model, PrescribedDisplacement(held, np.zeros(len(held))), settings, LU())
     except ConvergenceError as error:
-        raise ConvergenceError(f"the drawn cell of scene {scene.name} finds no balance: {error}") from None
-    return last.state
+        raise ConvergenceError(f"{what} of scene {scene.name} finds no balance: {error}") from None
+    return last
 
 
 def _state(rest: xr.Dataset) -> EndlessState:

@@ -49,12 +49,6 @@ def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
     return np.bincount(elements.ravel(), shares.ravel(), count)
 
 
-def _grids(mesh: QuadraticMesh) -> list[Grid]:
-    """Return the surface of every yarn, through nodes at half the spacing."""
-    pairs = zip(mesh.grids, mesh.angles, strict=True)
-    return [Grid(grid, chords=circular_chords(angles)) for grid, angles in pairs]
-
-
 def _ends(mesh: QuadraticMesh, corners: Grips) -> Grips:
     """Return gripped nodes, from gripped corners: a middle is gripped where both ends of its edge are."""
     found = []
@@ -117,7 +111,12 @@ def divide(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
             mesh=quadratic.corners,
             station=quadratic.station,
             bandwidth=quadratic.bandwidth,
-            surfaces=Grids(_grids(quadratic)),
+            surfaces=Grids(
+                [
+                    Grid(grid, chords=circular_chords(angles))  # through nodes at half the spacing
+                    for grid, angles in zip(quadratic.grids, quadratic.angles, strict=True)
+                ]
+            ),
             rings=Rings.of_rows(quadratic.arc_lengths),
             ends=_ends(quadratic, grips(quadratic.corners, scene, fabric)),
             sampling=sp.identity(len(quadratic.nodes), format="csr")[quadratic.corner_nodes],

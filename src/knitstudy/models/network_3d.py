@@ -343,12 +343,15 @@ def _curvature(fabric: Fabric, pieces: list[np.ndarray], first: np.ndarray) -> n
     """Return mean curvature vectors (E, 3) [1/m] of centrelines from the stations `first` (E,) to the next ones."""
     tangent = np.concatenate([c.tangent(s) for c, s in zip(fabric.centrelines, pieces, strict=True)])
     arc_length = np.concatenate(pieces)
-    before, after = tangent[first], tangent[first + 1]
-    sine = np.cross(before, after)
-    size = np.linalg.norm(sine, axis=1)
-    angle = np.arctan2(size, np.einsum("ei,ei->e", before, after))
-    per_sine = np.divide(angle, size, out=np.ones_like(angle), where=size > 0)
-    return (per_sine / (arc_length[first + 1] - arc_length[first]))[:, None] * sine
+    return turns(tangent[first], tangent[first + 1]) / np.diff(arc_length)[first, None]
+
+
+def turns(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Return the rotation vectors (k, 3) that turn unit vectors into others the shortest way [rad]."""
+    axis = np.cross(before, after)
+    sine = np.linalg.norm(axis, axis=1)
+    angle = np.arctan2(sine, np.einsum("ei,ei->e", before, after))
+    return np.divide(angle, sine, out=np.ones_like(angle), where=sine > 0)[:, None] * axis
 
 
 def _divide(inner: np.ndarray, length: float, size: float, yarn: int) -> np.ndarray:

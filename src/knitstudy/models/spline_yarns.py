@@ -113,7 +113,10 @@ def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None) -> D
         )
     spans = yarn_spans(scene, fabric)
     space = space_on(scene, spans)
-    _require_memory(scene, space)
+    # Tangent, factors of single yarns and sums
+    pairs = sum(float((own.span_sizes.astype(float) ** 2).sum()) for own in space.yarns)
+    what = f"a simulation of {3 * space.size:.2g} unknowns"
+    require_memory(BYTES_A_PAIR * pairs, "mesh.span", scene.mesh.span, what, power=1)
     nodes = endless.wrapped_nodes(space, fabric) if len(fabric.periods) else undeformed(space, fabric)
     surfaces, rings = contact_surfaces(scene, space, fabric)
     mesh, material = mesh or _sections(fabric), material_of(scene.yarn)
@@ -161,13 +164,6 @@ def undeformed(space: Space, fabric: Fabric) -> np.ndarray:
     shapes = {kind: shape(kind[0], curves[kind[1]], radius) for kind in set(kinds)}
     nodes = np.concatenate([shapes[kind] for kind in kinds])
     return nodes + space.unity[:, None] * fabric.shift[space.yarn]
-
-
-def _require_memory(scene: Scene, space: Space) -> None:
-    """Refuse more unknowns than the memory has room for: tangent, factors of single yarns and sums."""
-    pairs = sum(float((own.span_sizes.astype(float) ** 2).sum()) for own in space.yarns)
-    what = f"a simulation of {3 * space.size:.2g} unknowns"
-    require_memory(BYTES_A_PAIR * pairs, "mesh.span", scene.mesh.span, what, power=1)
 
 
 def shape(own: YarnSpace, curve: Centreline, radius: float) -> np.ndarray:

@@ -46,7 +46,6 @@ def stretch_strip(
         elements = 1
     sides = (length, width)
     nodes, quads, number = rectangle(sides, (elements, elements), degree=2 if clamped else 1)
-    place = nodes / sides  # along and across, of 1
     nodes = nodes if axis == 0 else nodes[:, ::-1]
     model = MembraneModel(nodes, quads, law)
     along, across = (2 * number + component for component in (axis, 1 - axis))
@@ -55,32 +54,28 @@ def stretch_strip(
     value = np.where(np.isin(fixed, along[-1]), strain * length, 0.0)
     many = increments or max(5, ceil(abs(strain) / INCREMENT))
     settings = Settings(increments=many, vain=NEVER)
-    found: dict[str, list] = {name: [] for name in ("strain", *VARIABLES)}
-    middle, failure = across[number.shape[0] // 2], None
+    middle, rows, failure = across[number.shape[0] // 2], [], None
     try:
         for increment in trace(model, PrescribedDisplacement(fixed, value), settings, LU()):
             moved = increment.state.ravel()
-            inner = principal(model.deformation(increment.state), model.stress(increment.state))
-            found["strain"].append(increment.load * strain)
-            found["force_per_width"].append(increment.response.force[along[-1]].sum() / width)
-            found["waist"].append(1 + (moved[middle[-1]] - moved[middle[0]]) / width)
-            found["least_force"].append(inner[..., 0].min())
-            found["largest_force"].append(inner[..., 1].max())
-            last = moved
-            if found["force_per_width"][-1] >= largest_force:
+            inner = model.principal_forces(increment.state)
+            force = increment.response.force[along[-1]].sum() / width
+            waist = 1 + (moved[middle[-1]] - moved[middle[0]]) / width
+            rows.append((increment.load * strain, force, waist, inner[..., 0].min(), inner[..., 1].max()))
+            if force >= largest_force:
                 break
     except ConvergenceError as error:
         failure = ConvergenceError(
             f"a strip of {length:.4g} x {width:.4g} m finds no equilibrium at a strain of {strain:g}: {error}"
         )
         failure.__cause__ = error
-    profile = 1 + (last[across[:, -1]] - last[across[:, 0]]) / width
     strip = xr.Dataset(
-        {name: ("increment", np.array(found[name]), VARIABLES[name]) for name in VARIABLES}
-        | {"profile": ("position", profile, {"units": "1", "long_name": "width over width at rest"})},
-        {"strain": ("increment", np.array(found["strain"])), "position": place[number[:, 0], 0]},
-        {"length": length, "width": width, "axis": axis, "clamped": int(clamped)},
-    )
+        {
+            name: ("increment", curve, about)
+            for (name, about), curve in zip(VARIABLES.items(), np.transpose(rows), strict=True)
+        },
+        attrs={"length": length, "width": width, "axis": axis, "clamped": int(clamped)},
+    ).set_coords("strain")
     if failure is not None:
         failure.history = strip
         raise failure
@@ -88,17 +83,12 @@ def stretch_strip(
 
 
 VARIABLES = {
+    "strain": {"units": "1", "long_name": "displacement of the clamps over the length"},
     "force_per_width": {"units": "N/m", "long_name": "force over undeformed width"},
     "waist": {"units": "1", "long_name": "width half way between the clamps over width at rest"},
     "least_force": {"units": "N/m", "long_name": "least principal force per deformed width"},
     "largest_force": {"units": "N/m", "long_name": "largest principal force per deformed width"},
 }
-
-
-def principal(gradient: np.ndarray, stress: np.ndarray) -> np.ndarray:
-    """Return the principal forces per deformed width (..., 2), rising, of F (..., 2, 2) and S (..., 3) [N/m]."""
-    cauchy = gradient @ stress[..., [[0, 2], [2, 1]]] @ np.swapaxes(gradient, -1, -2)
-    return np.linalg.eigvalsh(cauchy / np.linalg.det(gradient)[..., None, None])
 
 
 WRINKLES = 0.05  # compression over the largest tension from which a strip is said to wrinkle

@@ -145,11 +145,6 @@ def surroundings(scene: Scene, fabric: Fabric, window: Window, contacts: xr.Data
     return _without_arcs(whole, window)
 
 
-def cut_nodes(around: Network, window: Window) -> np.ndarray:
-    """Return the nodes (P, 2) of the network at both ends of every solid arc."""
-    return around.station_node[around.stations.nearest(window.yarn[:, None], window.arc)]
-
-
 def _joints(
     scene: Scene, fabric: Fabric, points: JointPoints, outside: np.ndarray, contacts: xr.Dataset | None
 ) -> Joints:
@@ -301,7 +296,8 @@ def mixed_knit(scene: Scene, fabric: Fabric, contacts: xr.Dataset | None = None)
     yarns = solids.assemble(scene, pieces, parts, np.full(len(window.crossing), not touches))
     around = surroundings(scene, fabric, window, contacts)
     section = section.reshape(-1, 3)
-    seams = Seams(section, cut_nodes(around, window).ravel(), parts.nodes[section[:, 1:]])
+    cuts = around.station_node[around.stations.nearest(window.yarn[:, None], window.arc)]  # (P, 2)
+    seams = Seams(section, cuts.ravel(), parts.nodes[section[:, 1:]])
     outer = outer_contact(scene, fabric, window, around) if touches and contacts is None else None
     beams = around.model(scene.yarn, scene.mesh.section_law, outer)
     model = SolidsAndBeams(yarns.model, beams, seams)

@@ -19,6 +19,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec, resolve_name
+from itertools import accumulate
 from pathlib import Path
 from types import CodeType
 from typing import Any
@@ -67,22 +68,20 @@ def modules_behind(*names: str, without: tuple[str, ...] = ()) -> list[Module]:
     modules in `without` do not count, whoever imports them. A name of no module raises a ConfigurationError.
     """
     found: dict[str, Module] = {}
-    waiting = list(names)
+    waiting, carriers = list(names), tuple(f"knitstudy.{each}." for each in CARRIERS)
     while waiting:
         name = waiting.pop()
-        if name in found or name in without or _carries(name):
+        if name in (*found, *without, "knitstudy") or f"{name}.".startswith(carriers):
             continue
         path = _path_of(name)
         if path is None:
             raise ConfigurationError(f"there is no module {name!r}")
         found[name] = _read(path, name)
         waiting += [each for each in found[name].imports if _counts(each, name)]
-        waiting += [package for package in _packages_around(name) if _path_of(package)]
+        # The packages whose __init__ runs before
+        around = accumulate(name.split(".")[:-1], "{}.{}".format)
+        waiting += [package for package in around if _path_of(package)]
     return sorted({module.path: module for module in found.values()}.values(), key=lambda module: module.path)
-
-
-def _carries(name: str) -> bool:
-    return name == "knitstudy" or f"{name}.".startswith(tuple(f"knitstudy.{each}." for each in CARRIERS))
 
 
 @cache
@@ -110,12 +109,6 @@ def _path_of(name: str) -> Path | None:
     except (ImportError, ValueError):  # a name in a module, for example
         return None
     return Path(spec.origin).resolve() if spec and spec.origin and spec.origin.endswith(".py") else None
-
-
-def _packages_around(name: str) -> list[str]:
-    """Return the packages whose __init__ runs before a module does."""
-    parts = name.split(".")
-    return [".".join(parts[:number]) for number in range(1, len(parts))]
 
 
 def _state(path: Path) -> str:

@@ -79,11 +79,6 @@ def _outcome(trade: Trade, inputs: Inputs) -> str:
     return FOUND
 
 
-def _outcomes(listed: Path) -> dict[Inputs, str]:
-    rows = read_table(listed).to_dict("records") if listed.is_file() else ()
-    return {Inputs.of_row(row): row["outcome"] for row in rows}
-
-
 def measure_sample(
     first: int, folder: Path = SAMPLE, anew: bool = False, say: Callable[[str], Any] = str
 ) -> pd.DataFrame:
@@ -95,7 +90,9 @@ def measure_sample(
     trade, defaults, listed = load_trade(), drawn_defaults(), folder / "knits.csv"
     problems, records, other = {}, {}, 0
     for number in range(first):
-        points = sampled(trade, number + 1, known := _outcomes(listed))
+        before = read_table(listed).to_dict("records") if listed.is_file() else ()
+        known = {Inputs.of_row(row): row["outcome"] for row in before}
+        points = sampled(trade, number + 1, known)
         if len(points) > len(known):
             write_table(points, listed)
         knit, inputs = f"knit{number + 1:03}", Inputs.of_row(points.iloc[-1])

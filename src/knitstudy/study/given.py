@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.yarns import OF
+from knitstudy.study.yarns import KEYS, OF, read_yarn
 
 log = logging.getLogger(__name__)
 
@@ -67,6 +67,21 @@ def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
     if POINTS not in found and (mixed or any(name in found for name in DRAWS)):
         found[POINTS] = None
     return found
+
+
+def without_yarn(keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], dict[str, float]]:
+    """Return keys by dotted name without the name of a yarn, and the keys that the yarn gives beside them.
+
+    The yarn in a loop of the same stitches is among the former: it asks for a loop that is drawn.
+    """
+    said = dict(keys)
+    if OF not in said:
+        return said, {}
+    yarn, stitches = read_yarn(said.pop(OF), where), tuple(said.get(STITCHES) or ())
+    lengths = [each.value for each in yarn.loop_lengths if each.stitches == stitches]
+    if any(lengths) and (said.get(LENGTH), said.get(POINTS)) == (None, None):
+        said[LENGTH] = lengths[-1]
+    return said, {KEYS[part][0]: each.value for part, each in yarn.values.items() if each.value is not None}
 
 
 @cache

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 from math import ceil
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, field_validator, model_validator
 
@@ -212,7 +212,11 @@ class Yarn(Section):
 
 Stiffness = Annotated[float, Field(gt=0, le=1e12)]
 
-OF_CIRCLE = "or null for that of a solid circle of yarn.youngs_modulus"
+
+def _stiffness(unit: str, what: str, null: str = "that of a solid circle of yarn.youngs_modulus") -> Any:
+    return physics(
+        "assumed", unit=unit, allowed=f"a number > 0 in {unit}: {what}; or null for {null}", default=None
+    )
 
 
 class BeamYarn(Yarn):
@@ -221,27 +225,14 @@ class BeamYarn(Yarn):
     Two yarns that cross press each other with the force `pressing` (approach / diameter)^`pressing_exponent`.
     """
 
-    stretching: Stiffness | None = physics(
-        "assumed", unit="N", allowed=f"a number > 0 in N: force over strain; {OF_CIRCLE}", default=None
-    )
+    stretching: Stiffness | None = _stiffness("N", "force over strain")
     """Fibres of a spun yarn are not one solid. Checked: against closed forms."""
-    bending: Stiffness | None = physics(
-        "assumed",
-        unit="N m2",
-        allowed=f"a number > 0 in N m2: moment over curvature; {OF_CIRCLE}",
-        default=None,
-    )
+    bending: Stiffness | None = _stiffness("N m2", "moment over curvature")
     """Fibres of a spun yarn slide on each other. Checked: an elastica (tests/verification)."""
-    twisting: Stiffness | None = physics(
-        "assumed", unit="N m2", allowed=f"a number > 0 in N m2: moment over twist; {OF_CIRCLE}", default=None
-    )
+    twisting: Stiffness | None = _stiffness("N m2", "moment over twist")
     """Fibres of a spun yarn slide on each other. Checked: against closed forms."""
-    pressing: Stiffness | None = physics(
-        "assumed",
-        unit="N",
-        allowed="a number > 0 in N: force of yarns that cross at an approach of a diameter; or null for what "
-        "beam.section says",
-        default=None,
+    pressing: Stiffness | None = _stiffness(
+        "N", "force of yarns that cross at an approach of a diameter", "what beam.section says"
     )
     """Yarns pressed between plates. Checked: against closed forms."""
     pressing_exponent: float = physics(

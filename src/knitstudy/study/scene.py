@@ -18,10 +18,10 @@ import numpy as np
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.materials import MATERIALS
-from knitstudy.study.given import POINTS, in_base_keys
+from knitstudy.study.given import in_base_keys, without_yarn
 from knitstudy.study.keys import Section, describe, lists, tuples, validated
 from knitstudy.study.kinds import Kind, Labels, all_sections, labels_of, not_of_kind, unknown_key
-from knitstudy.study.yarns import LENGTH, OF, STITCHES, keys_of_yarn
+from knitstudy.study.yarns import OF
 
 SOLID = ("hexahedra", "spline_yarns")  # Fidelities whose material may have an axis
 
@@ -57,16 +57,15 @@ class Scene:
         does not have are left out. The scene remembers them, so that `vary` can make it one of another kind.
         Raises ConfigurationError when a key is unknown, missing, of another kind or has a value that is not allowed.
         """
-        yarn: dict[str, float] = {}
-        if OF in flat(document):
-            said, yarn = without_yarn(flat(document), where)
-            document, defaults = nested(said, where), nested(flat(defaults) | yarn, where)
-        document = nested_in_base_keys(document, where)
+        said, yarn = without_yarn(flat(document), where)
+        document = nested(said := in_base_keys(said, where), where)
+        if yarn:
+            defaults = nested(flat(defaults) | yarn, where)
         document = {name: defaults[name] for name in Labels.model_fields if name in defaults} | document
         labels = labels_of(document, where)
         kind = Kind.of(labels, where)
         _require_all_of_yarn(kind, yarn, where)
-        for key in _dotted(document):
+        for key in said:
             if not kind.has(key):
                 raise ConfigurationError(f"{where}: {not_of_kind(kind, key)}")
         sections = {}
@@ -76,7 +75,8 @@ class Scene:
                 own = {key: below[key] for key in section.model_fields if key in below} | dict(own)
             sections[name] = validated(section, own, where, f"{name}.")
         scene = cls(labels, kind, sections, defaults)
-        check_keys_together(scene, where)
+        for message in _contradictions(scene):
+            raise ConfigurationError(f"{where}: {message}")
         return scene
 
     def __getattr__(self, name: str) -> Section:
@@ -256,36 +256,12 @@ def flat(document: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
-def without_yarn(said: Mapping[str, Any], where: str) -> tuple[dict[str, Any], dict[str, float]]:
-    """Return dotted keys without the name of a yarn, and the keys that the yarn gives beside them.
-
-    The yarn in a loop is among the former: it asks for a loop that is drawn.
-    """
-    said = dict(said)
-    if OF not in said:
-        return said, {}
-    given = keys_of_yarn(said.pop(OF), said.get(STITCHES), where)
-    length = given.pop(LENGTH, None)
-    if length is not None and (said.get(LENGTH), said.get(POINTS)) == (None, None):
-        said[LENGTH] = length
-    return said, given
-
-
 def _require_all_of_yarn(kind: Kind, given: Mapping[str, float], where: str) -> None:
     """Refuse a yarn with values that models of a scene's kind would silently leave out."""
     if lost := [key for key in given if key.startswith("yarn.") and not kind.has(key)]:
         remedy = "take fidelity beam, or say yarn.diameter and yarn.youngs_modulus"
         of = f"which scenes of fidelity {kind.fidelity.name} do not have"
         raise ConfigurationError(f"{where}: {OF} gives {', '.join(lost)}, {of}; {remedy}")
-
-
-def nested_in_base_keys(document: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """Return a nested document with base keys for all other ways to say them; see `knitstudy.study.given`."""
-    said = flat(document)
-    base = in_base_keys(said, where)
-    if base == said:
-        return dict(document)
-    return nested(base, where)
 
 
 def nested(said: Mapping[str, Any], where: str) -> dict[str, Any]:
@@ -310,22 +286,7 @@ def digest(document: Any) -> str:
     return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def _dotted(document: Mapping) -> list[str]:
-    """Return the dotted keys of a document, and sections that are empty or no groups by their names."""
-    found: list[str] = []
-    for name, inside in document.items():
-        parts = inside if isinstance(inside, Mapping) else ()
-        found += [f"{name}.{part}" for part in parts] or [str(name)]
-    return found
-
-
 # What a key of one section allows of another; sections check themselves
-
-
-def check_keys_together(scene: Scene, where: str) -> None:
-    """Check the sections of a scene against each other; a ConfigurationError names both keys."""
-    for message in _contradictions(scene):
-        raise ConfigurationError(f"{where}: {message}")
 
 
 def _contradictions(scene: Scene) -> Iterator[str]:

@@ -6,14 +6,13 @@ it says itself counts more; friction is left out of scenes whose yarns do not sl
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.registry import find, unknown_choice
+from knitstudy.registry import find
 from knitstudy.study.documents import RESOURCES, read_yaml
 from knitstudy.study.keys import Section, declared, validated
 
@@ -30,9 +29,6 @@ KEYS = {
     "friction": ("contact.friction", "1"),
 }
 """The key of a scene, and its unit, of every value of a yarn."""
-
-LOOP_LENGTHS = "loop_lengths"
-LENGTH, STITCHES = "pattern.loop_length", "pattern.stitches"
 
 
 class Value(Section):
@@ -58,9 +54,9 @@ class LoopLength(Value):
 class YarnFile(Section):
     """A yarn: its name for people, its values, and how much of it there is in a stitch of some fabrics."""
 
-    name: Annotated[str, Field(min_length=1)]
-    values: dict[str, Value]
-    loop_lengths: tuple[LoopLength, ...] = ()
+    name: str = declared(allowed="a text", default="")
+    values: dict[str, Any] = declared(allowed="a group of values, such as diameter")  # of `Value`
+    loop_lengths: tuple[Any, ...] = declared(allowed="a list of lengths", default=())  # of `LoopLength`
 
 
 def known_yarns() -> dict[str, Path]:
@@ -75,40 +71,14 @@ def read_yarn(name: str, where: str = OF) -> YarnFile:
     """
     own = Path(str(name))
     path = own if own.suffix in (".yaml", ".yml") else find("yarn", known_yarns(), str(name), where)
-    document = read_yaml(path)
-    for part in document.keys() - YarnFile.model_fields.keys():
-        raise ConfigurationError(
-            f"{path}: {unknown_choice('unknown key', part, part, [*YarnFile.model_fields])}"
-        )
-    said = document.get("values")
-    if not isinstance(said, Mapping):
-        raise ConfigurationError(f"{path}: values must be a group of values, such as diameter")
-    values = {}
-    for part, value in said.items():
-        find("value of a yarn", KEYS, part, str(path))
-        values[part] = validated(Value, value, str(path), f"{part}.")
-        unit = KEYS[part][1]
-        if values[part].unit != unit:
-            raise ConfigurationError(f"{path}: {part}.unit is {values[part].unit!r} but must be {unit!r}")
-        if (values[part].value is None) != (values[part].standing == "unknown"):
-            raise ConfigurationError(
-                f"{path}: {part}.value must be null where its standing is unknown, and only there"
-            )
-    lengths = tuple(
-        validated(LoopLength, entry, str(path), f"{LOOP_LENGTHS}.")
-        for entry in document.get(LOOP_LENGTHS) or ()
-    )
-    return YarnFile(name=str(document.get("name", own.stem)), values=values, loop_lengths=lengths)
-
-
-def keys_of_yarn(name: str, stitches: Any, where: str) -> dict[str, float]:
-    """Return the keys that a yarn gives a scene, by dotted name, but for values that are not known.
-
-    The yarn in a loop is that of a fabric of the same `stitches`, if the scene says them and the file has them.
-    """
-    yarn = read_yarn(name, where)
-    found = {KEYS[part][0]: each.value for part, each in yarn.values.items() if each.value is not None}
-    for length in yarn.loop_lengths:
-        if stitches is not None and list(length.stitches) == list(stitches) and length.value is not None:
-            found[LENGTH] = length.value
-    return found
+    yarn = validated(YarnFile, read_yaml(path), where := str(path))
+    values = {part: validated(Value, said, where, f"{part}.") for part, said in yarn.values.items()}
+    for part, each in values.items():
+        _, unit = find("value of a yarn", KEYS, part, where)
+        if each.unit != unit:
+            raise ConfigurationError(f"{where}: {part}.unit is {each.unit!r} but must be {unit!r}")
+        if (each.value is None) != (each.standing == "unknown"):
+            only = "where its standing is unknown, and only there"
+            raise ConfigurationError(f"{where}: {part}.value must be null {only}")
+    lengths = tuple(validated(LoopLength, each, where, "loop_lengths.") for each in yarn.loop_lengths)
+    return yarn.model_copy(update={"values": values, "loop_lengths": lengths})

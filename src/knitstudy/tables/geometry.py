@@ -7,11 +7,11 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.measures.catalogue import DRAWN, Datasets, Scenes, of_case, several, solid
+from knitstudy.measures.catalogue import Datasets, Scenes, solid
 from knitstudy.measures.centre_cell import crossing_error
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.response import at_strain
-from knitstudy.measures.sweeps import DIAMETER, HELD, SPACING, Point, Sweep, sweeps_of
+from knitstudy.measures.sweeps import DIAMETER, HELD, RESULTS, SPACING, Point, Sweep, sweeps_of
 from knitstudy.tables.catalogue import TABLES
 
 # Variable of the geometry dataset, unit, and key of the target, by name in the table.
@@ -68,10 +68,7 @@ def _target(targets: dict, name: str | None) -> float:
 @TABLES.add(
     "sweeps",
     "Other course spacings and yarn diameters",
-    results={
-        "drawn": several("simulation", *of_case("tie-course", DRAWN), *of_case("isotropic-course", DRAWN)),
-        "sweeps": several("simulation", "sweep-*"),
-    },
+    results=RESULTS,
     order=13,
 )
 def tabulate_sweeps(
@@ -104,6 +101,6 @@ def _row(key: str, sweep: Sweep, point: Point, history: xr.Dataset) -> dict:
         "strain [1]": strain,
         "largest |u_z| [m]": point.u_z.value,
         "uncertainty of that [m]": point.u_z.uncertainty,
-        "largest |u_z| over diameter [1]": point.over_diameter.value,
+        "largest |u_z| over diameter [1]": point.u_z.value / point.scene.yarn.diameter,
         "force [N]": at_strain(history, strain, history["force"].to_numpy()),
     }

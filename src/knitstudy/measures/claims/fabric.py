@@ -108,8 +108,9 @@ def judge_contact_memory(evidence: Evidence) -> Judgement:
     sizes = (3, 6, 8, 20, 30)
     printed = [evidence.printed("3", f"c{n}w{n}", "memory") for n in sizes]
     wanted = float(np.polyfit(np.log(sizes), np.log(printed), 1)[0])
+    said = f"exponent of {', '.join(map(str, series.cells))} cells in a row"
     return Judgement(
-        (Measured(f"exponent of {_cells(series)}", f"{grows}", f"{wanted:.2f}"),),
+        (Measured(said, f"{grows}", f"{wanted:.2f}"),),
         verdict(_apart(grows, wanted).below(SAME_GROWTH)),
     )
 
@@ -139,10 +140,6 @@ def _series(evidence: Evidence, interaction: str) -> Series:
     raise NotRun(
         f"the study has no square knits of hexahedra of rising size with {INTERACTIONS[interaction]}"
     )
-
-
-def _cells(series: Series) -> str:
-    return f"{', '.join(map(str, series.cells))} cells in a row"
 
 
 SAID = {True: "as claimed", False: "against it", None: "within the uncertainties"}

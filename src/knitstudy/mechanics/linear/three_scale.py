@@ -186,7 +186,10 @@ class CrossingScale:
         """
         matrix, unsymmetric = system.matrix, system.unsymmetric
         self.release()
-        patch = np.union1d(self._tied, _neighbours(matrix, system.touching))
+        around = matrix.indices[
+            block_entries(matrix, system.touching)
+        ]  # nodes that share an element or a contact
+        patch = np.unique(np.concatenate([self._tied, system.touching, around]))
         self.unknowns = (3 * patch[:, None] + np.arange(3)).ravel()
         if not len(self.unknowns):
             return
@@ -229,11 +232,6 @@ def _groups(matrix: sp.csr_matrix) -> list[np.ndarray]:
     size = np.bincount(patch, minlength=count)
     group = (np.cumsum(size) - size) * GROUPS // len(patch)
     return [np.flatnonzero(group[patch] == number) for number in np.unique(group)]
-
-
-def _neighbours(matrix: sp.bsr_matrix, nodes: np.ndarray) -> np.ndarray:
-    """Return nodes and those that share an element or a contact with them."""
-    return np.union1d(nodes, matrix.indices[block_entries(matrix, nodes)])
 
 
 def _block_rows(matrix: sp.bsr_matrix, nodes: np.ndarray) -> sp.bsr_matrix:
