@@ -18,8 +18,16 @@ Points are the nodes of the beams, with the lengths that they stand for. They re
 the yarns touch over four of their spacings. Below it F starts softly: the approach is replaced by (delta + e/2)^2 / 2e
 where it lies between -e/2 and e/2.
 
-Two pieces rub at the middle between them. Friction is a stiffness times the elastic slip of two points of their
-sections that have met there, up to mu times the part of their force along the common normal of both yarns.
+Two pieces rub at the middle between them. Their friction t follows the slip u of two points of their sections that met
+there, up to mu times the part f of their force along the common normal of both yarns: dt = k du. Two yarns that cross
+are `share` times as stiff along each other as they are against approach (Mindlin 1949), and all their pieces begin to
+slide at one slip:
+
+    k = share f K(d) / F(d),   K = -F',   sum k = share K,   slip at which they slide: mu F / (share K).
+
+K grows as yarns are pressed and what was sheared before stays (Mindlin and Deresiewicz 1953), so that increments take
+the mean of k at both ends; a loss of f takes its share of t along. Pairs that do not touch yet are remembered as well:
+they rub in the very increment in which they meet.
 """
 
 from __future__ import annotations
@@ -38,7 +46,7 @@ from knitstudy.mechanics.rotation import hat
 if TYPE_CHECKING:
     from knitstudy.mechanics.beam_model import BeamState
 
-ELASTIC = 0.01  # elastic slip at which friction is fully mobilised, over the diameter
+NEAR = 1.1  # distance up to which pairs are remembered, over the reach of pieces
 SPACINGS = 4.0  # length of contact from which on the law is exact, over the spacing of points
 # Nearly parallel yarns have no common normal: sin^2 of their angle below which the way between them counts
 PARALLEL = 0.02
@@ -78,21 +86,27 @@ class Repulsion:
 
 @dataclass(frozen=True, eq=False)
 class LineHistory:
-    """What pairs that touched in the last converged increment remember."""
+    """What pairs that were near each other in the last converged increment remember."""
 
     key: np.ndarray  # int (m,), ascending; which pairs
     arm: np.ndarray  # (m, 2, 3), from the centres to the points that met, in the sections' axes [m]
     normal: np.ndarray  # (m, 3), common normal
     share: np.ndarray  # (m,), part of the pairs' force along it
     force: np.ndarray  # (m,), that part [N]
-    pull: np.ndarray  # (m,), their friction [N]
+    spring: np.ndarray  # (m,), stiffness against elastic slip [N/m]
+    traction: np.ndarray  # (m, 2, 3), friction on j in the axes of both sections [N]
     dissipated: float = 0.0  # work of friction so far [J]
 
     @classmethod
     def none(cls) -> LineHistory:
         """Return that of yarns that have not touched."""
-        one = np.zeros(0)
-        return cls(np.zeros(0, dtype=np.int64), np.zeros((0, 2, 3)), np.zeros((0, 3)), one, one, one)
+        one, both = np.zeros(0), np.zeros((0, 2, 3))
+        return cls(np.zeros(0, dtype=np.int64), both, np.zeros((0, 3)), one, one, one, both)
+
+    @property
+    def stored(self) -> float:
+        """Energy of elastic slip [J]."""
+        return _stored(self.traction[:, 0], self.spring)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +119,10 @@ class Touching:
     way: np.ndarray  # (k, 3), from i to the image of j [m]
     key: np.ndarray  # int (k,), ascending
 
+    def of(self, chosen: np.ndarray) -> Touching:
+        """Return some of the pairs."""
+        return Touching(*(each[chosen] for each in (self.i, self.j, self.image, self.way, self.key)))
+
     @property
     def distance(self) -> np.ndarray:
         """Distances (k,) [m]."""
@@ -113,27 +131,39 @@ class Touching:
 
 @dataclass(frozen=True, eq=False)
 class Rubbing:
-    """Friction of those pairs that touched before, in one configuration."""
+    """Friction of pairs that were near each other before, in one configuration."""
 
     pair: np.ndarray  # int (m,), which of the pairs within reach
     known: np.ndarray  # int (m,), which of those that the history has
     arm: np.ndarray  # (m, 2, 3), from the centres to the points that met [m]
-    plane: np.ndarray  # (m, 3), from the point of j to that of i, in the tangent plane [m]
+    pulls: np.ndarray  # (m, 2, 3), friction of the history, turned with both sections [N]
+    before: np.ndarray  # (m, 3), their mean in the tangent plane [N]
+    kept: np.ndarray  # (m,), part of it that is left
+    slip: (
+        np.ndarray
+    )  # (m, 3), of the point of i against that of j within the increment, in the tangent plane [m]
     spring: np.ndarray  # (m,), stiffness against elastic slip [N/m]
+    mean: np.ndarray  # (m,), its mean over the increment [N/m]
+    rate: np.ndarray  # (m,), derivative of the mean by the distance [N/m2]
     force: np.ndarray  # (m,), normal force [N]
+    trial: np.ndarray  # (m, 3), traction on j before Coulomb's limit [N]
+    slides: np.ndarray  # bool (m,)
     traction: np.ndarray  # (m, 3), on j [N]
-    slipped: np.ndarray  # (m,), length slipped within the increment [m]
 
     @property
-    def pull(self) -> np.ndarray:
-        """Friction (m,) [N]."""
-        return np.linalg.norm(self.traction, axis=1)
+    def work(self) -> float:
+        """Work of friction within the increment, stored or lost [J]."""
+        return 0.5 * float(np.einsum("ki,ki->", self.before + self.traction, self.slip))
 
     @property
     def stored(self) -> float:
         """Energy of elastic slip [J]."""
-        whole = np.zeros(len(self.pull))
-        return 0.5 * float(np.divide(self.pull**2, self.spring, out=whole, where=self.spring > 0).sum())
+        return _stored(self.traction, self.spring)
+
+
+def _stored(traction: np.ndarray, spring: np.ndarray) -> float:
+    square = np.einsum("ki,ki->k", traction, traction)
+    return 0.5 * float(np.divide(square, spring, out=np.zeros_like(square), where=spring > 0).sum())
 
 
 FAR = 1 << 6  # images are at most half as many periods away
@@ -188,24 +218,62 @@ class LineContact:
         """Return the pairs that repel each other in a state."""
         return self.touching(state.position, vectors, self.repulsion.reach)
 
-    def rubbing(self, state: BeamState, pairs: Touching, push: np.ndarray, history: LineHistory) -> Rubbing:
-        """Return the friction of pairs that repel each other by `push` (k,) [N]."""
+    def springs(
+        self, pairs: Touching, share: np.ndarray, push: np.ndarray, change: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return stiffnesses (k,) [N/m] of pairs against elastic slip, and their derivatives by the distance.
+
+        Two yarns, `share` r apart, are `law.share` times as stiff along each other as they are against approach.
+        """
+        force, change = share * push, share * change
+        F, F1, F2 = self.repulsion.crossing(share * pairs.distance)
+        touch = force > 0
+        F = np.where(touch, F, 1.0)
+        steep, ratio = -F1 / F, self.repulsion.law.share * touch
+        bend = share * (steep**2 - F2 / F)
+        return ratio * force * steep, ratio * (change * steep + force * bend)
+
+    def rubbing(
+        self, state: BeamState, pairs: Touching, push: np.ndarray, change: np.ndarray, history: LineHistory
+    ) -> Rubbing:
+        """Return the friction of pairs that repel each other by `push` (k,) [N]; `change` is its derivative by r."""
         known = np.searchsorted(history.key, pairs.key)
         same = np.append(history.key, -1)[known] == pairs.key
         pair, known = np.flatnonzero(same), known[same]
         both = np.stack([pairs.i, pairs.j], axis=1)[pair]
         arm = np.einsum("kaij,kaj->kai", state.rotation[both], history.arm[known])
+        pulls = np.einsum("kaij,kaj->kai", state.rotation[both], history.traction[known])
         normal = history.normal[known]
-        apart = arm[:, 0] - arm[:, 1] - pairs.way[pair]
-        plane = apart - normal * np.einsum("ki,ki->k", normal, apart)[:, None]
-        force = history.share[known] * push[pair]
-        slack = ELASTIC * self.repulsion.diameter
-        spring = self.friction * history.force[known] / slack
-        trial, most = spring * np.linalg.norm(plane, axis=1), self.friction * force
-        ratio = np.divide(most, trial, out=np.ones_like(trial), where=trial > most)
-        slipped = np.divide((1 - ratio) * trial, spring, out=np.zeros_like(trial), where=spring > 0)
-        traction = (ratio * spring)[:, None] * plane
-        return Rubbing(pair, known, arm, plane, spring, force, traction, slipped)
+
+        def in_plane(v: np.ndarray) -> np.ndarray:
+            return v - normal * np.einsum("ki,ki->k", normal, v)[:, None]
+
+        slip, before = in_plane(arm[:, 0] - arm[:, 1] - pairs.way[pair]), in_plane(pulls.mean(axis=1))
+        share = history.share[known]
+        force, past = share * push[pair], history.force[known]
+        kept = np.divide(force, past, out=np.ones_like(force), where=past > force)
+        spring, rate = self.springs(pairs.of(pair), share, push[pair], change[pair])
+        mean = 0.5 * (history.spring[known] + spring)
+        trial = kept[:, None] * before + mean[:, None] * slip
+        size, most = np.linalg.norm(trial, axis=1), self.friction * force
+        slides = size > most
+        ratio = np.divide(most, size, out=np.ones_like(size), where=slides)
+        return Rubbing(
+            pair,
+            known,
+            arm,
+            pulls,
+            before,
+            kept,
+            slip,
+            spring,
+            mean,
+            0.5 * rate,
+            force,
+            trial,
+            slides,
+            ratio[:, None] * trial,
+        )
 
     def respond(
         self, state: BeamState, vectors: np.ndarray, moves: np.ndarray, history: LineHistory, stiffness: bool
@@ -221,13 +289,13 @@ class LineContact:
         along = pairs.way / r[:, None]
         on_j = V1[:, None] * along  # internal: the derivative of the energy
         energy = {"penalty": float(V.sum()), "friction": history.dissipated}
-        rubs = self.rubbing(state, pairs, -V1, history)
+        rubs = self.rubbing(state, pairs, -V1, -V2, history)
         forces = np.zeros((len(r), 2, 6))
         on_j[rubs.pair] -= rubs.traction
         forces[:, 0, :3], forces[:, 1, :3] = -on_j, on_j
         sign = np.array([1.0, -1.0])[:, None]
         forces[rubs.pair, :, 3:] = sign * np.cross(rubs.arm, rubs.traction[:, None])
-        energy["friction"] += self._work(rubs, history)
+        energy["friction"] += rubs.work + history.stored - rubs.stored
         energy["penalty"] += rubs.stored
         total = np.zeros(6 * n + 3)
         nodes = np.stack([pairs.i, pairs.j], axis=1)
@@ -270,15 +338,27 @@ class LineContact:
         pressed = np.zeros((m, 15))  # of the distance
         pressed[:, 0:3], pressed[:, 6:9] = -along[at], along[at]
         pressed[:, 12:] = np.einsum("ki,kij->kj", along[at], shift[at])
-        size = np.linalg.norm(rubs.plane, axis=1)
-        slips = rubs.slipped > 0
-        way = np.divide(rubs.plane, size[:, None], out=np.zeros_like(rubs.plane), where=slips[:, None])
         normal = history.normal[rubs.known]
-        level = np.where(slips, self.friction * rubs.force / np.where(slips, size, 1.0), rubs.spring)
-        across = np.eye(3) - normal[:, :, None] * normal[:, None, :] - way[:, :, None] * way[:, None, :]
-        change = level[:, None, None] * across @ motion
-        grows = -self.friction * history.share[rubs.known] * V2[at] * slips
-        change += way[:, :, None] * (grows[:, None] * pressed)[:, None]
+        flat = np.eye(3) - normal[:, :, None] * normal[:, None, :]
+        share = history.share[rubs.known]
+        past, less = history.force[rubs.known], rubs.kept < 1
+        fades = -np.divide(share * V2[at], past, out=np.zeros_like(past), where=less)
+        change = rubs.mean[:, None, None] * flat @ motion
+        change += (rubs.rate[:, None] * rubs.slip + fades[:, None] * rubs.before)[:, :, None] * pressed[
+            :, None
+        ]
+        turned = -0.5 * rubs.kept[:, None, None, None] * flat[:, None] @ hat(rubs.pulls)
+        change[:, :, 3:6] += turned[:, 0]
+        change[:, :, 9:12] += turned[:, 1]
+        size = np.where(rubs.slides, np.linalg.norm(rubs.trial, axis=1), 1.0)
+        way = rubs.trial / size[:, None]
+        limited = (
+            self.friction
+            * (rubs.force / size)[:, None, None]
+            * (change - way[:, :, None] * (way[:, None] @ change))
+        )
+        limited -= self.friction * (share * V2[at])[:, None, None] * way[:, :, None] * pressed[:, None]
+        change = np.where(rubs.slides[:, None, None], limited, change)
         blocks = motion.swapaxes(1, 2) @ change
         pull = hat(rubs.traction)
         blocks[:, 3:6, 3:6] += pull @ lever[:, 0]
@@ -287,37 +367,34 @@ class LineContact:
         unknowns.append(np.broadcast_to(6 * n + np.arange(3), (m, 3)))
         return np.concatenate(unknowns, axis=1), blocks
 
-    def _work(self, rubs: Rubbing, history: LineHistory) -> float:
-        """Work of friction within the increment, the mean of its force times the slip [J]."""
-        return 0.5 * float((rubs.pull + history.pull[rubs.known]) @ rubs.slipped)
-
     def commit(
         self, state: BeamState, tangent: np.ndarray, vectors: np.ndarray, history: LineHistory
     ) -> LineHistory:
         """Return the history that a converged increment leaves, with tangents (n, 3) of the yarns at the points."""
         if self.friction == 0:
             return history
-        pairs = self.pairs(state, vectors)
-        r = pairs.distance
-        push = -self.weight[pairs.i] * self.weight[pairs.j] * self.repulsion.of(r)[1]
-        rubs = self.rubbing(state, pairs, push, history)
+        pairs = self.touching(state.position, vectors, NEAR * self.repulsion.reach)
+        r, weight = pairs.distance, self.weight[pairs.i] * self.weight[pairs.j]
+        push, change = -weight * self.repulsion.of(r)[1], -weight * self.repulsion.of(r)[2]
+        apart = r >= self.repulsion.reach
+        push[apart] = change[apart] = 0.0
+        rubs = self.rubbing(state, pairs, push, change, history)
         normal = _common_normal(pairs.way / r[:, None], tangent[pairs.i], tangent[pairs.j])
         share = np.einsum("ki,ki->k", normal, pairs.way) / r
-        force = share * push
-        elastic = np.zeros((len(r), 3))  # keeps the traction
-        per_newton = ELASTIC * self.repulsion.diameter / (self.friction * np.maximum(force, 1e-300))
-        elastic[rubs.pair] = per_newton[rubs.pair, None] * rubs.traction
-        limit = ELASTIC * self.repulsion.diameter
-        elastic /= np.maximum(1.0, np.linalg.norm(elastic, axis=1) / limit)[:, None]
-        half = 0.5 * np.stack([pairs.way + elastic, -pairs.way - elastic], axis=1)
         turned = state.rotation[np.stack([pairs.i, pairs.j], axis=1)]
+        half = 0.5 * np.stack([pairs.way, -pairs.way], axis=1)
         arm = np.einsum("kaji,kaj->kai", turned, half)
-        pull = np.zeros(len(r))
-        pull[rubs.pair] = rubs.pull
-        # Springs follow the normal forces, and those of pairs out of reach are lost: friction takes their energy.
-        stored = 0.5 * float(pull @ np.linalg.norm(elastic, axis=1))
-        dissipated = history.dissipated + self._work(rubs, history) + rubs.stored - stored
-        return LineHistory(pairs.key, arm, normal, share, force, pull, dissipated)
+        traction = np.zeros((len(r), 3))
+        traction[rubs.pair] = rubs.traction
+        spring, force = self.springs(pairs, share, push, change)[0], share * push
+        # The new normal may leave less to friction.
+        most, size = self.friction * force, np.linalg.norm(traction, axis=1)
+        traction *= np.divide(most, size, out=np.ones_like(size), where=size > most)[:, None]
+        found = LineHistory(
+            pairs.key, arm, normal, share, force, spring, np.einsum("kaji,kj->kai", turned, traction)
+        )
+        dissipated = history.dissipated + rubs.work + history.stored - found.stored
+        return replace(found, dissipated=dissipated)
 
 
 def _common_normal(way: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:

@@ -33,8 +33,8 @@ from knitstudy.study.scene import Scene
 HELD = np.arange(3)  # the displacements of the first node: nothing else holds the whole in its place
 
 # Variables of a shape at rest that are what its contact remembers (`LineHistory`)
-KEPT = {"touching": "key", "touching_friction": "pull"}
-KEPT |= {f"touching_{field}": field for field in ("arm", "normal", "share", "force")}
+KEPT = {"touching": "key", "touching_friction": "traction"}
+KEPT |= {f"touching_{field}": field for field in ("arm", "normal", "share", "force", "spring")}
 
 STRIDE = 0.1  # largest displacement that one correction may make, over the diameter
 
