@@ -183,17 +183,13 @@ def _dictionary(mirrored: bool, sizes: Sequence[float]) -> tuple[np.ndarray, np.
     return np.where(size > 0, size, 1.0)[:, None] * plane, size
 
 
-def membrane(
-    histories: dict[str, xr.Dataset], mirrored: bool | None = None, error: float = ERROR
-) -> xr.Dataset:
+def membrane(histories: dict[str, xr.Dataset], error: float = ERROR) -> xr.Dataset:
     """Return the laws of a fabric from the histories of its cells: of exponentials, and a linear one.
 
-    `law_of` makes the first one again. Errors of both are attributes; coefficients have intervals. By default the
-    states say whether the law is `mirrored`.
+    `law_of` makes the first one again. Errors of both are attributes; coefficients have intervals.
     """
     states = States.of(histories)
-    mirrored = states.mirrored if mirrored is None else mirrored
-    fit, linear = (fit_exponentials(states, mirrored, error, sizes) for sizes in (SIZES, SIZES[:1]))
+    fit, linear = (fit_exponentials(states, states.mirrored, error, each) for each in (SIZES, SIZES[:1]))
     paths, plane, unit, one = fit.errors, ("axis", "of_axis"), {"units": "N/m"}, {"units": "1"}
     interval = unit | {"long_name": "half width of the 95 % interval"}
     return xr.Dataset(

@@ -303,6 +303,7 @@ def spatial_network(
     offset = position - nodes[node]
     first = np.flatnonzero(yarn[1:] == yarn[:-1])
     elements = np.column_stack([first, first + 1])  # by station
+    tangent = np.concatenate([c.tangent(s) for c, s in zip(fabric.centrelines, pieces, strict=True)])
     sprung = joints.sprung
     arms = (contacts.centroid[:, None] - contacts.point)[sprung] * (joint == "rigid")
     return Network(
@@ -317,7 +318,7 @@ def spatial_network(
         beam_nodes=len(position),
         springs=LinearSprings(node[station[sprung]], arms, joints.stiffness[sprung]),
         joints=joints,
-        curvature=_curvature(fabric, pieces, first),
+        curvature=turns(tangent[first], tangent[first + 1]) / np.diff(arc_length)[first, None],
         polygon=_polygon(fabric, pieces),
     )
 
@@ -337,13 +338,6 @@ def _polygon(fabric: Fabric, pieces: list[np.ndarray]) -> float:
         angle = size * (line.curvature(inside.ravel()).reshape(inside.shape) @ (0.5 * weight))
         turned, length = turned + size @ angle**2, length + size.sum()
     return RING * turned / length
-
-
-def _curvature(fabric: Fabric, pieces: list[np.ndarray], first: np.ndarray) -> np.ndarray:
-    """Return mean curvature vectors (E, 3) [1/m] of centrelines from the stations `first` (E,) to the next ones."""
-    tangent = np.concatenate([c.tangent(s) for c, s in zip(fabric.centrelines, pieces, strict=True)])
-    arc_length = np.concatenate(pieces)
-    return turns(tangent[first], tangent[first + 1]) / np.diff(arc_length)[first, None]
 
 
 def turns(before: np.ndarray, after: np.ndarray) -> np.ndarray:
