@@ -139,9 +139,7 @@ class Rubbing:
     pulls: np.ndarray  # (m, 2, 3), friction of the history, turned with both sections [N]
     before: np.ndarray  # (m, 3), their mean in the tangent plane [N]
     kept: np.ndarray  # (m,), part of it that is left
-    slip: (
-        np.ndarray
-    )  # (m, 3), of the point of i against that of j within the increment, in the tangent plane [m]
+    slip: np.ndarray  # (m, 3), of i against j within the increment, in the tangent plane [m]
     spring: np.ndarray  # (m,), stiffness against elastic slip [N/m]
     mean: np.ndarray  # (m,), its mean over the increment [N/m]
     rate: np.ndarray  # (m,), derivative of the mean by the distance [N/m2]
@@ -258,21 +256,9 @@ class LineContact:
         size, most = np.linalg.norm(trial, axis=1), self.friction * force
         slides = size > most
         ratio = np.divide(most, size, out=np.ones_like(size), where=slides)
+        rate, traction = 0.5 * rate, ratio[:, None] * trial
         return Rubbing(
-            pair,
-            known,
-            arm,
-            pulls,
-            before,
-            kept,
-            slip,
-            spring,
-            mean,
-            0.5 * rate,
-            force,
-            trial,
-            slides,
-            ratio[:, None] * trial,
+            pair, known, arm, pulls, before, kept, slip, spring, mean, rate, force, trial, slides, traction
         )
 
     def respond(
@@ -344,21 +330,16 @@ class LineContact:
         past, less = history.force[rubs.known], rubs.kept < 1
         fades = -np.divide(share * V2[at], past, out=np.zeros_like(past), where=less)
         change = rubs.mean[:, None, None] * flat @ motion
-        change += (rubs.rate[:, None] * rubs.slip + fades[:, None] * rubs.before)[:, :, None] * pressed[
-            :, None
-        ]
+        grows = rubs.rate[:, None] * rubs.slip + fades[:, None] * rubs.before
+        change += grows[:, :, None] * pressed[:, None]
         turned = -0.5 * rubs.kept[:, None, None, None] * flat[:, None] @ hat(rubs.pulls)
         change[:, :, 3:6] += turned[:, 0]
         change[:, :, 9:12] += turned[:, 1]
         size = np.where(rubs.slides, np.linalg.norm(rubs.trial, axis=1), 1.0)
         way = rubs.trial / size[:, None]
-        limited = (
-            self.friction
-            * (rubs.force / size)[:, None, None]
-            * (change - way[:, :, None] * (way[:, None] @ change))
-        )
-        limited -= self.friction * (share * V2[at])[:, None, None] * way[:, :, None] * pressed[:, None]
-        change = np.where(rubs.slides[:, None, None], limited, change)
+        limited = (rubs.force / size)[:, None, None] * (change - way[:, :, None] * (way[:, None] @ change))
+        limited -= (share * V2[at])[:, None, None] * way[:, :, None] * pressed[:, None]
+        change = np.where(rubs.slides[:, None, None], self.friction * limited, change)
         blocks = motion.swapaxes(1, 2) @ change
         pull = hat(rubs.traction)
         blocks[:, 3:6, 3:6] += pull @ lever[:, 0]
