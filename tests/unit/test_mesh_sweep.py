@@ -114,17 +114,22 @@ def corner_sines(section):
     return cross / np.linalg.norm(ahead, axis=-1) / np.linalg.norm(behind, axis=-1)
 
 
+def areas(section):
+    p, q = (section.points[section.quads[:, i + 2]] - section.points[section.quads[:, i]] for i in (0, 1))
+    return 0.5 * (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
+
+
 @pytest.mark.parametrize(("core", "rings"), [(3, 1), (4, 1), (4, 2), (5, 1), (6, 2), (8, 2)])
 def test_elements_are_well_shaped(core, rings):
     section = Section.butterfly(core, rings)
     assert corner_sines(section).min() > np.sin(np.radians(54))  # interior angles between 54 and 126 degrees
-    assert section.areas.max() < 1.6 * section.areas.min()
+    assert areas(section).max() < 1.6 * areas(section).min()
 
 
 @pytest.mark.parametrize(("core", "rings"), [(3, 1), (4, 1), (6, 2)])
 def test_polygon_has_the_area_of_the_disc(core, rings):
     section = Section.butterfly(core, rings)
-    assert section.areas.sum() == pytest.approx(np.pi, rel=1e-14)
+    assert areas(section).sum() == pytest.approx(np.pi, rel=1e-14)
     np.testing.assert_allclose(np.diff(section.angles), 2 * np.pi / (4 * core), rtol=1e-13)
     radii = np.linalg.norm(section.points[section.ring], axis=1)
     assert np.ptp(radii) < 1e-14
