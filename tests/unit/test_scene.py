@@ -83,6 +83,12 @@ def test_change_that_is_not_allowed(scene, key, value, message):
         scene.replace(key, value)
 
 
+@pytest.mark.parametrize(("group", "message"), [("lod", "unknown key 'lod'"), ("beam", "beam is no key")])
+def test_an_empty_group_that_a_scene_does_not_have_is_refused(scene, group, message):
+    with pytest.raises(ConfigurationError, match=message):
+        Scene.from_dict(scene.to_dict() | {group: {}})
+
+
 def test_pairs_of_stops_are_even_steps(scene):
     stops = scene.replace("load.stops", [0.001, [0.002, 0.0004], 0.01]).load.stops
     assert stops == pytest.approx((0.001, 0.001 + 0.001 / 3, 0.001 + 0.002 / 3, 0.002, 0.01))

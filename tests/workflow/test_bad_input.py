@@ -26,7 +26,8 @@ def one_message(ended):
 
 def test_wrong_configuration_runs_nothing(fresh):
     rewrite(fresh.folder / "config" / "defaults.yaml", "strain:", "strane:")
-    assert "unknown key 'load.strane' (did you mean 'load.strain'" in one_message(fresh.study("ci"))
+    near = "(did you mean 'load.strain', 'load.turns' or 'load.start'?)"
+    assert f"unknown key 'load.strane' {near}" in one_message(fresh.study("ci"))
     assert not (fresh.folder / "results").exists()
 
 

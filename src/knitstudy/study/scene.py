@@ -57,6 +57,7 @@ class Scene:
         does not have are left out. The scene remembers them, so that `vary` can make it one of another kind.
         Raises ConfigurationError when a key is unknown, missing, of another kind or has a value that is not allowed.
         """
+        empty = [name for name, inside in document.items() if inside == {}]
         said, yarn = without_yarn(flat(document), where)
         document = nested(said := in_base_keys(said, where), where)
         if yarn:
@@ -65,7 +66,7 @@ class Scene:
         labels = labels_of(document, where)
         kind = Kind.of(labels, where)
         _require_all_of_yarn(kind, yarn, where)
-        for key in said:
+        for key in (*said, *empty):
             if not kind.has(key):
                 raise ConfigurationError(f"{where}: {not_of_kind(kind, key)}")
         sections = {}
