@@ -212,8 +212,10 @@ def tied_crossings(scene: Scene, crossings: Crossings) -> np.ndarray:
     return (along == along.min()) | (along == along.max())
 
 
-def tied_pieces(stations: Sequence[np.ndarray], crossings: Crossings, tied: np.ndarray) -> np.ndarray:
-    """Return the interlock row (S,) that every station is tied in, -1 where its nearest crossing is not tied.
+def tied_pieces(
+    stations: Sequence[np.ndarray], crossings: Crossings, tied: np.ndarray, reach: float
+) -> np.ndarray:
+    """Return the interlock row (S,) that every station is tied in, -1 beyond the `reach` [m] of ties along the yarn.
 
     Two pieces of yarns of one interlock row that both hold ties are one there: they do not touch each other.
 
@@ -227,6 +229,7 @@ def tied_pieces(stations: Sequence[np.ndarray], crossings: Crossings, tied: np.n
     for yarn, arc_length in enumerate(stations):
         here, side = np.nonzero(crossings.yarn == yarn)
         along = cKDTree(crossings.arc_length[here, side][:, None])
-        nearest = here[along.query(arc_length[:, None])[1]]
-        pieces.append(np.where(tied[nearest], crossings.row[nearest], -1))
+        apart, nearest = along.query(arc_length[:, None])
+        holds = tied[here[nearest]] & (apart < reach)
+        pieces.append(np.where(holds, crossings.row[here[nearest]], -1))
     return np.concatenate(pieces)

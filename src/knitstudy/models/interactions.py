@@ -24,18 +24,10 @@ from scipy.spatial import cKDTree
 
 from knitstudy.errors import MeshError
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.loading.gates import (
-    require_integrated_contact,
-    require_seen_contact,
-    require_share,
-    require_stiff_contact,
-)
-from knitstudy.loading.history import Recorder
-from knitstudy.mechanics.beam_contact import hertz
-from knitstudy.mechanics.contact.friction import ContactHistory, Coulomb
+from knitstudy.loading.gates import require_integrated_contact, require_seen_contact, require_stiff_contact
+from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.indentation import Indentation, indentation
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.materials import material_of
 from knitstudy.mechanics.model import FreeBodies
 from knitstudy.mechanics.patch_compliance import moments, polar_rule
@@ -122,7 +114,8 @@ WIDEST_STEP = 0.5
 # (docs/notes/ties.md)
 NARROWEST = 0.25
 
-# Distance from the middle of a disc, in its radii, beyond which the yarns are not held by it
+# Distance along the yarns from the middle of a disc, in its radii, from which on they touch each other; within it the
+# tie does what contact would
 BESIDE = 1.5
 
 
@@ -204,11 +197,6 @@ class Ties:
         for place, (nodes, each) in enumerate(sums):
             master[place, : len(nodes)], weight[place, : len(nodes)] = nodes, each
         return Equations(np.concatenate([np.empty(0, dtype=np.int64), *slaves]), master, weight)
-
-    def nearest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the nearest disc (k,) of undeformed points (k, 3) [m], and which of them lie beside all discs."""
-        distance, disc = cKDTree(self.discs.centre).query(points)
-        return disc, distance > BESIDE * self.discs.radius
 
 
 def tie_crossings(
@@ -344,67 +332,3 @@ def free_yarns(scene: Scene, yarns: Discretisation, ties: Ties, volume: np.ndarr
         return None
     nodes = [yarns.nodes_of(yarn) for yarn in free]
     return FreeBodies.of(nodes, volume, scene.yarn.youngs_modulus, yarns.size, yarns.unity)
-
-
-class BesideTies:
-    """Gaps between pieces of yarn that are tied to each other, beside the ties: no contact acts there."""
-
-    def __init__(
-        self,
-        scene: Scene,
-        yarns: Discretisation,
-        ties: Ties,
-        pairs: np.ndarray,  # (k, 2) yarns that are tied to each other
-        labels: np.ndarray,  # (R,) of the rings of the surfaces, -1 where yarns are not tied
-    ) -> None:
-        mesh = yarns.mesh
-        meets = np.zeros((mesh.yarns, mesh.yarns), dtype=bool)
-        meets[pairs[:, 0], pairs[:, 1]] = meets[pairs[:, 1], pairs[:, 0]] = True
-        self._contact = Contact(
-            yarns.nodes,
-            yarns.surfaces,
-            contact_law(scene, yarns),
-            meets=meets,
-            points=1,
-            margin=MARGIN * mesh.radius,
-            overlap=np.inf,
-        )
-        self._labels, self._rings, self._ties = labels, yarns.rings, ties
-        self._hertz = hertz(*material_of(scene.yarn).across, mesh.radius)
-        # With the same empty history all along, pairs of a search stay followed.
-        self._history = ContactHistory.empty()
-        self.gaps = np.empty(0)  # smallest beside every tie, of the nodes that were looked at last [m]
-
-    def smallest_gap(self, nodes: np.ndarray) -> float:
-        """Return the smallest gap of current nodes (N, 3) beside the ties [m], inf if nothing is near."""
-        points = self._contact.points(nodes, nodes, self._history)
-        (xi, gap), pairs = self._contact.everywhere(points), points.followed
-        quadrature = self._contact.quadrature
-        own = self._label(quadrature.surface[pairs.point], quadrature.xi[pairs.point, 0])
-        other = self._label(pairs.surface, xi[:, 0])
-        near = np.flatnonzero(np.isfinite(gap) & (own == other) & (own >= 0))
-        tie, beside = self._ties.nearest(self._contact.reference(pairs.point[near]))
-        self.gaps = np.full(len(self._ties.discs.crossing), np.inf)
-        np.minimum.at(self.gaps, tie[beside], gap[near[beside]])
-        return float(self.gaps.min())
-
-    def _label(self, yarn: np.ndarray, along: np.ndarray) -> np.ndarray:
-        """Return the labels of the rings at natural coordinates along yarns."""
-        return self._labels[self._rings.nearest(yarn, along)]
-
-    def require_apart(self, scene: Scene, increment: Increment, recorder: Recorder) -> None:
-        """Refuse a state, recorded last, in which contact beside the ties, which is left out, would store much energy.
-
-        It is that of Hertz's contact with the deepest overlap beside every tie: yarns that roll over a tied disc
-        overlap on one side of it. Raises ConvergenceError.
-        """
-        gap = recorder.columns["gap_beside_ties"][-1]
-        require_share(
-            scene,
-            "overlap",
-            float(self._hertz.energy(self.gaps).sum()),
-            increment.response.energy["internal"],
-            f"increment {increment.index}: tied yarns penetrate each other by {-gap:.3g} m beside their ties, where "
-            "contact would store {} the internal energy",
-            "Use contact.tied_edges 'none', a larger tie.radius or a smaller load.strain",
-        )

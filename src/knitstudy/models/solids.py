@@ -33,7 +33,7 @@ from knitstudy.mechanics.solid import SolidModel, SolidState
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.discretisation import Discretisation
 from knitstudy.models.interactions import (
-    BesideTies,
+    BESIDE,
     Ties,
     contact_of,
     free_yarns,
@@ -55,7 +55,6 @@ class SolidYarns:
     ties: Ties
     facets: CrossingFacets
     retained: np.ndarray  # (n,) nodes that depend on no others, ascending
-    beside: BesideTies | None = None  # where some yarns are tied and others in contact
 
     @cached_property
     def unknown(self) -> np.ndarray:
@@ -98,13 +97,12 @@ class SolidYarns:
             near = self.model.contact_points(state)
             points = touching_points(self.model.contact, near, facets, parts.rings)
             force += crossing_forces(points, len(force))
-            gaps = {"smallest_gap": self.model.contact.smallest_gap(near)}
-            if self.beside is not None:
-                beside = self.beside.smallest_gap(parts.nodes + moved)
-                gaps = {"smallest_gap": min(gaps["smallest_gap"], beside), "gap_beside_ties": beside}
+            gap = self.model.contact.smallest_gap(near)
             # Where nothing is near there is no gap.
-            contact = {name: gap if np.isfinite(gap) else np.nan for name, gap in gaps.items()}
-            contact["augmentations"] = state.augmentations
+            contact = {
+                "smallest_gap": gap if np.isfinite(gap) else np.nan,
+                "augmentations": state.augmentations,
+            }
         sections = section_motion(facets.crossings, parts.mesh, parts.sampled(parts.nodes), displacement)
         columns = {
             "centreline_displacement": parts.mesh.ring_means(displacement),
@@ -123,7 +121,7 @@ def assemble(
     tied: np.ndarray | None = None,  # (K,) crossings that are tied; by default as the scene says
     spread: sp.csr_matrix | None = None,  # (N, n) nodes as sums of the retained ones, where all are retained
     # (R,) of the rings of the surfaces: rings with one label, if it is not -1, do not touch. By default pieces of
-    # yarn that are tied to each other have one
+    # yarn that a tie holds together have one
     labels: np.ndarray | None = None,
 ) -> SolidYarns:
     """Return the solid yarns of a scene: tied at some crossings, in contact elsewhere if the scene says so.
@@ -145,7 +143,8 @@ def assemble(
     solids = (parts.nodes, groups, parts.size, spread, stabilisation, ties.links)
     if not scene.kind.interaction.touches:
         return SolidYarns(parts, SolidModel(*solids), ties, facets, retained)
-    labels = tied_pieces(parts.rings.arc_length, fabric.crossings, tied) if labels is None else labels
+    if labels is None:
+        labels = tied_pieces(parts.rings.arc_length, fabric.crossings, tied, BESIDE * ties.discs.radius)
     contact = contact_of(scene, parts, labels)
     model = SolidModel(
         *solids,
@@ -153,8 +152,7 @@ def assemble(
         penetration=penetration_of(scene, contact.law, parts.size),
         free_bodies=None if viscosity else free_yarns(scene, parts, ties, volume),
     )
-    beside = BesideTies(scene, parts, ties, fabric.crossings.yarn[tied], labels) if tied.any() else None
-    return SolidYarns(parts, model, ties, facets, retained, beside)
+    return SolidYarns(parts, model, ties, facets, retained)
 
 
 def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns) -> Problem:
@@ -174,10 +172,7 @@ def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns) -> Problem:
         driven=driven,
         stations=stations_of(yarns.parts.mesh),
         observer=SolidObserver(yarns),
-        checks=(
-            partial(require_sound, scene, model.loaded),
-            *([partial(yarns.beside.require_apart, scene)] if yarns.beside else []),
-        ),
+        checks=(partial(require_sound, scene, model.loaded),),
         constants=yarns.ties.constants(),
         fields=yarns.fields if "fields" in scene.outputs else None,
         attributes={"dof": yarns.parts.nodes.size, "elements": yarns.elements, **yarns.attributes()},

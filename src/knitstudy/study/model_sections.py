@@ -263,8 +263,6 @@ class SolidGates(Gates):
         "choice", meaning="over the reaction of the driven side", default=0.05, ge=0
     )
     """Forces are wrong by about as much, docs/gates.md. Checked: 0.05."""
-    overlap: float = numerics("choice", meaning="over the internal energy", default=0.05, gt=0)
-    """Where it is 4 % the force is wrong by 1 %, docs/notes/ties.md. Checked: 0.05."""
 
 
 class HexahedralGates(SolidGates):

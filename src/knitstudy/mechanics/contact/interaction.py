@@ -248,15 +248,6 @@ class Contact:
         rest = rest[points.least[rest] < nearest]
         return min(nearest, float(self._evaluated(points, rest)[1].min(initial=np.inf)))
 
-    def everywhere(self, points: ContactPoints) -> tuple[np.ndarray, np.ndarray]:
-        """Return closest points (c, 2) and gaps (c,) of all pairs that are followed, those left out included."""
-        every, rest = points.followed, self._left_out(points)
-        xi = _put(every.xi, points.number, points.projection.xi)
-        gap = _put(every.gap, points.number, points.gap)
-        projection, gap[rest] = self._evaluated(points, rest)
-        xi[rest] = projection.xi
-        return xi, gap
-
     def _evaluated(self, points: ContactPoints, rest: np.ndarray) -> tuple[Projection, np.ndarray]:
         """Return closest places and gaps (k,) of pairs (k,) that are left out."""
         history = taken(points.followed, rest)
