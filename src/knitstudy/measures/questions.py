@@ -76,7 +76,7 @@ def answers(
         wanted = [name for name in wanted if name in (FORCE, LARGEST_U_Z, RMS_U_Z)]
     values = {name: _VALUES[name](history, contacts) for name in wanted if name in _VALUES}
     for name in wanted:
-        if name in _OF_BEAMS:
+        if name in _OF_BEAMS and _OF_BEAMS[name] in history:  # cells of beams do not say
             values[name] = _of_beams(history[_OF_BEAMS[name]].to_numpy(), scene)
     return {name: at_strain(history, strain, found) for name, found in values.items()}
 
