@@ -6,8 +6,10 @@ from itertools import islice
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError
+from knitstudy.measures.questions import QUESTIONS, answers
 from knitstudy.stages import trade as stage
 from knitstudy.stages.trade import FOUND, measure_sample, rows_of, run, sampled, truths
 from knitstudy.study.choice import ERROR
@@ -117,6 +119,14 @@ def test_a_knit_is_its_inputs_at_any_scale(trade):
                 cell = endless(scene)
                 assert Inputs.of(cell).direction == inputs.direction
                 assert Case.of(cell) == Case("cell", case.yarns)
+
+
+def test_cells_of_beams_say_nothing_of_crossings(trade):
+    """Their histories have no crossings; the other questions are answered."""
+    cell, inputs = Case("cell", "touching"), next(trade.points())
+    scene = trade.scene(cell, inputs, drawn_defaults()).vary(trade.rungs_of(cell)["beams"])
+    history = xr.Dataset({"strain": ("increment", [0.0, inputs.strain])})
+    assert answers(QUESTIONS["contact"], scene, history, None, inputs.strain) == {}
 
 
 def values(records):
