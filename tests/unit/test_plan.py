@@ -152,6 +152,7 @@ MEASURED = {
     "pair-slid-90": (10_944, 270, 9.1),
     "reference-3x3-rough-course-quadratic-060": (341_352, 2_236, 475),
     "domain-yarns-tie-course-10x10": (124_830, 698, 90.2),
+    "domain-yarns-isotropic-course-10x10": (124_830, 1_650, 404),
 }
 """Unknowns, peak of the process [MB], processor time [s]."""
 

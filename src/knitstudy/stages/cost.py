@@ -21,10 +21,12 @@ PROCESS = 350e6  # Bytes of a process with all that it imports, and of a small m
 BYTES_AN_UNKNOWN = {
     "one_point": {False: 3.5e3, True: 11e3},
     "quadratic": {False: 6e3, True: 9e3},
-    None: {False: 6e3, True: 28e3},
+    None: {False: 6e3, True: 16e3},
 }
 """Growth of memory with ties and with contact, by elements (none of polynomials): the most that was measured on knits
 of 3 x 3 to 30 x 30."""
+
+FOLLOWED = 300e6  # Bytes of pairs of points that polynomials in contact follow, however small the knit or the cell
 
 MEMORY_OF_BEAMS = {"rom2d": 500, "rom3d": 500, "beam": 1000, "window": 1500}
 """Expected memory of simulations without solid yarns, or with few [MB]."""
@@ -60,8 +62,9 @@ def expected_memory(scene: Scene) -> int:
     """Return what a simulation is expected to take [MB]."""
     if scene.fidelity in MEMORY_OF_BEAMS:
         return MEMORY_OF_BEAMS[scene.fidelity]
-    growth = unknowns(scene) * BYTES_AN_UNKNOWN[_element(scene)][scene.kind.interaction.touches]
-    return round((PROCESS + growth) / MEGABYTE)
+    element, touches = _element(scene), scene.kind.interaction.touches
+    growth = unknowns(scene) * BYTES_AN_UNKNOWN[element][touches]
+    return round((PROCESS + growth + FOLLOWED * (touches and element is None)) / MEGABYTE)
 
 
 def expected_seconds(scene: Scene) -> float:
