@@ -13,6 +13,7 @@ from knitstudy.measures.response import FORCE, STRAINS, rms_out_of_plane
 from knitstudy.stages import kept_tables as kept
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
+from knitstudy.study.configuration import load_scenes, load_study
 from knitstudy.tables import catalogue
 from knitstudy.tables.reference import values_of
 
@@ -77,6 +78,29 @@ def test_one_way_or_one_mesh_makes_no_reference(knit, solid):
     for scenes in (way(solid, "one_point"), way(solid, "one_point") | way(solid, "quadratic", SIZES[:1])):
         alone = results(knit, scenes, lambda element, h: 1.0)
         assert catalogue.tabulate("reference", **alone).empty
+
+
+def test_one_way_is_as_uncertain_as_ways_disagree_elsewhere(knit, solid, sources):
+    """Forces of two elements are 0.12 N apart from 12.1 N; a stiffer problem has one element alone."""
+    other = {
+        f"{name}-other": scene.vary({"name": f"{name}-other", "yarn.youngs_modulus": 2e9})
+        for name, scene in way(solid, "quadratic").items()
+    }
+    both = results(knit, sources["scenes"] | other, lambda element, h: 12 + 0.24 * (element == "quadratic"))
+    table = catalogue.tabulate("reference", **both)
+    last = table[(table["quantity"] == FORCE) & (table["strain [1]"] == 0.05)].set_index("problem")
+    pair, single = last.loc[problem_of(solid)], last.loc[problem_of(other["reference-quadratic-05-other"])]
+    assert single["value"] == pytest.approx(12.24)
+    share = pair["uncertainty from disagreement"] / pair["value"]
+    assert share == pytest.approx(0.12 / 12.12, rel=1e-3)
+    assert single["uncertainty from disagreement"] == pytest.approx(12.24 * share)
+
+
+def test_the_kept_reference_is_of_the_problems_of_today():
+    """A new key of the physics would change their digests, and the reference would no longer be found."""
+    table, scenes = read_table(kept.REFERENCE), load_scenes()
+    for name in load_study("reference"):
+        assert reference_of(table, scenes[name]).known, name
 
 
 def test_models_are_compared_at_the_largest_strain_that_both_reach(cases):

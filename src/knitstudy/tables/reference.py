@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import product
-from math import isfinite, nan
+from math import inf, isfinite, nan
 
 import pandas as pd
 
 from knitstudy.measures.catalogue import Datasets, Scenes, several
 from knitstudy.measures.discretisation import INTERACTIONS
-from knitstudy.measures.estimate import common_limit
+from knitstudy.measures.estimate import Common, Limit, common_limit
 from knitstudy.measures.reference import RefinementSeries, refinement_series_of
 from knitstudy.measures.response import QUANTITIES, STRAINS, increment_at
 from knitstudy.tables.catalogue import TABLES
@@ -34,7 +34,7 @@ Found = list[tuple[RefinementSeries, dict[str, float]]]  # Refinement series wit
 
 @TABLES.add("reference", "The reference: limits of independent discretisations", results=RESULTS, order=16)
 def tabulate(histories: Datasets, contacts: Datasets, scenes: Scenes) -> pd.DataFrame:
-    """Return one row a problem, strain and quantity; problems with fewer than two discretisations have none.
+    """Return one row a problem, strain and quantity; none of one discretisation, where no problem has two.
 
     The unit is that of the value and of its uncertainties.
     """
@@ -77,13 +77,32 @@ def values_of(histories: Datasets, contacts: Datasets) -> pd.DataFrame:
 
 
 def limits(values: pd.DataFrame, scenes: Scenes) -> pd.DataFrame:
-    """Return the reference, as `tabulate` does, from values of single simulations (`values_of`)."""
-    rows = [_row(said, found) for said, found in _found(values, scenes) if len(found) > 1]
+    """Return the reference, as `tabulate` does, from values of single simulations (`values_of`).
+
+    Nothing says how far from a single discretisation another would be: as far as those of other problems at most.
+    """
+    single, rows = [], []
+    for said, found in _found(values, scenes):
+        if len(found) > 1:
+            rows.append(_row(said, common_limit(_limits(found)), found))
+        else:
+            single.append((said, found))
+    apart: dict[tuple, float] = {}
+    for row in rows:
+        of = row["strain [1]"], row["quantity"]
+        apart[of] = max(apart.get(of, 0.0), row["uncertainty from disagreement"] / abs(row["value"] or inf))
+    for said, found in single:
+        if share := apart.get((said["strain [1]"], said["quantity"])):
+            (limit,) = _limits(found)
+            rows.append(_row(said, Common(limit.value, limit.uncertainty, share * abs(limit.value)), found))
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def _row(said: dict, found: Found) -> dict:
-    common = common_limit([series.limit(values) for series, values in found])
+def _limits(found: Found) -> list[Limit]:
+    return [series.limit(values) for series, values in found]
+
+
+def _row(said: dict, common: Common, found: Found) -> dict:
     return said | {
         "value": common.value,
         "uncertainty": common.uncertainty,
