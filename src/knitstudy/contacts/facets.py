@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from knitstudy.geometry.crossings import Crossings
 from knitstudy.mechanics.contact.friction import OPEN, STICK, ContactPoints
@@ -81,16 +79,6 @@ class Rings:
             here = yarn == number
             values[here] = np.interp(along[here], self.along[number], self.arc_length[number])
         return values
-
-    def nearest(self, yarn: np.ndarray, along: np.ndarray) -> np.ndarray:
-        """Return the rings (k,), counted through all yarns, next to places with parameters (k,) on yarns (k,)."""
-        ring = np.empty(len(yarn), dtype=np.int64)
-        first = 0
-        for number, edges in enumerate(self.along):
-            here = yarn == number
-            ring[here] = first + np.searchsorted(0.5 * (edges[1:] + edges[:-1]), along[here])
-            first += len(edges)
-        return ring
 
 
 # ---- The crossings of a specimen on the surfaces of its mesh: facets that face each other, and what touches near them
@@ -210,26 +198,3 @@ def tied_crossings(scene: Scene, crossings: Crossings) -> np.ndarray:
         return np.zeros(len(crossings), dtype=bool)
     along = crossings.row if direction == "course" else crossings.column
     return (along == along.min()) | (along == along.max())
-
-
-def tied_pieces(
-    stations: Sequence[np.ndarray], crossings: Crossings, tied: np.ndarray, reach: float
-) -> np.ndarray:
-    """Return the interlock row (S,) that every station is tied in, -1 beyond the `reach` [m] of ties along the yarn.
-
-    Two pieces of yarns of one interlock row that both hold ties are one there: they do not touch each other.
-
-    Parameters
-    ----------
-    stations : sequence of ndarray
-        Arc lengths on every yarn [m]; S in all.
-    tied : ndarray of bool, shape (K,)
-    """
-    pieces = []
-    for yarn, arc_length in enumerate(stations):
-        here, side = np.nonzero(crossings.yarn == yarn)
-        along = cKDTree(crossings.arc_length[here, side][:, None])
-        apart, nearest = along.query(arc_length[:, None])
-        holds = tied[here[nearest]] & (apart < reach)
-        pieces.append(np.where(holds, crossings.row[here[nearest]], -1))
-    return np.concatenate(pieces)

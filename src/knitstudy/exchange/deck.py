@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from knitstudy.contacts.facets import tied_crossings, tied_pieces
+from knitstudy.contacts.facets import tied_crossings
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.history import load_path
@@ -110,7 +110,9 @@ def specimen_deck(scene: Scene, specimen: Fabric, mesh: SweptMesh) -> Deck:
     tied = tied_crossings(scene, specimen.crossings)
     tie = tie_crossings(parts, specimen, tied, scene.tie.radius, scene.yarn.youngs_modulus)
     mesh, crossings = parts.mesh, specimen.crossings
-    free = tied_pieces(mesh.stations, crossings, tied, BESIDE * tie.discs.radius) < 0
+    free = np.ones(len(mesh.nodes), dtype=bool)
+    if tied.any():
+        free = cKDTree(tie.discs.centre).query(mesh.nodes)[0] > BESIDE * tie.discs.radius
     touching = [] if tied.all() else np.unique(crossings.yarn, axis=0).tolist()
     travel = max((float(np.linalg.norm(leg)) for leg in scene.value("load.path") or ()), default=0.0)
     reach = CONTACT_REACH * mesh.radius + travel
@@ -153,11 +155,11 @@ def _departures(scene: Scene, tied: np.ndarray) -> Iterator[str]:
 def _contact_pair(mesh: SweptMesh, lower: int, upper: int, reach: float, free: np.ndarray) -> ContactPair:
     """Return the facets of two yarns within a distance (m) of the other one, those of the upper yarn as slave.
 
-    Only facets between slices that are ``free`` (S,) of ties count.
+    Only facets whose nodes are all ``free`` (N,) of ties count.
     """
     quads = [mesh.surface_quads(yarn) for yarn in (upper, lower)]
     above, below = (mesh.nodes[facets].mean(axis=1) for facets in quads)
-    may_touch = [free[facets // mesh.section.size].all(axis=1) for facets in quads]
+    may_touch = [free[facets].all(axis=1) for facets in quads]
     slave = (cKDTree(below).query(above)[0] < reach) & may_touch[0]
     master = (cKDTree(above).query(below)[0] < reach) & may_touch[1]
     name = f"YARNS{lower}_{upper}"

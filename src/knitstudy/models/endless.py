@@ -108,10 +108,10 @@ class Cell:
 def assemble(scene: Scene, fabric: Fabric, parts: Discretisation) -> Cell:
     """Return the cell of a scene; errors as of `problem`."""
     # A yarn does not touch itself: its image would do so once more.
-    labels = np.repeat(np.arange(len(parts.rings.arc_length)), [len(each) for each in parts.rings.arc_length])
+    meets = ~np.eye(parts.mesh.yarns, dtype=bool)
     # Elements leave out images, which ties and contact reach: an explicit identity makes room for those.
     every = sp.identity(len(parts.nodes), format="csr")
-    yarns = solids.assemble(scene, fabric, parts, spread=every, labels=labels)
+    yarns = solids.assemble(scene, fabric, parts, spread=every, meets=meets)
     rows, lattice = _wrapped(parts.space, fabric)
     spread, jumps = periodic_map(parts.space, rows, lattice)
     stretch = sp.csr_matrix(jumps[:, :3] / lattice.lengths)

@@ -114,8 +114,8 @@ WIDEST_STEP = 0.5
 # (docs/notes/ties.md)
 NARROWEST = 0.25
 
-# Distance along the yarns from the middle of a disc, in its radii, from which on they touch each other; within it the
-# tie does what contact would
+# Distance from the middle of a disc, in its radii, from which on yarns touch each other: within it the tie does what
+# contact would
 BESIDE = 1.5
 
 
@@ -259,17 +259,17 @@ def _require_room(fabric: Fabric, discs: Discs, radius: float) -> None:
 MARGIN = 0.3
 
 
-def contact_of(scene: Scene, yarns: Discretisation, labels: np.ndarray) -> Contact:
-    """Return the contact of all yarns of a scene.
+def contact_of(scene: Scene, yarns: Discretisation, ties: Ties, meets: np.ndarray | None) -> Contact:
+    """Return the contact of those yarns of a scene that meet, as `Contact` has it, outside of their ties.
 
-    Rings of the surfaces with one of the labels (R,) do not touch (`contacts.facets.tied_pieces`), unless it is -1.
     Raises MeshError if yarns overlap before anything moves.
     """
     return Contact(
         yarns.nodes,
         yarns.surfaces,
         contact_law(scene, yarns),
-        pieces=labels,
+        meets=meets,
+        held=(ties.discs.centre, BESIDE * ties.discs.radius),
         points=scene.contact.points,
         margin=MARGIN * yarns.mesh.radius,
         overlap=scene.contact.penetration * yarns.size,

@@ -16,7 +16,6 @@ from knitstudy.contacts.facets import (
     CrossingFacets,
     crossing_forces,
     tied_crossings,
-    tied_pieces,
     touching_points,
 )
 from knitstudy.contacts.kinematics import section_motion
@@ -33,7 +32,6 @@ from knitstudy.mechanics.solid import SolidModel, SolidState
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.discretisation import Discretisation
 from knitstudy.models.interactions import (
-    BESIDE,
     Ties,
     contact_of,
     free_yarns,
@@ -120,9 +118,8 @@ def assemble(
     parts: Discretisation,
     tied: np.ndarray | None = None,  # (K,) crossings that are tied; by default as the scene says
     spread: sp.csr_matrix | None = None,  # (N, n) nodes as sums of the retained ones, where all are retained
-    # (R,) of the rings of the surfaces: rings with one label, if it is not -1, do not touch. By default pieces of
-    # yarn that a tie holds together have one
-    labels: np.ndarray | None = None,
+    meets: np.ndarray
+    | None = None,  # bool (Y, Y), which yarns may touch; by default all, themselves included
 ) -> SolidYarns:
     """Return the solid yarns of a scene: tied at some crossings, in contact elsewhere if the scene says so.
 
@@ -143,9 +140,7 @@ def assemble(
     solids = (parts.nodes, groups, parts.size, spread, stabilisation, ties.links)
     if not scene.kind.interaction.touches:
         return SolidYarns(parts, SolidModel(*solids), ties, facets, retained)
-    if labels is None:
-        labels = tied_pieces(parts.rings.arc_length, fabric.crossings, tied, BESIDE * ties.discs.radius)
-    contact = contact_of(scene, parts, labels)
+    contact = contact_of(scene, parts, ties, meets)
     model = SolidModel(
         *solids,
         contact=contact,

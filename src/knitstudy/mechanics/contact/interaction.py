@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.spatial import cKDTree
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, MeshError
 from knitstudy.mechanics.contact.cylinders import Cylinders
@@ -58,8 +59,8 @@ class Contact:
         *,
         # bool (G, G), which surfaces may touch each other; by default all, themselves included
         meets: np.ndarray | None = None,
-        # int (R,), a number for every ring: rings with the same one, unless it is negative, do not touch each other
-        pieces: np.ndarray | None = None,
+        # (D, 3) undeformed places [m], and the distance from them [m] within which points touch nothing
+        held: tuple[np.ndarray, float] | None = None,
         points: int = 3,  # Gauss points along each side of a cell
         margin: float,  # distance up to which pairs are followed [m]
         overlap: float,  # largest penetration of the undeformed surfaces [m]
@@ -74,7 +75,10 @@ class Contact:
         self.quadrature = Quadrature.on(surfaces, self._undeformed, points)
         if meets is None:
             meets = np.ones((len(surfaces.cells), len(surfaces.cells)), dtype=bool)
-        self._search = Search(surfaces, self.quadrature, self._undeformed, meets, pieces)
+        self._search = Search(surfaces, self.quadrature, self._undeformed, meets)
+        if held is not None and len(held[0]):
+            place = self.reference(np.arange(len(self.quadrature.surface)))
+            self._search.free = cKDTree(held[0]).query(place)[0] > held[1]
         self._following = Following(self._search, margin, angles=law.directional)
         self._pairs: CellPairs | None = None
         deepest = -self.smallest_gap(self.points(nodes, nodes, ContactHistory.empty()))

@@ -35,12 +35,10 @@ class Search:
         quadrature: Quadrature,
         carriers: np.ndarray,  # (M, 3), of the undeformed surfaces [m]
         meets: np.ndarray,  # bool (G, G), which surfaces may touch; symmetric
-        # int (R,), a number for every ring: those with the same one, unless it is negative, do not touch
-        pieces: np.ndarray | None = None,
     ) -> None:
         self.surfaces, self.quadrature, self.meets = surfaces, quadrature, meets
+        self.free = np.ones(len(quadrature.surface), dtype=bool)  # which points (P,) may touch
         rows = surfaces.cells[:, 0] + 1
-        self._pieces = np.full(rows.sum(), -1) if pieces is None else pieces
         self._surface = np.repeat(np.arange(len(rows)), rows)
         self._row = np.concatenate([np.arange(count) for count in rows])
         self._first = np.concatenate([[0], np.cumsum(rows)])
@@ -81,7 +79,7 @@ class Search:
 
         point, surface, guess, least = by_parts(points, len(near), AT_ONCE)
         arc = self.arc(surface, guess[:, 0])
-        once = np.flatnonzero(least < margin)
+        once = np.flatnonzero((least < margin) & self.free[point])
         once = once[np.lexsort((arc[once], surface[once], point[once]))]
         # Two pieces of a surface that meet have one closest place.
         once = once[_changes(point[once]) | _changes(surface[once]) | _changes(arc[once], least=1)]
@@ -148,8 +146,7 @@ class Search:
         """Return whether rings may touch: different surfaces that meet, or far pieces of the same one."""
         a, b = self._surface[one], self._surface[other]
         far = np.abs(self._arc[one] - self._arc[other]) > np.pi * self._reach[a]
-        apart = (self._pieces[one] < 0) | (self._pieces[one] != self._pieces[other])
-        return self.meets[a, b] & ((a != b) | far) & apart
+        return self.meets[a, b] & ((a != b) | far)
 
     def _near_cells(self, carriers: np.ndarray, margin: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return cells (k,), the ways (k,) from their middles to their points at most [m], and rings (k,) near them.
