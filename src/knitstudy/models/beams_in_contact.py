@@ -50,7 +50,7 @@ def point_pairs(crossings: Crossings, chosen: np.ndarray, length: np.ndarray) ->
     return Pairs(crossings.yarn[chosen], bounds[chosen], crossings.arc_length[chosen])
 
 
-STRIP = 0.25  # between the windows of two pairs, over the radius, so that no point counts in both
+STRIP = 0.25  # between the windows of two pairs, over the radius: hardly a point counts in both
 
 
 def pairs_between(crossings: Crossings, length: np.ndarray, radius: float) -> Pairs:
