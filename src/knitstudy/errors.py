@@ -40,12 +40,12 @@ class EndedEarly(ConvergenceError):
 
 
 class CoarseIncrement(ConvergenceError):
-    """An increment that is balanced but too large for what is summed over increments; a smaller one may do.
+    """An increment that is balanced but too large, for what is summed or for contact; a smaller one may do.
 
     Attributes
     ----------
     gap : float
-        What it has added to what the sums are off by [J].
+        What it has added to what the sums are off by [J], or how deep yarns penetrate each other unseen [m].
     bearable : bool
         Whether the sums are still good enough, if a smaller one adds as much.
     """

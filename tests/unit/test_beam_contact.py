@@ -6,7 +6,7 @@ import pytest
 from knitstudy.geometry.crossings import Crossings
 from knitstudy.mechanics.beam_approach import Curves, Pairs, approach
 from knitstudy.mechanics.beam_contact import Power, hertz
-from knitstudy.models.beams_in_contact import Neighbours
+from knitstudy.models.beams_in_contact import STRIP, Neighbours, pairs_between
 
 UNEVEN = np.array([0.0, 1.0, 1.6, 2.9, 4.0, 4.5, 6.0])
 
@@ -50,7 +50,8 @@ def test_closest_points_of_two_curves():
     np.testing.assert_allclose(found.s[0], [2.2, 3.7], atol=1e-9)
     np.testing.assert_allclose(found.distance[0], 1.0, atol=1e-12)
     np.testing.assert_allclose(found.normal[0], [0, 0, -1], atol=1e-9)
-    assert found.found.tolist() == [True, False]
+    assert found.free.tolist() == [[True, True], [False, True]]
+    np.testing.assert_allclose(found.s[1, 0], 3.0)
 
 
 @pytest.mark.parametrize("law", [Power(3.0), hertz(1.3e9, 0.42, 0.9e-3)])
@@ -74,19 +75,37 @@ def rods():
     beside = along_x + np.array([0, 0.9, 0])
     yarn = np.repeat([0, 1, 2], len(s))
     curves = Curves(yarn, np.tile(s, 3))
+    position = np.concatenate([along_x, along_y, beside])
+    return Neighbours(curves, yarn, one_crossing(), 0.2), position, yarn
+
+
+def one_crossing():
     one = np.array([0])
-    crossings = Crossings(
+    return Crossings(
         one, one, one, np.array([[0, 1]]), np.full((1, 2), 3.0), np.zeros((1, 2, 3)), np.array([0.45])
     )
-    return Neighbours(curves, yarn, crossings, 0.2), np.concatenate([along_x, along_y, beside]), yarn
 
 
 def test_yarns_may_touch_beside_crossings(rods):
     neighbours, position, _ = rods
-    pairs = neighbours.beside(position)  # yarns 0 and 2 are too far apart, and 0 and 1 cross
+    none = pairs_between(one_crossing(), np.full(3, 6.0), 0.2)
+    pairs = neighbours.beside(position, none)  # yarns 0 and 2 are too far apart, and 0 and 1 cross
     assert pairs.yarn.tolist() == [[1, 2]]
     np.testing.assert_allclose(pairs.start, [[3.9, 3.0]], atol=1e-9)
     np.testing.assert_allclose(pairs.bounds, [[[3.1, 4.7], [2.2, 3.8]]], atol=1e-9)
+
+
+def test_hooked_yarns_may_touch_between_their_crossings():
+    """Yarns 0 and 1 cross twice in a row, the second one the other way round; yarn 2 crosses 0 farther on."""
+    every, point = np.arange(3), np.zeros((3, 2, 3))
+    yarn, place = np.array([[0, 1], [0, 1], [0, 2]]), np.array([[2.0, 4.0], [3.0, 2.0], [5.0, 1.0]])
+    crossings = Crossings(every, every, every, yarn, place, point, np.ones(3))
+    pairs = pairs_between(crossings, np.full(3, 6.0), 0.2)
+    assert pairs.yarn.tolist() == [[0, 1], [0, 1]]
+    gap = STRIP * 0.2
+    windows = [[[gap, 2.5 - gap], [gap, 3 - gap]], [[2.5 + gap, 4 - gap], [3 + gap, 6 - gap]]]
+    np.testing.assert_allclose(pairs.bounds, windows)
+    np.testing.assert_allclose(pairs.start, [[2.5, 3.0], [2.5, 3.0]])
 
 
 def test_gaps_of_a_crossing_and_elsewhere(rods):

@@ -32,6 +32,8 @@ class Beams:
     friction: float = 0.5
     law: str = "rigid"
     normal: Power | None = None
+    carried: float = 0.0  # overlap up to which a tie keeps the beams apart
+    reach: float = np.inf  # least distance of the point on the upper beam from the crossing, if it is finite
 
     @property
     def rotation(self):
@@ -68,8 +70,10 @@ class Beams:
         curves = Curves(np.repeat([0, 1], count), s)
         law = self.normal or LAWS[self.law]
         pairs = point_pairs(self.crossings, np.array([0]), curves.length)
+        if np.isfinite(self.reach):
+            pairs.bounds[0, 1, 0] = 0.5 * self.length + self.reach
         stations = np.arange(2 * count), np.zeros((2 * count, 3))
-        contact = BeamContact(curves, pairs, *stations, RADIUS, law, self.friction)
+        contact = BeamContact(curves, pairs, *stations, RADIUS, law, self.friction, carried=self.carried)
         ends = np.concatenate([chain, chain + count])
         return BeamModel(nodes.reshape(-1, 3), ends, SECTION, RADIUS, contact=contact)
 

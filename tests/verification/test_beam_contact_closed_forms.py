@@ -1,5 +1,8 @@
 """Two crossing beams pressed, dragged, reversed, spun and rolled, against beam theory and Coulomb's law."""
 
+from copy import copy
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from crossing_beams import LAWS, MODULUS, POISSON, RADIUS, SECTION, Beams
@@ -7,6 +10,7 @@ from scipy.optimize import brentq
 
 from knitstudy.loading.history import FORMS
 from knitstudy.mechanics.beam_contact import Power
+from knitstudy.mechanics.rotation import exp
 
 LENGTH, FRICTION, PRESS, DRAG = 30e-3, 0.3, 0.2e-3, 0.6e-3
 
@@ -138,3 +142,40 @@ def test_rolling_does_not_slip(verify):
         "crossing beams, one rolled: friction over mu N", abs(force[0] / force[2]) / FRICTION, 0.05
     )
     assert case.slip(increments[-1]) < 1e-3 * DRAG
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_beams_that_roll_over_their_tie_touch_beside_it(law, verify):
+    """The upper beam, undeformed, turns by theta over the lower one, about the point where their surfaces are tied.
+
+    They overlap by R (1 - cos theta), R sin theta away from the tie along the upper beam, and touch where that is more
+    than the tie carries. The couple about the tie is the derivative of the energy with respect to theta.
+    """
+    carried, angle = 0.03 * RADIUS, 0.35
+    case = beams(law=law, friction=0.0, carried=carried)
+    model, sums = case.model(), []
+    for theta in (angle, -angle, 0.2):
+        turn, state = exp(np.array([theta, 0, 0])), model.start()
+        half = len(state.position) // 2
+        position, rotation = state.position.copy(), state.rotation.copy()
+        position[half:], rotation[half:] = position[half:] @ turn.T, turn
+        state = replace(state, position=position, rotation=rotation)
+        force = model.respond(state, False).force.reshape(-1, 6) - without_contact(model, state)
+        lever = np.cross(position, force[:, :3]) + force[:, 3:]
+        sums.append([force[half:, :3].sum(axis=0), lever[half:].sum(axis=0)])
+        assert np.abs(force[:, :3].sum(axis=0)).max() <= 1e-12 * np.abs(force).sum()
+    (there, couple), (back, couple_back), (none, _) = sums
+    normal = LAWS[law].force(carried - RADIUS * (1 - np.cos([angle])))[0]
+    name = f"tied beams, one rolled: {{}}, {law}"
+    verify.within(name.format("force"), np.linalg.norm(there), normal, 1e-3)
+    verify.within(name.format("couple about the tie"), abs(couple[0]), normal * RADIUS * np.sin(angle), 1e-3)
+    np.testing.assert_allclose(back, there * [1, -1, 1], atol=1e-9 * normal)
+    np.testing.assert_allclose(couple_back, -couple, atol=1e-9 * normal * RADIUS)
+    assert np.all(none == 0)  # the overlap is what the tie carries
+
+
+def without_contact(model, state):
+    """Forces and moments (N, 6) of the beams alone."""
+    alone = copy(model)
+    alone.contact = None
+    return alone.respond(state, False).force.reshape(-1, 6)

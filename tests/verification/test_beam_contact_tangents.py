@@ -55,6 +55,18 @@ def contact_forces(model, state):
     return (full - beams).reshape(-1, 6)
 
 
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("kind", FRICTION)
+def test_tangent_beside_a_tie_and_at_the_bound_of_a_piece(law, kind, verify):
+    """Beams whose closest points are nearer to the crossing than the piece of the upper one reaches."""
+    case = Beams(law=law, angle=70.0, friction=FRICTION[kind], gap=0.0, carried=3e-6, reach=0.05e-3)
+    model, state = on_the_way(case.model())
+    points = model.contact.points(state)
+    assert points.approach.free.tolist() == [[True, False]]
+    assert points.status[0] == (STICK if kind in ("stick", "rough") else SLIP)
+    verify.at_most(f"tangent beside a tie, at a bound: {law}, {kind}", tangent_error(model, state), 1e-6)
+
+
 SHIFTS = {"over a node": [1.2e-3, 0.4e-3, -31e-6]}
 
 

@@ -28,15 +28,22 @@ def loop_knit(scenes):
     return Fabric.from_dataset(lay_out(scenes["course"]))
 
 
-@pytest.mark.parametrize("direction", ["course", "wale"])
-def test_every_yarn_is_in_balance(scenes, loop_knit, direction, verify):
-    """What ties and contact exert on a yarn is what its grips hold against."""
-    scene = scenes[direction]
+YIELDING = {"beam.section": "hertz", "beam.tie": "patch"}
+
+
+@pytest.mark.parametrize(
+    ("direction", "strain", "keys"), [("course", 0.01, {}), ("wale", 0.01, {}), ("wale", 0.06, YIELDING)]
+)
+def test_every_yarn_is_in_balance(scenes, loop_knit, direction, strain, keys, verify):
+    """What ties and contact exert on a yarn is what its grips hold against, also where yarns touch beside ties."""
+    scene = scenes[direction].vary(keys)
     beams = beam_knit(scene, loop_knit)
     network, model = beams.network, beams.model
     ends = grips(network, loop_knit, direction)
-    drive = tension(ends, load_path(scene.replace("load.strain", 0.01), loop_knit), "fixed")
+    drive = tension(ends, load_path(scene.replace("load.strain", strain), loop_knit), "fixed")
     *_, last = trace(model, drive, Settings(increments=4, residual_tolerance=1e-9, predictor=1), LU())
+    beside = last.state.contact.force[: len(beams.tied)][np.sum(~beams.tied) :]
+    assert np.any(beside > 0) == bool(keys)
     crossings = loop_knit.crossings
     exerted = beams.at_crossings(last.state)["crossing_force"]
     assert np.all(np.linalg.norm(exerted[beams.tied], axis=1) > 0)
@@ -50,5 +57,7 @@ def test_every_yarn_is_in_balance(scenes, loop_knit, direction, verify):
     np.add.at(rest, yarn_of_node[gripped], node_force[gripped])
     level = np.abs(exerted).max()
     verify.at_most(
-        f"knit of beams in contact, {direction}: balance of yarns", np.abs(rest).max() / level, 1e-6
+        f"knit of beams in contact, {direction} to {strain:.0%}: balance of yarns",
+        np.abs(rest).max() / level,
+        1e-6,
     )

@@ -138,13 +138,13 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
 
 
 def _check(problem: Problem, increment: Increment, recorder: Recorder) -> CoarseIncrement | None:
-    """Call all checks; return the error of the one that finds the increment too coarse."""
+    """Call all checks; return the error of the first one that finds the increment too coarse."""
     coarse = None
     for check in problem.checks:
         try:
             check(increment, recorder)
         except CoarseIncrement as error:
-            coarse = error
+            coarse = coarse or error
     return coarse
 
 

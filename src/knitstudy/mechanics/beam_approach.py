@@ -135,10 +135,10 @@ class Pairs(Chosen):
 
 @dataclass(frozen=True, eq=False)
 class Approach(Chosen):
-    """Closest points of k pairs, on side A and side B."""
+    """Closest points of k pairs, on side A and side B, within their pieces."""
 
     s: np.ndarray  # (k, 2), their arc lengths [m]
-    found: np.ndarray  # bool (k,), false where a point stands at the bound of its piece
+    free: np.ndarray  # bool (k, 2), false where a point stands at the bound of its piece
     stencil: Stencil  # (k, 2)
     tangent: np.ndarray  # (k, 2, 3), derivative of the position with respect to arc length
     bend: np.ndarray  # (k, 2, 3), the second one [1/m]
@@ -166,7 +166,6 @@ def approach(
         chosen, lag = (pairs.yarn[some], hold[some]), s[some] - pairs.start[some]
         here = _evaluate(curves, position, *chosen, s[some])
         step = _newton_step(here, lag, low[some], high[some])
-        step = np.clip(s[some] + step, low[some], high[some]) - s[some]
         level = _level(here, lag) * (1 + 1e-14)  # beyond rounding
         for _ in range(HALVINGS):
             trial = _evaluate(curves, position, *chosen, s[some] + step)
@@ -177,7 +176,7 @@ def approach(
         s[some] += step
         moves[some] = np.abs(step).max(axis=1) > 1e-13 * curves.length.max()
     done = _evaluate(curves, position, pairs.yarn, hold, s)
-    return replace(done, found=((s > low) & (s < high)).all(axis=1))
+    return replace(done, free=(s > low) & (s < high))
 
 
 def _evaluate(
@@ -190,7 +189,7 @@ def _evaluate(
     distance = np.linalg.norm(apart, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         normal = apart / distance[:, None]
-    return Approach(s, np.ones(len(s), dtype=bool), stencil, tangent, bend, distance, normal, hold)
+    return Approach(s, np.ones(s.shape, dtype=bool), stencil, tangent, bend, distance, normal, hold)
 
 
 def needed_hold(here: Approach) -> np.ndarray:
@@ -227,8 +226,17 @@ def _newton_step(here: Approach, lag: np.ndarray, low: np.ndarray, high: np.ndar
     convex &= (np.linalg.det(hessian) > 1e-6) | ~free.all(axis=1)
     safe = _hessian(here, bends=False) + 1e-3 * np.eye(2)
     hessian = np.where(convex[:, None, None], hessian, safe)
-    reduced = np.where(free[:, :, None] & free[:, None, :], hessian, np.eye(2))
-    return -np.linalg.solve(reduced, np.where(free, slope, 0.0)[..., None])[..., 0]
+    reduced = _among(hessian, free)
+    slope = np.where(free, slope, 0.0)
+    step = np.clip(here.s - np.linalg.solve(reduced, slope[..., None])[..., 0], low, high) - here.s
+    # What is left of a step within the bounds may lead nowhere: then every side goes its own way.
+    alone = np.clip(here.s - slope / safe[:, [A, B], [A, B]], low, high) - here.s
+    return np.where((np.einsum("ka,ka->k", slope, step) < 0)[:, None], step, alone)
+
+
+def _among(hessian: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """Second derivatives (k, 2, 2) of which those of sides that are not free (k, 2) are left out."""
+    return np.where(free[:, :, None] & free[:, None, :], hessian, np.eye(2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,7 +261,8 @@ class Change:
             slope[:, side, 0:3] = -sign * here.tangent[:, side]
             slope[:, side, 6:9] = sign * here.tangent[:, side]
             slope[:, side, 3 + 6 * side : 6 + 6 * side] += sign * r
-        s = -np.linalg.solve(_hessian(here), slope)
+        slope[~here.free] = 0.0
+        s = -np.linalg.solve(_among(_hessian(here), here.free), slope)
         apart = here.tangent[:, B, :, None] * s[:, B, None] - here.tangent[:, A, :, None] * s[:, A, None]
         apart[:, :, 0:3] -= np.eye(3)
         apart[:, :, 6:9] += np.eye(3)

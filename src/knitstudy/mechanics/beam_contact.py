@@ -1,11 +1,12 @@
 """Contact with friction between beams of circular section, at one pair of closest points a crossing.
 
-The gap is |r| - 2R. The tangential traction is a stiffness times the elastic slip of two material points of the
-surfaces, one on either yarn, that faced each other when the last increment had converged, up to mu times the normal
-force. A material point is carried by its yarn's sections, so that friction knows their spin: a yarn that rolls on
-another does not slip, one that spins in its place does. Friction acts on both yarns half way between the centrelines,
-with the couple that it exerts there on their sections, so that forces and moments balance exactly. Friction that acted
-on the centrelines alone would leave a couple of 2R times its force.
+The gap is |r| - 2R, and more where a tie carries part of the overlap. Points at the bound of their piece stay in
+contact, so that no force is lost at once where they slide into the next piece. The tangential traction is a stiffness
+times the elastic slip of two material points of the surfaces, one on either yarn, that faced each other when the last
+increment had converged, up to mu times the normal force. A material point is carried by its yarn's sections, so that
+friction knows their spin: a yarn that rolls on another does not slip, one that spins in its place does. Friction acts
+on both yarns half way between the centrelines, with the couple that it exerts there on their sections, so that forces
+and moments balance exactly. Friction that acted on the centrelines alone would leave a couple of 2R times its force.
 """
 
 from __future__ import annotations
@@ -89,7 +90,7 @@ class BeamContactHistory:
 
     s: np.ndarray  # (k, 2), closest points; also where the material points belong [m]
     arm: np.ndarray  # (k, 2, 3), from the centreline to the material points, in the reference [m]
-    gap: np.ndarray  # (k,) [m]; inf where there was no closest point
+    gap: np.ndarray  # (k,) [m]; inf where the closest point was an end
     force: np.ndarray  # (k,), normal force [N]; where it is positive the material points count as joined
     slip: np.ndarray  # (k,), length slipped since first contact [m]
     hold: np.ndarray  # (k,), springs of closest points, see `beam_approach`
@@ -105,7 +106,7 @@ class BeamContactPoints(Chosen):
     anchor: Stencil  # (k, 2), of the centrelines where the material points belong
     # (k, 2, 4, 3), from the centreline to the material points, turned as each of its stations is [m]
     arm: np.ndarray
-    gap: np.ndarray  # (k,) [m]; inf where there is no closest point
+    gap: np.ndarray  # (k,) [m]; inf where the closest point is an end
     apart: np.ndarray  # (k, 3), from the material point of side B to that of side A [m]
     # (k,), part of the increment in contact: 1, or less for pairs that have closed within it
     share: np.ndarray
@@ -136,10 +137,11 @@ class BeamContact:
         radius: float,  # [m]
         law: Power,  # normal force over gap, and stiffness against elastic slip
         friction: float,  # mu; inf for rough contact, 0 for none
-        crossings: int
-        | None = None,  # of the pairs, the first ones, whose contact must not end beside its piece
+        crossings: int | None = None,  # of the pairs, the first ones, whose contact must not end
+        carried: np.ndarray | float = 0.0,  # (k,), overlap up to which ties keep the yarns apart [m]
     ) -> None:
         self.crossings = len(pairs.start) if crossings is None else crossings
+        self.carried = carried
         self.curves, self.pairs, self.node, self.offset = curves, pairs, node, offset
         self.radius, self.law = radius, law
         # Coulomb's law meets forces here: with stiffnesses of one, changes of forces are those of gaps and slips.
@@ -219,15 +221,15 @@ class BeamContact:
     def commit(self, state: BeamState) -> BeamContactHistory:
         """Return the history that a converged increment leaves.
 
-        Raises ConvergenceError if a pair that touched has no closest points any more.
+        Raises ConvergenceError if a pair that touched has slid to the end of a yarn.
         """
         points, history = self.points(state), state.contact
-        lost = ((history.force > 0) & ~points.approach.found)[: self.crossings]
+        lost = ((history.force > 0) & ~np.isfinite(points.gap))[: self.crossings]
         if lost.any():
             one, other = self.pairs.yarn[int(np.argmax(lost))]
             raise ConvergenceError(
-                f"the contact of yarns {one} and {other} has slid half way to the next crossing: a yarn is pulled out "
-                "of its loop; use a smaller load"
+                f"the contact of yarns {one} and {other} has slid to the end of a yarn, which is pulled out of its "
+                "loop; use a smaller load"
             )
         touches = points.status != OPEN
         elastic = points.traction / np.where(touches, points.sticking, 1.0)[:, None]
@@ -243,7 +245,8 @@ class BeamContact:
         )
 
     def _gap(self, here: Approach) -> np.ndarray:
-        return np.where(here.found, here.distance - 2 * self.radius, np.inf)
+        ends = (here.s <= 0) | (here.s >= self.curves.length[self.pairs.yarn])
+        return np.where(ends.any(axis=1), np.inf, here.distance - 2 * self.radius + self.carried)
 
     def _arms(self, here: Approach, rotation: np.ndarray, elastic: np.ndarray) -> np.ndarray:
         """Reference arms (k, 2, 3) of material points half way between the yarns, `elastic` (k, 3) apart."""

@@ -15,7 +15,7 @@ import xarray as xr
 from scipy.spatial import cKDTree
 
 from knitstudy.contacts.facets import tied_crossings
-from knitstudy.errors import ConvergenceError
+from knitstudy.errors import CoarseIncrement
 from knitstudy.geometry.crossings import Crossings
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.history import Recorder
@@ -48,6 +48,19 @@ def point_pairs(crossings: Crossings, chosen: np.ndarray, length: np.ndarray) ->
     """Return one pair of closest points for each of the crossings `chosen` (k,); yarns are `length` (Y,) long [m]."""
     bounds = piece_bounds(crossings, length)
     return Pairs(crossings.yarn[chosen], bounds[chosen], crossings.arc_length[chosen])
+
+
+STRIP = 0.25  # between the windows of two pairs, over the radius: hardly a point counts in both
+
+
+def pairs_between(crossings: Crossings, length: np.ndarray, radius: float) -> Pairs:
+    """Return pairs of points on the pieces of two crossings that follow each other on both yarns, one of either."""
+    bounds, yarn, s = piece_bounds(crossings, length), crossings.yarn, crossings.arc_length
+    follows = bounds[:, None, :, 1] == bounds[None, :, :, 0]  # (K, K, 2)
+    next_to = (follows | follows.swapaxes(0, 1)) & (yarn[:, None] == yarn)
+    one, other = np.nonzero(next_to.all(axis=2))
+    windows = np.stack([bounds[one, A], bounds[other, B]], axis=1) + STRIP * radius * np.array([1, -1])
+    return Pairs(yarn[one], windows, 0.5 * (s[one] + s[other]))
 
 
 MARGIN = 0.3  # gap up to which pieces count as near, over the radius
@@ -109,10 +122,12 @@ class Neighbours:
         meets = self._may_meet(pairs.yarn, here.s)
         return pairs, here.s, np.where(meets, here.distance - 2 * self.radius, np.inf)
 
-    def beside(self, position: np.ndarray) -> Pairs:
-        """Return pairs of points that are near each other where yarns do not cross; no window has a crossing in it."""
+    def beside(self, position: np.ndarray, known: Pairs) -> Pairs:
+        """Return pairs of points near each other beside `known` pairs; no window has a crossing in it."""
         pairs, s, gap = self._closest(position, BESIDE)
-        chosen = (gap < BESIDE * self.radius) & (self._crossing_of(pairs.yarn, s) < 0)
+        inside = (s[:, None] >= known.bounds[..., 0]) & (s[:, None] <= known.bounds[..., 1])
+        twice = (inside & (pairs.yarn[:, None] == known.yarn)).all(axis=2).any(axis=1)
+        chosen = (gap < BESIDE * self.radius) & (self._crossing_of(pairs.yarn, s) < 0) & ~twice
         yarn, s = pairs.yarn[chosen], s[chosen]
         twice = cKDTree(self._place(yarn, s)).query_pairs(2 * self._step, output_type="ndarray")[:, 1]
         yarn, s = np.delete(yarn, twice, axis=0), np.delete(s, twice, axis=0)
@@ -211,16 +226,21 @@ class BeamKnit:
         All that is of contact has been committed with the state.
         """
         contact, tied, stencil = self.model.contact, self.tied, self._stencil
-        places, past, n = contact.places(state), state.contact, contact.crossings
-        self.pressed = float(past.gap[n:].min(initial=0.0))
+        places, past = contact.places(state), state.contact
+        free, beside, elsewhere = np.split(np.arange(len(past.gap)), np.cumsum([np.sum(~tied), np.sum(tied)]))
+        self.pressed = float(past.gap[elsewhere].min(initial=0.0))
         (slip, gap), force = np.full((2, len(tied)), np.nan), np.zeros((len(tied), 3))
-        slip[~tied], force[~tied] = past.slip[:n], past.on_a[:n]
-        gap[~tied] = np.where(np.isfinite(past.gap[:n]), past.gap[:n], np.nan)
+        slip[~tied], force[~tied] = past.slip[free], past.on_a[free]
+        gap[~tied] = np.where(np.isfinite(past.gap[free]), past.gap[free], np.nan)
         station_force = self.apart.respond(places, stiffness=False).force.reshape(-1, 6)[:, :3]
-        force[tied] = station_force[self._lower]
-        # Of tied yarns, the gap at the points of their centrelines that were closest at rest
+        # What a tied station carries of the contact beside its tie is in the internal force there.
+        touched = contact.curves.stencil(contact.pairs.yarn[beside, A], past.s[beside, A])
+        there = np.sum(touched.value * (touched.stations == self._lower[:, None]), axis=1)
+        force[tied] = station_force[self._lower] + (1 - there)[:, None] * past.on_a[beside]
+        # Of tied yarns, the gap at the points of their centrelines that were closest at rest, or where it is smallest
         middle = stencil.of(stencil.value, places.position)
-        gap[tied] = (np.linalg.norm(middle[:, B] - middle[:, A], axis=1) - 2 * self.neighbours.radius)[tied]
+        apart = (np.linalg.norm(middle[:, B] - middle[:, A], axis=1) - 2 * self.neighbours.radius)[tied]
+        gap[tied] = np.minimum(apart, past.gap[beside] - contact.carried[beside])
         # Of the points of both surfaces that faced each other at rest
         rotation = places.rotation[stencil.stations]
         moved = middle + np.einsum("kap,kapij,kaj->kai", stencil.value, rotation, self._arm)
@@ -252,10 +272,11 @@ class BeamKnit:
             where, depth = f"the yarns of crossing {k}, beside the {kind} points,", -unseen[k]
         else:
             return
-        raise ConvergenceError(
+        message = (
             f"increment {increment.index}: {where} penetrate each other by {depth:.3g} m, unseen by the beams' "
             f"contact; allowed is {allowed:.3g} m. Use a smaller load.strain"
         )
+        raise CoarseIncrement(message, depth)  # yarns may have jumped through each other
 
 
 def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
@@ -275,8 +296,15 @@ def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
     stations, law, yarn = beams.stations, scene.mesh.section_law, scene.yarn
     curves = Curves(stations.yarn, stations.arc_length)
     neighbours = Neighbours(curves, stations.yarn, crossings, yarn.radius)
-    pairs = point_pairs(crossings, np.flatnonzero(~tied), curves.length)
-    contact = beam_contact(scene, beams, curves, pairs, neighbours.beside(stations.position))
+    pairs = point_pairs(
+        crossings, np.argsort(tied, kind="stable"), curves.length
+    )  # those that are tied come last
+    between = pairs_between(crossings, curves.length, yarn.radius)
+    pairs = pairs.joined(between).joined(neighbours.beside(stations.position, between))
+    # A patch of Hertz's is larger than the disc of a tie, and yarns touch beside it, from this overlap on.
+    carried = np.zeros(len(pairs.start))
+    carried[np.sum(~tied) : len(tied)] = scene.tie.radius**2 * yarn.radius
+    contact = beam_contact(scene, beams, curves, pairs, int(np.sum(~tied)), carried)
     model = beams.model(yarn, law, contact)
     first = np.flatnonzero(stations.yarn[1:] == stations.yarn[:-1])
     elements = np.column_stack([first, first + 1])
@@ -285,14 +313,12 @@ def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
 
 
 def beam_contact(
-    scene: Scene, beams: Network, curves: Curves, pairs: Pairs, beside: Pairs | None = None
+    scene: Scene, beams: Network, curves: Curves, pairs: Pairs, *of_ties: int | np.ndarray
 ) -> BeamContact:
-    """Return the contact of pairs of points on beams, at crossings and beside them."""
+    """Return the contact of pairs of points on beams; the last arguments are those of `BeamContact`."""
     friction = scene.kind.interaction.friction(scene)
     stations = beams.station_node, beams.station_offset
-    every = pairs if beside is None else pairs.joined(beside)
-    law = pressing(scene)
-    return BeamContact(curves, every, *stations, scene.yarn.radius, law, friction, len(pairs.start))
+    return BeamContact(curves, pairs, *stations, scene.yarn.radius, pressing(scene), friction, *of_ties)
 
 
 def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Problem:
