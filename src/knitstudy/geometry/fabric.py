@@ -283,13 +283,13 @@ def _by_cells(found: Crossings, loop: Loop, loops: int, rows: int) -> Crossings:
     neighbours = np.array_equal(found.yarn[order], np.repeat(np.arange(rows), 4 * loops)[:, None] + [0, 1])
     upper = found.arc_length[order, 1]
     if not neighbours or (np.diff(upper.reshape(rows, -1), axis=1) <= 0).any():
-        beyond = "; one may lie beyond the cut between two repeats: take a larger pattern.wale_spacing"
-        raise GeometryError(
+        message = (
             f"pattern.control_points: the yarns of {rows} rows of {loops} loops cross {len(found)} times: allowed are "
             "4 crossings of neighbouring rows a loop, in the same order along both, and no others"
-            + beyond
-            * (loop.stitches != PLAIN)
         )
+        if loop.stitches != PLAIN:
+            message += "; one may lie beyond the cut between two repeats: take a larger pattern.wale_spacing"
+        raise GeometryError(message)
     order = order.reshape(-1, 4)[:, ALONG].ravel()
     row, column, zone = np.indices((rows, loops, 4)).reshape(3, -1)
     return replace(found.chosen(order), row=row, column=column, zone=zone)

@@ -356,9 +356,8 @@ class LineContact:
             return history
         pairs = self.touching(state.position, vectors, NEAR * self.repulsion.reach)
         r, weight = pairs.distance, self.weight[pairs.i] * self.weight[pairs.j]
-        push, change = -weight * self.repulsion.of(r)[1], -weight * self.repulsion.of(r)[2]
-        apart = r >= self.repulsion.reach
-        push[apart] = change[apart] = 0.0
+        within = r < self.repulsion.reach
+        push, change = (np.where(within, -weight * each, 0.0) for each in self.repulsion.of(r)[1:])
         rubs = self.rubbing(state, pairs, push, change, history)
         normal = _common_normal(pairs.way / r[:, None], tangent[pairs.i], tangent[pairs.j])
         share = np.einsum("ki,ki->k", normal, pairs.way) / r
