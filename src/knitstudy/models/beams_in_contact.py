@@ -296,9 +296,8 @@ def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
     stations, law, yarn = beams.stations, scene.mesh.section_law, scene.yarn
     curves = Curves(stations.yarn, stations.arc_length)
     neighbours = Neighbours(curves, stations.yarn, crossings, yarn.radius)
-    pairs = point_pairs(
-        crossings, np.argsort(tied, kind="stable"), curves.length
-    )  # those that are tied come last
+    # Those that are tied come last
+    pairs = point_pairs(crossings, np.argsort(tied, kind="stable"), curves.length)
     between = pairs_between(crossings, curves.length, yarn.radius)
     pairs = pairs.joined(between).joined(neighbours.beside(stations.position, between))
     # A patch of Hertz's is larger than the disc of a tie, and yarns touch beside it, from this overlap on.

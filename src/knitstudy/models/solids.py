@@ -118,8 +118,8 @@ def assemble(
     parts: Discretisation,
     tied: np.ndarray | None = None,  # (K,) crossings that are tied; by default as the scene says
     spread: sp.csr_matrix | None = None,  # (N, n) nodes as sums of the retained ones, where all are retained
-    meets: np.ndarray
-    | None = None,  # bool (Y, Y), which yarns may touch; by default all, themselves included
+    # bool (Y, Y), which yarns may touch; by default all, themselves included
+    meets: np.ndarray | None = None,
 ) -> SolidYarns:
     """Return the solid yarns of a scene: tied at some crossings, in contact elsewhere if the scene says so.
 
