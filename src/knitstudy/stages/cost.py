@@ -26,9 +26,7 @@ BYTES_AN_UNKNOWN = {
 """Growth of memory with ties and with contact, by elements (none of polynomials): the most that was measured on knits
 of 3 x 3 to 30 x 30."""
 
-FOLLOWED = (
-    300e6  # Bytes of pairs of points that polynomials in contact follow, however small the knit or the cell
-)
+FOLLOWED = 300e6  # Bytes of pairs of points that polynomials in contact follow, whatever the size of the knit
 
 MEMORY_OF_BEAMS = {"rom2d": 500, "rom3d": 500, "beam": 1000, "window": 1500}
 """Expected memory of simulations without solid yarns, or with few [MB]."""

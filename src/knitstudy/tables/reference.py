@@ -34,7 +34,7 @@ Found = list[tuple[RefinementSeries, dict[str, float]]]  # Refinement series wit
 
 @TABLES.add("reference", "The reference: limits of independent discretisations", results=RESULTS, order=16)
 def tabulate(histories: Datasets, contacts: Datasets, scenes: Scenes) -> pd.DataFrame:
-    """Return one row a problem, strain and quantity; none of one discretisation, where no problem has two.
+    """Return one row a problem, strain and quantity; one discretisation is enough where others have two.
 
     The unit is that of the value and of its uncertainties.
     """
