@@ -21,7 +21,7 @@ from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.materials import Material, material_of
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.hexahedra import divide
-from knitstudy.models.interactions import BESIDE, STIFFNESS, Equations, penalties, tie_crossings
+from knitstudy.models.interactions import STIFFNESS, Equations, penalties, tie_crossings
 from knitstudy.study.scene import Scene
 
 EXACTLY_JOINED = (
@@ -110,9 +110,7 @@ def specimen_deck(scene: Scene, specimen: Fabric, mesh: SweptMesh) -> Deck:
     tied = tied_crossings(scene, specimen.crossings)
     tie = tie_crossings(parts, specimen, tied, scene.tie.radius, scene.yarn.youngs_modulus)
     mesh, crossings = parts.mesh, specimen.crossings
-    free = np.ones(len(mesh.nodes), dtype=bool)
-    if tied.any():
-        free = cKDTree(tie.discs.centre).query(mesh.nodes)[0] > BESIDE * tie.discs.radius
+    free = tie.free(mesh.nodes)
     touching = [] if tied.all() else np.unique(crossings.yarn, axis=0).tolist()
     travel = max((float(np.linalg.norm(leg)) for leg in scene.value("load.path") or ()), default=0.0)
     reach = CONTACT_REACH * mesh.radius + travel

@@ -150,6 +150,10 @@ class Ties:
         """Nodes that the ties act on, ascending."""
         return np.unique(self.moments.indices)
 
+    def free(self, places: np.ndarray) -> np.ndarray:
+        """Return which (k,) of undeformed places (k, 3) [m] lie outside of all ties."""
+        return cKDTree(self.discs.centre).query(places)[0] > BESIDE * self.discs.radius  # inf without ties
+
     def constants(self) -> dict[str, np.ndarray]:
         """Return whether crossings (K,) are tied, area [m2] and centroid [m] of ties, as variables of a history."""
         tied = np.zeros(self.crossings, dtype=np.int8)
@@ -269,7 +273,7 @@ def contact_of(scene: Scene, yarns: Discretisation, ties: Ties, meets: np.ndarra
         yarns.surfaces,
         contact_law(scene, yarns),
         meets=meets,
-        held=(ties.discs.centre, BESIDE * ties.discs.radius),
+        free=ties.free,
         points=scene.contact.points,
         margin=MARGIN * yarns.mesh.radius,
         overlap=scene.contact.penetration * yarns.size,

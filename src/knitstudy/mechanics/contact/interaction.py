@@ -8,11 +8,11 @@ Wriggers, Computational Contact Mechanics (2006), chapters 5 and 6; Laursen, Com
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.spatial import cKDTree
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, MeshError
 from knitstudy.mechanics.contact.cylinders import Cylinders
@@ -59,8 +59,8 @@ class Contact:
         *,
         # bool (G, G), which surfaces may touch each other; by default all, themselves included
         meets: np.ndarray | None = None,
-        # (D, 3) undeformed places [m], and the distance from them [m] within which points touch nothing
-        held: tuple[np.ndarray, float] | None = None,
+        # which (k,) of undeformed places (k, 3) [m] on the surfaces may touch; by default all
+        free: Callable[[np.ndarray], np.ndarray] | None = None,
         points: int = 3,  # Gauss points along each side of a cell
         margin: float,  # distance up to which pairs are followed [m]
         overlap: float,  # largest penetration of the undeformed surfaces [m]
@@ -75,10 +75,7 @@ class Contact:
         self.quadrature = Quadrature.on(surfaces, self._undeformed, points)
         if meets is None:
             meets = np.ones((len(surfaces.cells), len(surfaces.cells)), dtype=bool)
-        self._search = Search(surfaces, self.quadrature, self._undeformed, meets)
-        if held is not None and len(held[0]):
-            place = self.reference(np.arange(len(self.quadrature.surface)))
-            self._search.free = cKDTree(held[0]).query(place)[0] > held[1]
+        self._search = Search(surfaces, self.quadrature, self._undeformed, meets, free)
         self._following = Following(self._search, margin, angles=law.directional)
         self._pairs: CellPairs | None = None
         deepest = -self.smallest_gap(self.points(nodes, nodes, ContactHistory.empty()))

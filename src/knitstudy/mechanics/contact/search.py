@@ -6,6 +6,8 @@ distance changes by no more than the way between two points, and where their clo
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -35,9 +37,9 @@ class Search:
         quadrature: Quadrature,
         carriers: np.ndarray,  # (M, 3), of the undeformed surfaces [m]
         meets: np.ndarray,  # bool (G, G), which surfaces may touch; symmetric
+        free: Callable[[np.ndarray], np.ndarray] | None,  # which (P,) of places (P, 3) [m] may; None: all
     ) -> None:
         self.surfaces, self.quadrature, self.meets = surfaces, quadrature, meets
-        self.free = np.ones(len(quadrature.surface), dtype=bool)  # which points (P,) may touch
         rows = surfaces.cells[:, 0] + 1
         self._surface = np.repeat(np.arange(len(rows)), rows)
         self._row = np.concatenate([np.arange(count) for count in rows])
@@ -53,6 +55,10 @@ class Search:
         self._cell_surface = quadrature.surface[:: quadrature.per_cell]
         self._cell_row = quadrature.cell[:: quadrature.per_cell, 0]
         self._middle = quadrature.xi.reshape(-1, quadrature.per_cell, 2).mean(axis=1)
+        every = np.arange(len(quadrature.surface))
+        self._free = (
+            np.ones(len(every), dtype=bool) if free is None else free(self.positions(every, carriers))
+        )
 
     def find(self, carriers: np.ndarray, margin: float) -> tuple[ContactHistory, np.ndarray, np.ndarray]:
         """Return all pairs whose distance may be below `margin` [m] where the carriers (M, 3) are now, as open ones.
@@ -79,7 +85,7 @@ class Search:
 
         point, surface, guess, least = by_parts(points, len(near), AT_ONCE)
         arc = self.arc(surface, guess[:, 0])
-        once = np.flatnonzero((least < margin) & self.free[point])
+        once = np.flatnonzero((least < margin) & self._free[point])
         once = once[np.lexsort((arc[once], surface[once], point[once]))]
         # Two pieces of a surface that meet have one closest place.
         once = once[_changes(point[once]) | _changes(surface[once]) | _changes(arc[once], least=1)]
