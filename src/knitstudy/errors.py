@@ -44,15 +44,17 @@ class CoarseIncrement(ConvergenceError):
 
     Attributes
     ----------
-    gap : float
-        What it has added to what the sums are off by [J], or how deep yarns penetrate each other unseen [m].
+    error : float
+        In its unit: how deep yarns penetrate each other unseen, or what it has added to what sums of energy are off by.
+    unit : str
+        m or J; errors of one unit can be compared.
     bearable : bool
         Whether the sums are still good enough, if a smaller one adds as much.
     """
 
-    def __init__(self, message: str, gap: float, bearable: bool = False) -> None:
+    def __init__(self, message: str, error: float, unit: str = "m", bearable: bool = False) -> None:
         super().__init__(message)
-        self.gap, self.bearable = gap, bearable
+        self.error, self.unit, self.bearable = error, unit, bearable
 
 
 class DataFileError(KnitstudyError):

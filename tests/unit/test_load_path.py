@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from knitstudy.errors import ConvergenceError
+from knitstudy.errors import CoarseIncrement, ConvergenceError
 from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.loading.gates import require_closed_ledger
 from knitstudy.loading.history import Motion, Stations, load_path
@@ -167,6 +167,18 @@ def test_an_increment_too_coarse_for_the_ledger_is_halved(problem, tmp_path):
     with pytest.raises(KeyboardInterrupt):
         solve_load_path(problem, Run(restart=tmp_path / "a.npz", progress=Reports(ends_at=0.5)))
     assert alike(history, solve_load_path(problem, Run(restart=tmp_path / "a.npz")))
+
+
+def test_errors_of_one_unit_are_compared_where_an_increment_is_halved(problem):
+    """Three halvings of the first increment: 4 J are less than 5 J, and no more than 1 nm."""
+    errors = iter([(1e-9, "m"), (5.0, "J"), (4.0, "J")])
+
+    def refuse(increment, recorder):
+        for error, unit in errors if increment.index else ():
+            raise CoarseIncrement("too coarse", error, unit)
+
+    load = solve_load_path(replace(problem, checks=(refuse,)))["load"]
+    assert load[1] == load[-1] / 8 / problem.settings.increments
 
 
 def test_what_had_converged_before_a_failure_is_kept(problem, tmp_path):

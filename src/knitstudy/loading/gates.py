@@ -266,6 +266,7 @@ def require_closed_ledger(
             f"{ledger} opens further by {added:.3g} J, {times(added, done)} the work that is done in it; gates.ledger "
             f"allows {limit:.1%}, and one increment half of that. {remedy}",
             added,
+            "J",
             bearable=gap <= allowed,
         )
     if gap > allowed:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
@@ -21,8 +22,8 @@ from knitstudy.mechanics.model import Model
 from knitstudy.mechanics.newton import trace
 from knitstudy.study.scene import Scene
 
-# Largest ratio of the ledger's gap after and before two halvings of an increment at which halving goes on. Two halvings
-# should divide the gap by 64; where the force jumps within the increment they may not reduce it at all.
+# Largest ratio of the error after and before two halvings of an increment at which halving goes on. Two halvings should
+# divide that of the ledger by 64; where the force jumps within the increment they may not reduce it at all.
 WORTHWHILE = 0.75
 
 log = logging.getLogger(__name__)
@@ -105,13 +106,14 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
     increments = trace(problem.model, problem.prescribed, problem.settings, problem.solver, last)
     try:
         with serial_blas():
-            increment, gaps = next(increments, None), []
+            increment, errors = next(increments, None), defaultdict(list)
             while increment is not None:
                 _record(problem, recorder, increment)
                 coarse = _check(problem, increment, recorder)
                 if coarse is not None:
-                    gaps.append(coarse.gap)
-                    if len(gaps) < 3 or gaps[-1] <= WORTHWHILE * gaps[-3]:
+                    alike = errors[coarse.unit]  # of this increment and of those that it is a part of
+                    alike.append(coarse.error)
+                    if len(alike) < 3 or alike[-1] <= WORTHWHILE * alike[-3]:
                         recorder.drop()
                         increment = increments.send(str(coarse))
                         continue
@@ -126,7 +128,7 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
                 most, axis = scene.value("load.largest_force"), problem.motion.axis  # of cells alone
                 if most is not None and abs(recorder.columns["force_per_width"][-1][axis]) >= most:
                     return _history(problem, recorder, last).assign_attrs(full_load=last.load)
-                increment, gaps = next(increments, None), []
+                increment, errors = next(increments, None), defaultdict(list)
     except ConvergenceError as error:
         if last is not None and last.load > 0:
             if len(recorder.columns["load"]) > last.index + 1:
