@@ -1,7 +1,7 @@
 """Input decks of other finite-element programs: mesh, ties, contact, grips and load of a scene, without keywords.
 
 Ties are linear constraints, which eliminate one node for each of a tie's moments. Contact is a pair of surfaces for
-every two yarns that cross without a tie.
+every two yarns that cross, beside their ties, in knits that are not tied throughout.
 """
 
 from __future__ import annotations
