@@ -44,10 +44,8 @@ class CoarseIncrement(ConvergenceError):
 
     Attributes
     ----------
-    error : float
-        In its unit: how deep yarns penetrate each other unseen, or what it has added to what sums of energy are off by.
-    unit : str
-        m or J; errors of one unit can be compared.
+    error, unit : float, str
+        How deep yarns penetrate each other unseen ("m"), or what it has added to what sums of energy are off by ("J").
     bearable : bool
         Whether the sums are still good enough, if a smaller one adds as much.
     """

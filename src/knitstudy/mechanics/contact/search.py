@@ -56,9 +56,7 @@ class Search:
         self._cell_row = quadrature.cell[:: quadrature.per_cell, 0]
         self._middle = quadrature.xi.reshape(-1, quadrature.per_cell, 2).mean(axis=1)
         every = np.arange(len(quadrature.surface))
-        self._free = (
-            np.ones(len(every), dtype=bool) if free is None else free(self.positions(every, carriers))
-        )
+        self._free = np.ones(len(every), bool) if free is None else free(self.positions(every, carriers))
 
     def find(self, carriers: np.ndarray, margin: float) -> tuple[ContactHistory, np.ndarray, np.ndarray]:
         """Return all pairs whose distance may be below `margin` [m] where the carriers (M, 3) are now, as open ones.
