@@ -8,7 +8,15 @@ import pytest
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import read_table
 from knitstudy.geometry.feasible import OUTCOMES, loop_map
-from knitstudy.geometry.fit import ITERATIONS, LARGEST_CURVATURE, ROUNDS, NoRoom, Wanted, fitted_loop
+from knitstudy.geometry.fit import (
+    ITERATIONS,
+    LARGEST_CURVATURE,
+    ROUNDS,
+    NoRoom,
+    Wanted,
+    fitted_loop,
+    peirce_length,
+)
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.survey import survey
@@ -99,6 +107,18 @@ def test_loop_of_close_courses_is_found_where_yarns_nearly_lie_along_each_other(
     _, loop, optimum = fitted_loop(wanted, settings)
     assert_fits(loop, wanted)
     assert optimum.iterations < ROUNDS * ITERATIONS / 2
+
+
+@pytest.mark.parametrize(
+    ("course", "wale", "share"),
+    [(7.054, 8.295, 0.9831), (5.64, 4.113, 0.9714), (3.267, 4.406, 1.005), (6.772, 6.565, 1.047)],
+)
+def test_loop_that_a_path_reaches_where_it_makes_no_headway_is_found(settings, course, wale, share):
+    """Loops of the box of `config/trade.yaml` that were refused, though lengths alike to four digits were found."""
+    wanted = Wanted(course, wale, 0.5, 0.01, share * peirce_length(course, wale, 1.0))
+    _, loop, _ = fitted_loop(wanted, settings)
+    assert_fits(loop, wanted)
+    assert loop.length == pytest.approx(wanted.length, rel=1e-5)
 
 
 def test_spacings_in_a_scene_draw_a_loop_and_control_points_keep_theirs(plain_scene):

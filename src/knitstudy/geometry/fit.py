@@ -135,7 +135,8 @@ def fitted_loop(wanted: Wanted, settings: Any) -> tuple[Loop, Loop, Optimum]:
                 lambda trial: _of_length(start[0], trial / radius), own, room.share * (wanted.length - own)
             )
             nearest = f"A loop of {_millimetres(length)} mm fits, the free one" if length else "The free loop"
-            what = f"no loop fits of pattern.loop_length {_millimetres(wanted.length)} mm"
+            # In all digits, lest it reads as the nearest one, which has four.
+            what = f"no loop fits of pattern.loop_length {1e3 * wanted.length:.9g} mm"
             raise room.refusal(what, reason, f"{nearest} has {_millimetres(own)} mm", room.share)
     drawn = wanted.drawn()
     points = images_of_standard(optimum.points * radius, wanted.wale, wanted.course, wanted.stitches)
@@ -249,7 +250,8 @@ def _follow_path(room: _Room) -> _End:
             return room, Optimum(points, before, room.cost.terms(points), iterations, gradient), ""
         if exact and gain >= 0:
             best = room
-        if (exact and not room.at_end and (settled or gain < GAIN)) or idle > patience:
+        arrived = exact and room.at_end and not there  # at the wanted loop, which has its own minimum
+        if (exact and not room.at_end and (settled or gain < GAIN)) or (idle > patience and not arrived):
             break
         # On from the share that pieces of its yarn leave free: closest points slide in flat valleys.
         if idle and not exact:
