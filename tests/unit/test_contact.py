@@ -38,7 +38,7 @@ def test_the_search_misses_nothing(pressed):
     followed = set(zip(points.followed.point, points.followed.surface, strict=True))
     everywhere = np.arange(len(answer.quadrature.area))
     position = answer.reference(everywhere)
-    side = answer.quadrature.surface
+    side = answer.quadrature.surface(everywhere)
     for number in (0, 1):
         mine = np.flatnonzero(side == number)
         distance, _ = cKDTree(position[side != number]).query(position[mine])
@@ -68,7 +68,7 @@ def test_a_yarn_touches_itself():
     moved = nodes + (np.where(nodes[:, 1] > 2, -1.05, 1.05) * share)[:, None] * [0, 1.0, 0]
     points = answer.points(moved, nodes, ContactHistory.empty())
     assert len(points.active) > 0
-    row = answer.quadrature.xi[points.history.point[points.active], 0]
+    row = answer.quadrature.xi(points.history.point[points.active])[:, 0]
     assert np.all(np.abs(row - points.projection.xi[points.active, 0]) > 10)
 
 

@@ -146,18 +146,18 @@ def touching_points(
     quadrature, history = contact.quadrature, points.history
     active = np.flatnonzero(history.status != OPEN)
     point, target = history.point[active], history.surface[active]
-    yarn = quadrature.surface[point]
-    crossing, side = facets.nearest(yarn, target, rings.arc_length_at(yarn, quadrature.xi[point, 0]))
+    yarn = quadrature.surface(point)
+    crossing, side = facets.nearest(yarn, target, rings.arc_length_at(yarn, quadrature.xi(point)[:, 0]))
     return {
         "crossing": crossing,
         "side": side,
         "yarn": yarn,
         "target": target,
-        "cell": quadrature.cell[point],
+        "cell": quadrature.cell[point // quadrature.per_cell],
         "position": points.position[active],
         "reference": contact.reference(point),
         "area": quadrature.area[point],
-        "cell_area": quadrature.cell_area[point],
+        "cell_area": quadrature.cell_area(point),
         "normal": points.projection.normal[active],
         "pressure": history.pressure[active],
         # Traction of the law acts with the internal force; on the yarn it is the reaction.

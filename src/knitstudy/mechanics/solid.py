@@ -128,7 +128,8 @@ class SolidModel:
             weights = transformation.data[:, None, None] * np.eye(3)
             pattern = transformation.indices, transformation.indptr
             self._ties = sp.bsr_matrix((weights, *pattern), shape=(nodes.size, self.size))
-        self._room = 0  # blocks of the tangent that what contact adds to it needs besides
+        # Blocks of the tangent that what contact adds to it needs besides; memory not written to costs nothing.
+        self._room = self.assembly.entries // 2 if contact else 0
         self._sum: PatternSum | None = None
         self._evaluated: tuple[SolidState, ContactPoints] | None = None
 
@@ -260,11 +261,11 @@ class SolidModel:
         if self._sum is None or not self._sum.fits(response.stiffness, full):
             self._sum = PatternSum(response.stiffness, full)
             self._room = max(self._room, 2 * self._sum.inserted)  # patterns grow as yarns close
-        unsymmetric = (full.data - symmetric.data, full.indices, full.indptr)
+        np.subtract(full.data, symmetric.data, out=symmetric.data)
         return replace(
             response,
             stiffness=self._sum.add(response.stiffness, full),
-            unsymmetric=sp.bsr_matrix(unsymmetric, shape=full.shape),
+            unsymmetric=symmetric,
             touching=np.flatnonzero(np.diff(full.indptr)),
         )
 

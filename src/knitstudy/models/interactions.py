@@ -152,7 +152,8 @@ class Ties:
 
     def free(self, places: np.ndarray) -> np.ndarray:
         """Return which (k,) of undeformed places (k, 3) [m] lie outside of all ties."""
-        return cKDTree(self.discs.centre).query(places)[0] > BESIDE * self.discs.radius  # inf without ties
+        within = BESIDE * self.discs.radius
+        return cKDTree(self.discs.centre).query(places, distance_upper_bound=within)[0] >= within  # inf: none
 
     def constants(self) -> dict[str, np.ndarray]:
         """Return whether crossings (K,) are tied, area [m2] and centroid [m] of ties, as variables of a history."""

@@ -244,7 +244,7 @@ class Following:
         def cosine(part: slice) -> np.ndarray:
             point = history.point[part]
             both = (
-                (quadrature.surface[point], quadrature.xi[point]),
+                (quadrature.surface(point), quadrature.xi(point)),
                 (history.surface[part], history.xi[part]),
             )
             lines = [surfaces.places(*place, before)[1][:, 0] for place in both]

@@ -184,7 +184,7 @@ class Contact:
                 points, weight, own, other, self.surfaces.block, len(carried), self._pairs
             )
             pattern = self._pairs.indptr, self._pairs.indices
-            matrices = (self.surfaces.matrix(*pattern, each) for each in blocks)
+            matrices = [self.surfaces.matrix(*pattern, blocks.pop(0)) for _ in range(2)]  # one at a time
         energy = self._energy(points, active, weight)
         return ContactResponse(points, self.surfaces.collect(carried), energy, *matrices)
 

@@ -52,11 +52,15 @@ class Search:
         sizes = np.array([self._ring_sizes(number, carriers) for number in range(len(rows))])
         self._reach, self._chord = sizes.T
         self.reach = float(self._reach.max())  # largest distance of a ring's places from its middle [m]
-        self._cell_surface = quadrature.surface[:: quadrature.per_cell]
-        self._cell_row = quadrature.cell[:: quadrature.per_cell, 0]
-        self._middle = quadrature.xi.reshape(-1, quadrature.per_cell, 2).mean(axis=1)
-        every = np.arange(len(quadrature.surface))
-        self._free = np.ones(len(every), bool) if free is None else free(self.positions(every, carriers))
+        self._cell_surface = quadrature.cell_surface
+        self._cell_row = quadrature.cell[:, 0]
+        self._middle = quadrature.corner + 0.5 * quadrature.size
+
+        def may_touch(part: slice) -> np.ndarray:
+            point = quadrature.points(part)
+            return np.ones(len(point), bool) if free is None else free(self.positions(point, carriers))
+
+        self._free = by_parts(may_touch, len(quadrature.area), CHUNK)
 
     def find(self, carriers: np.ndarray, margin: float) -> tuple[ContactHistory, np.ndarray, np.ndarray]:
         """Return all pairs whose distance may be below `margin` [m] where the carriers (M, 3) are now, as open ones.
@@ -95,7 +99,7 @@ class Search:
     ) -> tuple[Projection, np.ndarray]:
         """Return the closest places and the gaps (c,) [m] of pairs whose points are at positions (c, 3) [m]."""
         found = project(self.surfaces, carriers, pairs.surface, position, pairs.xi)
-        return found, self.gap(self.quadrature.surface[pairs.point], pairs.surface, found)
+        return found, self.gap(self.quadrature.surface(pairs.point), pairs.surface, found)
 
     def gap(self, own: np.ndarray, surface: np.ndarray, closest: Projection) -> np.ndarray:
         """Return the gaps (k,) [m] of points of surfaces (k,) over others (k,); inf where there is no closest place."""
@@ -111,7 +115,7 @@ class Search:
 
     def positions(self, point: np.ndarray, carriers: np.ndarray) -> np.ndarray:
         """Return where points (k,) are [m], for current carriers (M, 3)."""
-        surface, xi = self.quadrature.surface[point], self.quadrature.xi[point]
+        surface, xi = self.quadrature.surface(point), self.quadrature.xi(point)
         return by_parts(
             lambda part: self.surfaces.positions(surface[part], xi[part], carriers), len(point), CHUNK
         )
@@ -122,7 +126,7 @@ class Search:
 
     def stencil(self, point: np.ndarray) -> Stencil:
         """Return the stencils of points (k,)."""
-        return self.surfaces.stencil(self.quadrature.surface[point], self.quadrature.xi[point])
+        return self.surfaces.stencil(self.quadrature.surface(point), self.quadrature.xi(point))
 
     def _ring_sizes(self, number: int, carriers: np.ndarray) -> tuple[float, float]:
         """Return the largest distances of a surface's rings from their middles and between neighbours on them [m]."""
@@ -236,7 +240,7 @@ class Search:
         alone = np.flatnonzero(~closest.found[number])
         own = project(self.surfaces, carriers, surface[alone], position[alone], closest.xi[number[alone]])
         guess[alone] = own.xi
-        least[alone] = self.gap(self.quadrature.surface[point[alone]], surface[alone], own)
+        least[alone] = self.gap(self.quadrature.surface(point[alone]), surface[alone], own)
         return point, surface, guess, least
 
     def _place(self, number: int, row: np.ndarray, position: np.ndarray, carriers: np.ndarray) -> np.ndarray:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -19,46 +18,70 @@ CHUNK = 20_000  # points evaluated at once; bounds the memory of stencils
 
 @dataclass(frozen=True, eq=False)
 class Quadrature:
-    """Gauss points of all surfaces, numbered surface by surface, row of cells by row of cells."""
+    """Gauss points of all surfaces, numbered surface by surface, row of cells by row of cells.
 
-    surface: np.ndarray  # int (P,), surface that a point lies on
-    xi: np.ndarray  # (P, 2), its parameters
-    cell: np.ndarray  # int (P, 2), cell that it lies in
-    area: np.ndarray  # (P,), undeformed area of the contact surface that it stands for [m2]
-    per_cell: int  # points in one cell; they follow each other
+    Points of a cell lie alike within it, so that all but areas are kept by cells: large knits have 30 million points.
+    """
+
+    cell_surface: np.ndarray  # int (C,), surface that a cell lies on
+    cell: np.ndarray  # int (C, 2), rows and columns of the cells
+    corner: np.ndarray  # (C, 2), parameters of their first corners
+    size: np.ndarray  # (C, 2), and their sizes in parameters
+    local: np.ndarray  # (p, 2), places of the points in a cell, in shares of it
+    area: np.ndarray  # (P,), undeformed area of the contact surface that a point stands for [m2]
     first_cell: np.ndarray  # int (G + 1,), first cell of every surface, then the number of all cells
 
-    @cached_property
-    def cell_area(self) -> np.ndarray:
-        """Undeformed area (P,) of the cell of every point [m2]."""
-        return np.repeat(self.area.reshape(-1, self.per_cell).sum(axis=1), self.per_cell)
+    @property
+    def per_cell(self) -> int:
+        """Points in one cell; they follow each other."""
+        return len(self.local)
+
+    def points(self, part: slice) -> np.ndarray:
+        """Return the numbers (k,) of some of all points."""
+        return np.arange(*part.indices(len(self.area)))
+
+    def surface(self, point: np.ndarray) -> np.ndarray:
+        """Return the surfaces (k,) that points (k,) lie on."""
+        return self.cell_surface[point // self.per_cell]
+
+    def xi(self, point: np.ndarray) -> np.ndarray:
+        """Return the parameters (k, 2) of points (k,)."""
+        cell, within = np.divmod(point, self.per_cell)
+        return self.corner[cell] + self.size[cell] * self.local[within]
+
+    def cell_area(self, point: np.ndarray) -> np.ndarray:
+        """Return the undeformed areas (k,) of the cells that points (k,) lie in [m2]."""
+        return self.area.reshape(-1, self.per_cell)[point // self.per_cell].sum(axis=1)
 
     @classmethod
     def on(cls, surfaces: Surfaces, carriers: np.ndarray, points: int) -> Quadrature:
         """Place ``points`` x ``points`` Gauss points in every cell of surfaces with undeformed carriers (M, 3)."""
         position, weight = np.polynomial.legendre.leggauss(points)
         position, weight = 0.5 * (position + 1), 0.5 * weight
-        local = np.stack(np.meshgrid(position, position, indexing="ij"), axis=-1).reshape(-1, 2)
-        share = np.outer(weight, weight).ravel()
         parts = []
         for number, (rows, columns) in enumerate(surfaces.cells):
-            cell = np.repeat(np.argwhere(np.ones((rows, columns))), points**2, axis=0)
+            cell = np.argwhere(np.ones((rows, columns)))
             edges = surfaces.edges(number)
             corner = np.stack([edge[place] for edge, place in zip(edges, cell.T, strict=True)], axis=1)
             size = np.stack([np.diff(edge)[place] for edge, place in zip(edges, cell.T, strict=True)], axis=1)
-            parts.append((np.full(len(cell), number), corner, size, cell))
-        surface, corner, size, cell = (np.concatenate(values) for values in zip(*parts, strict=True))
-        cells = surfaces.cells.prod(axis=1)
-        xi = corner + size * np.tile(local, (cells.sum(), 1))
-        stretch = by_parts(lambda part: _stretch(surfaces, surface[part], xi[part], carriers), len(xi), CHUNK)
-        return cls(
-            surface=surface,
-            xi=xi,
+            parts.append((np.full(len(cell), number), cell, corner, size))
+        surface, cell, corner, size = (np.concatenate(values) for values in zip(*parts, strict=True))
+        found = cls(
+            cell_surface=surface,
             cell=cell,
-            area=np.tile(share, cells.sum()) * size.prod(axis=1) * stretch,
-            per_cell=points**2,
-            first_cell=np.concatenate([[0], np.cumsum(cells)]),
+            corner=corner,
+            size=size,
+            local=np.stack(np.meshgrid(position, position, indexing="ij"), axis=-1).reshape(-1, 2),
+            area=np.outer(size.prod(axis=1), np.outer(weight, weight)).ravel(),
+            first_cell=np.concatenate([[0], np.cumsum(surfaces.cells.prod(axis=1))]),
         )
+
+        def stretch(part: slice) -> np.ndarray:
+            point = found.points(part)
+            return _stretch(surfaces, found.surface(point), found.xi(point), carriers)
+
+        found.area[:] *= by_parts(stretch, len(found.area), CHUNK)
+        return found
 
 
 def _stretch(surfaces: Surfaces, surface: np.ndarray, xi: np.ndarray, carriers: np.ndarray) -> np.ndarray:

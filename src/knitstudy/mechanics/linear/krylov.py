@@ -128,7 +128,6 @@ def conjugate_gradients(
 # Generalised minimal residuals, for matrices that friction has made unsymmetric
 
 RESTART = 30  # iterations after which all search directions but one are dropped; bounds the memory
-CYCLES = 4  # restarts after which a solve counts as failed
 
 
 def minimal_residuals(matrix: Rows, apply: Apply, state: Iterate, goal: float, most: int) -> str | None:
@@ -141,7 +140,7 @@ def minimal_residuals(matrix: Rows, apply: Apply, state: Iterate, goal: float, m
         state.iterations += 1
         return apply(residual)
 
-    cycles = min(math.ceil(most / RESTART), CYCLES)
+    cycles = math.ceil(most / RESTART)
     step, _ = gcrotmk(
         LinearOperator(matrix.shape, matrix.__matmul__, dtype=float),
         state.residual,
