@@ -94,11 +94,23 @@ def threads() -> int:
     return int(first)
 
 
+_SHARING = threading.Lock()
+
+
 def share(work: Callable[[int], Result], count: int) -> list[Result]:
     """Return ``work(0)`` to ``work(count - 1)``; threads take the next number whenever they are free.
 
-    The first exception ends it.
+    The first exception ends it. Work that is shared out in turn stays on its thread.
     """
+    if not _SHARING.acquire(blocking=False):
+        return [work(number) for number in range(count)]
+    try:
+        return _shared(work, count)
+    finally:
+        _SHARING.release()
+
+
+def _shared(work: Callable[[int], Result], count: int) -> list[Result]:
     results: list[Result] = [None] * count
     numbers: Iterator[int] = iter(range(count))  # taking the next one cannot be interrupted
 
@@ -123,7 +135,7 @@ def by_parts(
     work: Callable[[slice], np.ndarray | tuple[np.ndarray, ...]], count: int, size: int
 ) -> np.ndarray | tuple[np.ndarray, ...]:
     """Return the arrays that ``work(part)`` returns, of `size` of so many at a time: that bounds the memory."""
-    found = [work(slice(low, low + size)) for low in range(0, max(count, 1), size)]
+    found = share(lambda part: work(slice(part * size, (part + 1) * size)), max(1, -(-count // size)))
     if isinstance(found[0], tuple):
         return tuple(map(np.concatenate, zip(*found, strict=True)))
     return np.concatenate(found)
