@@ -340,7 +340,7 @@ class _Path:
             return guess
         # Moving the driven side alone would crush the elements there: let the tangent spread it.
         response = self._tangent(begun)
-        pull = np.where(self.free, -(response.stiffness @ guess), 0.0)
+        pull = np.where(self.free, -(response.stiffness @ guess) - response.force, 0.0)
         self._eliminate(response)
         return guess + self._solve(pull, 1e-12 if self.settings.exact else 1e-3)
 

@@ -79,6 +79,7 @@ class SolidState:
     led: float = 1.0  # share of the drag on free bodies: 1, `FADED`, or 0 where contact holds them
     # (n, 3), what it came by, straight from where a tangent was formed [m]; None where it came by no such way
     step: np.ndarray | None = field(default=None, kw_only=True)
+    pulled: bool = False  # whether surfaces that have not touched yet are pulled together
 
 
 @dataclass(frozen=True)
@@ -139,13 +140,18 @@ class SolidModel:
         return SolidState(rest, Memory(rest, contact=ContactHistory.empty() if self.contact else None))
 
     def begin(self, state: SolidState, load: float, change: float) -> SolidState:
-        """Return the state in which an increment of the load factor by `change` to `load` starts."""
-        return replace(state, load=load, change=change, step=None, augmentations=0, led=1.0)
+        """Return the state in which an increment of the load factor by `change` to `load` starts.
+
+        Before anything has touched, its tangent has surfaces pulled together: without contact the first step would take
+        loops that hang loose through each other.
+        """
+        pulled = self.contact is not None and state.step is None and not len(state.memory.contact.point)
+        return replace(state, load=load, change=change, step=None, augmentations=0, led=1.0, pulled=pulled)
 
     def advance(self, state: SolidState, step: np.ndarray) -> SolidState:
         """Return the state displaced by `step` (size,) [m]."""
         way = step.reshape(-1, 3)
-        return replace(state, displacement=state.displacement + way, step=way)
+        return replace(state, displacement=state.displacement + way, step=way, pulled=False)
 
     def node_displacement(self, state: SolidState) -> np.ndarray:
         """Return the displacement (N, 3) of all nodes [m], tied ones included."""
@@ -154,7 +160,8 @@ class SolidModel:
     def contact_points(self, state: SolidState) -> ContactPoints:
         """Return all pairs of points and surfaces that are near each other."""
         if self._evaluated is None or self._evaluated[0] is not state:
-            self._evaluated = state, self.contact.points(*self._places(state), state.memory.contact)
+            points = self.contact.points(*self._places(state), state.memory.contact, state.pulled)
+            self._evaluated = state, points
         return self._evaluated[1]
 
     def respond(self, state: SolidState, stiffness: bool) -> Response:

@@ -169,6 +169,7 @@ class Following:
         carriers: np.ndarray,  # (M, 3), of the surfaces, now and at the last converged increment [m]
         before: np.ndarray,  # likewise
         history: ContactHistory,  # of that increment
+        reach: float = 0.0,  # gap up to which pairs count as touching [m]
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return which (k,) of all pairs can touch, and the least gaps (c,) of all [m].
 
@@ -183,7 +184,7 @@ class Following:
             self._begin(carriers, before, history)
         every = self.history
         least = self._neighbourhoods.motion(carriers, self._survey.seen).least(self._survey.least, self._box)
-        number = np.flatnonzero(~((least > 0) & (every.pressure <= 0) & (every.multiplier == 0)))
+        number = np.flatnonzero(~((least > reach) & (every.pressure <= 0) & (every.multiplier == 0)))
         new = number[np.isneginf(every.gap[number])]
         position = self._search.positions(every.point[new], before)
         projection, every.gap[new] = self._search.closest(taken(every, new), position, before)

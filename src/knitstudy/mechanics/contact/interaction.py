@@ -24,6 +24,8 @@ from knitstudy.mechanics.contact.surface import Projection, Surfaces
 from knitstudy.mechanics.contact.tangent import CellPairs, Quadrature
 from knitstudy.mechanics.contact.tangent import stiffness as tangent
 
+# Gap over the margin up to which pairs are pulled together, beyond the smallest one at rest
+NEARLY = 0.01
 PASS_SHARE = 0.5  # each of the two surfaces' points carries half of the contact stiffness
 
 
@@ -79,6 +81,7 @@ class Contact:
         self._following = Following(self._search, margin, angles=law.directional)
         self._pairs: CellPairs | None = None
         deepest = -self.smallest_gap(self.points(nodes, nodes, ContactHistory.empty()))
+        self._rest = max(-deepest, 0.0)  # smallest gap of the undeformed surfaces [m]
         if deepest > overlap:
             raise MeshError(
                 f"surfaces overlap by {deepest:.3g} before anything moves; allowed is {overlap:.3g}. Move them "
@@ -90,13 +93,17 @@ class Contact:
         nodes: np.ndarray,  # (N, 3), where the nodes are [m]
         before: np.ndarray,  # (N, 3), where they were at the last converged increment [m]
         history: ContactHistory,  # of that increment
+        pulled: bool = False,
     ) -> ContactPoints:
         """Evaluate all pairs that can touch.
 
-        Those are left out whose surfaces have moved too little since their gap was last known to close it.
+        Those are left out whose surfaces have moved too little since their gap was last known to close it. Of surfaces
+        that are `pulled` together, all pairs touch that are nearly as near as the nearest ones were at rest, and
+        pressures are negative where they are open.
         """
+        reach = self._rest + NEARLY * self.margin if pulled else 0.0
         carriers, before = self.surfaces.carry(nodes), self.surfaces.carry(before)
-        number, least = self._following.may_touch(carriers, before, history)
+        number, least = self._following.may_touch(carriers, before, history, reach)
         every = self._following.history
         history = taken(every, number)
         angle = self._following.angle[number] if self.law.directional else None
@@ -104,12 +111,14 @@ class Contact:
         projection, gap = self._search.closest(history, position, carriers)
         least[number] = _known(gap)
         self._following.saw(carriers, least)
-        local = self.law.at(gap, angle)
+        local = self.law.at(gap - reach, angle)
         slip, rate, share = self._slip(history, projection.xi, gap, local, angle)
         trial = np.einsum("ka,kai->ki", slip, projection.tangent)
         trial *= np.reshape(local.tangential, (-1, 1))
-        pressure = self.law.pressure(gap, history.multiplier, angle)
+        pressure = self.law.pressure(gap - reach, history.multiplier, angle)
         traction, status = local.traction(trial, pressure)
+        if pulled:
+            pressure = np.where(status == OPEN, 0.0, -local.normal * gap)
         return ContactPoints(
             history=history,
             followed=every,
