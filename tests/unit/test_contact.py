@@ -47,6 +47,30 @@ def test_the_search_misses_nothing(pressed):
         assert {(point, 1 - number) for point in near} <= followed
 
 
+def test_surfaces_that_nearly_touch_are_pulled_together():
+    """Pressures close the gaps of the pairs that are nearly as near as the nearest ones, and no other pair touches."""
+    nodes, grids, upper = crossing(0.01)
+    answer = contact(nodes, grids, meets=APART, margin=0.3)
+    assert not len(answer.points(nodes, nodes, ContactHistory.empty()).active)
+    points = answer.points(nodes, nodes, ContactHistory.empty(), pulled=True)
+    nearest = points.gap.min()
+    assert 0 < nearest < 0.015
+    near = points.gap < nearest + 0.003
+    assert 0 < near.sum() == len(points.active)
+    np.testing.assert_array_equal(points.status, np.where(near, STICK, OPEN))
+    np.testing.assert_allclose(points.pressure, np.where(near, -10.0 * points.gap, 0))
+    pull = answer.forces(points, stiffness=False).node_force
+    assert pull[upper, 2].sum() > 0 > pull[~upper, 2].sum()  # internal forces: what moves the upper tube down
+
+
+def test_surfaces_far_apart_are_not_pulled_together():
+    nodes, grids, _ = crossing(0.05)
+    answer = contact(nodes, grids, meets=APART, margin=0.3)
+    points = answer.points(nodes, nodes, ContactHistory.empty(), pulled=True)
+    assert len(points.followed.point) > 0
+    assert not len(points.active)
+
+
 def test_what_was_far_away_touches_within_one_increment():
     nodes, grids, upper = crossing(3.0)
     answer = contact(nodes, grids, meets=APART)

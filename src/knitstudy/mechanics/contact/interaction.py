@@ -24,8 +24,8 @@ from knitstudy.mechanics.contact.surface import Projection, Surfaces
 from knitstudy.mechanics.contact.tangent import CellPairs, Quadrature
 from knitstudy.mechanics.contact.tangent import stiffness as tangent
 
-# Gap over the margin up to which pairs are pulled together, beyond the smallest one at rest
-NEARLY = 0.01
+# Gaps over the margin of pairs that are pulled together: by so much more than the smallest at rest, and at most
+NEARLY, AT_MOST = 0.01, 0.1
 PASS_SHARE = 0.5  # each of the two surfaces' points carries half of the contact stiffness
 
 
@@ -81,7 +81,7 @@ class Contact:
         self._following = Following(self._search, margin, angles=law.directional)
         self._pairs: CellPairs | None = None
         deepest = -self.smallest_gap(self.points(nodes, nodes, ContactHistory.empty()))
-        self._rest = max(-deepest, 0.0)  # smallest gap of the undeformed surfaces [m]
+        self._pull = min(max(-deepest, 0.0) + NEARLY * margin, AT_MOST * margin)
         if deepest > overlap:
             raise MeshError(
                 f"surfaces overlap by {deepest:.3g} before anything moves; allowed is {overlap:.3g}. Move them "
@@ -101,7 +101,7 @@ class Contact:
         that are `pulled` together, all pairs touch that are nearly as near as the nearest ones were at rest, and
         pressures are negative where they are open.
         """
-        reach = self._rest + NEARLY * self.margin if pulled else 0.0
+        reach = self._pull if pulled else 0.0
         carriers, before = self.surfaces.carry(nodes), self.surfaces.carry(before)
         number, least = self._following.may_touch(carriers, before, history, reach)
         every = self._following.history
