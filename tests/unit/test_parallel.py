@@ -1,5 +1,7 @@
 """Threads: how many there are, and that results do not depend on it."""
 
+import threading
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -32,6 +34,18 @@ def test_the_first_error_ends_it(monkeypatch, count):
 
     with pytest.raises(ConvergenceError, match="three"):
         share(work, 10)
+
+
+def test_shared_work_may_share(monkeypatch):
+    """What shared work shares in turn is done, by the thread that asks for it."""
+    monkeypatch.setenv(VARIABLE, "2")
+
+    def rows(row):
+        own = threading.get_ident()
+        return share(lambda column: (row, column, threading.get_ident() == own), 3)
+
+    assert share(rows, 4) == [[(row, column, True) for column in range(3)] for row in range(4)]
+    assert share(rows, 1) == [[(0, column, True) for column in range(3)]]  # and afterwards again
 
 
 @pytest.mark.parametrize("element", ["one_point", "quadratic"])

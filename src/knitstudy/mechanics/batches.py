@@ -100,17 +100,8 @@ _SHARING = threading.Lock()
 def share(work: Callable[[int], Result], count: int) -> list[Result]:
     """Return ``work(0)`` to ``work(count - 1)``; threads take the next number whenever they are free.
 
-    The first exception ends it. Work that is shared out in turn stays on its thread.
+    The first exception ends it. What shared work shares in turn stays on its thread.
     """
-    if not _SHARING.acquire(blocking=False):
-        return [work(number) for number in range(count)]
-    try:
-        return _shared(work, count)
-    finally:
-        _SHARING.release()
-
-
-def _shared(work: Callable[[int], Result], count: int) -> list[Result]:
     results: list[Result] = [None] * count
     numbers: Iterator[int] = iter(range(count))  # taking the next one cannot be interrupted
 
@@ -118,7 +109,8 @@ def _shared(work: Callable[[int], Result], count: int) -> list[Result]:
         for number in numbers:
             results[number] = work(number)
 
-    helpers = min(threads(), count) - 1
+    outermost = _SHARING.acquire(blocking=False)
+    helpers = min(threads(), count) - 1 if outermost else 0
     others = [_pool(threads()).submit(take) for _ in range(helpers)]
     try:
         take()
@@ -126,6 +118,8 @@ def _shared(work: Callable[[int], Result], count: int) -> list[Result]:
         for _ in numbers:  # after an exception nothing is left to take
             pass
         wait(others)
+        if outermost:
+            _SHARING.release()
     for other in others:
         other.result()
     return results
