@@ -15,6 +15,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, MeshError
+from knitstudy.mechanics.batches import share
 from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.following import Following
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, ContactHistory, ContactPoints, Coulomb, taken
@@ -193,7 +194,7 @@ class Contact:
                 points, weight, own, other, self.surfaces.block, len(carried), self._pairs
             )
             pattern = self._pairs.indptr, self._pairs.indices
-            matrices = [self.surfaces.matrix(*pattern, blocks.pop(0)) for _ in range(2)]  # one at a time
+            matrices = share(lambda number: self.surfaces.matrix(*pattern, blocks[number]), 2)
         energy = self._energy(points, active, weight)
         return ContactResponse(points, self.surfaces.collect(carried), energy, *matrices)
 

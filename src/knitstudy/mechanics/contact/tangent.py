@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.batches import by_parts
+from knitstudy.mechanics.batches import by_parts, share
 from knitstudy.mechanics.contact.friction import ContactPoints
 from knitstudy.mechanics.contact.surface import Kinematics, Stencil, Surfaces
 
@@ -187,8 +187,8 @@ def stiffness(
         nodes = np.concatenate([own.nodes[first], other.nodes[first]], axis=1)
         pairs = CellPairs(keys, nodes, block, count)
     full = inner.reshape(-1, 9, 3, 3).swapaxes(2, 3).reshape(-1, 3, BLOCKS, 3)
-    symmetric = pairs.sum(rows[:, :1], positive.reshape(-1, 1, BLOCKS, 1), pair)
-    return pairs.sum(rows, full, pair), symmetric, pairs
+    both = (rows, full), (rows[:, :1], positive.reshape(-1, 1, BLOCKS, 1))
+    return *share(lambda number: pairs.sum(*both[number], pair), 2), pairs
 
 
 def _point_tangents(points: ContactPoints, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
