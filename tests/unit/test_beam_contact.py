@@ -6,7 +6,7 @@ import pytest
 from knitstudy.geometry.crossings import Crossings
 from knitstudy.mechanics.beam_approach import Curves, Pairs, approach
 from knitstudy.mechanics.beam_contact import Power, hertz
-from knitstudy.models.beams_in_contact import STRIP, Neighbours, pairs_between
+from knitstudy.models.beams_in_contact import STRIP, Neighbours
 
 UNEVEN = np.array([0.0, 1.0, 1.6, 2.9, 4.0, 4.5, 6.0])
 
@@ -76,7 +76,7 @@ def rods():
     yarn = np.repeat([0, 1, 2], len(s))
     curves = Curves(yarn, np.tile(s, 3))
     position = np.concatenate([along_x, along_y, beside])
-    return Neighbours(curves, yarn, one_crossing(), 0.2), position, yarn
+    return Neighbours(curves, yarn, one_crossing(), np.array([False]), 0.2), position, yarn
 
 
 def one_crossing():
@@ -88,11 +88,11 @@ def one_crossing():
 
 def test_yarns_may_touch_beside_crossings(rods):
     neighbours, position, _ = rods
-    none = pairs_between(one_crossing(), np.full(3, 6.0), 0.2)
-    pairs = neighbours.beside(position, none)  # yarns 0 and 2 are too far apart, and 0 and 1 cross
-    assert pairs.yarn.tolist() == [[1, 2]]
-    np.testing.assert_allclose(pairs.start, [[3.9, 3.0]], atol=1e-9)
-    np.testing.assert_allclose(pairs.bounds, [[[3.1, 4.7], [2.2, 3.8]]], atol=1e-9)
+    known = neighbours.first()
+    pairs = neighbours.search(position, known, known.start)
+    assert pairs.yarn.tolist() == [[0, 1], [1, 2]]  # yarns 0 and 2 are too far apart
+    np.testing.assert_allclose(pairs.start, [[3.0, 3.0], [3.9, 3.0]], atol=1e-9)
+    np.testing.assert_allclose(pairs.bounds[1], [[3.1, 4.7], [2.2, 3.8]], atol=1e-9)
 
 
 def test_hooked_yarns_may_touch_between_their_crossings():
@@ -100,7 +100,9 @@ def test_hooked_yarns_may_touch_between_their_crossings():
     every, point = np.arange(3), np.zeros((3, 2, 3))
     yarn, place = np.array([[0, 1], [0, 1], [0, 2]]), np.array([[2.0, 4.0], [3.0, 2.0], [5.0, 1.0]])
     crossings = Crossings(every, every, every, yarn, place, point, np.ones(3))
-    pairs = pairs_between(crossings, np.full(3, 6.0), 0.2)
+    station = np.repeat([0, 1, 2], 7)
+    curves = Curves(station, np.tile(np.arange(7.0), 3))
+    pairs = Neighbours(curves, station, crossings, np.zeros(3, dtype=bool), 0.2).first()[3:]
     assert pairs.yarn.tolist() == [[0, 1], [0, 1]]
     gap = STRIP * 0.2
     windows = [[[gap, 2.5 - gap], [gap, 3 - gap]], [[2.5 + gap, 4 - gap], [3 + gap, 6 - gap]]]
@@ -108,13 +110,35 @@ def test_hooked_yarns_may_touch_between_their_crossings():
     np.testing.assert_allclose(pairs.start, [[2.5, 3.0], [2.5, 3.0]])
 
 
-def test_gaps_of_a_crossing_and_elsewhere(rods):
+def test_second_minimum_of_a_crossing_has_a_pair_of_its_own(rods):
+    """Yarn 1 comes down on yarn 0 a second time, 1.5 to the side: windows part half way, whoever is side A."""
     neighbours, position, yarn = rods
-    gaps = neighbours.gaps(position)
-    np.testing.assert_allclose(gaps.crossing, [0.05], atol=1e-9)
+    known = neighbours.first()
+    s = neighbours.curves.arc_length
+    bent = position.copy()
+    bent[yarn == 1] = np.stack([s - 3, 0 * s, 0.45 + 0.2 * np.sin(np.pi * (s - 3) / 1.5) ** 2], axis=-1)[
+        yarn == 1
+    ]
+    bent[yarn == 0] = position[yarn == 0] + np.array([0, 0.02, 0]) * np.cos(3 * (s[yarn == 0] - 3))[:, None]
+    pairs = neighbours.search(bent, known, known.start)
+    at = {
+        (round(a, 1), round(b, 1)): k for k, (a, b) in enumerate(pairs.start) if set(pairs.yarn[k]) == {0, 1}
+    }
+    assert {(3.0, 3.0), (4.5, 4.5), (1.5, 1.5)} <= set(at)
+    one, other = pairs.bounds[at[3.0, 3.0]], pairs.bounds[at[4.5, 4.5]]
+    parted = other[:, 0] - one[:, 1]
+    np.testing.assert_allclose(parted.max(), STRIP * 0.2, atol=1e-6)
+    again = neighbours.search(bent, pairs, pairs.start)
+    np.testing.assert_allclose(again.bounds, pairs.bounds, atol=1e-12)  # all minima are followed
+
+
+def test_gaps_of_near_yarns(rods):
+    neighbours, position, _ = rods
+    pairs, s, gap = neighbours.closest(position, 0.3)
     # Yarns 1 and 2 cross as well, and nobody said so.
-    assert gaps.elsewhere == pytest.approx(0.05, abs=1e-9)
-    assert gaps.yarn == (1, 2)
-    deeper = position - np.where(yarn == 1, 0.1, 0.0)[:, None] * [0, 0, 1.0]
-    assert neighbours.gaps(deeper).elsewhere == pytest.approx(-0.05, abs=1e-9)
-    assert neighbours.gaps(deeper).smallest == pytest.approx(-0.05, abs=1e-9)
+    assert pairs.yarn.tolist() == [[0, 1], [1, 2]]
+    np.testing.assert_allclose(gap, [0.05, 0.05], atol=1e-9)
+    np.testing.assert_allclose(s, [[3.0, 3.0], [3.9, 3.0]], atol=1e-9)
+    apart = neighbours.apart(pairs.yarn, s, pairs.yarn[:, ::-1], s[:, ::-1] + [0.1, -0.3])
+    np.testing.assert_allclose(np.diag(apart), 0.3)
+    assert apart[0, 1] >= 6

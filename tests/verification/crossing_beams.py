@@ -13,7 +13,7 @@ from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.rotation import exp
-from knitstudy.models.beams_in_contact import point_pairs
+from knitstudy.models.beams_in_contact import Neighbours, point_pairs
 
 RADIUS, MODULUS, POISSON = 0.9e-3, 1.3e9, 0.42
 SECTION = Section.circular(2 * RADIUS, MODULUS, POISSON)
@@ -134,3 +134,42 @@ def curved_yarns(law, friction):
     pairs = point_pairs(crossings, one, curves.length)
     contact = BeamContact(curves, pairs, number, offset, RADIUS, LAWS[law], friction)
     return BeamModel(position - offset, ends, SECTION, RADIUS, offset[ends], contact=contact)
+
+
+def hairpin(law, friction):
+    """Model of a straight yarn and a hairpin over it: they touch twice, 5 R apart, and one crossing is known."""
+    leg, half, bend, below = 9 * RADIUS, 4, 2.5 * RADIUS, 6 * RADIUS
+    down = np.linspace(-below, leg - below, 19)[:-1]
+    turn = np.linspace(np.pi, 0, 17)
+    upper = np.concatenate(
+        [
+            np.column_stack([0 * down - bend, down]),
+            np.column_stack([bend * np.cos(turn), leg - below + bend * np.sin(turn)]),
+            np.column_stack([0 * down + bend, down[::-1]]),
+        ]
+    )
+    lower = np.linspace(-8 * RADIUS, 8 * RADIUS, 8 * half + 1)
+    position = np.concatenate(
+        [
+            np.column_stack([lower, 0 * lower, 0 * lower - RADIUS]),
+            np.column_stack([upper, np.full(len(upper), RADIUS)]),
+        ]
+    )
+    yarn = np.repeat([0, 1], [len(lower), len(upper)])
+    step = np.linalg.norm(np.diff(position, axis=0), axis=1)
+    along = np.cumsum(np.where(np.diff(yarn) > 0, 0.0, step))
+    s = np.concatenate([[0.0], along])
+    s[yarn == 1] -= s[len(lower)]
+    one = np.array([0])
+    points = np.array([[[-bend, 0, -RADIUS], [-bend, 0, RADIUS]]])
+    place = np.array([[8 * RADIUS - bend, below]])
+    crossings = Crossings(one, one, one, np.array([[0, 1]]), place, points, np.array([2 * RADIUS]))
+    curves = Curves(yarn, s)
+    neighbours = Neighbours(curves, yarn, crossings, np.array([False]), RADIUS)
+    number = np.arange(len(yarn))
+    stations = number, np.zeros((len(yarn), 3))
+    contact = BeamContact(
+        curves, neighbours.first(), *stations, RADIUS, LAWS[law], friction, search=neighbours.search
+    )
+    ends = np.column_stack([number[:-1], number[1:]])[np.diff(yarn) == 0]
+    return BeamModel(position, ends, SECTION, RADIUS, contact=contact)

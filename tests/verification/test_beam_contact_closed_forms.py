@@ -5,12 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from crossing_beams import LAWS, MODULUS, POISSON, RADIUS, SECTION, Beams
+from crossing_beams import LAWS, MODULUS, POISSON, RADIUS, SECTION, Beams, hairpin
 from scipy.optimize import brentq
 
 from knitstudy.loading.history import FORMS
 from knitstudy.mechanics.beam_contact import Power
 from knitstudy.mechanics.rotation import exp
+from knitstudy.models.beams_in_contact import STRIP
 
 LENGTH, FRICTION, PRESS, DRAG = 30e-3, 0.3, 0.2e-3, 0.6e-3
 
@@ -65,6 +66,37 @@ def test_crossing_yarns_of_round_section_follow_the_law(law, verify):
     hertz = 4 / 3 * MODULUS / (2 * (1 - POISSON**2)) * np.sqrt(RADIUS) * depth**1.5
     expected = {"rigid": 10 * MODULUS * RADIUS * depth, "hertz": hertz}
     verify.within(f"crossing beams, undeformed: force, {law}", force, expected[law], 0.01)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_yarns_that_touch_twice_carry_both_forces(law, verify):
+    """A hairpin over a straight yarn, pressed by delta, sinks in at both crossings, of which one was known."""
+    model, depth = hairpin(law, 0.0), 0.05 * RADIUS
+    state, upper = model.begin(model.start(), 0.0, 1.0), model.contact.curves.first[1]
+    step = np.zeros((model.size // 6, 6))
+    step[upper:, 2] = -depth
+    state = model.advance(state, step.ravel())
+    force = model.respond(state, False).force.reshape(-1, 6)[:upper, 2].sum()
+    verify.within(f"hairpin on a yarn: force, {law}", force, 2 * LAWS[law].force(np.array(-depth)), 1e-9)
+    # The pairs stay, and no point is counted twice.
+    again = model.begin(model.commit(state), 0.0, 1.0).contact
+    np.testing.assert_allclose(
+        again.force, state.contact.force + LAWS[law].force(np.array(-depth)), rtol=1e-9
+    )
+    parted = again.pairs.bounds[1, :, 0] - again.pairs.bounds[0, :, 1]
+    assert parted.max() >= STRIP * RADIUS
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_yarns_do_not_pass_through_each_other(law):
+    """Farther than their axes, the force still drives them back."""
+    case = beams(law=law)
+    model, step = case.model(), np.zeros((2 * (case.elements + 1), 6))
+    step[case.elements + 1 :, 2] = -3 * RADIUS
+    state = model.advance(model.start(), step.ravel())
+    assert model.contact.points(state).gap == pytest.approx(-3 * RADIUS)
+    force = model.respond(state, False).force.reshape(-1, 6)[: case.elements + 1, 2].sum()
+    assert force == pytest.approx(LAWS[law].force(np.array(-3 * RADIUS)))
 
 
 def at(increments, load):

@@ -5,21 +5,23 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from crossing_beams import Beams, curved_yarns
+from crossing_beams import Beams, curved_yarns, hairpin
 
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK
 from knitstudy.mechanics.rotation import exp
 
 LAWS = ("rigid", "hertz")
+YARNS = {"curved": curved_yarns, "hairpin": hairpin}
 FRICTION = {"stick": 1e4, "slip": 0.05, "rough": np.inf, "frictionless": 0.0}
 
 
 def moved(model, shift, seed):
-    """State with the nodes of the upper yarn shifted and all nodes disturbed, spins included."""
+    """State with the nodes of the upper yarn, the last ones, shifted and all nodes disturbed, spins included."""
     noise = np.random.default_rng(seed).normal(size=(model.size // 6, 6)) * [1, 1, 1, 20, 20, 20]
     step = 2e-6 * noise
-    step[len(step) // 2 :, :3] += shift
-    return model.advance(model.start(), step.ravel())
+    contact = model.contact
+    step[contact.node[contact.curves.first[1]] :, :3] += shift
+    return model.advance(model.begin(model.start(), 0.0, 1.0), step.ravel())
 
 
 def on_the_way(model, shift=(20e-6, 8e-6, -31e-6)):
@@ -84,20 +86,22 @@ def test_tangent_of_beams_in_contact(law, kind, shift, verify):
     verify.at_most(f"tangent of beams in contact: {law}, {kind}, {shift}", tangent_error(model, state), 1e-6)
 
 
+@pytest.mark.parametrize("yarns", YARNS)
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("kind", ["stick", "slip"])
-def test_tangent_of_curved_yarns_on_rigid_arms(law, kind, verify):
-    """Two hooked yarns, the stations of the contact carried by nodes beside them."""
-    model, state = on_the_way(curved_yarns(law, FRICTION[kind]))
-    assert np.any(model.contact.points(state).status != OPEN)
-    verify.at_most(f"tangent of beams in contact on arms: {law}, {kind}", tangent_error(model, state), 1e-6)
+def test_tangent_of_curved_yarns(yarns, law, kind, verify):
+    """Two hooked yarns, the stations of the contact carried by nodes beside them; yarns that touch a second time."""
+    model, state = on_the_way(YARNS[yarns](law, FRICTION[kind]))
+    assert np.sum(model.contact.points(state).status != OPEN) == {"curved": 1, "hairpin": 2}[yarns]
+    verify.at_most(f"tangent of beams in contact, {yarns}: {law}, {kind}", tangent_error(model, state), 1e-6)
 
 
+@pytest.mark.parametrize("yarns", YARNS)
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("kind", ["stick", "slip"])
-def test_forces_and_moments_balance(law, kind, verify):
+def test_forces_and_moments_balance(yarns, law, kind, verify):
     """Exactly: what friction exerts on both yarns acts in one point, half way between their centrelines."""
-    model, state = on_the_way(curved_yarns(law, FRICTION[kind]))
+    model, state = on_the_way(YARNS[yarns](law, FRICTION[kind]))
     force = contact_forces(model, state)
     lever = np.cross(state.position, force[:, :3])
     assert np.abs(force[:, 3:]).sum() > 1e-3 * np.abs(lever).sum()  # friction does exert couples
@@ -105,7 +109,7 @@ def test_forces_and_moments_balance(law, kind, verify):
         np.abs(force[:, :3].sum(axis=0)).max() / np.abs(force[:, :3]).sum(),
         np.abs((lever + force[:, 3:]).sum(axis=0)).max() / np.abs(lever).sum(),
     )
-    verify.at_most(f"beams in contact: balance of forces and moments, {law}, {kind}", error, 1e-12)
+    verify.at_most(f"beams in contact: balance of forces and moments, {yarns}, {law}, {kind}", error, 1e-12)
 
 
 @pytest.mark.parametrize("law", LAWS)

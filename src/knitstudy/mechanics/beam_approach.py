@@ -21,7 +21,7 @@ _SHARES = np.array([[1.0, 0, -3, 2], [0, 0, 3, -2]])
 
 
 class Chosen:
-    """Arrays over the same points, of which some can be chosen."""
+    """Arrays over the same points, of which some can be chosen, or groups of them."""
 
     def __getitem__(self, chosen: np.ndarray | slice) -> Self:
         return type(self)(*(each[chosen] for each in vars(self).values()))
@@ -29,7 +29,10 @@ class Chosen:
     def joined(self, other: Self) -> Self:
         """Return these points and then those of another."""
         pairs = zip(vars(self).values(), vars(other).values(), strict=True)
-        return type(self)(*(np.concatenate(both) for both in pairs))
+        joined = (
+            one.joined(two) if isinstance(one, Chosen) else np.concatenate([one, two]) for one, two in pairs
+        )
+        return type(self)(*joined)
 
 
 @dataclass(frozen=True, eq=False)

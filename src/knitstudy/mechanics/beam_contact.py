@@ -11,6 +11,7 @@ and moments balance exactly. Friction that acted on the centrelines alone would 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -85,17 +86,20 @@ def hertz(
 
 
 @dataclass(frozen=True, eq=False)
-class BeamContactHistory:
+class BeamContactHistory(Chosen):
     """What pairs remember of the last converged increment."""
 
+    pairs: Pairs  # what may touch; they start where the closest points were last within their pieces
+    carried: np.ndarray  # (k,), overlap up to which a tie, or contact around, keeps the yarns apart [m]
     s: np.ndarray  # (k, 2), closest points; also where the material points belong [m]
     arm: np.ndarray  # (k, 2, 3), from the centreline to the material points, in the reference [m]
+    normal: np.ndarray  # (k, 3), from side A to side B
     gap: np.ndarray  # (k,) [m]; inf where the closest point was an end
     force: np.ndarray  # (k,), normal force [N]; where it is positive the material points count as joined
     slip: np.ndarray  # (k,), length slipped since first contact [m]
     hold: np.ndarray  # (k,), springs of closest points, see `beam_approach`
     on_a: np.ndarray  # (k, 3), force of contact on side A, before springs are held anew [N]
-    dissipated: float  # work of friction so far [J]
+    rubbed: np.ndarray  # (k,), work of friction so far [J]
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,9 +143,11 @@ class BeamContact:
         friction: float,  # mu; inf for rough contact, 0 for none
         crossings: int | None = None,  # of the pairs, the first ones, whose contact must not end
         carried: np.ndarray | float = 0.0,  # (k,), overlap up to which ties keep the yarns apart [m]
+        # Returns these pairs in new windows and further ones, from positions (S, 3), pairs and their points (k, 2)
+        search: Callable[[np.ndarray, Pairs, np.ndarray], Pairs] | None = None,
     ) -> None:
         self.crossings = len(pairs.start) if crossings is None else crossings
-        self.carried = carried
+        self.carried, self.search = np.zeros(len(pairs.start)) + carried, search
         self.curves, self.pairs, self.node, self.offset = curves, pairs, node, offset
         self.radius, self.law = radius, law
         # Coulomb's law meets forces here: with stiffnesses of one, changes of forces are those of gaps and slips.
@@ -155,20 +161,48 @@ class BeamContact:
 
     def start(self, state: BeamState) -> BeamContactHistory:
         """Return the history of yarns that have not moved yet."""
-        places, none = self.places(state), np.zeros(len(self.pairs.start))
-        here = approach(self.curves, places.position, self.pairs)
+        return self._begun(self.places(state), self.pairs, self.carried)
+
+    def begin(self, state: BeamState) -> BeamContactHistory:
+        """Return the history with which an increment begins: its pairs are those that the search finds.
+
+        Pairs that the search has added go once they are open and have rubbed no work. Where yarns overlap already when
+        a pair is added, contact near it has carried them so far: the new pair carries what is more.
+        """
+        if self.search is None:
+            return state.contact
+        past, first = state.contact, np.arange(len(state.contact.s)) < len(self.pairs.start)
+        past, places = past[first | (past.force > 0) | (past.rubbed > 0)], self.places(state)
+        pairs = self.search(places.position, past.pairs, past.s)
+        known = np.arange(len(pairs.start)) < len(past.s)
+        return replace(past, pairs=pairs[known]).joined(self._begun(places, pairs[~known]))
+
+    def _begun(
+        self, places: BeamState, pairs: Pairs, carried: np.ndarray | None = None
+    ) -> BeamContactHistory:
+        """Return the history of pairs that begin, with no force if nothing else is said to be carried."""
+        here, none = approach(self.curves, places.position, pairs), np.zeros(len(pairs.start))
+        if carried is None:
+            carried = np.maximum(2 * self.radius - here.distance, 0.0)
         arm = self._arms(here, places.rotation, none[:, None])
-        start, zero = (here.s, arm, self._gap(here), none, none), np.zeros((len(none), 3))
-        return BeamContactHistory(*start, needed_hold(here), zero, 0.0)
+        gap, zero = self._gap(here, pairs, carried), np.zeros((len(none), 3))
+        pairs = replace(pairs, start=here.s)
+        return BeamContactHistory(
+            pairs, carried, here.s, arm, here.normal, gap, none, none, needed_hold(here), zero, none
+        )
 
     def points(self, state: BeamState) -> BeamContactPoints:
         """Evaluate all pairs."""
         places, history = self.places(state), state.contact
-        here = approach(self.curves, places.position, replace(self.pairs, start=history.s), history.hold)
-        anchor = self.curves.stencil(self.pairs.yarn, history.s)
+        here = approach(self.curves, places.position, replace(history.pairs, start=history.s), history.hold)
+        # Near yarns whose normal has turned round have passed through each other: r counts backwards.
+        through = (np.einsum("ki,ki->k", here.normal, history.normal) < 0) & (history.gap < self.radius)
+        sign = np.where(through, -1.0, 1.0)
+        here = replace(here, distance=sign * here.distance, normal=sign[:, None] * here.normal)
+        anchor = self.curves.stencil(history.pairs.yarn, history.s)
         arm = np.einsum("kapij,kaj->kapi", places.rotation[anchor.stations], history.arm)
         material = anchor.of(anchor.value, places.position) + np.einsum("kap,kapi->kai", anchor.value, arm)
-        gap = self._gap(here)
+        gap = self._gap(here, history.pairs, history.carried)
         # A pair that has closed within this increment has slid in contact only for the rest of it.
         closes = (history.force <= 0) & (gap < 0) & (history.gap > 0) & np.isfinite(history.gap)
         now, then = np.where(closes, gap, 0.0), np.where(closes, history.gap, 0.0)
@@ -202,7 +236,8 @@ class BeamContact:
         np.add.at(force, self.node, at_stations)
         sheared = 0.5 * np.einsum("ki,ki->k", traction, traction) / touching.sticking
         stored = float(np.sum(self.law.energy(touching.gap) + sheared))
-        energy = {"penalty": stored, "friction": state.contact.dissipated + self._work(points, state.contact)}
+        rubbed = float(np.sum(state.contact.rubbed + self._work(points, state.contact)))
+        energy = {"penalty": stored, "friction": rubbed}
         energy["numerical"] = (
             stored if self.law.exponent == 1 else 0.0
         )  # the patch of Hertz and Mindlin is real
@@ -233,32 +268,37 @@ class BeamContact:
             )
         touches = points.status != OPEN
         elastic = points.traction / np.where(touches, points.sticking, 1.0)[:, None]
+        here, pairs = points.approach, history.pairs
+        within = here.free.all(axis=1)[:, None]
         return BeamContactHistory(
-            s=points.approach.s,
-            arm=self._arms(points.approach, self.places(state).rotation, elastic),
+            pairs=replace(pairs, start=np.where(within, here.s, pairs.start)),
+            carried=history.carried,
+            s=here.s,
+            arm=self._arms(here, self.places(state).rotation, elastic),
+            normal=here.normal,
             gap=points.gap,
             force=points.force,
             slip=np.where(points.force > 0, history.slip + points.slipped, 0.0),
-            hold=needed_hold(points.approach),
+            hold=needed_hold(here),
             on_a=points.on_a,
-            dissipated=history.dissipated + self._work(points, history),
+            rubbed=history.rubbed + self._work(points, history),
         )
 
-    def _gap(self, here: Approach) -> np.ndarray:
-        ends = (here.s <= 0) | (here.s >= self.curves.length[self.pairs.yarn])
-        return np.where(ends.any(axis=1), np.inf, here.distance - 2 * self.radius + self.carried)
+    def _gap(self, here: Approach, pairs: Pairs, carried: np.ndarray) -> np.ndarray:
+        ends = (here.s <= 0) | (here.s >= self.curves.length[pairs.yarn])
+        return np.where(ends.any(axis=1), np.inf, here.distance - 2 * self.radius + carried)
 
     def _arms(self, here: Approach, rotation: np.ndarray, elastic: np.ndarray) -> np.ndarray:
         """Reference arms (k, 2, 3) of material points half way between the yarns, `elastic` (k, 3) apart."""
         way = SIGNS * (0.5 * here.distance[:, None] * here.normal + 0.5 * elastic)[:, None]
         return np.linalg.solve(here.stencil.of(here.stencil.value, rotation), way[..., None])[..., 0]
 
-    def _work(self, points: BeamContactPoints, history: BeamContactHistory) -> float:
-        """Work of friction within the increment, mu times the mean force of it times the slip [J]."""
+    def _work(self, points: BeamContactPoints, history: BeamContactHistory) -> np.ndarray:
+        """Work (k,) of friction within the increment, mu times the mean force of it times the slip [J]."""
         if not np.isfinite(self.friction.friction):
-            return 0.0
+            return np.zeros(len(points.force))
         mean = 0.5 * (points.force + history.force)
-        return float(np.sum(self.friction.friction * mean * points.slipped))
+        return self.friction.friction * mean * points.slipped
 
     def _stiffness(
         self, points: BeamContactPoints, lever: np.ndarray, pull: np.ndarray, count: int

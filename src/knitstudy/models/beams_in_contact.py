@@ -7,8 +7,9 @@ solid yarns.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -51,63 +52,99 @@ def point_pairs(crossings: Crossings, chosen: np.ndarray, length: np.ndarray) ->
 
 
 STRIP = 0.25  # between the windows of two pairs, over the radius: hardly a point counts in both
-
-
-def pairs_between(crossings: Crossings, length: np.ndarray, radius: float) -> Pairs:
-    """Return pairs of points on the pieces of two crossings that follow each other on both yarns, one of either."""
-    bounds, yarn, s = piece_bounds(crossings, length), crossings.yarn, crossings.arc_length
-    follows = bounds[:, None, :, 1] == bounds[None, :, :, 0]  # (K, K, 2)
-    next_to = (follows | follows.swapaxes(0, 1)) & (yarn[:, None] == yarn)
-    one, other = np.nonzero(next_to.all(axis=2))
-    windows = np.stack([bounds[one, A], bounds[other, B]], axis=1) + STRIP * radius * np.array([1, -1])
-    return Pairs(yarn[one], windows, 0.5 * (s[one] + s[other]))
-
-
-MARGIN = 0.3  # gap up to which pieces count as near, over the radius
-BESIDE = (
-    1.0  # the same at rest, up to which yarns may come to touch beside crossings, as the legs of a loop do
+WINDOW = (
+    4.0  # how far contact beside crossings may slide along either yarn within an increment, over the radius
 )
-WINDOW = 4.0  # how far such contacts may slide along either yarn, over the radius
+MARGIN = 0.3  # gap that is reported, over the radius
+BESIDE = 1.0  # the same up to which a local minimum of the gap has a pair that follows it
 
-
-@dataclass(frozen=True, eq=False)
-class Gaps:
-    """Smallest gaps of yarns in one configuration."""
-
-    crossing: np.ndarray  # (K,) of the two pieces that belong to a crossing [m]; inf where they are not near
-    elsewhere: float  # of all other pieces [m]; inf if none are near
-    yarn: tuple[int, int]  # the yarns of that gap
-    arc_length: tuple[float, float]  # where it is on them [m]
-
-    @property
-    def smallest(self) -> float:
-        """Smallest of all [m]."""
-        return min(self.elsewhere, float(self.crossing.min(initial=np.inf)))
+# Distance along either yarn, over the radius, within which a minimum is that of a pair. Overlap of Hertz's law is as
+# long as 8/3 sqrt(R delta) of a line that carries E*/2 per length: 0.8 to 1.2 R where yarns overlap by 0.1 to 0.2 R.
+# Closer points would count overlap twice.
+OWN = 1.0
+# The same of minima that belong to one arc, along which yarns wrap around each other: where one divides into two, both
+# are as deep, and the contact of either is that of both.
+ARC = 2.0
 
 
 class Neighbours:
-    """Search for pieces of yarn that are near each other, a yarn with itself included."""
+    """Search for pieces of yarn that are near each other, a yarn with itself included.
+
+    The first pairs are those of crossings, the free ones and then the tied ones; those of the pieces between two
+    crossings that follow each other on both yarns, one of either, come next.
+    """
 
     def __init__(
         self,
         curves: Curves,
         yarn: np.ndarray,  # (S,) of the stations
         crossings: Crossings,
+        tied: np.ndarray,  # (K,) crossings that are tied
         radius: float,  # [m]
     ) -> None:
         self.curves, self.yarn, self.radius = curves, np.asarray(yarn), radius
-        self.count = len(crossings.row)
-        start = piece_bounds(crossings, curves.length)[..., 0]
-        order = np.lexsort((start.ravel(), crossings.yarn.ravel()))
-        self._starts = self._place(crossings.yarn, start).ravel()[order]
-        self._piece_yarn, self._piece_crossing = crossings.yarn.ravel()[order], order // 2
+        self.crossings, self._order = crossings, np.argsort(tied, kind="stable")
         self._step = float(np.diff(curves.arc_length).max())
-        self._crossed = (
-            np.sort(crossings.yarn),
-            np.where(np.diff(crossings.yarn) < 0, crossings.arc_length[:, ::-1], crossings.arc_length),
-        )
+        bounds = piece_bounds(crossings, curves.length)
+        follows = bounds[:, None, :, 1] == bounds[None, :, :, 0]  # (K, K, 2)
+        next_to = (follows | follows.swapaxes(0, 1)) & (crossings.yarn[:, None] == crossings.yarn)
+        self._between = np.nonzero(next_to.all(axis=2))
 
-    def _closest(self, position: np.ndarray, margin: float) -> tuple[Pairs, np.ndarray, np.ndarray]:
+    def first(self) -> Pairs:
+        """Return the pairs of crossings and between them, at rest."""
+        one, other = self._between
+        s = self.crossings.arc_length
+        yarn = np.concatenate([self.crossings.yarn[self._order], self.crossings.yarn[one]])
+        start = np.concatenate([s[self._order], 0.5 * (s[one] + s[other])])
+        return Pairs(yarn, self._windows(yarn, start), start)
+
+    def search(self, position: np.ndarray, pairs: Pairs, s: np.ndarray) -> Pairs:
+        """Return `pairs` in windows of where they are, and a pair for every minimum that no point s (k, 2) follows."""
+        found, place, gap = self.closest(position, BESIDE)
+        order = np.argsort(gap, kind="stable")
+        order = order[gap[order] < BESIDE * self.radius]
+        yarn, place = found.yarn[order], place[order]
+        new = self.apart(yarn, place, pairs.yarn, s).min(axis=1, initial=np.inf) > OWN * self.radius
+        yarn, place = yarn[new], place[new]
+        twice = np.tril(self.apart(yarn, place, yarn, place) < 2 * self._step, -1).any(axis=1)
+        yarn = np.concatenate([pairs.yarn, yarn[~twice]])
+        start = np.concatenate([pairs.start, place[~twice]])
+        return Pairs(yarn, self._windows(yarn, start), start)
+
+    def _windows(self, yarn: np.ndarray, start: np.ndarray) -> np.ndarray:
+        """Return the windows (k, 2, 2) of pairs that start at (k, 2): no two overlap.
+
+        Those of crossings are their pieces now. Further pairs and the others of the same yarns part half way between
+        them, on the yarn along which they are farther apart.
+        """
+        arc_length = np.empty_like(self.crossings.arc_length)
+        arc_length[self._order] = start[: len(arc_length)]
+        piece = piece_bounds(replace(self.crossings, arc_length=arc_length), self.curves.length)
+        one, other = self._between
+        between = np.stack([piece[one, A], piece[other, B]], axis=1) + STRIP * self.radius * np.array([1, -1])
+        first = len(piece) + len(between)
+        more = start[first:, :, None] + WINDOW * self.radius * np.array([-1, 1])
+        more = np.clip(more, 0.0, self.curves.length[yarn[first:], None])
+        bounds = np.concatenate([piece[self._order], between, more])
+        turned = np.diff(self._places(yarn, start))[:, 0] < 0
+        bounds[turned], s = bounds[turned, ::-1], np.where(turned[:, None], start[:, ::-1], start)
+        apart = self.apart(yarn, start, yarn, start)
+        one, other = np.nonzero(np.triu(apart < self.curves.length.max(), 1)[:, first:])
+        other += first
+        side = np.argmax(np.abs(s[one] - s[other]), axis=1)
+        upwards = s[one, side] < s[other, side]
+        middle, strip = 0.5 * (s[one, side] + s[other, side]), 0.5 * STRIP * self.radius
+        np.minimum.at(bounds, (np.where(upwards, one, other), side, 1), middle - strip)
+        np.maximum.at(bounds, (np.where(upwards, other, one), side, 0), middle + strip)
+        alone = np.flatnonzero(yarn[:, A] == yarn[:, B])
+        alone = alone[alone >= first]
+        middle, bend = s[alone].mean(axis=1), 0.5 * np.pi * self.radius
+        bounds[alone, 0, 1] = np.minimum(bounds[alone, 0, 1], middle - bend)
+        bounds[alone, 1, 0] = np.maximum(bounds[alone, 1, 0], middle + bend)
+        bounds[turned] = bounds[turned, ::-1]
+        return bounds
+
+    def closest(self, position: np.ndarray, margin: float) -> tuple[Pairs, np.ndarray, np.ndarray]:
         """Return near pairs, their closest points (k, 2), and their gaps, inf where yarns cannot touch."""
         reach = (2 + margin) * self.radius + self._step
         one, other = cKDTree(position).query_pairs(reach, output_type="ndarray").T
@@ -121,37 +158,6 @@ class Neighbours:
         here = approach(self.curves, position, pairs)
         meets = self._may_meet(pairs.yarn, here.s)
         return pairs, here.s, np.where(meets, here.distance - 2 * self.radius, np.inf)
-
-    def beside(self, position: np.ndarray, known: Pairs) -> Pairs:
-        """Return pairs of points near each other beside `known` pairs; no window has a crossing in it."""
-        pairs, s, gap = self._closest(position, BESIDE)
-        inside = (s[:, None] >= known.bounds[..., 0]) & (s[:, None] <= known.bounds[..., 1])
-        twice = (inside & (pairs.yarn[:, None] == known.yarn)).all(axis=2).any(axis=1)
-        chosen = (gap < BESIDE * self.radius) & (self._crossing_of(pairs.yarn, s) < 0) & ~twice
-        yarn, s = pairs.yarn[chosen], s[chosen]
-        twice = cKDTree(self._place(yarn, s)).query_pairs(2 * self._step, output_type="ndarray")[:, 1]
-        yarn, s = np.delete(yarn, twice, axis=0), np.delete(s, twice, axis=0)
-        away = np.abs(s[:, None] - self._crossed[1]).max(axis=2, initial=0.0)  # (k, K)
-        away[(yarn[:, None] != self._crossed[0]).any(axis=2)] = np.inf
-        alone = np.where(
-            yarn[:, A] == yarn[:, B], 0.5 * (np.abs(s[:, A] - s[:, B]) - np.pi * self.radius), np.inf
-        )
-        width = np.minimum(np.minimum(0.5 * away.min(axis=1, initial=np.inf), alone), WINDOW * self.radius)
-        low = np.maximum(s - width[:, None], 0.0)
-        high = np.minimum(s + width[:, None], self.curves.length[yarn])
-        return Pairs(yarn, np.stack([low, high], axis=-1), s)
-
-    def gaps(self, position: np.ndarray) -> Gaps:
-        """Return the gaps where the stations are at positions (S, 3) [m]."""
-        pairs, s, gap = self._closest(position, MARGIN)
-        crossing = np.full(self.count, np.inf)
-        if not len(gap):
-            return Gaps(crossing, np.inf, (-1, -1), (np.nan, np.nan))
-        known = self._crossing_of(pairs.yarn, s)
-        np.minimum.at(crossing, known[known >= 0], gap[known >= 0])
-        beyond = np.where(known < 0, gap, np.inf)
-        k = int(np.argmin(beyond))
-        return Gaps(crossing, float(beyond[k]), tuple(map(int, pairs.yarn[k])), tuple(map(float, s[k])))
 
     def _nearest(self, near: np.ndarray, position: np.ndarray) -> np.ndarray:
         """Return which pairs of stations (k, 2) are no farther apart than those beside them along their yarns."""
@@ -167,22 +173,21 @@ class Neighbours:
         """Return whether points (k, 2) may touch: only a yarn bent to less than its radius could beside itself."""
         return (yarn[:, A] != yarn[:, B]) | (np.abs(s[:, A] - s[:, B]) > np.pi * self.radius)
 
-    def _place(self, yarn: np.ndarray, s: np.ndarray) -> np.ndarray:
+    def _places(self, yarn: np.ndarray, s: np.ndarray) -> np.ndarray:
         """Return places on one axis, yarn after yarn."""
         return 2 * self.curves.length.max() * yarn + s
 
-    def _crossing_of(self, yarn: np.ndarray, s: np.ndarray) -> np.ndarray:
-        """Return the crossing (k,) that both points belong to, or -1."""
-        piece = np.searchsorted(self._starts, self._place(yarn, s), side="right") - 1
-        # A yarn without crossings has no pieces.
-        crossing = np.where(self._piece_yarn[piece] == yarn, self._piece_crossing[piece], -1)
-        return np.where(crossing[:, A] == crossing[:, B], crossing[:, A], -1)
+    def apart(self, yarn: np.ndarray, s: np.ndarray, others: np.ndarray, t: np.ndarray) -> np.ndarray:
+        """Return how far (k, m) points s (k, 2) are from t (m, 2) along the yarns; a yarn's length if on others [m]."""
+        one, other = (np.sort(self._places(*each), axis=1) for each in ((yarn, s), (others, t)))
+        return np.abs(one[:, None] - other).max(axis=2)
 
 
 # Penetration over the radius, of yarns between which no contact acts, beyond which a state is refused. Beside pins in
 # wale tension it reaches 1 %. Solid yarns under the force of such a crossing, 10 to 30 N, approach each other by 5 to
 # 10 % (Hertz): a second contact would carry little.
 UNSEEN = 0.02
+LAG = 0.1  # share of its depth by which a point that acts may be less deep besides: springs hold it back on an arc
 
 
 @dataclass(eq=False)
@@ -196,8 +201,6 @@ class BeamKnit:
     # Yarns without ties: the internal force at a tied station equals the force of the tie
     apart: BeamModel
     crossings: Crossings
-    gaps: Gaps | None = None  # of the increment that was recorded last
-    pressed: float = 0.0  # smallest gap of contacts beside crossings then, at most zero [m]
 
     def __post_init__(self) -> None:
         stations, crossings = self.network.stations, self.crossings
@@ -211,8 +214,8 @@ class BeamKnit:
     def record(self, increment: Increment) -> Reported:
         """Return columns of the history."""
         state = increment.state
-        self.gaps = self.neighbours.gaps(self.model.contact.places(state).position)
-        smallest = self.gaps.smallest
+        _, _, gap = self.neighbours.closest(self.model.contact.places(state).position, MARGIN)
+        smallest = float(gap.min(initial=np.inf))
         columns = {
             "centreline_displacement": self.network.station_displacement(self.model, state),
             "smallest_gap": smallest if np.isfinite(smallest) else np.nan,
@@ -227,8 +230,7 @@ class BeamKnit:
         """
         contact, tied, stencil = self.model.contact, self.tied, self._stencil
         places, past = contact.places(state), state.contact
-        free, beside, elsewhere = np.split(np.arange(len(past.gap)), np.cumsum([np.sum(~tied), np.sum(tied)]))
-        self.pressed = float(past.gap[elsewhere].min(initial=0.0))
+        free, beside = np.split(np.arange(len(tied)), [np.sum(~tied)])
         (slip, gap), force = np.full((2, len(tied)), np.nan), np.zeros((len(tied), 3))
         slip[~tied], force[~tied] = past.slip[free], past.on_a[free]
         gap[~tied] = np.where(np.isfinite(past.gap[free]), past.gap[free], np.nan)
@@ -240,7 +242,7 @@ class BeamKnit:
         # Of tied yarns, the gap at the points of their centrelines that were closest at rest, or where it is smallest
         middle = stencil.of(stencil.value, places.position)
         apart = (np.linalg.norm(middle[:, B] - middle[:, A], axis=1) - 2 * self.neighbours.radius)[tied]
-        gap[tied] = np.minimum(apart, past.gap[beside] - contact.carried[beside])
+        gap[tied] = np.minimum(apart, past.gap[beside] - past.carried[beside])
         # Of the points of both surfaces that faced each other at rest
         rotation = places.rotation[stencil.stations]
         moved = middle + np.einsum("kap,kapij,kaj->kai", stencil.value, rotation, self._arm)
@@ -252,31 +254,26 @@ class BeamKnit:
         }
 
     def require_seen(self, increment: Increment, recorder: Recorder) -> None:
-        """Refuse an increment, recorded last, in which yarns penetrate each other where no contact acts.
+        """Refuse an increment in which yarns penetrate each other where no contact acts.
 
-        Raises ConvergenceError if pieces of yarn away from crossings, or deeper than the contact or the tie at a
-        crossing knows, overlap by more than `UNSEEN` radii. A tie that yields lets yarns approach each other as much as
-        their patches are indented.
+        Raises CoarseIncrement if they overlap by more than `UNSEEN` radii, or by that and the share `LAG` more than
+        where a pair of the same yarns follows them along the same arc.
         """
-        gaps, allowed = self.gaps, UNSEEN * self.neighbours.radius
-        elsewhere = gaps.elsewhere - self.pressed
-        known = np.fmin(recorder.columns["crossing_gap"][-1], 0.0)  # (K,)
-        unseen = gaps.crossing - known
-        if elsewhere < -allowed:
-            (one, other), (s, t) = gaps.yarn, gaps.arc_length
-            where = f"yarns {one} and {other} at arc lengths {s:.4g} and {t:.4g} m, which is no crossing,"
-            depth = -elsewhere
-        elif unseen.min(initial=np.inf) < -allowed:
-            k = int(np.argmin(unseen))
-            kind = "tied" if self.tied[k] else "touching"
-            where, depth = f"the yarns of crossing {k}, beside the {kind} points,", -unseen[k]
-        else:
+        contact, past = self.model.contact, increment.state.contact
+        pairs, s, gap = self.neighbours.closest(contact.places(increment.state).position, MARGIN)
+        near = self.neighbours.apart(pairs.yarn, s, past.pairs.yarn, past.s) < ARC * self.neighbours.radius
+        known = np.where(near, past.carried - past.gap, 0.0).max(axis=1, initial=0.0)
+        depth, allowed = -gap - (1 + LAG) * known, UNSEEN * self.neighbours.radius
+        if depth.max(initial=0.0) <= allowed:
             return
+        k = int(np.argmax(depth))
+        (one, other), (here, there) = pairs.yarn[k], s[k]
         message = (
-            f"increment {increment.index}: {where} penetrate each other by {depth:.3g} m, unseen by the beams' "
-            f"contact; allowed is {allowed:.3g} m. Use a smaller load.strain"
+            f"increment {increment.index}: yarns {one} and {other} at arc lengths {here:.4g} and {there:.4g} m "
+            f"penetrate each other by {depth[k]:.3g} m, unseen by the beams' contact; allowed is {allowed:.3g} m. Use "
+            "a smaller load.strain"
         )
-        raise CoarseIncrement(message, depth)  # yarns may have jumped through each other
+        raise CoarseIncrement(message, depth[k])  # yarns may have jumped through each other
 
 
 def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
@@ -295,15 +292,12 @@ def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
     beams = spatial_network(fabric, points, scene.mesh.beam_size, joints=joints, stops=stops)
     stations, law, yarn = beams.stations, scene.mesh.section_law, scene.yarn
     curves = Curves(stations.yarn, stations.arc_length)
-    neighbours = Neighbours(curves, stations.yarn, crossings, yarn.radius)
-    # Those that are tied come last
-    pairs = point_pairs(crossings, np.argsort(tied, kind="stable"), curves.length)
-    between = pairs_between(crossings, curves.length, yarn.radius)
-    pairs = pairs.joined(between).joined(neighbours.beside(stations.position, between))
+    neighbours = Neighbours(curves, stations.yarn, crossings, tied, yarn.radius)
+    pairs = neighbours.first()
     # A patch of Hertz's is larger than the disc of a tie, and yarns touch beside it, from this overlap on.
     carried = np.zeros(len(pairs.start))
     carried[np.sum(~tied) : len(tied)] = scene.tie.radius**2 * yarn.radius
-    contact = beam_contact(scene, beams, curves, pairs, int(np.sum(~tied)), carried)
+    contact = beam_contact(scene, beams, curves, pairs, int(np.sum(~tied)), carried, neighbours.search)
     model = beams.model(yarn, law, contact)
     first = np.flatnonzero(stations.yarn[1:] == stations.yarn[:-1])
     elements = np.column_stack([first, first + 1])
@@ -311,13 +305,11 @@ def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
     return BeamKnit(beams, model, tied, neighbours, apart, crossings)
 
 
-def beam_contact(
-    scene: Scene, beams: Network, curves: Curves, pairs: Pairs, *of_ties: int | np.ndarray
-) -> BeamContact:
+def beam_contact(scene: Scene, beams: Network, curves: Curves, pairs: Pairs, *further: Any) -> BeamContact:
     """Return the contact of pairs of points on beams; the last arguments are those of `BeamContact`."""
     friction = scene.kind.interaction.friction(scene)
     stations = beams.station_node, beams.station_offset
-    return BeamContact(curves, pairs, *stations, scene.yarn.radius, pressing(scene), friction, *of_ties)
+    return BeamContact(curves, pairs, *stations, scene.yarn.radius, pressing(scene), friction, *further)
 
 
 def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Problem:
