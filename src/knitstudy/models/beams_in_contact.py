@@ -52,9 +52,7 @@ def point_pairs(crossings: Crossings, chosen: np.ndarray, length: np.ndarray) ->
 
 
 STRIP = 0.25  # between the windows of two pairs, over the radius: hardly a point counts in both
-WINDOW = (
-    4.0  # how far contact beside crossings may slide along either yarn within an increment, over the radius
-)
+WINDOW = 4.0  # how far further contact may slide along either yarn, over the radius
 MARGIN = 0.3  # gap that is reported, over the radius
 BESIDE = 1.0  # the same up to which a local minimum of the gap has a pair that follows it
 
@@ -103,13 +101,11 @@ class Neighbours:
         found, place, gap = self.closest(position, BESIDE)
         order = np.argsort(gap, kind="stable")
         order = order[gap[order] < BESIDE * self.radius]
-        yarn, place = found.yarn[order], place[order]
-        new = self.apart(yarn, place, pairs.yarn, s).min(axis=1, initial=np.inf) > OWN * self.radius
-        yarn, place = yarn[new], place[new]
-        twice = np.tril(self.apart(yarn, place, yarn, place) < 2 * self._step, -1).any(axis=1)
-        yarn = np.concatenate([pairs.yarn, yarn[~twice]])
-        start = np.concatenate([pairs.start, place[~twice]])
-        return Pairs(yarn, self._windows(yarn, start), start)
+        yarn = np.concatenate([pairs.yarn, found.yarn[order]])
+        known, s = np.arange(len(yarn)) < len(s), np.concatenate([s, place[order]])
+        followed = np.tril(self.apart(yarn, s, yarn, s) < OWN * self.radius, -1).any(axis=1)
+        chosen, start = known | ~followed, np.concatenate([pairs.start, place[order]])
+        return Pairs(yarn[chosen], self._windows(yarn[chosen], start[chosen]), start[chosen])
 
     def _windows(self, yarn: np.ndarray, start: np.ndarray) -> np.ndarray:
         """Return the windows (k, 2, 2) of pairs that start at (k, 2): no two overlap.
@@ -123,7 +119,9 @@ class Neighbours:
         one, other = self._between
         between = np.stack([piece[one, A], piece[other, B]], axis=1) + STRIP * self.radius * np.array([1, -1])
         first = len(piece) + len(between)
-        more = start[first:, :, None] + WINDOW * self.radius * np.array([-1, 1])
+        alone = 0.5 * (np.abs(np.diff(start)) - np.pi * self.radius)
+        width = np.where(np.diff(yarn) == 0, np.fmin(alone, WINDOW * self.radius), WINDOW * self.radius)
+        more = start[first:, :, None] + width[first:, None] * np.array([-1, 1])
         more = np.clip(more, 0.0, self.curves.length[yarn[first:], None])
         bounds = np.concatenate([piece[self._order], between, more])
         turned = np.diff(self._places(yarn, start))[:, 0] < 0
@@ -136,11 +134,6 @@ class Neighbours:
         middle, strip = 0.5 * (s[one, side] + s[other, side]), 0.5 * STRIP * self.radius
         np.minimum.at(bounds, (np.where(upwards, one, other), side, 1), middle - strip)
         np.maximum.at(bounds, (np.where(upwards, other, one), side, 0), middle + strip)
-        alone = np.flatnonzero(yarn[:, A] == yarn[:, B])
-        alone = alone[alone >= first]
-        middle, bend = s[alone].mean(axis=1), 0.5 * np.pi * self.radius
-        bounds[alone, 0, 1] = np.minimum(bounds[alone, 0, 1], middle - bend)
-        bounds[alone, 1, 0] = np.maximum(bounds[alone, 1, 0], middle + bend)
         bounds[turned] = bounds[turned, ::-1]
         return bounds
 
