@@ -173,7 +173,9 @@ class BeamContact:
             return state.contact
         past, first = state.contact, np.arange(len(state.contact.s)) < len(self.pairs.start)
         past, places = past[first | (past.force > 0) | (past.rubbed > 0)], self.places(state)
-        pairs = self.search(places.position, past.pairs, past.s)
+        # An open pair that stands at a bound follows no minimum: nan is near nothing.
+        follows = (past.force > 0) | (past.pairs.start == past.s).all(axis=1)
+        pairs = self.search(places.position, past.pairs, np.where(follows[:, None], past.s, np.nan))
         known = np.arange(len(pairs.start)) < len(past.s)
         return replace(past, pairs=pairs[known]).joined(self._begun(places, pairs[~known]))
 
