@@ -29,7 +29,11 @@ CASES = {
     ),
     "spline yarns, ties": ("yarns-tie-course", TIED),
     "spline yarns, friction": ("yarns-isotropic-course", SLIDING),
-    "spline yarns, pair": ("pair-slid-90", PRESSED | {"fidelity": "spline_yarns", "pair.support": "ends"}),
+    "spline yarns, pair": (
+        "pair-slid-90",
+        # Balanced to the default 1e-6, answers differ by up to 1.2e-9 where iterations end.
+        PRESSED | {"fidelity": "spline_yarns", "pair.support": "ends", "solver.residual_tolerance": 1e-8},
+    ),
     "3D network": ("rom3d-tie-course", TIED | BEAMS | {"rom.contacts_from": None}),
     "3D network, patches": (
         "rom3d-tie-course",
