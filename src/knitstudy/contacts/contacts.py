@@ -102,7 +102,7 @@ def _in_window(fabric: Fabric, history: xr.Dataset) -> tuple[Fabric, xr.Dataset]
     part = history.isel(crossing=chosen)
     if "contact_crossing" in history:
         part = part.assign(contact_crossing=("point", place[history["contact_crossing"].to_numpy()]))
-    return replace(fabric, crossings=fabric.crossings.chosen(chosen)), part
+    return replace(fabric, crossings=fabric.crossings[chosen]), part
 
 
 def indented(fabric: Fabric, force: np.ndarray, modulus: float) -> dict[str, np.ndarray]:

@@ -8,7 +8,7 @@ samples Newton's method finds the true minimum: with samples alone F_Distance (E
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 
 from knitstudy.errors import GeometryError
 from knitstudy.geometry.spline import CatmullRom, Centreline, Rows
+from knitstudy.mechanics.batches import Chosen
 
 PLANE_SAMPLES = 10  # a Bezier segment, between which crossings in the plane are looked for
 SAMPLES = 20  # a Bezier segment, the closest of which start Newton's method
@@ -35,7 +36,7 @@ CONVERGED = 1e-11  # step of a parameter after which the next one would be its s
 
 
 @dataclass(frozen=True, eq=False)
-class Crossings:
+class Crossings(Chosen):
     """The K crossings of a fabric, each of two yarns: sides 0 and 1."""
 
     row: np.ndarray  # (K,) labels: the cell's row and column, and the place in the cell
@@ -53,10 +54,6 @@ class Crossings:
     def normal(self) -> np.ndarray:
         """Unit vectors (K, 3) from the closest point of side 0 to that of side 1; normal to both centrelines."""
         return (self.point[:, 1] - self.point[:, 0]) / self.distance[:, None]
-
-    def chosen(self, index: np.ndarray) -> Crossings:
-        """Return the crossings at an index or mask."""
-        return Crossings(*(getattr(self, field.name)[index] for field in fields(self)))
 
     def variables(self) -> dict[str, Any]:
         """Return the crossings as variables of a dataset, by name."""
@@ -106,18 +103,18 @@ def find_crossings(
         for key, ((first, second), *_) in alike.items()
     }
     places = _places(in_plane)
-    found = [Crossings(*np.empty((3, 0), int), np.empty((0, 2), int), *map(np.empty, ((0, 2), (0, 2, 3), 0)))]
+    none = Crossings(*np.empty((3, 0), int), np.empty((0, 2), int), *map(np.empty, ((0, 2), (0, 2, 3), 0)))
+    found: list[Crossings] = []
     for key, pairs in alike.items():
         first, second = (curves[number] for number in pairs[0])
         one = _near(first, second, in_plane[key], places[key[0]], places[key[1]])
-        one = one.chosen(one.distance <= REACH * radius)
+        one = one[one.distance <= REACH * radius]
         if first is second:  # pieces of a yarn within half a turn are neighbours
-            one = one.chosen(np.diff(one.arc_length, axis=1)[:, 0] > np.pi * radius)
+            one = one[np.diff(one.arc_length, axis=1)[:, 0] > np.pi * radius]
         for pair in pairs:
             yarn, by = np.array(pair)[one.yarn], shift[pair[0]] - shift[pairs[0][0]]
             found.append(replace(one, row=yarn[:, 0], yarn=yarn, point=one.point + by))
-    names = [field.name for field in fields(Crossings)]
-    return Crossings(*(np.concatenate([getattr(part, name) for part in found]) for name in names))
+    return none.joined(*found)
 
 
 def _polyline(curve: Centreline) -> tuple[np.ndarray, np.ndarray]:
@@ -261,8 +258,7 @@ def crossings_of_loop(
             closest_points(images[lower], images[lower + 1], windows[row == lower], samples)
             for lower in range(loop.rows)
         ]
-        names = [field.name for field in fields(Approach)]
-        return Approach(*(np.concatenate([getattr(each, name) for each in found]) for name in names))
+        return found[0].joined(*found[1:])
     points = np.concatenate([image.control_points for image in images])
     lower, upper = (Rows(points, loop.advance, len(images), row + side) for side in (0, 1))
     return refine(lower, upper, start, windows)
@@ -272,7 +268,7 @@ def crossings_of_loop(
 
 
 @dataclass(frozen=True)
-class Approach:
+class Approach(Chosen):
     """Closest points of two curves, K times."""
 
     parameter: np.ndarray  # (K, 2) of the curves

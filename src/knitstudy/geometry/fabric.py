@@ -292,7 +292,7 @@ def _by_cells(found: Crossings, loop: Loop, loops: int, rows: int) -> Crossings:
         raise GeometryError(message)
     order = order.reshape(-1, 4)[:, ALONG].ravel()
     row, column, zone = np.indices((rows, loops, 4)).reshape(3, -1)
-    return replace(found.chosen(order), row=row, column=column, zone=zone)
+    return replace(found[order], row=row, column=column, zone=zone)
 
 
 def _places_of_loops(knit: Fabric, yarn: int) -> np.ndarray:
@@ -379,7 +379,7 @@ def pieces_of(fabric: Fabric, arcs: Arcs) -> Fabric:
     """Return arcs of a fabric's yarns as a fabric, each a yarn; nothing is gripped. Crossings keep order and labels."""
     lines = fabric.centrelines
     of = zip(arcs.yarn, arcs.arc, strict=True)
-    crossings = fabric.crossings.chosen(arcs.crossing)
+    crossings = fabric.crossings[arcs.crossing]
     piece = arcs.piece(crossings.yarn.ravel(), crossings.arc_length.ravel()).reshape(-1, 2)
     arc_length = crossings.arc_length - arcs.arc[piece, 0]
     return replace(

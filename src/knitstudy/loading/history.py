@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import astuple, dataclass, field
+from dataclasses import dataclass, field
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ import xarray as xr
 
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.columns import HISTORY
+from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.increment import PHASES, Increment, PrescribedDisplacement, between_corners
 from knitstudy.study.problem_sections import CellStrain, Tension
 from knitstudy.study.problem_sections import Path as PairPath
@@ -140,20 +141,12 @@ FORMS = ("external", "internal", "hourglass", "penalty", "friction", "stabilisat
 
 
 @dataclass(frozen=True)
-class Stations:
+class Stations(Chosen):
     """Points whose motion the history follows: section centres or beam nodes."""
 
     yarn: np.ndarray  # (S,) yarn of a station
     arc_length: np.ndarray  # (S,) its arc length along the undeformed yarn [m]
     position: np.ndarray  # (S, 3) its undeformed position [m]
-
-    def at(self, index: np.ndarray) -> Stations:
-        """Return the stations at an index or mask."""
-        return Stations(self.yarn[index], self.arc_length[index], self.position[index])
-
-    def and_more(self, other: Stations) -> Stations:
-        """Return these and other stations."""
-        return Stations(*(np.concatenate(pair) for pair in zip(astuple(self), astuple(other), strict=True)))
 
     def nearest(self, yarn: np.ndarray, arc_length: np.ndarray) -> np.ndarray:
         """Return the stations nearest to places on yarns; stations are in the order of yarns and arc lengths."""

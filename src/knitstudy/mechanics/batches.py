@@ -1,15 +1,15 @@
-"""Batches of small matrices: closed-form determinants, arrays that are used again, and threads."""
+"""Batches: matrices with closed-form determinants, points of which some are chosen, scratch arrays, and threads."""
 
 from __future__ import annotations
 
 import math
 import os
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager
 from functools import lru_cache
-from typing import TypeVar
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -39,6 +39,27 @@ def inverse(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         for column in range(3):
             np.divide(cofactors[row][column], size, out=result[:, row, column])
     return result, size
+
+
+class Chosen:
+    """Arrays over the same points, of which some can be chosen, or groups of them; what else there is holds for all."""
+
+    def __getitem__(self, chosen: np.ndarray | slice) -> Self:
+        return type(self)(*(each[chosen] if _is_over_points(each) else each for each in vars(self).values()))
+
+    def joined(self, *others: Self) -> Self:
+        """Return these points and then those of others."""
+        return type(self)(*map(_joined, zip(*(vars(each).values() for each in (self, *others)), strict=True)))
+
+
+def _is_over_points(value: Any) -> bool:
+    return isinstance(value, Chosen) or np.ndim(value) > 0
+
+
+def _joined(parts: Sequence[Any]) -> Any:
+    if isinstance(parts[0], Chosen):
+        return parts[0].joined(*parts[1:])
+    return np.concatenate(parts) if _is_over_points(parts[0]) else parts[0]
 
 
 # Arrays that a thread uses again and again
@@ -126,13 +147,13 @@ def share(work: Callable[[int], Result], count: int) -> list[Result]:
 
 
 def by_parts(
-    work: Callable[[slice], np.ndarray | tuple[np.ndarray, ...]], count: int, size: int
-) -> np.ndarray | tuple[np.ndarray, ...]:
+    work: Callable[[slice], np.ndarray | tuple[np.ndarray, ...] | Chosen], count: int, size: int
+) -> Any:
     """Return the arrays that ``work(part)`` returns, of `size` of so many at a time: that bounds the memory."""
     found = share(lambda part: work(slice(part * size, (part + 1) * size)), max(1, -(-count // size)))
     if isinstance(found[0], tuple):
         return tuple(map(np.concatenate, zip(*found, strict=True)))
-    return np.concatenate(found)
+    return _joined(found)
 
 
 @lru_cache(maxsize=1)

@@ -9,30 +9,15 @@ second derivative, and where that jumps Newton's method may find no tangent to f
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Self
 
 import numpy as np
 
 from knitstudy.errors import GeometryError
+from knitstudy.mechanics.batches import Chosen
 
 _POWERS = np.arange(6)
 # Shares of the first and of the second parabola by powers of t in [0, 1]
 _SHARES = np.array([[1.0, 0, -3, 2], [0, 0, 3, -2]])
-
-
-class Chosen:
-    """Arrays over the same points, of which some can be chosen, or groups of them."""
-
-    def __getitem__(self, chosen: np.ndarray | slice) -> Self:
-        return type(self)(*(each[chosen] for each in vars(self).values()))
-
-    def joined(self, other: Self) -> Self:
-        """Return these points and then those of another."""
-        pairs = zip(vars(self).values(), vars(other).values(), strict=True)
-        joined = (
-            one.joined(two) if isinstance(one, Chosen) else np.concatenate([one, two]) for one, two in pairs
-        )
-        return type(self)(*joined)
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,12 +19,12 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.beam_approach import (
     A,
     Approach,
     B,
     Change,
-    Chosen,
     Curves,
     Pairs,
     Stencil,

@@ -40,6 +40,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
+from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.beam_contact import Power
 from knitstudy.mechanics.rotation import hat
 
@@ -110,7 +111,7 @@ class LineHistory:
 
 
 @dataclass(frozen=True, eq=False)
-class Touching:
+class Touching(Chosen):
     """Pairs within reach in one configuration: of point i, and of the image of point j."""
 
     i: np.ndarray  # int (k,)
@@ -118,10 +119,6 @@ class Touching:
     image: np.ndarray  # int (k, 2), how many periods away
     way: np.ndarray  # (k, 3), from i to the image of j [m]
     key: np.ndarray  # int (k,), ascending
-
-    def of(self, chosen: np.ndarray) -> Touching:
-        """Return some of the pairs."""
-        return Touching(*(each[chosen] for each in (self.i, self.j, self.image, self.way, self.key)))
 
     @property
     def distance(self) -> np.ndarray:
@@ -250,7 +247,7 @@ class LineContact:
         share = history.share[known]
         force, past = share * push[pair], history.force[known]
         kept = np.divide(force, past, out=np.ones_like(force), where=past > force)
-        spring, rate = self.springs(pairs.of(pair), share, push[pair], change[pair])
+        spring, rate = self.springs(pairs[pair], share, push[pair], change[pair])
         mean = 0.5 * (history.spring[known] + spring)
         trial = kept[:, None] * before + mean[:, None] * slip
         size, most = np.linalg.norm(trial, axis=1), self.friction * force

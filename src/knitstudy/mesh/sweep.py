@@ -12,6 +12,7 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError, MeshError
 from knitstudy.geometry.spline import Centreline
+from knitstudy.mechanics.batches import Chosen
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import (
     SAME,
@@ -63,7 +64,7 @@ TIE_DIGITS = 6  # of a facet step, to which two ways round are equally far: roun
 
 
 @dataclass(frozen=True, eq=False)
-class Targets:
+class Targets(Chosen):
     """Points that the middles of facets of one yarn shall face."""
 
     arc_length: np.ndarray  # (T,) increasing; where the yarn is nearest to the points. [m]
@@ -72,8 +73,7 @@ class Targets:
     def without(self, arc_length: np.ndarray) -> Targets:
         """Return all but those at arc lengths (k,) [m]."""
         near = np.abs(self.arc_length[:, None] - arc_length) <= SAME * self.arc_length.max(initial=0.0)
-        others = ~near.any(axis=1)
-        return Targets(self.arc_length[others], self.point[others])
+        return self[~near.any(axis=1)]
 
 
 NO_TARGETS = Targets(np.empty(0), np.empty((0, 3)))

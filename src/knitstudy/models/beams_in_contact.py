@@ -48,7 +48,7 @@ def piece_bounds(crossings: Crossings, length: np.ndarray) -> np.ndarray:
 def point_pairs(crossings: Crossings, chosen: np.ndarray, length: np.ndarray) -> Pairs:
     """Return one pair of closest points for each of the crossings `chosen` (k,); yarns are `length` (Y,) long [m]."""
     bounds = piece_bounds(crossings, length)
-    return Pairs(crossings.yarn[chosen], bounds[chosen], crossings.arc_length[chosen])
+    return Pairs(crossings.yarn, bounds, crossings.arc_length)[chosen]
 
 
 STRIP = 0.25  # between the windows of two pairs, over the radius: hardly a point counts in both
@@ -197,7 +197,7 @@ class BeamKnit:
 
     def __post_init__(self) -> None:
         stations, crossings = self.network.stations, self.crossings
-        lower = crossings.chosen(self.tied)
+        lower = crossings[self.tied]
         self._lower = stations.nearest(lower.yarn[:, 0], lower.arc_length[:, 0])
         curves = self.model.contact.curves
         self._stencil = curves.stencil(crossings.yarn, crossings.arc_length)  # (K, 2)

@@ -205,9 +205,9 @@ class JointPoints:
     @classmethod
     def at_crossings(cls, crossings: Crossings, chosen: np.ndarray) -> JointPoints:
         """Return the closest points of chosen crossings as C, and their middles as P."""
-        point = crossings.point[chosen]
-        yarn, arc_length = crossings.yarn[chosen], crossings.arc_length[chosen]
-        return cls(yarn, arc_length, point, point.mean(axis=1), np.zeros(yarn.shape))
+        some = crossings[chosen]
+        off = np.zeros(some.yarn.shape)
+        return cls(some.yarn, some.arc_length, some.point, some.point.mean(axis=1), off)
 
 
 def joint_points(fabric: Fabric, contacts: xr.Dataset, reading: str = MAIN) -> JointPoints:

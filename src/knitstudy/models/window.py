@@ -117,7 +117,7 @@ def _require_ungripped(scene: Scene, fabric: Fabric, yarn: np.ndarray, arc: np.n
 def _arcs(fabric: Fabric, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return arcs of yarns (P,) that hold chosen crossings: (P, 2) [m], half the way to those next to them."""
     length = np.array([line.length for line in fabric.centrelines])
-    crossings = fabric.crossings.chosen(chosen)
+    crossings = fabric.crossings[chosen]
     yarn, s = crossings.yarn.ravel(), crossings.arc_length.ravel()
     low, high = piece_bounds(fabric.crossings, length)[chosen].reshape(-1, 2).T
     low = np.where(low == 0, 0.5 * s, low)
@@ -205,7 +205,7 @@ def _without_arcs(whole: Network, window: Window) -> Network:
         ends=renumbered[whole.ends[elements]],
         offsets=whole.offsets[elements],
         yarns_side_by_side=whole.yarns_side_by_side[elements],
-        stations=stations.at(kept),
+        stations=stations[kept],
         station_node=place,
         station_offset=whole.station_offset[kept],
         beam_nodes=int(kept.sum()),
@@ -226,7 +226,7 @@ def outer_contact(scene: Scene, fabric: Fabric, window: Window, around: Network)
         return None
     chain = _chains(around)
     curves = Curves(chain, around.stations.arc_length)
-    crossings = fabric.crossings.chosen(outside)
+    crossings = fabric.crossings[outside]
     # Chains take the place of yarns; arc lengths stay those of the yarns.
     own = chain[around.stations.nearest(crossings.yarn, crossings.arc_length)]
     pairs = point_pairs(replace(crossings, yarn=own), touching, curves.length)
@@ -301,10 +301,10 @@ def mixed_knit(scene: Scene, fabric: Fabric, contacts: xr.Dataset | None = None)
     outer = outer_contact(scene, fabric, window, around) if touches and contacts is None else None
     beams = around.model(scene.yarn, scene.mesh.section_law, outer)
     model = SolidsAndBeams(yarns.model, beams, seams)
-    stations = around.stations.and_more(solids.stations_of(parts.mesh, window))
+    stations = around.stations.joined(solids.stations_of(parts.mesh, window))
     order = np.lexsort((stations.arc_length, stations.yarn))
     count = len(fabric.crossings.row)
-    return MixedKnit(window, yarns, around, model, order, stations.at(order), count)
+    return MixedKnit(window, yarns, around, model, order, stations[order], count)
 
 
 def build(scene: Scene, fabric: Fabric, springs: xr.Dataset | None = None) -> Problem:

@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.mechanics.batches import by_parts
-from knitstudy.mechanics.contact.friction import ContactHistory, Survey, joined, same_pair, taken
+from knitstudy.mechanics.contact.friction import ContactHistory, Survey, same_pair
 from knitstudy.mechanics.contact.search import Search
 from knitstudy.mechanics.contact.surface import Surfaces
 from knitstudy.mechanics.contact.tangent import CHUNK
@@ -177,7 +177,7 @@ class Following:
         is known where they were, and at what angles.
         """
         if self._source is ContactHistory.empty() and history.survey is not None:  # from a restart file
-            self._follow(before, history, history, history.survey)
+            self._follow(before, history, history)
         again = self._source is history and np.array_equal(self._before, before)
         if not (again and self._neighbourhoods.keeps_apart(carriers, self._survey.searched, self._margin)):
             # What was found for trial states, however wild, is forgotten.
@@ -187,11 +187,11 @@ class Following:
         number = np.flatnonzero(~((least > reach) & (every.pressure <= 0) & (every.multiplier == 0)))
         new = number[np.isneginf(every.gap[number])]
         position = self._search.positions(every.point[new], before)
-        projection, every.gap[new] = self._search.closest(taken(every, new), position, before)
+        projection, every.gap[new] = self._search.closest(every[new], position, before)
         every.xi[new] = projection.xi
         if self._with_angles:
             new = number[np.isnan(self.angle[number])]
-            self.angle[new] = self._angles(taken(every, new), before)
+            self.angle[new] = self._angles(every[new], before)
         return number, least
 
     def saw(self, carriers: np.ndarray, least: np.ndarray) -> None:
@@ -222,19 +222,20 @@ class Following:
         stays = history.pressure > 0
         stays[same[same >= 0]] = True
         stays, new = np.flatnonzero(stays), np.flatnonzero(same < 0)
-        every = joined(taken(history, stays), taken(found, new))
+        every = history[stays].joined(found[new])
         # In one order, so that sums are the same whenever was searched, after a restart too.
         order = np.lexsort((every.xi[:, 0], every.surface, every.point))
         least = np.append(least[stays], gap[new])[order]
-        self._follow(before, history, taken(every, order), Survey(carriers, carriers, least))
+        survey = Survey(carriers, carriers, least)
+        self._follow(before, history, replace(every[order], survey=survey))
 
-    def _follow(
-        self, before: np.ndarray, history: ContactHistory, every: ContactHistory, survey: Survey
-    ) -> None:
+    def _follow(self, before: np.ndarray, history: ContactHistory, every: ContactHistory) -> None:
         """Follow all pairs that a search has found."""
-        self._source, self._before, self.history, self._survey = history, before, every, survey
+        self._source, self._before, self.history, self._survey = history, before, every, every.survey
         self.angle = np.full(len(every.point), np.nan)
-        self._neighbourhoods = Neighbourhoods(self._search.surfaces, survey.searched, self._search.reach)
+        self._neighbourhoods = Neighbourhoods(
+            self._search.surfaces, every.survey.searched, self._search.reach
+        )
         cell = every.point // self._search.quadrature.per_cell
         self._box = self._neighbourhoods.of_ring[self._search.ring(cell)]  # (c,), box that a pair lies in
 

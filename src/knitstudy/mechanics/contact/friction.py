@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 from scipy.spatial import cKDTree
 
+from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.contact.surface import Projection
 
 # Pairs of a point and a surface in one configuration: all of those that are followed which can touch there
@@ -64,7 +65,7 @@ class Survey:
 
 
 @dataclass(frozen=True, eq=False)
-class ContactHistory:
+class ContactHistory(Chosen):
     """What contact points remember of the last converged increment; all arrays run over the candidate pairs."""
 
     point: np.ndarray  # int (c,), Gauss point
@@ -111,22 +112,6 @@ class ContactHistory:
         return cls.of_open(none, none, np.empty((0, 2)), np.zeros(()))
 
 
-def taken(history: ContactHistory, chosen: np.ndarray) -> ContactHistory:
-    """Return the history of some pairs."""
-    arrays = {name: value[chosen] for name, value in vars(history).items() if np.ndim(value)}
-    return ContactHistory(**arrays, dissipated=history.dissipated)
-
-
-def joined(one: ContactHistory, other: ContactHistory) -> ContactHistory:
-    """Return the history of the pairs of both."""
-    both = {
-        name: np.concatenate([value, vars(other)[name]])
-        for name, value in vars(one).items()
-        if np.ndim(value)
-    }
-    return ContactHistory(**both, dissipated=one.dissipated)
-
-
 def same_pair(found: ContactHistory, arc: np.ndarray, old: ContactHistory, old_arc: np.ndarray) -> np.ndarray:
     """Return for pairs found anew the same pair of an older history, or -1: the same point on the same piece.
 
@@ -152,7 +137,7 @@ OPEN, STICK, SLIP = 0, 1, 2  # status of a contact point
 
 
 @dataclass(frozen=True)
-class Coulomb:
+class Coulomb(Chosen):
     """Stiffnesses of contact and friction coefficient."""
 
     normal: float | np.ndarray  # (k,) eps, pressure over gap [Pa/m]
@@ -180,11 +165,6 @@ class Coulomb:
     def attributes(self) -> dict[str, float]:
         """Return what the law has for numbers, by name."""
         return {"contact_stiffness": self.normal, "stick_stiffness": self.tangential}
-
-    def of(self, chosen: np.ndarray) -> Coulomb:
-        """Return the law of some points."""
-        values = (self.normal, self.tangential, self.friction, self.slope)
-        return Coulomb(*(value[chosen] if isinstance(value, np.ndarray) else value for value in values))
 
     def share(self, trial: np.ndarray, pressure: np.ndarray) -> np.ndarray:
         """Return the shares (k,) of trial tractions (k, 3) [Pa] that friction bears at pressures (k,) [Pa]."""

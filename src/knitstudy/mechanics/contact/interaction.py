@@ -18,7 +18,7 @@ from knitstudy.errors import ConfigurationError, ConvergenceError, MeshError
 from knitstudy.mechanics.batches import share
 from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.following import Following
-from knitstudy.mechanics.contact.friction import OPEN, SLIP, ContactHistory, ContactPoints, Coulomb, taken
+from knitstudy.mechanics.contact.friction import OPEN, SLIP, ContactHistory, ContactPoints, Coulomb
 from knitstudy.mechanics.contact.indentation import Indentation
 from knitstudy.mechanics.contact.search import Search
 from knitstudy.mechanics.contact.surface import Projection, Surfaces
@@ -106,7 +106,7 @@ class Contact:
         carriers, before = self.surfaces.carry(nodes), self.surfaces.carry(before)
         number, least = self._following.may_touch(carriers, before, history, reach)
         every = self._following.history
-        history = taken(every, number)
+        history = every[number]
         angle = self._following.angle[number] if self.law.directional else None
         position = self._search.positions(history.point, carriers)
         projection, gap = self._search.closest(history, position, carriers)
@@ -261,7 +261,7 @@ class Contact:
 
     def _evaluated(self, points: ContactPoints, rest: np.ndarray) -> tuple[Projection, np.ndarray]:
         """Return closest places and gaps (k,) of pairs (k,) that are left out."""
-        history = taken(points.followed, rest)
+        history = points.followed[rest]
         return self._search.closest(
             history, self._search.positions(history.point, points.carriers), points.carriers
         )
@@ -276,7 +276,7 @@ class Contact:
         angle = None if points.angle is None else points.angle[active]
         pressed = self.law.stored(points.gap[active], points.pressure[active], angle)
         sheared = 0.5 * np.einsum("ki,ki->k", points.traction[active], points.traction[active])
-        stored = float(weight @ (pressed + sheared / points.law.of(active).tangential))
+        stored = float(weight @ (pressed + sheared / points.law[active].tangential))
         lost = float(points.history.dissipated) + self._dissipation(points)
         return {"penalty": stored, "friction": lost, "numerical": stored if self.law.numerical else 0.0}
 
@@ -288,7 +288,7 @@ class Contact:
         active = points.active
         weight = PASS_SHARE * self.quadrature.area[points.history.point[active]]
         pressure = points.pressure[active]
-        length = points.law.of(active).slipped(points.trial[active], pressure)
+        length = points.law[active].slipped(points.trial[active], pressure)
         mean = 0.5 * (pressure + points.history.pressure[active])
         return lost + float(np.sum(weight * self.law.friction * mean * length))
 
@@ -298,7 +298,7 @@ class Contact:
         Stiffness that is gained carries nothing, and what is lost takes its share along: neither does work.
         """
         touched = np.flatnonzero(points.history.pressure > 0)
-        history, now = taken(points.history, touched), points.law.of(touched).tangential
+        history, now = points.history[touched], points.law[touched].tangential
         before = self.law.at(history.gap, points.angle[touched]).tangential
         share = np.minimum(before / now, now / before)
         carried = np.einsum("ki,ki->k", history.traction, history.traction) / before

@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.batches import share
+from knitstudy.mechanics.batches import Chosen, by_parts
 
 # Orders of the derivatives whose weights a stencil has.
 ALONG, AROUND = [0, 1, 0, 2, 1, 0], [0, 0, 1, 0, 1, 2]
@@ -167,7 +167,7 @@ QUADRATIC = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Projection:
+class Projection(Chosen):
     """Points against the surfaces that they face."""
 
     xi: np.ndarray  # (k, 2), parameters of the closest points
@@ -179,9 +179,6 @@ class Projection:
     # (k,) n . (x - y) [m]; the gap is larger by the offsets of the two contact surfaces.
     distance: np.ndarray
 
-    def __getitem__(self, chosen: np.ndarray) -> Projection:
-        return Projection(**{name: values[chosen] for name, values in vars(self).items()})
-
 
 def project(
     surfaces: Surfaces, carriers: np.ndarray, surface: np.ndarray, points: np.ndarray, guess: np.ndarray
@@ -192,12 +189,11 @@ def project(
     left out.
     """
 
-    def find(number: int) -> Projection:
-        part = slice(number * CHUNK, (number + 1) * CHUNK)
-        return _project(surfaces, carriers, surface[part], points[part], guess[part])
-
-    parts = share(find, max(1, -(-len(points) // CHUNK)))
-    return Projection(*map(np.concatenate, zip(*(vars(part).values() for part in parts), strict=True)))
+    return by_parts(
+        lambda part: _project(surfaces, carriers, surface[part], points[part], guess[part]),
+        len(points),
+        CHUNK,
+    )
 
 
 def _project(

@@ -193,7 +193,7 @@ def stiffness(
 
 def _point_tangents(points: ContactPoints, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return B (a, 9, 9) of R's derivative V^T B V, and the symmetric stiffness (a, 3, 3), without weights."""
-    projection, law = points.projection[active], points.law.of(active)
+    projection, law = points.projection[active], points.law[active]
     kinematics = Kinematics.of(projection)
     pressure, status = points.pressure[active], points.status[active]
     normal = projection.normal
