@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from knitstudy.errors import ConvergenceError
+from knitstudy.errors import ConvergenceError, GeometryError
 from knitstudy.mechanics.increment import Increment
 from knitstudy.models.beams_in_contact import beam_knit
 from knitstudy.models.simulate import solve
@@ -25,6 +25,13 @@ def cell(beam_scene, knit_of):
 @pytest.fixture(scope="module")
 def history(beam_scene, cell):
     return solve(beam_scene, cell)
+
+
+def test_crossings_too_near_for_two_contacts(beam_scene, cell):
+    one = cell.crossings[np.array([0, 0])]
+    near = replace(one, arc_length=one.arc_length + np.array([[0.0], [0.09]]) * beam_scene.yarn.radius)
+    with pytest.raises(GeometryError, match=r"are 0\.09 yarn radii apart, less than 1: beams would count"):
+        beam_knit(beam_scene, replace(cell, crossings=near))
 
 
 def test_touching_crossings_press_and_their_gap_says_how_much(beam_scene, history):

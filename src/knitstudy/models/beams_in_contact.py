@@ -16,7 +16,7 @@ import xarray as xr
 from scipy.spatial import cKDTree
 
 from knitstudy.contacts.facets import tied_crossings
-from knitstudy.errors import CoarseIncrement
+from knitstudy.errors import CoarseIncrement, GeometryError
 from knitstudy.geometry.crossings import Crossings
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.history import Recorder
@@ -89,11 +89,21 @@ class Neighbours:
         self._between = np.nonzero(next_to.all(axis=2))
 
     def first(self) -> Pairs:
-        """Return the pairs of crossings and between them, at rest."""
+        """Return the pairs of crossings and between them, at rest.
+
+        Raises GeometryError if two crossings are nearer than `OWN` radii.
+        """
         one, other = self._between
         s = self.crossings.arc_length
         yarn = np.concatenate([self.crossings.yarn[self._order], self.crossings.yarn[one]])
         start = np.concatenate([s[self._order], 0.5 * (s[one] + s[other])])
+        apart = self.apart(self.crossings.yarn, s, self.crossings.yarn, s)
+        if np.tril(apart < OWN * self.radius, -1).any():
+            nearest = apart[np.tril_indices(len(s), -1)].min() / self.radius
+            raise GeometryError(
+                f"two crossings of the same yarns are {nearest:.2f} yarn radii apart, less than {OWN:g}: beams would "
+                "count their contact twice; use other spacings"
+            )
         return Pairs(yarn, self._windows(yarn, start), start)
 
     def search(self, position: np.ndarray, pairs: Pairs, s: np.ndarray) -> Pairs:
