@@ -10,6 +10,12 @@ class KnitstudyError(Exception):
     """
 
 
+def said_by(error: BaseException, *known: type[BaseException]) -> str:
+    """Return in one line what an error says, after its kind unless that is one of those of this study or known."""
+    kind = "" if isinstance(error, (KnitstudyError, *known)) else f"{type(error).__name__}: "
+    return " ".join(f"{kind}{error}".split())
+
+
 class ConfigurationError(KnitstudyError):
     """A key or a value of a scene, a table or a command that is not allowed."""
 

@@ -16,7 +16,7 @@ from pkgutil import iter_modules
 from traceback import walk_tb
 from typing import Generic, TypeVar
 
-from knitstudy.errors import ConfigurationError
+from knitstudy.errors import ConfigurationError, said_by
 
 MANY = 20  # Names beyond which a message does not list them all
 NEAR = 3  # Names that a message offers at most in the place of a wrong one
@@ -105,9 +105,8 @@ def load_plugins(names: Iterable[str]) -> None:
             import_module(module)
             _imported[name] = module
         except (Exception, SystemExit) as error:  # whatever it is that a module of someone else's raises
-            said = " ".join(str(error).split())
-            kind = "" if isinstance(error, ImportError) else f"{type(error).__name__}: "
-            raise ConfigurationError(f"plugins: {name!r} cannot be imported: {kind}{said}") from error
+            said = said_by(error, ImportError)
+            raise ConfigurationError(f"plugins: {name!r} cannot be imported: {said}") from error
 
 
 def is_loaded(plugin: str) -> bool:

@@ -12,7 +12,7 @@ from knitstudy.cli.loop import loop
 from knitstudy.cli.membrane import membrane, strip
 from knitstudy.cli.results import export, measure, run, show, study
 from knitstudy.cli.scenes import check, list_scenes, plan
-from knitstudy.errors import EndedEarly, KnitstudyError
+from knitstudy.errors import EndedEarly, KnitstudyError, said_by
 from knitstudy.files import code_version
 from knitstudy.registry import plugin_behind
 
@@ -41,7 +41,7 @@ class Commands(click.Group):
             plugin = plugin_behind(error)
             if context.params["traceback"] or not plugin:
                 raise
-            said, status = " ".join(f"{type(error).__name__}: {error}".split()), 1
+            said, status = said_by(error), 1
             said = f"plugin {plugin!r} ended the command: {said}; --traceback shows where"
         for line in f"error: {said}".split("\n"):
             click.echo(printable(line), err=True)

@@ -30,7 +30,7 @@ import pandas as pd
 import xarray as xr
 from pydantic import Field
 
-from knitstudy.errors import ConfigurationError, ConvergenceError, KnitstudyError
+from knitstudy.errors import ConfigurationError, ConvergenceError, KnitstudyError, said_by
 from knitstudy.measures import history_checks as checks
 from knitstudy.registry import find, unknown_choice
 from knitstudy.stages.code import code_digest
@@ -284,18 +284,13 @@ def judged(trial: Trial, plan: Plan, folder: Path) -> dict[str, Any]:
         outcome = STOPPED if isinstance(error, ConvergenceError) else REFUSED
         named = [key for key in all_keys() if "." in key and re.search(rf"\b{re.escape(key)}\b", str(error))]
         name = type(error).__name__
-        row = {"outcome": outcome, "reason": one_line(error), "error": name, "keys named": " ".join(named)}
+        row = {"outcome": outcome, "reason": said_by(error), "error": name, "keys named": " ".join(named)}
     except Exception as error:  # whatever it is: that is what the campaign looks for
         place = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(place.filename).name}:{place.lineno}"
         name = type(error).__name__
-        row = {"outcome": SILENT, "reason": f"{name}: {one_line(error)} ({where})", "error": name}
+        row = {"outcome": SILENT, "reason": f"{said_by(error)} ({where})", "error": name}
     return row | {"seconds [s]": time.process_time() - started}
-
-
-def one_line(error: Exception) -> str:
-    """Return the message of an error in one line."""
-    return " ".join(str(error).split())
 
 
 def measured(history: xr.Dataset, scene: Scene) -> dict[str, Any]:
@@ -327,7 +322,7 @@ def twice(scene: Scene, history: xr.Dataset, plan: Plan, folder: Path) -> dict[s
     try:
         other = simulate(finer, folder, plan=plan, anew=True).history
     except KnitstudyError as error:
-        return {"in twice the increments": one_line(error)}
+        return {"in twice the increments": said_by(error)}
     largest = float(np.abs(history["force"]).max())
     if largest == 0.0 or checks.is_unloaded(history, scene):
         return {}

@@ -21,7 +21,7 @@ from typing import Any
 
 import pandas as pd
 
-from knitstudy.errors import ConfigurationError, DataFileError, GeometryError, KnitstudyError
+from knitstudy.errors import ConfigurationError, DataFileError, GeometryError, said_by
 from knitstudy.files import read_table, write_table, write_text
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.restart import Progress
@@ -75,7 +75,7 @@ def _outcome(trade: Trade, inputs: Inputs) -> str:
     try:
         lay_out(trade.scene(Case("cut_knit", TIED), inputs, drawn_defaults()))
     except GeometryError as error:
-        return " ".join(str(error).split())
+        return said_by(error)
     return FOUND
 
 
@@ -138,7 +138,7 @@ def run(problem: Scene, rung: str, keys: Mapping, limit: float, folder: Path, sa
         with ProcessPoolExecutor(1, get_context("fork"), end_with_parent) as pool:
             return record | pool.submit(_run, document, limit, folder, say).result()
     except ConfigurationError as error:
-        return record | _failed(error)
+        return record | {"reason": said_by(error)}
     except BrokenProcessPool:
         return record | {"reason": f"took more than {limit:g} s of processor time, or the memory"}
 
@@ -149,7 +149,7 @@ def _run(document: Mapping, limit: float, folder: Path, say: bool) -> Record:
     try:
         found = simulate(scene, folder, plan=Plan({}), progress=Progress if say else None)
     except Exception as error:  # whatever it is: the run has no result
-        return _failed(error)
+        return {"reason": said_by(error)}
     history, strain = found.history, scene.load.strain
     if float(history["strain"][-1]) < REACHED * strain:
         return {"reason": f"ended at a strain of {float(history['strain'][-1]):g}, not {strain:g}"}
@@ -164,11 +164,6 @@ def _run(document: Mapping, limit: float, folder: Path, say: bool) -> Record:
         "increments": history.sizes["increment"] - 1,
         "reason": "",
     }
-
-
-def _failed(error: Exception) -> dict[str, str]:
-    kind = "" if isinstance(error, KnitstudyError) else f"{type(error).__name__}: "
-    return {"reason": f"{kind}{' '.join(str(error).split())}"}
 
 
 def rows_of(
