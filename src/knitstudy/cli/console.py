@@ -32,6 +32,11 @@ from knitstudy.study.given import OTHER_WAYS
 from knitstudy.study.kinds import all_keys
 from knitstudy.study.scene import Scene
 
+FOLDER = click.Path(path_type=Path, file_okay=False)
+FILE = click.Path(path_type=Path, dir_okay=False)
+THERE = click.Path(path_type=Path, dir_okay=False, exists=True)
+SIZE = click.FloatRange(min=0, min_open=True)
+
 ONE_LINE, LONGEST = 32, 120  # Characters of a value that a terminal does not break, and that it shows at all
 
 
@@ -162,6 +167,11 @@ set_option = click.option(
     type=Change(),
     multiple=True,
     help="Change a key of the scene, in SI units; may be repeated. The result gets a name of its own.",
+)
+
+
+output_option = click.option(
+    "-o", "--output", type=FOLDER, default="results", show_default=True, help="Folder of results."
 )
 
 

@@ -11,7 +11,8 @@ import numpy as np
 import pandas as pd
 
 from knitstudy.cli import console
-from knitstudy.cli.results import FOLDER, log_on_console
+from knitstudy.cli.console import SIZE, THERE
+from knitstudy.cli.results import log_on_console
 from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
 from knitstudy.files import read_dataset, write_table
 from knitstudy.loading.restart import Progress
@@ -22,8 +23,6 @@ FRICTION = "contact.friction"
 MODULI = ("yarn.youngs_modulus", "yarn.transverse_modulus", "yarn.axial_shear_modulus")
 # With these given, forces are not proportional to the modulus
 STIFFNESSES = ("rom.stiffness", "yarn.stretching", "yarn.bending", "yarn.twisting", "yarn.pressing")
-THERE = click.Path(path_type=Path, dir_okay=False, exists=True)
-SIZE = click.FloatRange(min=0, min_open=True)
 
 
 def _curve_options(command: Any) -> Any:
@@ -131,7 +130,7 @@ def compare(result: Path, measured: Path, **said: Any) -> None:
 )
 @click.option("--check", type=console.Change(), multiple=True, help="Key of a more accurate model, as --set.")
 @console.set_option
-@click.option("-o", "--output", type=FOLDER, default="results", show_default=True, help="Folder of results.")
+@console.output_option
 @console.config_option
 def fit(
     scene: str,

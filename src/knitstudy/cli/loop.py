@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from knitstudy.cli import console
 from knitstudy.cli.console import changed_scene, config_option, plain, print_table, scene_argument, set_option
 from knitstudy.errors import ConfigurationError
 from knitstudy.study.configuration import load_scenes
@@ -34,14 +35,9 @@ def _key_options(command: Any) -> Any:
 @click.command(short_help="Draw and optimise a loop for spacings and a yarn.")
 @scene_argument(required=False)
 @_key_options
-@click.option("--points", type=click.Path(path_type=Path, dir_okay=False), help="CSV file of control points.")
+@click.option("--points", type=console.FILE, help="CSV file of control points.")
 @click.option(
-    "-o",
-    "--output",
-    type=click.Path(path_type=Path, dir_okay=False),
-    default="loop.png",
-    show_default=True,
-    help="Picture of the loop.",
+    "-o", "--output", type=console.FILE, default="loop.png", show_default=True, help="Picture of the loop."
 )
 @set_option
 @config_option

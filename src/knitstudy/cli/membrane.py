@@ -10,18 +10,17 @@ import numpy as np
 import pandas as pd
 
 from knitstudy.cli import console
-from knitstudy.cli.curves import SIZE, THERE
+from knitstudy.cli.console import FILE, SIZE, THERE
 from knitstudy.errors import DataFileError
 from knitstudy.files import read_dataset, write_dataset, write_table
 from knitstudy.loading.history import DIRECTIONS
 
-STEM = click.Path(path_type=Path, dir_okay=False)
 SHARES = (0.1, 0.25, 0.5, 0.75, 1.0)  # of the largest force, at which strains are printed
 
 
 @click.command(short_help="Fit the law of a fabric to its cells.")
 @click.argument("results", type=THERE, nargs=-1, required=True)
-@click.option("-o", "--output", type=STEM, default="membrane.nc", show_default=True, help="File of the law.")
+@click.option("-o", "--output", type=FILE, default="membrane.nc", show_default=True, help="File of the law.")
 @click.option("--error", type=SIZE, default=0.01, show_default=True, help="Error of the law that is wanted.")
 def membrane(results: tuple[Path, ...], output: Path, error: float) -> None:
     """Fit the energy of a membrane to RESULTS, histories of cells of one fabric (.nc) on several load paths.
@@ -73,7 +72,7 @@ def _require_one_fabric(results: tuple[Path, ...]) -> None:
 @click.option("--width", type=SIZE, required=True, help="Width of the clamped edge at rest [m].")
 @click.option("--strain", type=SIZE, required=True, help="Displacement of the clamps over the length.")
 @click.option("--direction", type=click.Choice(DIRECTIONS), default="course", show_default=True)
-@click.option("-o", "--output", type=STEM, help="File of the curve (.csv); default: beside the law.")
+@click.option("-o", "--output", type=FILE, help="File of the curve (.csv); default: beside the law.")
 def strip(law: Path, length: float, width: float, strain: float, direction: str, output: Path | None) -> None:
     """Pull a strip of a fabric with a LAW (.nc, of `knitstudy membrane`) between clamps that hold its edges.
 

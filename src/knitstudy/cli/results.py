@@ -25,9 +25,6 @@ from knitstudy.study.documents import WORKFLOW
 from knitstudy.study.kinds import unit_of
 from knitstudy.study.scene import flat
 
-FOLDER = click.Path(path_type=Path, file_okay=False)
-FILE = click.Path(path_type=Path, dir_okay=False)
-
 DIALECTS = ("abaqus", "calculix", "paraview")  # Programs that files are written for
 
 STAGES = ("knitstudy.stages.simulate", "knitstudy.loading.solve.resumed")
@@ -37,7 +34,7 @@ STAGES = ("knitstudy.stages.simulate", "knitstudy.loading.solve.resumed")
 @click.command(short_help="Simulate a scene and all that it needs.")
 @scene_argument()
 @set_option
-@click.option("-o", "--output", type=FOLDER, default="results", show_default=True, help="Folder of results.")
+@console.output_option
 @click.option(
     "--threads", type=click.IntRange(min=1), help="Threads of a direct simulation; default: all cores."
 )
@@ -122,7 +119,7 @@ def study(context: click.Context, arguments: tuple[str, ...]) -> None:
 @click.command(short_help="Measure what all models cost and miss on this knit, or on a sample.")
 @click.argument("scene", required=False)
 @set_option
-@click.option("-o", "--output", type=FOLDER, default="results", show_default=True, help="Folder of results.")
+@console.output_option
 @click.option("--first", type=click.IntRange(min=1), help="Measure so many knits of the sample instead.")
 @click.option("--anew", is_flag=True, help="Measure knits of the sample even if their records are there.")
 @config_option
@@ -193,7 +190,9 @@ def _naming(file: Path) -> Iterator[None]:
 @click.option(
     "--keys", is_flag=True, help="Print all keys of its scene, those that differ from defaults first."
 )
-@click.option("--plot", type=FILE, help="Draw it too, as .png or .pdf: forces over strain, or centrelines.")
+@click.option(
+    "--plot", type=console.FILE, help="Draw it too, as .png or .pdf: forces over strain, or centrelines."
+)
 @config_option
 def show(file: Path, other: Path | None, keys: bool, plot: Path | None, config: Path) -> None:
     """Show a result: its kind, its scene, the code that made it, and its main quantities with units.
@@ -277,7 +276,10 @@ def _print_differences(first: xr.Dataset, second: xr.Dataset, file: Path, other:
 @click.option("--dialect", type=click.Choice(DIALECTS), required=True, help="The other program.")
 @set_option
 @click.option(
-    "-o", "--output", type=FILE, help="By default SCENE.DIALECT.inp; of a history, its name with .pvd."
+    "-o",
+    "--output",
+    type=console.FILE,
+    help="By default SCENE.DIALECT.inp; of a history, its name with .pvd.",
 )
 @config_option
 def export(scene: str, dialect: str, changes: tuple, output: Path | None, config: Path) -> None:
