@@ -87,7 +87,7 @@ def test_the_deck_has_the_section_column_by_column(tmp_path):
     path = tmp_path / "cell.inp"
     write_shell(load_scene("cell-course"), path, cell_history())
     lines = path.read_text().splitlines()
-    at = next(i for i, line in enumerate(lines) if line.startswith("*SHELL GENERAL SECTION, ELSET=KNIT"))
+    at = next(i for i, line in enumerate(lines) if line.startswith("*SHELL GENERAL SECTION, ELSET=FABRIC"))
     rows = [[float(value) for value in line.split(",")] for line in lines[at + 1 :]]
     assert [len(row) for row in rows] == [8, 8, 5]
     matrix, numbers = random_stiffness(), np.concatenate(rows)

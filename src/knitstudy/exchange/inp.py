@@ -294,6 +294,20 @@ def _deck(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset) -> Deck:
     return specimen_deck(scene, Fabric.from_dataset(geometry), SweptMesh.from_dataset(mesh))
 
 
+# One square element of a fabric, to be copied into a model
+
+SQUARE = """** Local 1 is the course direction, 2 the wale direction.
+*NODE, NSET=ALL
+1, 0., 0., 0.
+2, 1., 0., 0.
+3, 1., 1., 0.
+4, 0., 1., 0.
+*ELEMENT, TYPE={element}, ELSET=FABRIC
+1, 1, 2, 3, 4
+*ORIENTATION, NAME=COURSE
+1., 0., 0., 0., 1., 0.
+"""
+
 # Stiffness of an endless knit at rest, as a shell section of Abaqus
 
 # The 21 entries of a symmetric section in their order: column by column, each down to the diagonal
@@ -301,22 +315,12 @@ SHELL_ENTRIES = tuple(f"D{row + 1}{column + 1}" for column in range(6) for row i
 
 SHELL = """*HEADING
 {name}: an endless knit as a shell
-** knitstudy {version}; m, N
-** Local 1 is the course direction, 2 the wale direction; the plane of reference is z = 0 of the loop.
+** knitstudy {version}; m, N; the plane of reference is z = 0 of the loop.
 ** Strains e1, e2, g12 and curvatures k1, k2, k12 = 2 x twist; tension at z > 0 goes with k > 0.
 ** A Kirchhoff section: Abaqus estimates the transverse shear stiffness of a shear-flexible element itself.
-*NODE, NSET=ALL
-1, 0, 0, 0
-2, 1, 0, 0
-3, 1, 1, 0
-4, 0, 1, 0
-*ELEMENT, TYPE=S4R, ELSET=KNIT
-1, 1, 2, 3, 4
-*ORIENTATION, NAME=COURSE
-1, 0, 0, 0, 1, 0
-3, 0
+{square}3, 0.
 ** {entries}
-*SHELL GENERAL SECTION, ELSET=KNIT, ORIENTATION=COURSE
+*SHELL GENERAL SECTION, ELSET=FABRIC, ORIENTATION=COURSE
 {data}
 """
 
@@ -330,7 +334,7 @@ def section_matrix(history: xr.Dataset) -> np.ndarray:
 
 
 def shell_entries(matrix: np.ndarray) -> np.ndarray:
-    """Return the 21 numbers of a symmetric section (6, 6) in the order of `SHELL_ENTRIES`."""
+    """Return the 21 numbers of a symmetric matrix (6, 6) in the order of `SHELL_ENTRIES`."""
     return np.concatenate([matrix[: column + 1, column] for column in range(6)])
 
 
@@ -338,5 +342,5 @@ def write_shell(scene: Scene, path: Path | str, history: xr.Dataset) -> None:
     """Write one square shell element with the section of a cell, to be copied into a model of Abaqus."""
     numbers = [NUMBER % value for value in shell_entries(section_matrix(history))]
     data = lines(numbers, 8).rstrip()
-    text = SHELL.format(name=scene.name, version=code_version(), entries=", ".join(SHELL_ENTRIES), data=data)
-    write_text(text, path)
+    said = {"name": scene.name, "version": code_version(), "square": SQUARE.format(element="S4R")}
+    write_text(SHELL.format(**said, entries=", ".join(SHELL_ENTRIES), data=data), path)

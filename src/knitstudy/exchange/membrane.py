@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.exchange.inp import COMMENT, NUMBER, lines
+from knitstudy.exchange.inp import COMMENT, NUMBER, SQUARE, lines, shell_entries
 from knitstudy.files import code_version, write_text
 
 THICKNESS = 1e-3  # m, of the element; forces do not depend on it
@@ -39,17 +39,8 @@ LAWS = {
 DECK = """*HEADING
 {title}: an endless fabric as a membrane
 ** knitstudy {version}; m, N, Pa; forces per width are stresses times the thickness of {thickness:g} m
-{said}** Local 1 is the course direction, 2 the wale direction. A membrane has no bending stiffness.
-*NODE, NSET=ALL
-1, 0., 0., 0.
-2, 1., 0., 0.
-3, 1., 1., 0.
-4, 0., 1., 0.
-*ELEMENT, TYPE=M3D4, ELSET=FABRIC
-1, 1, 2, 3, 4
-*ORIENTATION, NAME=COURSE
-1., 0., 0., 0., 1., 0.
-*MATERIAL, NAME=FABRIC
+{said}** A membrane has no bending stiffness.
+{square}*MATERIAL, NAME=FABRIC
 {keyword}
 {data}*MEMBRANE SECTION, ELSET=FABRIC, MATERIAL=FABRIC, ORIENTATION=COURSE
 {thickness:g}
@@ -79,6 +70,7 @@ def write_membrane(fitted: xr.Dataset, path: Path | str, dialect: str, title: st
         version=code_version(),
         thickness=THICKNESS,
         said=comment,
+        square=SQUARE.format(element="M3D4"),
         keyword=keyword,
         data=lines((NUMBER % each for each in numbers), 8),
     )
@@ -95,4 +87,4 @@ def solid_entries(form: np.ndarray, across: float) -> np.ndarray:
     plane = [0, 1, 3]
     solid[np.ix_(plane, plane)] = form
     solid[2, 2], solid[4, 4], solid[5, 5] = across, form[2, 2], form[2, 2]
-    return np.concatenate([solid[: column + 1, column] for column in range(6)])
+    return shell_entries(solid)
