@@ -12,7 +12,6 @@ from knitstudy.errors import DataFileError
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.measures.claims.evidence import Evidence
 from knitstudy.measures.claims.verdicts import INPUT, READING, Reading, conclude, findings, readings_of
 from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.estimate import Estimate
@@ -56,9 +55,7 @@ def found_with(sources, factors=None, readings=None):
     for name, (force, lift) in (factors or {}).items():
         kind = name.split("-")[-2]
         histories[name] = study.in_contact(histories[name], kind, force, lift)
-    found = findings(
-        Evidence(**sources | {"histories": histories}).named(), table() if readings is None else readings
-    )
+    found = findings(table() if readings is None else readings, **sources | {"histories": histories})
     return {each.reading.name: each for each in found}
 
 

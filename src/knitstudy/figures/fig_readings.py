@@ -13,8 +13,7 @@ from matplotlib.patches import Patch, Rectangle
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import DOUBLE, INK, PAPER, figure
-from knitstudy.measures.catalogue import Scenes
-from knitstudy.measures.claims.evidence import NOT_REPRODUCED, NOT_RUN, OPEN, REPRODUCED, SOURCES, Evidence
+from knitstudy.measures.claims.evidence import NOT_REPRODUCED, NOT_RUN, OPEN, REPRODUCED, SOURCES
 from knitstudy.measures.claims.verdicts import Finding, findings
 
 # Colour and letter of a verdict: colours differ in lightness as well.
@@ -28,17 +27,10 @@ UNTOUCHED = 0.3  # Opacity of cells that a reading does not change
 ROW, HEAD, FOOT, LEFT = 4.2, 58.0, 14.0, 70.0  # Height of a row, room above, below and for the readings [mm]
 
 
-@FIGURES.add("fig_readings", "Verdicts under every reading of the paper", results=SOURCES)
-def draw(
-    paper: pd.DataFrame,
-    reference: pd.DataFrame,
-    claims: pd.DataFrame,
-    readings: pd.DataFrame,
-    scenes: Scenes,
-    **results: Any,  # by the names of `SOURCES`
-) -> Figure:
+@FIGURES.add("fig_readings", "Verdicts under every reading of the paper", **SOURCES)
+def draw(claims: pd.DataFrame, readings: pd.DataFrame, **sources: Any) -> Figure:
     """Draw readings down and claims across."""
-    found = findings(Evidence(paper=paper, reference=reference, scenes=scenes, **results).named(), readings)
+    found = findings(readings, **sources)
     height = HEAD + ROW * len(found) + FOOT
     drawing = figure(DOUBLE, height)
     axes = drawing.subplots()

@@ -150,13 +150,16 @@ class Display:
         return (*self.needed, *optional)
 
 
-def _taken(make: Callable[..., Any], results: Mapping[str, Results]) -> dict[str, Any]:
-    """Return the attributes that follow from the arguments of a function: those that are no results are files."""
+def _taken(make: Callable[..., Any], said: Mapping[str, Any]) -> dict[str, Any]:
+    """Return attributes with what follows from the arguments of a function: those that are no results are files."""
     named = [each for each in signature(make).parameters.values() if each.kind is not each.VAR_KEYWORD]
     names = [
-        each.name for each in named if each.default is each.empty and each.name not in (*results, "scenes")
+        each.name
+        for each in named
+        if each.default is each.empty and each.name not in (*said.get("results", ()), "scenes")
     ]
-    return {"files": tuple(names), "scenes": any(each.name == "scenes" for each in named)}
+    scenes = said.get("scenes", any(each.name == "scenes" for each in named))
+    return {"files": (*said.get("files", ()), *names), "scenes": scenes}
 
 
 class Catalogue(Registry[Display]):
@@ -169,7 +172,7 @@ class Catalogue(Registry[Display]):
         """
 
         def added(make: Function) -> Function:
-            self.register(Display(name, title, make, **(_taken(make, said.get("results", {})) | said)))
+            self.register(Display(name, title, make, **(said | _taken(make, said))))
             return make
 
         return added

@@ -9,8 +9,7 @@ import numpy as np
 import pandas as pd
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.measures.catalogue import Scenes
-from knitstudy.measures.claims.evidence import SOURCES, Evidence, Measured
+from knitstudy.measures.claims.evidence import SOURCES, Measured
 from knitstudy.measures.claims.verdicts import RULES, Finding, conclude, findings
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.response import FORCE, LARGEST_U_Z, QUANTITIES
@@ -23,15 +22,8 @@ COLUMNS = [
 ]
 
 
-@TABLES.add("verdicts", "Claims of the paper and verdicts", results=SOURCES, order=15)
-def tabulate(
-    paper: pd.DataFrame,
-    reference: pd.DataFrame,
-    claims: pd.DataFrame,
-    readings: pd.DataFrame,
-    scenes: Scenes,
-    **results: Any,  # by the names of `SOURCES`
-) -> pd.DataFrame:
+@TABLES.add("verdicts", "Claims of the paper and verdicts", **SOURCES, order=15)
+def tabulate(claims: pd.DataFrame, readings: pd.DataFrame, **sources: Any) -> pd.DataFrame:
     """Return every claim of the paper with its rule, what was measured, and the verdict, which is computed.
 
     One quantity stands in columns of its own; `measured` has all, a line each: quantity, the value here, the paper's.
@@ -43,7 +35,7 @@ def tabulate(
             f"claim {lacking[0]!r} has no rule by which it is judged; known are {', '.join(RULES)}: take it out of "
             "resources/reference/paper_claims.csv, or give it one in knitstudy.measures.claims"
         )
-    found = findings(Evidence(paper=paper, reference=reference, scenes=scenes, **results).named(), readings)
+    found = findings(readings, **sources)
     concluded = [conclude(claim.id, claim.uncertainty, found) for claim in claims.itertuples()]
     said = {name.replace("_", " "): [getattr(each, name) for each in concluded] for name in JUDGED}
     first = [each.measured[0] if each.measured else Measured("") for each in concluded]
@@ -52,16 +44,10 @@ def tabulate(
     return claims.rename(columns={"fixed": "rule fixed"}).assign(**said)[COLUMNS]
 
 
-@TABLES.add("readings", "Claims under every reading of the paper", results=SOURCES, order=16)
-def tabulate_readings(
-    paper: pd.DataFrame,
-    reference: pd.DataFrame,
-    readings: pd.DataFrame,
-    scenes: Scenes,
-    **results: Any,
-) -> pd.DataFrame:
+@TABLES.add("readings", "Claims under every reading of the paper", **SOURCES, order=16)
+def tabulate_readings(readings: pd.DataFrame, **sources: Any) -> pd.DataFrame:
     """Return one row a reading, the base first: force, motion, verdicts, and the claims that hang on it."""
-    found = findings(Evidence(paper=paper, reference=reference, scenes=scenes, **results).named(), readings)
+    found = findings(readings, **sources)
     return pd.DataFrame([_row(each) for each in found if each.evidence])
 
 

@@ -34,13 +34,16 @@ STRESSES = (
     "reading-*-yarns-isotropic-*",
 )
 # What claims are judged by, for tables and figures of them.
-SOURCES = {
+RESULTS = {
     "geometry": one("geometry", *of_cases(("tie-course", "isotropic-course"), SOLIDS)),
     "histories": several("simulation", *SIMULATIONS),
     "contacts": several("contacts", *CONTACTS, optional=True),
     "stresses": several("stress", *STRESSES, optional=True),
     "geometries": several("geometry", "reading-*-yarns-tie-course", "inputs-*-tie-course", optional=True),
 }
+
+# What figures and tables of findings take (`measures.catalogue.Display`), the sources of `Evidence`
+SOURCES = {"results": RESULTS, "files": ("paper", "reference"), "scenes": True}
 
 NO_DIRECT = "the study has no direct simulation with"
 

@@ -10,6 +10,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
+from typing import Any
 
 import pandas as pd
 
@@ -147,12 +148,12 @@ class Finding:
     turned: tuple[str, ...] = ()
 
 
-def findings(evidence: Evidence, table: pd.DataFrame) -> list[Finding]:
-    """Return the findings under the base and every reading of a table.
+def findings(table: pd.DataFrame, **sources: Any) -> list[Finding]:
+    """Return the findings under the base and every reading of a table, from attributes of `Evidence`.
 
     Where the reference knows the base alone, the histories of a reading stand for it (`Evidence.reference_for`).
     """
-    base, *others = readings_of(table)
+    evidence, (base, *others) = Evidence(**sources).named(), readings_of(table)
     usual = {claim: rule(evidence) for claim, rule in RULES.items()}
     found = [Finding(base, evidence, usual)]
     for reading in others:
