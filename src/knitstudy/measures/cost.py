@@ -11,10 +11,8 @@ import xarray as xr
 from numpy.polynomial import Polynomial
 from scipy.stats import linregress
 
-from knitstudy.measures.catalogue import Datasets
 from knitstudy.measures.discretisation import INTERACTIONS, NAMES, is_direct, made_of
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.response import NORMAL, QUANTITIES, largest_out_of_plane
 from knitstudy.study.scene import Scene
 
 MEGABYTE = 1e6
@@ -114,22 +112,3 @@ def force_per_width(history: xr.Dataset, scene: Scene, increment: int = -1) -> f
     if scene.load.direction == "wale":
         spacing, count = scene.pattern.wale_spacing, scene.pattern.loops
     return float(history["force"][increment]) / (spacing * count)
-
-
-@dataclass(frozen=True)
-class DomainResponse:
-    """At full load: force over the width [N/m], largest |u_z| [m], mean normal force in the centre cell [N] or nan."""
-
-    force: float
-    out_of_plane: float
-    normal: float
-
-
-def domain_response(scene: Scene, histories: Datasets, contacts: Datasets) -> DomainResponse:
-    """Return the response of a scene; `contacts` are those of direct simulations."""
-    history = histories[scene.name]
-    normal = nan
-    if scene.name in contacts:
-        _, values = QUANTITIES[NORMAL]
-        normal = float(values(history, contacts[scene.name])[-1])
-    return DomainResponse(force_per_width(history, scene), largest_out_of_plane(history), normal)

@@ -10,25 +10,13 @@ import xarray as xr
 
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.measures.catalogue import SQUARES, Datasets, Scenes, one, several
-from knitstudy.measures.cost import (
-    MEGABYTE,
-    Series,
-    domain_response,
-    effort,
-    memory_growth,
-    series_of,
-)
+from knitstudy.measures.cost import MEGABYTE, Series, effort, force_per_width, memory_growth, series_of
 from knitstudy.measures.paper_values import number_if_printed
+from knitstudy.measures.response import NORMAL, QUANTITIES, largest_out_of_plane
 from knitstudy.measures.unknowns import NONE, SIZES, counted_models
 from knitstudy.tables.catalogue import TABLES
 
 KILOBYTE = 1e3
-
-COLUMNS = [
-    *("model", "interaction", "cells in a row [1]", "scene", "degrees of freedom [1]"),
-    *("memory growth [MB]", "memory over its law [1]", "memory of an unknown [kB]"),
-    *("time of a Newton iteration [s]", "time of a path [s]", "Newton iterations [1]", "increments [1]"),
-]
 
 KNITS = several("simulation", *SQUARES, fewest=12)  # Fewer are not all of Table 3
 
@@ -54,8 +42,8 @@ def tabulate(domain: Datasets, scenes: Scenes) -> pd.DataFrame:
                 "time of a Newton iteration [s]": seconds[place],
                 "time of a path [s]": work["time [s]"],
             }
-            rows.append(row | work)
-    return pd.DataFrame(rows, columns=COLUMNS)
+            rows.append(row | {name: work[name] for name in ("Newton iterations [1]", "increments [1]")})
+    return pd.DataFrame(rows)
 
 
 def _costs(series: Series, domain: Datasets) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -78,24 +66,30 @@ def _costs(series: Series, domain: Datasets) -> tuple[np.ndarray, np.ndarray, np
 )
 def tabulate_response(domain: Datasets, domain_contacts: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row for every size of every series; contacts are those of the direct simulations."""
-    rows = []
+    rows, (_, normal) = [], QUANTITIES[NORMAL]
     for series in series_of(scenes[name] for name in domain):
-        found = [domain_response(scene, domain, domain_contacts) for scene in series.scenes]
-        largest = found[-1]
+        paths = [domain[scene.name] for scene in series.scenes]
+        forces = [force_per_width(*each) for each in zip(paths, series.scenes, strict=True)]
+        pressed = [
+            float(normal(path, domain_contacts[scene.name])[-1]) if scene.name in domain_contacts else nan
+            for path, scene in zip(paths, series.scenes, strict=True)
+        ]
         rows += [
             {
                 "model": series.model,
                 "interaction": series.interaction,
                 "cells in a row [1]": int(cells),
                 "scene": scene.name,
-                "strain [1]": float(domain[scene.name]["strain"][-1]),
-                "force over width [N/m]": response.force,
-                "the same, over that of the largest knit [1]": response.force / largest.force,
-                "largest |u_z| [m]": response.out_of_plane,
-                "mean normal force in the centre cell [N]": response.normal,
-                "the same, over that of the largest knit's [1]": response.normal / largest.normal,
+                "strain [1]": float(path["strain"][-1]),
+                "force over width [N/m]": force,
+                "the same, over that of the largest knit [1]": force / forces[-1],
+                "largest |u_z| [m]": largest_out_of_plane(path),
+                "mean normal force in the centre cell [N]": press,
+                "the same, over that of the largest knit's [1]": press / pressed[-1],
             }
-            for cells, scene, response in zip(series.cells, series.scenes, found, strict=True)
+            for cells, scene, path, force, press in zip(
+                series.cells, series.scenes, paths, forces, pressed, strict=True
+            )
         ]
     return pd.DataFrame(rows)
 
