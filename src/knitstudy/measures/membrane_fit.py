@@ -20,6 +20,7 @@ from scipy.optimize import nnls
 from scipy.stats import t as student
 
 from knitstudy.errors import DataFileError
+from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.membrane_law import ExponentialLaw, green
 
 LEVEL = 0.95  # of the intervals
@@ -39,7 +40,7 @@ LEAST = 4  # states that a law is fitted to
 
 
 @dataclass(frozen=True, eq=False)
-class States:
+class States(Chosen):
     """Stretches e = U - 1 (n, 3), shear doubled, and forces per width (n, 3) [N/m] of a fabric; paths (n,) by name."""
 
     stretch: np.ndarray
@@ -49,19 +50,19 @@ class States:
     @classmethod
     def of(cls, histories: dict[str, xr.Dataset]) -> States:
         """Return the states of cells (histories with `cell_strain` and `force_per_width`), on the way to full load."""
-        parts: list[tuple] = []
+        parts: list[States] = []
         for name, history in histories.items():
             if "cell_strain" not in history:
                 raise DataFileError(f"{name}: is no history of a cell, whose states a law is fitted to")
             stretch = history["cell_strain"].to_numpy()
             stretch = stretch[: np.argmax(np.linalg.norm(stretch, axis=1)) + 1]  # without unloading
             force = history["force_per_width"].to_numpy()[: len(stretch)]
-            parts.append((stretch, force, np.full(len(stretch), name, dtype=object)))
-        stretch, force, path = (np.concatenate(each) for each in zip(*parts, strict=True))
-        chosen = np.isfinite(force).all(axis=1) & (np.abs(stretch).max(axis=1) > 0)
+            parts.append(cls(stretch, force, np.full(len(stretch), name, dtype=object)))
+        every = parts[0].joined(*parts[1:])
+        chosen = np.isfinite(every.force).all(axis=1) & (np.abs(every.stretch).max(axis=1) > 0)
         if chosen.sum() < LEAST:
             raise DataFileError(f"{chosen.sum()} states of cells are too few for a law: {LEAST} are needed")
-        states = cls(stretch[chosen], force[chosen], path[chosen])
+        states = every[chosen]
         most = np.abs(states.stretch).max(axis=0)
         if missing := [name for name, each in zip(KINDS, most, strict=True) if each < NOTHING]:
             what = f"no state is strained in {', '.join(missing)}: the law would not know the stiffness"
