@@ -22,7 +22,7 @@ import pandas as pd
 import xarray as xr
 
 import knitstudy
-from knitstudy.errors import DataFileError
+from knitstudy.errors import DataFileError, said_by
 
 if TYPE_CHECKING:
     from knitstudy.study.scene import Scene
@@ -155,7 +155,7 @@ def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
     except FileNotFoundError as error:
         raise DataFileError(f"{path}: there is no such file; make it with `make study`") from error
     except (OSError, ValueError) as error:
-        said = " ".join(str(error).split())
+        said = said_by(error, OSError, ValueError)
         raise DataFileError(f"{path}: is not a CSV table ({said}); delete it and run `make study`") from error
     missing = [name for name in needs if name not in table.columns]
     if missing:

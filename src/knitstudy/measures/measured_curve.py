@@ -18,7 +18,7 @@ import xarray as xr
 import yaml
 from scipy.interpolate import PchipInterpolator
 
-from knitstudy.errors import DataFileError
+from knitstudy.errors import DataFileError, said_by
 from knitstudy.files import write_text
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.registry import find
@@ -93,7 +93,7 @@ def _table(path: Path) -> pd.DataFrame:
         table = pd.read_csv(path, sep=mark, skipinitialspace=True, encoding="utf-8-sig")
     except (OSError, ValueError) as error:
         wanted = "must be a CSV file with names of columns in its first row"
-        raise DataFileError(f"{path}: {wanted} ({' '.join(str(error).split())})") from error
+        raise DataFileError(f"{path}: {wanted} ({said_by(error, OSError, ValueError)})") from error
     return table.rename(columns=lambda name: str(name).strip())
 
 

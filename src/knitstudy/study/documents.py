@@ -15,7 +15,7 @@ from typing import Any
 
 import yaml
 
-from knitstudy.errors import ConfigurationError
+from knitstudy.errors import ConfigurationError, said_by
 
 DATA = Path(str(files("knitstudy"))) / "data"
 """What is installed with the package; in a checkout, links to its folders."""
@@ -73,7 +73,7 @@ def _reason(error: Exception, text: str) -> str:
     """Return what is wrong with a text and where, in one line."""
     mark = getattr(error, "problem_mark", None)
     if mark is None:
-        return " ".join(str(error).split())
+        return said_by(error, Exception)
     said = " ".join(filter(None, (error.context, error.problem)))
     (line,) = text.splitlines()[mark.line : mark.line + 1] or [""]
     hint = "; put text that contains braces in quotes"
