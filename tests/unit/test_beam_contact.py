@@ -64,6 +64,7 @@ def test_force_is_the_derivative_of_energy(law):
     np.testing.assert_allclose(law.stiffness(gap), stiffness, rtol=1e-5)
     stiffening = (law.stiffness(gap + step) - law.stiffness(gap - step)) / (2 * step)
     np.testing.assert_allclose(law.stiffening(gap), stiffening, rtol=1e-5, atol=1e-9)
+    np.testing.assert_allclose(law.depth(law.force(gap)), np.maximum(0, -gap), rtol=1e-12)
 
 
 @pytest.fixture
@@ -139,6 +140,8 @@ def test_gaps_of_near_yarns(rods):
     assert pairs.yarn.tolist() == [[0, 1], [1, 2]]
     np.testing.assert_allclose(gap, [0.05, 0.05], atol=1e-9)
     np.testing.assert_allclose(s, [[3.0, 3.0], [3.9, 3.0]], atol=1e-9)
-    apart = neighbours.apart(pairs.yarn, s, pairs.yarn[:, ::-1], s[:, ::-1] + [0.1, -0.3])
-    np.testing.assert_allclose(np.diag(apart), 0.3)
-    assert apart[0, 1] >= 6
+    yarn, places = np.concatenate([pairs.yarn, pairs.yarn[:, ::-1]]), [*s, *(s[:, ::-1] + [0.1, -0.3])]
+    near, apart = neighbours.near(yarn, np.array(places), 0.31 / 0.2)
+    assert sorted(near.tolist()) == [[0, 2], [1, 3]]
+    np.testing.assert_allclose(apart, 0.3)
+    assert len(neighbours.near(yarn, np.array(places), 0.29 / 0.2)[0]) == 0

@@ -1,6 +1,7 @@
 """What a run of beams in contact refuses, and what it records."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -72,12 +73,20 @@ def test_pinned_ties_join_points_and_not_sections(tied_scene, knit):
 
 
 def test_penetration_that_contact_does_not_see_is_refused(beam_scene, cell):
-    """A flattened knit, before and after contact has been told."""
+    """A flattened knit: before and after contact has been told, and where it was as flat when the increment began."""
     beams = beam_knit(beam_scene, cell)
     rest = beams.model.begin(beams.model.start(), 0.0, 0.1)
     flat = replace(rest, position=rest.position * [1, 1, 0.9])
+    moved = beams.network.station_displacement(beams.model, flat)
+    grown, as_before = (
+        SimpleNamespace(columns={"centreline_displacement": [then, moved]}) for then in (0 * moved, moved)
+    )
     with pytest.raises(
         ConvergenceError, match=r"increment 3: yarns . and . at arc lengths .* unseen by the beams"
     ):
-        beams.require_seen(Increment(3, 0.5, flat, None, 0.1), None)
-    beams.require_seen(Increment(3, 0.5, beams.model.commit(flat), None, 0.1), None)
+        beams.require_seen(Increment(3, 0.5, flat, None, 0.1), grown)
+    beams.require_seen(Increment(3, 0.5, beams.model.commit(flat), None, 0.1), grown)
+    far = replace(flat, contact=replace(flat.contact, s=flat.contact.s + 1.0))  # no pair of theirs is near
+    beams.require_seen(Increment(3, 0.5, far, None, 0.1), as_before)
+    with pytest.raises(ConvergenceError, match=r"unseen by the beams"):
+        beams.require_seen(Increment(3, 0.5, far, None, 0.1), grown)

@@ -159,7 +159,7 @@ def test_pairs_that_are_left_out_do_not_touch():
         for share in (1.2, 0.7, 1.01, 1.0):
             now = before + share * (there - before)
             one, other = (
-                each.respond(now, before, history, stiffness=False)
+                each.forces(each.points(now, before, history), stiffness=False)
                 for each, history in zip((quick, full), histories, strict=True)
             )
             np.testing.assert_array_equal(one.points.signature(), other.points.signature())

@@ -70,7 +70,7 @@ def touching(mesh, facets):
     pressed = mesh.nodes + upper * [0, 0, -1e-4]
     history = contact.commit(contact.points(pressed, mesh.nodes, ContactHistory.empty()))
     slid = pressed + upper * [2e-6, 1e-6, 0]
-    answer = contact.respond(slid, pressed, history, stiffness=False)
+    answer = contact.forces(contact.points(slid, pressed, history), stiffness=False)
     committed = contact.points(slid, pressed, contact.commit(answer.points))
     return answer, touching_points(contact, committed, facets, Rings.of_rows(mesh.stations))
 

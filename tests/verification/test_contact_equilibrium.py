@@ -31,7 +31,7 @@ def sliding(rotation=None):
 def test_forces_and_moments_balance(verify):
     """Forces sum up to zero; tractions at both ends of a gap g leave the couple g n x t, and nothing else."""
     contact, nodes, before, history = sliding()
-    answer = contact.respond(nodes, before, history, stiffness=False)
+    answer = contact.forces(contact.points(nodes, before, history), stiffness=False)
     points, active = answer.points, answer.points.active
     assert {STICK, SLIP} == set(points.status[active])
     level = np.abs(answer.node_force).sum()
@@ -53,10 +53,10 @@ def test_forces_and_moments_balance(verify):
 def test_superposed_rotation(verify):
     """Both configurations rotated: the forces turn with them, and so does what friction remembers."""
     contact, nodes, before, history = sliding()
-    answer = contact.respond(nodes, before, history, stiffness=False)
+    answer = contact.forces(contact.points(nodes, before, history), stiffness=False)
     rotation = exp(np.array([1.1, -0.7, 2.0]))
     contact, nodes, before, history = sliding(rotation)
-    rotated = contact.respond(nodes, before, history, stiffness=False)
+    rotated = contact.forces(contact.points(nodes, before, history), stiffness=False)
     turned = answer.node_force @ rotation.T
     error = np.abs(rotated.node_force - turned).max() / np.abs(turned).max()
     verify.at_most("contact, superposed rotation: force", error, 1e-10)

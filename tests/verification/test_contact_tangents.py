@@ -29,11 +29,13 @@ class Crossing:
     def tangent_error(self, nodes, before, history):
         """Difference of the tangent from central differences, over their size, and the status of all points."""
         direction = np.random.default_rng(1).normal(size=nodes.shape)
-        answer = self.contact.respond(nodes, before, history, stiffness=True)
+        answer = self.contact.forces(self.contact.points(nodes, before, history), stiffness=True)
         exact = answer.stiffness @ direction.ravel()
         step = 1e-6
         plus, minus = (
-            self.contact.respond(nodes + sign * step * direction, before, history, stiffness=False)
+            self.contact.forces(
+                self.contact.points(nodes + sign * step * direction, before, history), stiffness=False
+            )
             for sign in (1, -1)
         )
         np.testing.assert_array_equal(plus.points.signature(), minus.points.signature())

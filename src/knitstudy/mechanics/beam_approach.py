@@ -96,16 +96,16 @@ class Curves:
 
 # Closest approach of two centrelines, and how it changes with the motion of their beams. Sides A and B of a pair are
 # points X_A(s_A) and X_B(s_B); r = X_B - X_A is normal to both tangents.
-
 #
 # Yarns that wrap around each other to the curvature 1 / 2 R have closest points everywhere along an arc: the second
 # derivative H of |r|^2 / 2 becomes singular, and next to no motion takes the points from one end of the arc to the
 # other. Where the smallest eigenvalue of H in the last converged increment was below `SOFTEST` (it is 1 for straight
 # yarns that cross at a right angle), a spring towards where the points were then makes up for what is missing: they
 # minimise |r|^2 / 2 + hold / 2 |s - s_0|^2. They lag behind by hold / (H + hold) of their way within one increment, and
-# the gap is too large by the square of that lag times H / 4 R.
+# the gap is too large by the square of that lag times H / 4 R. H is 1 less 2 R times the yarn's curvature, so that a
+# curvature may grow by 0.4 / 2 R in an increment before H is singular.
 
-SOFTEST = 0.2
+SOFTEST = 0.4
 
 STEPS = 40
 HALVINGS = 12

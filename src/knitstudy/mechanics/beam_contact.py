@@ -53,6 +53,10 @@ class Power:
         """Return the forces (k,) at gaps (k,) [m]; zero where open."""
         return self.coefficient * np.maximum(0.0, -gap) ** self.exponent
 
+    def depth(self, force: np.ndarray) -> np.ndarray:
+        """Return the overlaps (k,) [m] at which forces (k,) act."""
+        return (force / self.coefficient) ** (1 / self.exponent)
+
     def stiffness(self, gap: np.ndarray) -> np.ndarray:
         """Return how fast (k,) the force grows with the approach."""
         return np.where(
@@ -173,9 +177,10 @@ class BeamContact:
             return state.contact
         past, first = state.contact, np.arange(len(state.contact.s)) < len(self.pairs.start)
         past, places = past[first | (past.force > 0) | (past.rubbed > 0)], self.places(state)
-        # An open pair that stands at a bound follows no minimum: nan is near nothing.
+        # An open pair that stands at a bound follows no minimum: no place on its yarn is near.
         follows = (past.force > 0) | (past.pairs.start == past.s).all(axis=1)
-        pairs = self.search(places.position, past.pairs, np.where(follows[:, None], past.s, np.nan))
+        s = np.where(follows[:, None], past.s, -self.curves.length.max())
+        pairs = self.search(places.position, past.pairs, s)
         known = np.arange(len(pairs.start)) < len(past.s)
         return replace(past, pairs=pairs[known]).joined(self._begun(places, pairs[~known]))
 

@@ -60,8 +60,7 @@ BESIDE = 1.0  # the same up to which a local minimum of the gap has a pair that 
 # long as 8/3 sqrt(R delta) of a line that carries E*/2 per length: 0.8 to 1.2 R where yarns overlap by 0.1 to 0.2 R.
 # Closer points would count overlap twice.
 OWN = 1.0
-# The same of minima that belong to one arc, along which yarns wrap around each other: where one divides into two, both
-# are as deep, and the contact of either is that of both.
+# The same of minima that belong to one arc, along which yarns wrap around each other: all its points carry it together.
 ARC = 2.0
 
 
@@ -83,10 +82,10 @@ class Neighbours:
         self.curves, self.yarn, self.radius = curves, np.asarray(yarn), radius
         self.crossings, self._order = crossings, np.argsort(tied, kind="stable")
         self._step = float(np.diff(curves.arc_length).max())
-        bounds = piece_bounds(crossings, curves.length)
-        follows = bounds[:, None, :, 1] == bounds[None, :, :, 0]  # (K, K, 2)
-        next_to = (follows | follows.swapaxes(0, 1)) & (crossings.yarn[:, None] == crossings.yarn)
-        self._between = np.nonzero(next_to.all(axis=2))
+        # Crossings along one yarn after another: neighbours on a yarn are 1 apart, those on different ones more.
+        place = np.argsort(np.argsort(self._places(crossings.yarn, crossings.arc_length), axis=None))
+        next_to = _within(place.reshape(-1, 2) + crossings.yarn, 1.0)
+        self._between = np.unique(np.concatenate([next_to, next_to[:, ::-1]]), axis=0).T
 
     def first(self) -> Pairs:
         """Return the pairs of crossings and between them, at rest.
@@ -97,12 +96,10 @@ class Neighbours:
         s = self.crossings.arc_length
         yarn = np.concatenate([self.crossings.yarn[self._order], self.crossings.yarn[one]])
         start = np.concatenate([s[self._order], 0.5 * (s[one] + s[other])])
-        apart = self.apart(self.crossings.yarn, s, self.crossings.yarn, s)
-        if np.tril(apart < OWN * self.radius, -1).any():
-            nearest = apart[np.tril_indices(len(s), -1)].min() / self.radius
+        if len(apart := self.near(self.crossings.yarn, s, OWN)[1]):
             raise GeometryError(
-                f"two crossings of the same yarns are {nearest:.2f} yarn radii apart, less than {OWN:g}: beams would "
-                "count their contact twice; use other spacings"
+                f"two crossings of the same yarns are {apart.min() / self.radius:.2f} yarn radii apart, less than "
+                f"{OWN:g}: beams would count their contact twice; use other spacings"
             )
         return Pairs(yarn, self._windows(yarn, start), start)
 
@@ -112,9 +109,9 @@ class Neighbours:
         order = np.argsort(gap, kind="stable")
         order = order[gap[order] < BESIDE * self.radius]
         yarn = np.concatenate([pairs.yarn, found.yarn[order]])
-        known, s = np.arange(len(yarn)) < len(s), np.concatenate([s, place[order]])
-        followed = np.tril(self.apart(yarn, s, yarn, s) < OWN * self.radius, -1).any(axis=1)
-        chosen, start = known | ~followed, np.concatenate([pairs.start, place[order]])
+        chosen, start = np.ones(len(yarn), dtype=bool), np.concatenate([pairs.start, place[order]])
+        chosen[self.near(yarn, np.concatenate([s, place[order]]), OWN)[0][:, 1]] = False
+        chosen[: len(s)] = True
         return Pairs(yarn[chosen], self._windows(yarn[chosen], start[chosen]), start[chosen])
 
     def _windows(self, yarn: np.ndarray, start: np.ndarray) -> np.ndarray:
@@ -136,9 +133,8 @@ class Neighbours:
         bounds = np.concatenate([piece[self._order], between, more])
         turned = np.diff(self._places(yarn, start))[:, 0] < 0
         bounds[turned], s = bounds[turned, ::-1], np.where(turned[:, None], start[:, ::-1], start)
-        apart = self.apart(yarn, start, yarn, start)
-        one, other = np.nonzero(np.triu(apart < self.curves.length.max(), 1)[:, first:])
-        other += first
+        one, other = self.near(yarn, start, self.curves.length.max() / self.radius)[0].T
+        one, other = one[other >= first], other[other >= first]
         side = np.argmax(np.abs(s[one] - s[other]), axis=1)
         upwards = s[one, side] < s[other, side]
         middle, strip = 0.5 * (s[one, side] + s[other, side]), 0.5 * STRIP * self.radius
@@ -180,17 +176,23 @@ class Neighbours:
         """Return places on one axis, yarn after yarn."""
         return 2 * self.curves.length.max() * yarn + s
 
-    def apart(self, yarn: np.ndarray, s: np.ndarray, others: np.ndarray, t: np.ndarray) -> np.ndarray:
-        """Return how far (k, m) points s (k, 2) are from t (m, 2) along the yarns; a yarn's length if on others [m]."""
-        one, other = (np.sort(self._places(*each), axis=1) for each in ((yarn, s), (others, t)))
-        return np.abs(one[:, None] - other).max(axis=2)
+    def near(self, yarn: np.ndarray, s: np.ndarray, radii: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return pairs (m, 2) of points s (k, 2) within so many radii along both yarns, and distances (m,) [m]."""
+        places = np.sort(self._places(yarn, s), axis=1)
+        pairs = _within(places, radii * self.radius)
+        return pairs, np.abs(places[pairs[:, 0]] - places[pairs[:, 1]]).max(axis=1)
+
+
+def _within(places: np.ndarray, distance: float) -> np.ndarray:
+    """Return pairs (m, 2) of rising numbers of places (k, 2) that are no farther apart on either axis."""
+    return cKDTree(places).query_pairs(distance, np.inf, output_type="ndarray")
 
 
 # Penetration over the radius, of yarns between which no contact acts, beyond which a state is refused. Beside pins in
 # wale tension it reaches 1 %. Solid yarns under the force of such a crossing, 10 to 30 N, approach each other by 5 to
 # 10 % (Hertz): a second contact would carry little.
 UNSEEN = 0.02
-LAG = 0.1  # share of its depth by which a point that acts may be less deep besides: springs hold it back on an arc
+LAG = 0.1  # share of what is seen that may be unseen besides: springs hold points on an arc away from the minimum
 
 
 @dataclass(eq=False)
@@ -259,14 +261,26 @@ class BeamKnit:
     def require_seen(self, increment: Increment, recorder: Recorder) -> None:
         """Refuse an increment in which yarns penetrate each other where no contact acts.
 
-        Raises CoarseIncrement if they overlap by more than `UNSEEN` radii, or by that and the share `LAG` more than
-        where a pair of the same yarns follows them along the same arc.
+        Contact within `ARC` radii sees an overlap at which one point would carry as much. A minimum with no pair within
+        `OWN` radii gets one in the next increment, and only its growth in this one counts: an arc may have been as deep
+        before it had a minimum. Raises CoarseIncrement where the share `LAG` and `UNSEEN` radii more are unseen.
         """
-        contact, past = self.model.contact, increment.state.contact
+        contact, past, radius = self.model.contact, increment.state.contact, self.neighbours.radius
         pairs, s, gap = self.neighbours.closest(contact.places(increment.state).position, MARGIN)
-        near = self.neighbours.apart(pairs.yarn, s, past.pairs.yarn, past.s) < ARC * self.neighbours.radius
-        known = np.where(near, past.carried - past.gap, 0.0).max(axis=1, initial=0.0)
-        depth, allowed = -gap - (1 + LAG) * known, UNSEEN * self.neighbours.radius
+        yarn, places = np.append(past.pairs.yarn, pairs.yarn, axis=0), np.append(past.s, s, axis=0)
+        near, apart = self.neighbours.near(yarn, places, ARC)
+        known, number = near[:, 0], near[:, 1] - len(past.s)
+        of = (known < len(past.s)) & (number >= 0)
+        known, number, apart = known[of], number[of], apart[of]
+        carried = np.zeros(len(s))
+        np.maximum.at(carried, number, past.carried[known])
+        seen = carried + contact.law.depth(np.bincount(number, past.force[known], len(s)))
+        alone = ~np.isin(np.arange(len(s)), number[apart < OWN * radius])
+        position = self.network.stations.position + recorder.columns["centreline_displacement"][-2:][0]
+        stencil = contact.curves.stencil(pairs.yarn, s)
+        way = np.diff(stencil.of(stencil.value, position), axis=1)[:, 0]
+        seen[alone] = np.maximum(seen, 2 * radius - np.linalg.norm(way, axis=1))[alone]
+        depth, allowed = -gap - (1 + LAG) * seen, UNSEEN * radius
         if depth.max(initial=0.0) <= allowed:
             return
         k = int(np.argmax(depth))

@@ -21,7 +21,7 @@ from knitstudy.mechanics.contact.following import Following
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, ContactHistory, ContactPoints, Coulomb
 from knitstudy.mechanics.contact.indentation import Indentation
 from knitstudy.mechanics.contact.search import Search
-from knitstudy.mechanics.contact.surface import Projection, Surfaces
+from knitstudy.mechanics.contact.surface import Surfaces
 from knitstudy.mechanics.contact.tangent import CellPairs, Quadrature
 from knitstudy.mechanics.contact.tangent import stiffness as tangent
 
@@ -110,7 +110,7 @@ class Contact:
         angle = self._following.angle[number] if self.law.directional else None
         position = self._search.positions(history.point, carriers)
         projection, gap = self._search.closest(history, position, carriers)
-        least[number] = _known(gap)
+        least[number] = np.where(np.isfinite(gap), gap, -np.inf)  # nothing is known where no place was found
         self._following.saw(carriers, least)
         local = self.law.at(gap - reach, angle)
         slip, rate, share = self._slip(history, projection.xi, gap, local, angle)
@@ -166,12 +166,6 @@ class Contact:
             step = share[:, None] * (xi - history.xi) + (kept == 1)[:, None] * carried
             rate += (local.slope / local.tangential)[:, None] * step
         return slip, rate, share
-
-    def respond(
-        self, nodes: np.ndarray, before: np.ndarray, history: ContactHistory, stiffness: bool
-    ) -> ContactResponse:
-        """Return forces and, if asked, the tangent; parameters as in `points`."""
-        return self.forces(self.points(nodes, before, history), stiffness)
 
     def forces(self, points: ContactPoints, stiffness: bool) -> ContactResponse:
         """Return the forces of pairs that `points` has evaluated and, if asked, the tangent."""
@@ -255,22 +249,10 @@ class Contact:
     def smallest_gap(self, points: ContactPoints) -> float:
         """Return the smallest gap of all pairs that are followed [m]; inf if there are none."""
         nearest = float(points.gap.min(initial=np.inf))
-        rest = self._left_out(points)
-        rest = rest[points.least[rest] < nearest]
-        return min(nearest, float(self._evaluated(points, rest)[1].min(initial=np.inf)))
-
-    def _evaluated(self, points: ContactPoints, rest: np.ndarray) -> tuple[Projection, np.ndarray]:
-        """Return closest places and gaps (k,) of pairs (k,) that are left out."""
-        history = points.followed[rest]
-        return self._search.closest(
-            history, self._search.positions(history.point, points.carriers), points.carriers
-        )
-
-    def _left_out(self, points: ContactPoints) -> np.ndarray:
-        """Return the pairs (k,) that are followed and not in `points`."""
-        left_out = np.ones(len(points.followed.point), dtype=bool)
-        left_out[points.number] = False
-        return np.flatnonzero(left_out)
+        rest = points.followed[points.least < nearest]
+        position = self._search.positions(rest.point, points.carriers)
+        _, gap = self._search.closest(rest, position, points.carriers)
+        return min(nearest, float(gap.min(initial=np.inf)))
 
     def _energy(self, points: ContactPoints, active: np.ndarray, weight: np.ndarray) -> dict[str, float]:
         angle = None if points.angle is None else points.angle[active]
@@ -304,11 +286,6 @@ class Contact:
         carried = np.einsum("ki,ki->k", history.traction, history.traction) / before
         weight = PASS_SHARE * self.quadrature.area[history.point]
         return 0.5 * float(weight @ ((1 - share) * carried))
-
-
-def _known(gap: np.ndarray) -> np.ndarray:
-    """Return the least gaps (c,) [m] that gaps (c,) stand for: where no closest point was found, there is none."""
-    return np.where(np.isfinite(gap), gap, -np.inf)
 
 
 def _put(values: np.ndarray, number: np.ndarray, some: np.ndarray) -> np.ndarray:

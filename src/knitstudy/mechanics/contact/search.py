@@ -52,15 +52,12 @@ class Search:
         sizes = np.array([self._ring_sizes(number, carriers) for number in range(len(rows))])
         self._reach, self._chord = sizes.T
         self.reach = float(self._reach.max())  # largest distance of a ring's places from its middle [m]
-        self._cell_surface = quadrature.cell_surface
-        self._cell_row = quadrature.cell[:, 0]
         self._middle = quadrature.corner + 0.5 * quadrature.size
 
         def may_touch(part: slice) -> np.ndarray:
-            point = quadrature.points(part)
-            return np.ones(len(point), bool) if free is None else free(self.positions(point, carriers))
+            return free(self.positions(quadrature.points(part), carriers))
 
-        self._free = by_parts(may_touch, len(quadrature.area), CHUNK)
+        self._free = None if free is None else by_parts(may_touch, len(quadrature.area), CHUNK)
 
     def find(self, carriers: np.ndarray, margin: float) -> tuple[ContactHistory, np.ndarray, np.ndarray]:
         """Return all pairs whose distance may be below `margin` [m] where the carriers (M, 3) are now, as open ones.
@@ -74,7 +71,7 @@ class Search:
             here = np.flatnonzero(surface == number)
             guess[here] = self._place(number, self._row[row[here]], middle[here], carriers)
         closest = project(self.surfaces, carriers, surface, middle, guess)
-        gap = self.gap(self._cell_surface[cell], surface, closest)
+        gap = self.gap(self.quadrature.cell_surface[cell], surface, closest)
         # Beyond an edge of the surface nothing is known of the points beside the middle.
         may_meet = self._may_meet(self.ring(cell), self._ring_at(surface, closest.xi[:, 0]))
         near = np.flatnonzero(((gap - size < margin) | ~closest.found) & may_meet)
@@ -87,7 +84,7 @@ class Search:
 
         point, surface, guess, least = by_parts(points, len(near), AT_ONCE)
         arc = self.arc(surface, guess[:, 0])
-        once = np.flatnonzero((least < margin) & self._free[point])
+        once = np.flatnonzero((least < margin) & (True if self._free is None else self._free[point]))
         once = once[np.lexsort((arc[once], surface[once], point[once]))]
         # Two pieces of a surface that meet have one closest place.
         once = once[_changes(point[once]) | _changes(surface[once]) | _changes(arc[once], least=1)]
@@ -122,7 +119,7 @@ class Search:
 
     def ring(self, cell: np.ndarray) -> np.ndarray:
         """Return the first of the two rings (k,) that cells (k,) lie between."""
-        return self._first[self._cell_surface[cell]] + self._cell_row[cell]
+        return self._first[self.quadrature.cell_surface[cell]] + self.quadrature.cell[cell, 0]
 
     def stencil(self, point: np.ndarray) -> Stencil:
         """Return the stencils of points (k,)."""
@@ -133,11 +130,7 @@ class Search:
         row = np.arange(self.surfaces.cells[number, 0] + 1)
         ring = self.surfaces.ring(number, row, carriers)
         middle = self.surfaces.centres(carriers)[self._first[number] + row, None]
-        chords = (
-            np.diff(ring, axis=1, append=ring[:, :1])
-            if self.surfaces.closed[number]
-            else np.diff(ring, axis=1)
-        )
+        chords = np.diff(ring, axis=1, append=ring[:, : int(self.surfaces.closed[number])])
         return tuple(float(np.linalg.norm(apart, axis=2).max()) for apart in (ring - middle, chords))
 
     def _steps(self, centres: np.ndarray) -> np.ndarray:
@@ -148,7 +141,7 @@ class Search:
 
     def _middles(self, cell: np.ndarray, carriers: np.ndarray) -> np.ndarray:
         """Return the middles (k, 3) of cells (k,) [m]."""
-        return self.surfaces.positions(self._cell_surface[cell], self._middle[cell], carriers)
+        return self.surfaces.positions(self.quadrature.cell_surface[cell], self._middle[cell], carriers)
 
     def _may_meet(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         """Return whether rings may touch: different surfaces that meet, or far pieces of the same one."""
@@ -166,7 +159,7 @@ class Search:
         tree = cKDTree(centres)
         cell = self._cells_of(self._near_rows(tree, margin, step.max()))
         # Outside of a bend a yarn is at most twice as long as in its middle: none is bent to less than its radius.
-        size = step[self.ring(cell)] + 0.5 * self._chord[self._cell_surface[cell]]
+        size = step[self.ring(cell)] + 0.5 * self._chord[self.quadrature.cell_surface[cell]]
         reach = self._reach[self._surface] + margin + 0.5 * np.maximum(np.append(step, 0), np.append(0, step))
         return by_parts(
             lambda part: self._nearest(cell[part], size[part], tree, reach, carriers), len(cell), AT_ONCE

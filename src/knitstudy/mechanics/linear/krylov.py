@@ -205,7 +205,8 @@ class Krylov:
         self._waste = np.inf
 
     def begin(self) -> None:
-        """Begin an increment: the next solve makes the preconditioner anew."""
+        """Begin an increment: the matrix is forgotten, and the next solve makes the preconditioner anew."""
+        self.release()
         self._waste = np.inf
 
     def use(self, system: System) -> None:
