@@ -45,10 +45,10 @@ def draw(
             for each in series:
                 if each.interaction == kind:
                     _draw_series(axes, each, lambda point, unit=unit: unit * point.value)
-            axes.set(ylim=(0, None))
             panel_letter(axes, "abcd"[2 * row + k], INTERACTIONS[kind])
-            panels[row, 0].set_ylabel("largest out-of-plane motion (mm)")
         panels[1, k].set_xlabel(label)
+    for axes in panels[:, 0]:  # limits of a row hold for all that it shows
+        axes.set(ylim=(0, None), ylabel="largest out-of-plane motion (mm)")
     shared_legend(drawing, loc="outside lower left", ncols=3, handlelength=2.5)
     return drawing
 
