@@ -33,7 +33,7 @@ from scipy.interpolate import CubicSpline
 from scipy.special import ellipe, ellipk
 
 # Hertz's patch is small against R. That of yarns that conform or lie along each other is not: what becomes flat or
-# sharp there has a smooth lower bound. Up to kR = 0.45 around each other, or down to 10 degrees, the bounds change
+# sharp there has a smooth lower bound. Up to kR = 0.45 around each other, or down to 15 degrees, the bounds change
 # forces by less than 2 %.
 LEAST_DET = 0.006  # of det M
 LEAST_OPEN = 0.015  # of 2 - alpha: yarns bent beyond 1 / 2R do not touch at one point
@@ -130,11 +130,11 @@ class Patch:
 
     def force(self, bends: np.ndarray) -> Expansion:
         """Return the force over F(delta), from (k_a R, k_b R, cos of the angle) (k, 3)."""
-        return self._force(*_surfaces(bends)[1:])
+        return self._force(*_surfaces(*Expansion.variables(bends))[1:])
 
-    def density(self, bends: np.ndarray) -> Expansion:
-        """Return what the integrand of a potential over both axes lacks, from (k_a R, k_b R, cos) (k, 3)."""
-        both, trace, det = _surfaces(bends)
+    def density(self, k_a: Expansion, k_b: Expansion, cos: Expansion) -> Expansion:
+        """Return what the integrand of a potential over both axes lacks, from k_a R, k_b R and cos of the angle."""
+        both, trace, det = _surfaces(k_a, k_b, cos)
         return self._force(trace, det) * det.power(0.5) * both.power(-0.5)
 
     def _force(self, trace: Expansion, det: Expansion) -> Expansion:
@@ -154,7 +154,7 @@ class Patch:
         nu = self.poisson_ratio
         if nu is None:
             return flat
-        _, trace, det = _surfaces(bends)
+        _, trace, det = _surfaces(*Expansion.variables(bends))
         half = 0.5 * trace.value
         root = np.sqrt(np.maximum(half**2 - det.value, 0.0))
         ratio = np.maximum((half + root) / np.maximum(half - root, 1e-3 * LEAST_DET), 1.0)
@@ -175,9 +175,8 @@ class Patch:
         return mean[:, None, None] * flat + half_difference[:, None, None] * deviator
 
 
-def _surfaces(bends: np.ndarray) -> tuple[Expansion, Expansion, Expansion]:
+def _surfaces(k_a: Expansion, k_b: Expansion, cos: Expansion) -> tuple[Expansion, Expansion, Expansion]:
     """Return alpha beta, the trace and the determinant of M."""
-    k_a, k_b, cos = Expansion.variables(bends)
     alpha, beta = ((1.0 + (-1.0) * k).at_least(LEAST_INNER).power(-1.0) for k in (k_a, k_b))
     one, other = ((2.0 + (-1.0) * each).at_least(LEAST_OPEN) for each in (alpha, beta))
     crossed = (2.0 + (-1.0) * one) * (2.0 + (-1.0) * other) * (cos * cos)
