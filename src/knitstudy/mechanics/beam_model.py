@@ -13,9 +13,8 @@ from knitstudy.mechanics.beam_contact import BeamContact, BeamContactHistory
 from knitstudy.mechanics.model import Memoryless, Response
 from knitstudy.mechanics.rotation import exp, hat
 
-# Force over the axial stiffness of elements up to which a network counts as unloaded: rounding of where its nodes are
-# makes 1e-14 of it.
-UNLOADED = 1e-8
+# Force over what rounding of places makes in elements, up to which a network counts as unloaded
+UNLOADED = 5e6
 
 
 @dataclass(frozen=True)
@@ -68,7 +67,8 @@ class BeamModel(Memoryless):
         # Where nothing resists yet, rounding is no measure of a residual.
         axis = self.elements.axis
         along = np.einsum("ei,eij,ej->e", axis, self.elements.law[:, :3, :3], axis)
-        self._least_force = UNLOADED * float(along.mean())
+        rounding = np.finfo(float).eps * np.ptp(self.nodes, axis=0).max() / self.length
+        self._least_force = UNLOADED * rounding * float(along.mean())
         self._assembly = Assembly([self.ends], len(self.nodes), block=self.block, pairs=4 * len(self.ends))
 
     def start(self) -> BeamState:

@@ -9,7 +9,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
-from knitstudy.mechanics.line_contact import LineContact, LineHistory
+from knitstudy.mechanics.line_contact import LineContact
+from knitstudy.mechanics.line_friction import LineHistory
 from knitstudy.mechanics.model import Response, summed
 from knitstudy.mechanics.periodic import Lattice
 
@@ -114,9 +115,7 @@ class EndlessBeams:
 
     def commit(self, state: EndlessState) -> EndlessState:
         """Return the state that a converged increment leaves."""
-        vectors = self.vectors(state)
-        tangent = self._tangents(self._all(state))
-        contact = self._contact(state).commit(state.beams, tangent, vectors, state.contact)
+        contact = self._contact(state).commit(state.beams, self.vectors(state), state.contact)
         return replace(state, contact=contact, dragged=self._dragged(state), moved=np.zeros(self.size))
 
     def _dragged(self, state: EndlessState) -> float:
@@ -154,12 +153,3 @@ class EndlessBeams:
         beams = state.beams
         position = beams.position[self.owner] + self.image @ self.vectors(state)
         return replace(beams, position=position, rotation=beams.rotation[self.owner])
-
-    def _tangents(self, every: BeamState) -> np.ndarray:
-        """Return unit tangents (n, 3) of the yarns at the nodes: the mean of the chords on both sides."""
-        first, second = self.inner.ends.T
-        chord = every.position[second] - every.position[first]
-        total = np.zeros((self.nodes, 3))
-        np.add.at(total, self.owner[first], chord)
-        np.add.at(total, self.owner[second], chord)
-        return total / np.linalg.norm(total, axis=1, keepdims=True)

@@ -26,11 +26,13 @@ An integral of a potential over both axes (`line_contact`) carries F(delta) sqrt
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.special import ellipe, ellipk
+
+from knitstudy.mechanics.patch_compliance import local_compliance
 
 # Hertz's patch is small against R. That of yarns that conform or lie along each other is not: what becomes flat or
 # sharp there has a smooth lower bound. Up to kR = 0.45 around each other, or down to 15 degrees, the bounds change
@@ -44,24 +46,36 @@ _LOGARITHMS = np.linspace(0.0, 9.0, 400)  # of l, up to more than what `LEAST_DE
 
 @dataclass(frozen=True, eq=False)
 class Expansion:
-    """A function (k,) of v variables with its first and second derivatives."""
+    """A function (k,) of v variables with its first derivatives, and its second ones where they are asked for."""
 
     value: np.ndarray  # (k,)
     slope: np.ndarray  # (k, v)
-    bend: np.ndarray  # (k, v, v)
+    bend: np.ndarray | None  # (k, v, v)
 
     @classmethod
-    def variables(cls, values: np.ndarray) -> list[Expansion]:
+    def variables(cls, values: np.ndarray, second: bool = True) -> list[Expansion]:
         """Return the variables (k, v) themselves."""
         k, v = values.shape
-        one, zero = np.eye(v), np.zeros((k, v, v))
-        return [cls(values[:, c], np.tile(one[c], (k, 1)), zero) for c in range(v)]
+        zero = np.zeros((k, v, v)) if second else None
+        return [cls(values[:, c], np.tile(np.eye(v)[c], (k, 1)), zero) for c in range(v)]
 
     def through(self, value: np.ndarray, first: np.ndarray, second: np.ndarray) -> Expansion:
         """Return a function of this one, from its value and derivatives (k,) there."""
-        slope = first[:, None] * self.slope
-        bend = second[:, None, None] * self.slope[:, :, None] * self.slope[:, None, :]
-        return Expansion(value, slope, bend + first[:, None, None] * self.bend)
+        bend = None
+        if self.bend is not None:
+            bend = second[:, None, None] * self.slope[:, :, None] * self.slope[:, None, :]
+            bend = bend + first[:, None, None] * self.bend
+        return Expansion(value, first[:, None] * self.slope, bend)
+
+    def of(self, inner: list[Expansion]) -> Expansion:
+        """Return this function of v variables that are functions of others themselves."""
+        J = np.stack([each.slope for each in inner], axis=1)  # (k, v, w)
+        bend = None
+        if self.bend is not None:
+            bend = J.swapaxes(1, 2) @ self.bend @ J
+            for c, each in enumerate(inner):
+                bend += self.slope[:, c, None, None] * each.bend
+        return Expansion(self.value, np.einsum("kv,kvw->kw", self.slope, J), bend)
 
     def power(self, exponent: float) -> Expansion:
         """Return a power of it."""
@@ -69,23 +83,29 @@ class Expansion:
         return self.through(x**n, n * x ** (n - 1), n * (n - 1) * x ** (n - 2))
 
     def at_least(self, least: float) -> Expansion:
-        """Return the root of x^2 - x y = least^2 that is positive: x, but for a smooth bound where x < least."""
+        """Return the positive y with y^2 - x y = least^2: x, with a smooth bound where it is small."""
         x, root = self.value, np.sqrt(self.value**2 + 4 * least**2)
         return self.through(0.5 * (x + root), 0.5 * (1 + x / root), 2 * least**2 / root**3)
+
+    def times(self, factor: np.ndarray) -> Expansion:
+        """Return it times constants (k,)."""
+        return self.through(self.value * factor, factor, np.zeros_like(factor))
 
     def __add__(self, other: Expansion | float) -> Expansion:
         if not isinstance(other, Expansion):
             return Expansion(self.value + other, self.slope, self.bend)
-        return Expansion(self.value + other.value, self.slope + other.slope, self.bend + other.bend)
+        bend = None if self.bend is None else self.bend + other.bend
+        return Expansion(self.value + other.value, self.slope + other.slope, bend)
 
     __radd__ = __add__
 
     def __mul__(self, other: Expansion | float) -> Expansion:
         if not isinstance(other, Expansion):
-            return Expansion(self.value * other, self.slope * other, self.bend * other)
-        f, g = self.value[:, None], other.value[:, None]
-        cross = self.slope[:, :, None] * other.slope[:, None, :]
-        bend = f[..., None] * other.bend + g[..., None] * self.bend + cross + cross.swapaxes(1, 2)
+            return self.times(np.full(len(self.value), other))
+        f, g, bend = self.value[:, None], other.value[:, None], None
+        if self.bend is not None:
+            cross = self.slope[:, :, None] * other.slope[:, None, :]
+            bend = f[..., None] * other.bend + g[..., None] * self.bend + cross + cross.swapaxes(1, 2)
         return Expansion(self.value * other.value, f * other.slope + g * self.slope, bend)
 
     __rmul__ = __mul__
@@ -132,10 +152,14 @@ class Patch:
         """Return the force over F(delta), from (k_a R, k_b R, cos of the angle) (k, 3)."""
         return self._force(*_surfaces(*Expansion.variables(bends))[1:])
 
-    def density(self, k_a: Expansion, k_b: Expansion, cos: Expansion) -> Expansion:
-        """Return what the integrand of a potential over both axes lacks, from k_a R, k_b R and cos of the angle."""
+    def density(self, k_a: Expansion, k_b: Expansion, cos: Expansion) -> tuple[Expansion, Expansion]:
+        """Return what the integrand of a potential over both axes lacks, and the force over F(delta) that makes.
+
+        Arguments are k_a R, k_b R and the cosine of the angle.
+        """
         both, trace, det = _surfaces(k_a, k_b, cos)
-        return self._force(trace, det) * det.power(0.5) * both.power(-0.5)
+        force = self._force(trace, det)
+        return force * det.power(0.5) * both.power(-0.5), force
 
     def _force(self, trace: Expansion, det: Expansion) -> Expansion:
         if self.poisson_ratio is None:
@@ -181,3 +205,85 @@ def _surfaces(k_a: Expansion, k_b: Expansion, cos: Expansion) -> tuple[Expansion
     one, other = ((2.0 + (-1.0) * each).at_least(LEAST_OPEN) for each in (alpha, beta))
     crossed = (2.0 + (-1.0) * one) * (2.0 + (-1.0) * other) * (cos * cos)
     return alpha * beta, one + other, (one * other + (-1.0) * crossed).at_least(LEAST_DET)
+
+
+LAYERS = Patch()
+
+# A yarn is no half space: what gives way under a patch is what a cylinder does beyond a beam (`local_compliance`), that
+# of a half space and C a further compliance, which hardly depends on the patch. So two yarns approach by
+#
+#     delta = delta_H(P) + 2 C(a) P,   a^2 = R delta_H
+#
+# less than half spaces: C is negative. Their axes are 10 % nearer to each other's surface at delta = 0.03 R.
+
+PATCHES = (0.2, 0.35, 0.5)  # semi-axes over R from which C(a) follows as a parabola
+DEEPEST = 0.35  # delta_H over R up to which the law is tabulated
+UNIFORM = 16 / (
+    3 * np.pi**2
+)  # mean displacement of a half space under an even pressure, times E a / (1 - nu^2)
+
+
+@dataclass(frozen=True, eq=False)
+class CrossedCylinders:
+    """Force of two equal elastic cylinders at a right angle over the gap of their axes as beams."""
+
+    coefficient: float  # of Hertz's law F = coefficient delta^1.5 [N/m^1.5]
+    radius: float  # R [m]
+    share: float  # stiffness against elastic slip over that against approach
+    table: CubicSpline  # F over Hertz's, by sqrt(delta / R)
+    exponent: float = 1.5
+
+    @classmethod
+    def of(cls, youngs_modulus: float, poisson_ratio: float, radius: float) -> CrossedCylinders:
+        """Return the law of cylinders of a modulus [Pa] and a radius [m]."""
+        nu = poisson_ratio
+        modulus = youngs_modulus / (2 * (1 - nu**2))
+        return cls(4 / 3 * modulus * np.sqrt(radius), radius, 2 * (1 - nu) / (2 - nu), _finite_thickness(nu))
+
+    def _at(self, gap: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return F and its first two derivatives by delta: with x = sqrt(delta / R), F = k x^3 f(x)."""
+        x = np.sqrt(np.maximum(-np.asarray(gap, dtype=float), 1e-300) / self.radius)
+        k = self.coefficient * self.radius**1.5
+        inside = np.minimum(x, self.table.x[-1])
+        f, f1, f2 = (self.table(inside, order) for order in range(3))
+        f1, f2 = np.where(inside < x, 0.0, f1), np.where(inside < x, 0.0, f2)
+        by_x, by_xx = k * (3 * x**2 * f + x**3 * f1), k * (6 * x * f + 6 * x**2 * f1 + x**3 * f2)
+        per = 1 / (2 * x * self.radius)  # dx / d delta
+        return k * x**3 * f, by_x * per, by_xx * per**2 - by_x * per**2 / x
+
+    def force(self, gap: np.ndarray) -> np.ndarray:
+        """Return the forces (k,) at gaps (k,) [m]; zero where open."""
+        return np.where(gap < 0, self._at(gap)[0], 0.0)
+
+    def stiffness(self, gap: np.ndarray) -> np.ndarray:
+        """Return how fast (k,) the force grows with the approach."""
+        return np.where(gap < 0, self._at(gap)[1], 0.0)
+
+    def stiffening(self, gap: np.ndarray) -> np.ndarray:
+        """Return the derivative (k,) of the stiffness by the gap; zero where open."""
+        return np.where(gap < 0, -self._at(gap)[2], 0.0)
+
+    def energy(self, gap: np.ndarray) -> np.ndarray:
+        """Return the stored energies (k,) [J]: the integral of the force."""
+        return np.where(gap < 0, self._integral(np.sqrt(np.maximum(-gap, 0.0) / self.radius)), 0.0)
+
+    def depth(self, force: np.ndarray) -> np.ndarray:
+        """Return the overlaps (k,) [m] at which forces (k,) act."""
+        x = np.linspace(0.0, 1.5 * self.table.x[-1], 2000)
+        return self.radius * np.interp(force, self.force(-self.radius * x**2), x) ** 2
+
+    @cached_property
+    def _integral(self) -> CubicSpline:
+        x = np.linspace(0.0, 2 * self.table.x[-1], 4000)
+        return CubicSpline(x, 2 * self.radius * x * self.force(-self.radius * x**2)).antiderivative()
+
+
+@cache
+def _finite_thickness(poisson_ratio: float) -> CubicSpline:
+    """Return F over Hertz's by sqrt(delta / R)."""
+    nu = poisson_ratio
+    C = [local_compliance(a, nu)[0] - UNIFORM * (1 - nu**2) / a for a in PATCHES]
+    a = np.linspace(0.0, np.sqrt(DEEPEST), 200)  # over R
+    P = 2 / 3 / (1 - nu**2) * a**3  # over E R^2
+    x = np.sqrt(a**2 + 2 * np.polyval(np.polyfit(PATCHES, C, 2), a) * P)
+    return CubicSpline(x, np.divide(a, x, out=np.ones_like(a), where=x > 0) ** 3)

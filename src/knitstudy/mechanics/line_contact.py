@@ -1,33 +1,25 @@
-"""Contact with friction between the points of yarns that repeat themselves, as a double integral over both yarns.
+"""Contact between the points of yarns that repeat themselves, as a double integral over both yarns.
 
 Yarns that lie along each other, wrap around each other or touch at several places need no closest points here: every
 pair of short pieces of yarn repels with a potential V of the distance r of their centres (Kaldor, James and Marschner
 2008),
 
-    U = int int V(|x(s) - x(t)|) ds dt.
+    U = int int c V(|x(s) - x(t)|) ds dt.
 
-V follows from what is measured, the force F of two yarns that cross at a right angle. Straight ones a distance d apart
-have |x(s) - x(t)|^2 = d^2 + s^2 + t^2, so that
+V follows from the force F of two straight yarns that cross at a right angle. A distance d apart they have
+|x(s) - x(t)|^2 = d^2 + s^2 + t^2, so that
 
     U(d) = 2 pi int_d^D V(r) r dr,   F = 2 pi d V(d),   V(r) = F(r) / (2 pi r).
 
-Yarns at an angle carry F / sin(angle), and parallel ones a force per length that grows with the approach to the
-exponent less a half: for F of Hertz's exponent 1.5 it is linear, as that of cylinders nearly is.
+Without c, yarns at an angle would carry F / sin(angle), and yarns that bend towards each other far too much. The
+density c of `hertz.Patch` makes of it the force of two curved surfaces. It depends on the tangents of both pieces and
+on their curvatures along the way between them, which are differences of neighbouring points; forces and tangent are the
+first and second derivatives of U with all of that. Parallel yarns have a force per length that grows with the approach
+to the exponent less a half: for F of Hertz's exponent 1.5 it is linear, as that of cylinders nearly is.
 
 Points are the nodes of the beams, with the lengths that they stand for. They resolve F from an approach e on, at which
 the yarns touch over four of their spacings. Below it F starts softly: the approach is replaced by (delta + e/2)^2 / 2e
 where it lies between -e/2 and e/2.
-
-Two pieces rub at the middle between them. Their friction t follows the slip u of two points of their sections that met
-there, up to mu times the part f of their force along the common normal of both yarns: dt = k du. Two yarns that cross
-are `share` times as stiff along each other as they are against approach (Mindlin 1949), and all their pieces begin to
-slide at one slip:
-
-    k = share f K(d) / F(d),   K = -F',   sum k = share K,   slip at which they slide: mu F / (share K).
-
-K grows as yarns are pressed and what was sheared before stays (Mindlin and Deresiewicz 1953), so that increments take
-the mean of k at both ends; a loss of f takes its share of t along. Pairs that do not touch yet are remembered as well:
-they rub in the very increment in which they meet.
 """
 
 from __future__ import annotations
@@ -42,15 +34,15 @@ from scipy.spatial import cKDTree
 
 from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.beam_contact import Power
-from knitstudy.mechanics.rotation import hat
+from knitstudy.mechanics.hertz import LAYERS, Expansion, Patch
+from knitstudy.mechanics.line_friction import LineHistory, PairFriction, friction_tangent
 
 if TYPE_CHECKING:
     from knitstudy.mechanics.beam_model import BeamState
 
 NEAR = 1.1  # distance up to which pairs are remembered, over the reach of pieces
 SPACINGS = 4.0  # length of contact from which on the law is exact, over the spacing of points
-# Nearly parallel yarns have no common normal: sin^2 of their angle below which the way between them counts
-PARALLEL = 0.02
+MARGIN = 0.1  # further distance within which pairs are searched, over the reach: they serve until points have moved
 
 
 @dataclass(frozen=True)
@@ -60,59 +52,67 @@ class Repulsion:
     law: Power  # of that force, over the gap
     diameter: float  # distance at which it begins, D [m]
     onset: float  # e [m]
+    patch: Patch = LAYERS
 
     @property
     def reach(self) -> float:
         """Largest distance at which pieces repel [m]."""
         return self.diameter + 0.5 * self.onset
 
-    def crossing(self, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return F (k,) [N] of yarns that cross at distances (k,) [m], and its two derivatives."""
-        e, p = self.onset, self.law.exponent
+    def shear(self, tangents: np.ndarray, bends: np.ndarray, normal: np.ndarray) -> np.ndarray:
+        """Return the stiffness (k, 3, 3) against elastic slip over that against approach; see `Patch.shear`."""
+        share = self.law.share if self.patch.poisson_ratio is None else 1.0
+        return share * self.patch.shear(tangents, bends, normal)
+
+    def _depth(self, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the approach (k,) at distances (k,) [m], with its soft begin, and its two derivatives."""
+        e = self.onset
         x = np.maximum(self.reach - distance, 1e-12 * e)
         soft = x < e
-        depth = np.where(soft, x**2 / (2 * e), x - 0.5 * e)
-        d1, d2 = np.where(soft, x / e, 1.0), np.where(soft, 1 / e, 0.0)
-        c = self.law.coefficient
-        slope, bend = c * p * depth ** (p - 1), c * p * (p - 1) * depth ** (p - 2)
-        return c * depth**p, -slope * d1, bend * d1**2 + slope * d2
+        return (
+            np.where(soft, x**2 / (2 * e), x - 0.5 * e),
+            -np.where(soft, x / e, 1.0),
+            np.where(soft, 1 / e, 0.0),
+        )
 
-    def of(self, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return V (k,) [N/m] at distances (k,) [m] within reach, and its two derivatives."""
-        r, (F, F1, F2) = distance, self.crossing(distance)
+    def crossing(
+        self, distance: np.ndarray, shape: np.ndarray | float = 1.0
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return F (k,) [N] of yarns that cross at distances (k,) [m], and its two derivatives.
+
+        In a contact whose shape multiplies the force of half spaces by f, a force spreads over f^2 delta R: what is
+        added to their approach counts as much more. F is that law without the factor itself.
+        """
+        f = shape if self.patch.poisson_ratio is not None else 1.0
+        depth, d1, d2 = self._depth(distance)
+        x = -(f**2) * depth
+        F, slope, bend = (
+            part / f**3 for part in (self.law.force(x), self.law.stiffness(x), -self.law.stiffening(x))
+        )
+        return F, slope * f**2 * d1, bend * f**4 * d1**2 + slope * f**2 * d2
+
+    def of(
+        self, distance: np.ndarray, shape: np.ndarray | float = 1.0
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return V (k,) [N/m] at distances (k,) [m] within reach, and its two derivatives; see `crossing`."""
+        r, (F, F1, F2) = distance, self.crossing(distance, shape)
         V = F / (2 * np.pi * r)
         V1 = (F1 / (2 * np.pi) - V) / r
         return V, V1, (F2 / (2 * np.pi) - 2 * V1) / r
 
-
-@dataclass(frozen=True, eq=False)
-class LineHistory:
-    """What pairs that were near each other in the last converged increment remember."""
-
-    key: np.ndarray  # int (m,), ascending; which pairs
-    arm: np.ndarray  # (m, 2, 3), from the centres to the points that met, in the sections' axes [m]
-    normal: np.ndarray  # (m, 3), common normal
-    share: np.ndarray  # (m,), part of the pairs' force along it
-    force: np.ndarray  # (m,), that part [N]
-    spring: np.ndarray  # (m,), stiffness against elastic slip [N/m]
-    traction: np.ndarray  # (m, 2, 3), friction on j in the axes of both sections [N]
-    dissipated: float = 0.0  # work of friction so far [J]
-
-    @classmethod
-    def none(cls) -> LineHistory:
-        """Return that of yarns that have not touched."""
-        one, both = np.zeros(0), np.zeros((0, 2, 3))
-        return cls(np.zeros(0, dtype=np.int64), both, np.zeros((0, 3)), one, one, one, both)
-
-    @property
-    def stored(self) -> float:
-        """Energy of elastic slip [J]."""
-        return _stored(self.traction[:, 0], self.spring)
+    def potential(self, r: Expansion, shape: Expansion) -> Expansion:
+        """Return the same V as a function of what the distance and the shape are functions of."""
+        if self.patch.poisson_ratio is None:
+            return r.through(*self.of(r.value))
+        x = shape * shape * r.through(*self._depth(r.value))
+        law, gap = self.law, -x.value
+        F = x.through(law.force(gap), law.stiffness(gap), -law.stiffening(gap))
+        return (1 / (2 * np.pi)) * (F * shape.power(-3.0) * r.power(-1.0))
 
 
 @dataclass(frozen=True, eq=False)
-class Touching(Chosen):
-    """Pairs within reach in one configuration: of point i, and of the image of point j."""
+class PointPairs(Chosen):
+    """Pairs of points in one configuration: of point i, and of the image of point j."""
 
     i: np.ndarray  # int (k,)
     j: np.ndarray  # int (k,)
@@ -125,40 +125,40 @@ class Touching(Chosen):
         """Distances (k,) [m]."""
         return np.linalg.norm(self.way, axis=1)
 
+    @property
+    def both(self) -> np.ndarray:
+        """Points (k, 2)."""
+        return np.stack([self.i, self.j], axis=1)
+
 
 @dataclass(frozen=True, eq=False)
-class Rubbing:
-    """Friction of pairs that were near each other before, in one configuration."""
+class Axes:
+    """Derivatives of the yarns by arc length at their points, as differences of three neighbours."""
 
-    pair: np.ndarray  # int (m,), which of the pairs within reach
-    known: np.ndarray  # int (m,), which of those that the history has
-    arm: np.ndarray  # (m, 2, 3), from the centres to the points that met [m]
-    pulls: np.ndarray  # (m, 2, 3), friction of the history, turned with both sections [N]
-    before: np.ndarray  # (m, 3), their mean in the tangent plane [N]
-    kept: np.ndarray  # (m,), part of it that is left
-    slip: np.ndarray  # (m, 3), of i against j within the increment, in the tangent plane [m]
-    spring: np.ndarray  # (m,), stiffness against elastic slip [N/m]
-    mean: np.ndarray  # (m,), its mean over the increment [N/m]
-    rate: np.ndarray  # (m,), derivative of the mean by the distance [N/m2]
-    force: np.ndarray  # (m,), normal force [N]
-    trial: np.ndarray  # (m, 3), traction on j before Coulomb's limit [N]
-    slides: np.ndarray  # bool (m,)
-    traction: np.ndarray  # (m, 3), on j [N]
+    points: np.ndarray  # int (n, 3), before, itself, after
+    image: np.ndarray  # int (n, 3), how many periods along the yarn they are away
+    first: np.ndarray  # (n, 3), weights of the tangent [1/m]
+    second: np.ndarray  # (n, 3), weights of the second derivative [1/m2]; none at the ends of yarns
 
-    @property
-    def work(self) -> float:
-        """Work of friction within the increment, stored or lost [J]."""
-        return 0.5 * float(np.einsum("ki,ki->", self.before + self.traction, self.slip))
+    @classmethod
+    def of(cls, yarn: np.ndarray, spacing: np.ndarray, closed: bool) -> Axes:
+        """Return those of yarns whose points follow each other; closed yarns go on as their own images."""
+        at = np.arange(len(yarn))
+        begin, end = np.searchsorted(yarn, yarn), np.searchsorted(yarn, yarn, side="right") - 1
+        is_first, is_last = at == begin, at == end
+        points = np.stack([np.where(is_first, end, at - 1), at, np.where(is_last, begin, at + 1)], axis=1)
+        image = np.stack([-1 * is_first, 0 * at, 1 * is_last], axis=1)
+        h = spacing[:, None]
+        first, second = np.array([-0.5, 0, 0.5]) / h, np.array([1.0, -2, 1]) / h**2
+        if not closed:
+            first[is_first], first[is_last] = np.array([0, -1, 1]) / h[0], np.array([-1, 1, 0]) / h[0]
+            second[is_first | is_last] = 0.0
+        return cls(points, image, first, second)
 
-    @property
-    def stored(self) -> float:
-        """Energy of elastic slip [J]."""
-        return _stored(self.traction, self.spring)
-
-
-def _stored(traction: np.ndarray, spring: np.ndarray) -> float:
-    square = np.einsum("ki,ki->k", traction, traction)
-    return 0.5 * float(np.divide(square, spring, out=np.zeros_like(square), where=spring > 0).sum())
+    def at(self, position: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the derivatives (n, 3) for points (n, 3) with the lattice vectors (2, 3) [m]."""
+        place = position[self.points] + self.image[..., None] * vectors[0]
+        return (np.einsum("np,npi->ni", each, place) for each in (self.first, self.second))
 
 
 FAR = 1 << 6  # images are at most half as many periods away
@@ -169,16 +169,19 @@ class LineContact:
 
     def __init__(
         self,
-        yarn: np.ndarray,  # int (n,), of every point
+        yarn: np.ndarray,  # int (n,), of every point; those of a yarn follow each other
         arc_length: np.ndarray,  # (n,) [m]
         weight: np.ndarray,  # (n,), length that it stands for [m]
         period: np.ndarray,  # (Y,), lengths of one period of the yarns, along the first lattice vector [m]
         repulsion: Repulsion,
         friction: float = 0.0,  # mu
         beside: float = np.inf,  # lengths along a yarn within which it does not touch itself [m]
+        closed: bool = True,  # whether yarns go on as their own images
     ) -> None:
         self.yarn, self.arc_length, self.weight, self.period = yarn, arc_length, weight, period
         self.repulsion, self.friction, self.beside = repulsion, friction, beside
+        self.axes = Axes.of(yarn, weight, closed)
+        self._near: list = []  # points, lattice and reach of the last search, and what it found
 
     def thinner(self, by: float) -> LineContact:
         """Return the contact of yarns whose diameter is smaller by a length [m]."""
@@ -186,8 +189,24 @@ class LineContact:
         found.repulsion = replace(self.repulsion, diameter=self.repulsion.diameter - by)
         return found
 
-    def touching(self, position: np.ndarray, vectors: np.ndarray, reach: float) -> Touching:
+    def touching(self, position: np.ndarray, vectors: np.ndarray, reach: float) -> PointPairs:
         """Return the pairs nearer than a reach [m] of points (n, 3) with the lattice vectors (2, 3) [m]."""
+        if not (self._near and self._serves(position, vectors, reach)):
+            far = (1 + MARGIN) * reach
+            self._near[:] = position, vectors, far, self._search(position, vectors, far)
+        near = self._near[3]
+        way = position[near.j] + near.image @ vectors - position[near.i]
+        return replace(near, way=way)[np.einsum("ki,ki->k", way, way) < reach**2]
+
+    def _serves(self, position: np.ndarray, vectors: np.ndarray, reach: float) -> bool:
+        """Return whether the pairs of the last search have all those within a reach now."""
+        before, lattice, far, near = self._near
+        move = position - before
+        moved = 2 * np.linalg.norm(move - move.mean(axis=0), axis=1).max()
+        images = np.abs(near.image).max(axis=0, initial=1) + 1
+        return moved + images @ np.linalg.norm(vectors - lattice, axis=1) < far - reach
+
+    def _search(self, position: np.ndarray, vectors: np.ndarray, reach: float) -> PointPairs:
         n, extent = len(position), np.ptp(position[:, :2], axis=0) + reach
         # (x, y) = vectors^T (a, b): bounds of a and b for all ways that points may be apart
         most = np.ceil(np.abs(np.linalg.inv(vectors[:, :2].T)) @ extent).astype(int).clip(max=FAR // 2 - 1)
@@ -207,56 +226,47 @@ class LineContact:
         key = ((i * n + j) * FAR + a + FAR // 2) * FAR + b
         order = np.flatnonzero(chosen)[np.argsort(key[chosen])]
         i, j, which = i[order], j[order], which[order]
-        return Touching(i, j, image[which], moved[other[order]] - position[i], key[order])
+        return PointPairs(i, j, image[which], moved[other[order]] - position[i], key[order])
 
-    def pairs(self, state: BeamState, vectors: np.ndarray) -> Touching:
+    def pairs(self, state: BeamState, vectors: np.ndarray) -> PointPairs:
         """Return the pairs that repel each other in a state."""
         return self.touching(state.position, vectors, self.repulsion.reach)
 
-    def springs(
-        self, pairs: Touching, share: np.ndarray, push: np.ndarray, change: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return stiffnesses (k,) [N/m] of pairs against elastic slip, and their derivatives by the distance.
+    def bends(
+        self, pairs: PointPairs, state: BeamState, vectors: np.ndarray, second: bool
+    ) -> tuple[np.ndarray, list[Expansion]]:
+        """Return z (k, 5, 3) and what U depends on: k_a R, k_b R, the cosine of the angle and r, as functions of z.
 
-        Two yarns, `share` r apart, are `law.share` times as stiff along each other as they are against approach.
+        z are the way, the second derivatives of both yarns and their tangents.
         """
-        force, change = share * push, share * change
-        F, F1, F2 = self.repulsion.crossing(share * pairs.distance)
-        touch = force > 0
-        F = np.where(touch, F, 1.0)
-        steep, ratio = -F1 / F, self.repulsion.law.share * touch
-        bend = share * (steep**2 - F2 / F)
-        return ratio * force * steep, ratio * (change * steep + force * bend)
+        first, bend = self.axes.at(state.position, vectors)
+        z = np.stack([pairs.way, bend[pairs.i], bend[pairs.j], first[pairs.i], first[pairs.j]], axis=1)
+        W, K_A, K_B, T_A, T_B = range(5)
 
-    def rubbing(
-        self, state: BeamState, pairs: Touching, push: np.ndarray, change: np.ndarray, history: LineHistory
-    ) -> Rubbing:
-        """Return the friction of pairs that repel each other by `push` (k,) [N]; `change` is its derivative by r."""
-        known = np.searchsorted(history.key, pairs.key)
-        same = np.append(history.key, -1)[known] == pairs.key
-        pair, known = np.flatnonzero(same), known[same]
-        both = np.stack([pairs.i, pairs.j], axis=1)[pair]
-        arm = np.einsum("kaij,kaj->kai", state.rotation[both], history.arm[known])
-        pulls = np.einsum("kaij,kaj->kai", state.rotation[both], history.traction[known])
-        normal = history.normal[known]
+        def product(one: int, other: int) -> Expansion:
+            slope = np.zeros(z.shape)
+            slope[:, one] += z[:, other]
+            slope[:, other] += z[:, one]
+            both = np.zeros((5, 5))
+            both[one, other] += 1
+            both[other, one] += 1
+            bend = np.broadcast_to(np.kron(both, np.eye(3)), (len(z), 15, 15)) if second else None
+            return Expansion(np.einsum("ki,ki->k", z[:, one], z[:, other]), slope.reshape(-1, 15), bend)
 
-        def in_plane(v: np.ndarray) -> np.ndarray:
-            return v - normal * np.einsum("ki,ki->k", normal, v)[:, None]
+        r, stretch_a, stretch_b = (product(each, each).power(0.5) for each in (W, T_A, T_B))
+        R, per_r = 0.5 * self.repulsion.diameter, r.power(-1.0)
+        k_a = R * (product(K_A, W) * per_r * stretch_a.power(-2.0))
+        k_b = -R * (product(K_B, W) * per_r * stretch_b.power(-2.0))
+        return z, [k_a, k_b, product(T_A, T_B) * stretch_a.power(-1.0) * stretch_b.power(-1.0), r]
 
-        slip, before = in_plane(arm[:, 0] - arm[:, 1] - pairs.way[pair]), in_plane(pulls.mean(axis=1))
-        share = history.share[known]
-        force, past = share * push[pair], history.force[known]
-        kept = np.divide(force, past, out=np.ones_like(force), where=past > force)
-        spring, rate = self.springs(pairs[pair], share, push[pair], change[pair])
-        mean = 0.5 * (history.spring[known] + spring)
-        trial = kept[:, None] * before + mean[:, None] * slip
-        size, most = np.linalg.norm(trial, axis=1), self.friction * force
-        slides = size > most
-        ratio = np.divide(most, size, out=np.ones_like(size), where=slides)
-        rate, traction = 0.5 * rate, ratio[:, None] * trial
-        return Rubbing(
-            pair, known, arm, pulls, before, kept, slip, spring, mean, rate, force, trial, slides, traction
-        )
+    def energy(self, pairs: PointPairs, bends: list[Expansion]) -> tuple[Expansion, np.ndarray, np.ndarray]:
+        """Return the energies (k,) [J] of pairs as functions of z, c times both lengths (k,) [m2], and shapes (k,)."""
+        values = np.stack([each.value for each in bends], axis=1)
+        k_a, k_b, cos, r = Expansion.variables(values, second=bends[0].bend is not None)
+        weight = self.weight[pairs.i] * self.weight[pairs.j]
+        density, shape = self.repulsion.patch.density(k_a, k_b, cos)
+        density = density.times(weight)
+        return (density * self.repulsion.potential(r, shape)).of(bends), density.value, shape.value
 
     def respond(
         self, state: BeamState, vectors: np.ndarray, moves: np.ndarray, history: LineHistory, stiffness: bool
@@ -266,119 +276,61 @@ class LineContact:
         The lattice has the vectors (2, 3); `moves` (2, 3, 3) is their derivative by its three unknowns.
         """
         pairs, n = self.pairs(state, vectors), len(state.position)
-        weight = self.weight[pairs.i] * self.weight[pairs.j]
-        r = pairs.distance
-        V, V1, V2 = (weight * each for each in self.repulsion.of(r))
-        along = pairs.way / r[:, None]
-        on_j = V1[:, None] * along  # internal: the derivative of the energy
-        energy = {"penalty": float(V.sum()), "friction": history.dissipated}
-        rubs = self.rubbing(state, pairs, -V1, -V2, history)
-        forces = np.zeros((len(r), 2, 6))
+        U = self.energy(pairs, self.bends(pairs, state, vectors, stiffness)[1])[0]
+        slope = U.slope.reshape(-1, 5, 3)  # internal forces on z
+        rubs = PairFriction.of(self, state, pairs, history)
+        on_j = slope[:, 0].copy()
         on_j[rubs.pair] -= rubs.traction
-        forces[:, 0, :3], forces[:, 1, :3] = -on_j, on_j
-        sign = np.array([1.0, -1.0])[:, None]
-        forces[rubs.pair, :, 3:] = sign * np.cross(rubs.arm, rubs.traction[:, None])
-        energy["friction"] += rubs.work + history.stored - rubs.stored
-        energy["penalty"] += rubs.stored
-        total = np.zeros(6 * n + 3)
-        nodes = np.stack([pairs.i, pairs.j], axis=1)
-        for c in range(6):
-            total[c : 6 * n : 6] = np.bincount(nodes.ravel(), forces[..., c].ravel(), n)
+        total = np.zeros((n, 6))
+        nodes = pairs.both
+        sign = np.array([-1.0, 1.0])[:, None]
+        np.add.at(total[:, :3], nodes, sign * on_j[:, None])
+        np.add.at(total[:, 3:], nodes[rubs.pair], -sign * np.cross(rubs.arm, rubs.traction[:, None]))
         shift = np.einsum("ka,aij->kij", pairs.image, moves)  # of the image, by the lattice
-        total[6 * n :] = np.einsum("kij,ki->j", shift, on_j)
+        on_lattice = np.einsum("kij,ki->j", shift, on_j)
+        axes, on_axes = self.axes, np.zeros((2, n, 3))
+        np.add.at(on_axes[1], nodes, slope[:, 1:3])
+        np.add.at(on_axes[0], nodes, slope[:, 3:])
+        at_points = axes.first[..., None] * on_axes[0, :, None] + axes.second[..., None] * on_axes[1, :, None]
+        np.add.at(total[:, :3], axes.points, at_points)
+        on_lattice += np.einsum("np,npi->i", axes.image, at_points) @ moves[0]
+        stored = float(rubs.stored.sum())
+        energy = {"penalty": float(U.value.sum()) + stored}
+        energy["friction"] = history.dissipated + float(rubs.dissipated.sum()) + rubs.left_behind
+        total = np.append(total.ravel(), on_lattice)
         if not stiffness:
             return total, energy, None
-        one = np.eye(3)
-        block = (V1 / r)[:, None, None] * one
-        block = block + (V2 - V1 / r)[:, None, None] * along[:, :, None] * along[:, None, :]
-        motion = np.concatenate([np.tile(-one, (len(r), 1, 1)), np.tile(one, (len(r), 1, 1)), shift], axis=2)
-        unknowns = [6 * pairs.i[:, None] + np.arange(3), 6 * pairs.j[:, None] + np.arange(3)]
-        unknowns.append(np.broadcast_to(6 * n + np.arange(3), (len(r), 3)))
-        parts = [(np.concatenate(unknowns, axis=1), motion.swapaxes(1, 2) @ block @ motion)]
+        parts = [self._tangent(pairs, U.bend, shift, moves, n)]
         if len(rubs.pair) and self.friction > 0:
-            parts.append(self._friction_tangent(pairs, rubs, history, along, V2, shift, n))
+            parts.append(friction_tangent(self, pairs, rubs, shift, n))
         data = np.concatenate([blocks.ravel() for _, blocks in parts])
         row = np.concatenate([np.repeat(at, at.shape[1], axis=1).ravel() for at, _ in parts])
         column = np.concatenate([np.tile(at, at.shape[1]).ravel() for at, _ in parts])
         return total, energy, sp.csr_matrix((data, (row, column)), shape=(6 * n + 3, 6 * n + 3))
 
-    def _friction_tangent(
-        self,
-        pairs: Touching,
-        rubs: Rubbing,
-        history: LineHistory,
-        along: np.ndarray,
-        V2: np.ndarray,
-        shift: np.ndarray,
-        n: int,
+    def _tangent(
+        self, pairs: PointPairs, bend: np.ndarray, shift: np.ndarray, moves: np.ndarray, n: int
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return unknowns (m, 15) and blocks (m, 15, 15): nodes i and j, then the lattice."""
-        at, m = rubs.pair, len(rubs.pair)
-        motion = np.zeros((m, 3, 15))  # of the material points against each other
-        motion[:, :, 0:3], motion[:, :, 6:9], motion[:, :, 12:] = np.eye(3), -np.eye(3), -shift[at]
-        lever = hat(rubs.arm)
-        motion[:, :, 3:6], motion[:, :, 9:12] = -lever[:, 0], lever[:, 1]
-        pressed = np.zeros((m, 15))  # of the distance
-        pressed[:, 0:3], pressed[:, 6:9] = -along[at], along[at]
-        pressed[:, 12:] = np.einsum("ki,kij->kj", along[at], shift[at])
-        normal = history.normal[rubs.known]
-        flat = np.eye(3) - normal[:, :, None] * normal[:, None, :]
-        share = history.share[rubs.known]
-        past, less = history.force[rubs.known], rubs.kept < 1
-        fades = -np.divide(share * V2[at], past, out=np.zeros_like(past), where=less)
-        change = rubs.mean[:, None, None] * flat @ motion
-        grows = rubs.rate[:, None] * rubs.slip + fades[:, None] * rubs.before
-        change += grows[:, :, None] * pressed[:, None]
-        turned = -0.5 * rubs.kept[:, None, None, None] * flat[:, None] @ hat(rubs.pulls)
-        change[:, :, 3:6] += turned[:, 0]
-        change[:, :, 9:12] += turned[:, 1]
-        size = np.where(rubs.slides, np.linalg.norm(rubs.trial, axis=1), 1.0)
-        way = rubs.trial / size[:, None]
-        limited = (rubs.force / size)[:, None, None] * (change - way[:, :, None] * (way[:, None] @ change))
-        limited -= (share * V2[at])[:, None, None] * way[:, :, None] * pressed[:, None]
-        change = np.where(rubs.slides[:, None, None], self.friction * limited, change)
-        blocks = motion.swapaxes(1, 2) @ change
-        pull = hat(rubs.traction)
-        blocks[:, 3:6, 3:6] += pull @ lever[:, 0]
-        blocks[:, 9:12, 9:12] -= pull @ lever[:, 1]
-        unknowns = [6 * pairs.i[at, None] + np.arange(6), 6 * pairs.j[at, None] + np.arange(6)]
-        unknowns.append(np.broadcast_to(6 * n + np.arange(3), (m, 3)))
-        return np.concatenate(unknowns, axis=1), blocks
+        """Return unknowns (k, 21) and blocks (k, 21, 21): three points around i, three around j, the lattice."""
+        axes, k = self.axes, len(pairs.i)
+        of_points, of_lattice = np.zeros((k, 5, 6)), np.zeros((k, 5, 3, 3))  # derivatives of z
+        of_points[:, 0, 1], of_points[:, 0, 4], of_lattice[:, 0] = -1.0, 1.0, shift
+        for side, at in enumerate((pairs.i, pairs.j)):
+            mine = slice(3 * side, 3 * side + 3)
+            for row, weights in ((1 + side, axes.second[at]), (3 + side, axes.first[at])):
+                of_points[:, row, mine] = weights
+                of_lattice[:, row] = (weights * axes.image[at]).sum(axis=1)[:, None, None] * moves[0]
+        motion = np.einsum("kpa,ij->kpiaj", of_points, np.eye(3)).reshape(k, 15, 18)
+        motion = np.concatenate([motion, of_lattice.reshape(k, 15, 3)], axis=2)
+        points = axes.points[pairs.both].reshape(k, 6)
+        unknowns = (6 * points[..., None] + np.arange(3)).reshape(k, 18)
+        unknowns = np.concatenate([unknowns, np.broadcast_to(6 * n + np.arange(3), (k, 3))], axis=1)
+        return unknowns, motion.swapaxes(1, 2) @ bend @ motion
 
-    def commit(
-        self, state: BeamState, tangent: np.ndarray, vectors: np.ndarray, history: LineHistory
-    ) -> LineHistory:
-        """Return the history that a converged increment leaves, with tangents (n, 3) of the yarns at the points."""
+    def commit(self, state: BeamState, vectors: np.ndarray, history: LineHistory) -> LineHistory:
+        """Return the history that a converged increment leaves."""
         if self.friction == 0:
             return history
+        rubs = PairFriction.of(self, state, self.pairs(state, vectors), history)
         pairs = self.touching(state.position, vectors, NEAR * self.repulsion.reach)
-        r, weight = pairs.distance, self.weight[pairs.i] * self.weight[pairs.j]
-        within = r < self.repulsion.reach
-        push, change = (np.where(within, -weight * each, 0.0) for each in self.repulsion.of(r)[1:])
-        rubs = self.rubbing(state, pairs, push, change, history)
-        normal = _common_normal(pairs.way / r[:, None], tangent[pairs.i], tangent[pairs.j])
-        share = np.einsum("ki,ki->k", normal, pairs.way) / r
-        turned = state.rotation[np.stack([pairs.i, pairs.j], axis=1)]
-        half = 0.5 * np.stack([pairs.way, -pairs.way], axis=1)
-        arm = np.einsum("kaji,kaj->kai", turned, half)
-        traction = np.zeros((len(r), 3))
-        traction[rubs.pair] = rubs.traction
-        spring, force = self.springs(pairs, share, push, change)[0], share * push
-        # The new normal may leave less to friction.
-        most, size = self.friction * force, np.linalg.norm(traction, axis=1)
-        traction *= np.divide(most, size, out=np.ones_like(size), where=size > most)[:, None]
-        found = LineHistory(
-            pairs.key, arm, normal, share, force, spring, np.einsum("kaji,kj->kai", turned, traction)
-        )
-        dissipated = history.dissipated + rubs.work + history.stored - found.stored
-        return replace(found, dissipated=dissipated)
-
-
-def _common_normal(way: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return unit vectors (k, 3): ways less their parts along both tangents, which may be nearly parallel."""
-    T = np.stack([one, other], axis=2)  # (k, 3, 2)
-    inner = T.swapaxes(1, 2) @ T + PARALLEL * np.eye(2)
-    part = np.linalg.solve(inner, np.einsum("kia,ki->ka", T, way)[..., None])
-    left = way - (T @ part)[..., 0]
-    size = np.linalg.norm(left, axis=1, keepdims=True)
-    return np.where(size > 0.1, left / np.maximum(size, 0.1), way)
+        return LineHistory.after(self, state, pairs, self.bends(pairs, state, vectors, False), rubs, history)

@@ -19,11 +19,13 @@ from knitstudy.loading.columns import REST
 from knitstudy.loading.gates import require_fine_beams, require_sound, require_stiff_contact
 from knitstudy.loading.history import Stations, cell_path
 from knitstudy.loading.solve import Problem, Reported, settings_of
-from knitstudy.mechanics.beam_contact import Power, hertz
+from knitstudy.mechanics.beam_contact import Power
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.endless_beams import EndlessBeams, EndlessState
+from knitstudy.mechanics.hertz import CrossedCylinders, Patch
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
-from knitstudy.mechanics.line_contact import SPACINGS, LineContact, LineHistory, Repulsion
+from knitstudy.mechanics.line_contact import SPACINGS, LineContact, Repulsion
+from knitstudy.mechanics.line_friction import LineHistory
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.periodic import Lattice
@@ -34,7 +36,8 @@ HELD = np.arange(3)  # the displacements of the first node: nothing else holds t
 
 # Variables of a shape at rest that are what its contact remembers (`LineHistory`)
 KEPT = {"touching": "key", "touching_friction": "traction"}
-KEPT |= {f"touching_{field}": field for field in ("arm", "normal", "share", "force", "spring")}
+FIELDS = ("arm", "normal", "share", "closest", "density", "shape", "force", "shear", "spring", "stored")
+KEPT |= {f"touching_{field}": field for field in FIELDS}
 
 STRIDE = 0.1  # largest displacement that one correction may make, over the diameter
 
@@ -235,7 +238,7 @@ def _model(
         rows.stations.arc_length,
         rows.weight,
         rows.period,
-        Repulsion(pressing(scene), yarn.diameter, onset),
+        Repulsion(pressing(scene), yarn.diameter, onset, patch(scene)),
         friction,
         beside=np.pi * yarn.radius,
     )
@@ -247,15 +250,21 @@ def _model(
 STICK = 10.0
 
 
-def pressing(scene: Scene) -> Power:
+def pressing(scene: Scene) -> Power | CrossedCylinders:
     """Return the force of two yarns that cross, over their gap: ``yarn.pressing``, else what ``beam.section`` says."""
     yarn = scene.yarn
     if (stiffness := scene.value("yarn.pressing")) is not None:
         return Power(stiffness / yarn.diameter**yarn.pressing_exponent, yarn.pressing_exponent)
     if scene.value("beam.section") in (None, "hertz"):
-        return hertz(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius)
+        return CrossedCylinders.of(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius)
     require_stiff_contact(scene, "beam.stiffness", patch=2.0)  # of half a radius
     return Power(penalty(scene))
+
+
+def patch(scene: Scene) -> Patch:
+    """Return what the shape of a contact does: that of half spaces where Hertz's law holds, else that of layers."""
+    hertzian = scene.value("yarn.pressing") is None and scene.value("beam.section") in (None, "hertz")
+    return Patch(scene.yarn.poisson_ratio if hertzian else None)
 
 
 def penalty(scene: Scene) -> float:
