@@ -112,7 +112,7 @@ def test_tangent_is_the_derivative(friction, patch):
     rubs = PairFriction.of(contact, state.beams, pairs, state.contact)
     assert len(pairs.i) > 50
     assert friction == 0 or 0 < rubs.slides.mean() < 1
-    assert friction == 0 or 0 < (rubs.fades != 0).mean() < 1  # some shrink, others grow
+    assert friction == 0 or 0 < (rubs.rate != 0).mean() < 1  # some close
     way, h = np.random.default_rng(1).standard_normal(model.size), 1e-6
     ahead, behind = (model.respond(model.advance(state, sign * h * way), False).force for sign in (1, -1))
     wanted = (ahead - behind) / (2 * h)
@@ -176,8 +176,8 @@ def test_crossed_yarns_slide_at_mu_times_their_force_and_store_what_is_not_dissi
     # Pairs that come within reach while yarns slide begin without friction: 2 % of the force
     moments = force[:-3].reshape(-1, 6)[:, 3:] + np.cross(moved.position, force[:-3].reshape(-1, 6)[:, :3])
     np.testing.assert_allclose(moments.sum(axis=0), 0, atol=0.02 * mu * normal)
-    stored = 0.5 * (mu * normal) ** 2 / (2 * normal / 0.15)  # on the stiffness against approach
-    assert energy["friction"] == pytest.approx(work - stored, rel=0.03)
+    stored = energy["penalty"] - normal * 0.15 / 3  # of elastic slip: that of the approach is that of the law
+    assert energy["friction"] == pytest.approx(work - stored, rel=0.01)
 
 
 def test_natural_curvature_grows_with_the_load():
@@ -211,8 +211,9 @@ def test_yarns_that_slide_while_they_are_pressed_are_sheared_as_mindlin_says(exp
     pull, _, push = force[:-3].reshape(-1, 6)[yarn == 1, :3].sum(axis=0) * [1, 1, -1]
     stiffness = share * exponent * push / deep
     # Points resolve the approach from 0.01 on
-    assert share * history.spring.sum() == pytest.approx(stiffness, rel=0.01)
-    assert pull == pytest.approx(stiffness * slide / exponent, rel=0.1 if steps == 2 else 0.02)
+    spring = history.spring[history.distance < D].sum()
+    assert share * spring == pytest.approx(stiffness, rel=0.02)
+    assert pull == pytest.approx(stiffness * slide / exponent, rel=0.05 if steps == 2 else 0.03)
 
 
 NU, DEEP = 0.42, 0.0025  # Poisson's ratio, approach over the diameter: a patch of 0.07 R

@@ -18,8 +18,8 @@ first and second derivatives of U with all of that. Parallel yarns have a force 
 to the exponent less a half: for F of Hertz's exponent 1.5 it is linear, as that of cylinders nearly is.
 
 Points are the nodes of the beams, with the lengths that they stand for. They resolve F from an approach e on, at which
-the yarns touch over four of their spacings. Below it F starts softly: the approach is replaced by (delta + e/2)^2 / 2e
-where it lies between -e/2 and e/2.
+the yarns touch over four of their spacings. Below it F starts softly: the approach counts as e (2 - x) x^2 with
+x = delta / e.
 """
 
 from __future__ import annotations
@@ -54,11 +54,6 @@ class Repulsion:
     onset: float  # e [m]
     patch: Patch = LAYERS
 
-    @property
-    def reach(self) -> float:
-        """Largest distance at which pieces repel [m]."""
-        return self.diameter + 0.5 * self.onset
-
     def shear(self, tangents: np.ndarray, bends: np.ndarray, normal: np.ndarray) -> np.ndarray:
         """Return the stiffness (k, 3, 3) against elastic slip over that against approach; see `Patch.shear`."""
         share = self.law.share if self.patch.poisson_ratio is None else 1.0
@@ -67,12 +62,12 @@ class Repulsion:
     def _depth(self, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the approach (k,) at distances (k,) [m], with its soft begin, and its two derivatives."""
         e = self.onset
-        x = np.maximum(self.reach - distance, 1e-12 * e)
-        soft = x < e
+        delta = np.maximum(self.diameter - distance, 1e-9 * e)
+        x, soft = delta / e, delta < e
         return (
-            np.where(soft, x**2 / (2 * e), x - 0.5 * e),
-            -np.where(soft, x / e, 1.0),
-            np.where(soft, 1 / e, 0.0),
+            np.where(soft, e * (2 - x) * x**2, delta),
+            -np.where(soft, (4 - 3 * x) * x, 1.0),
+            np.where(soft, (4 - 6 * x) / e, 0.0),
         )
 
     def crossing(
@@ -90,6 +85,12 @@ class Repulsion:
             part / f**3 for part in (self.law.force(x), self.law.stiffness(x), -self.law.stiffening(x))
         )
         return F, slope * f**2 * d1, bend * f**4 * d1**2 + slope * f**2 * d2
+
+    def closing(self, y: np.ndarray, shape: np.ndarray) -> np.ndarray:
+        """Return F'' (k,) [N/m2] after an approach y (k,) [m] since first contact, its mean up to the onset."""
+        late = y > self.onset
+        early = -self.crossing(np.full_like(y, self.diameter - self.onset), shape)[1] / self.onset
+        return np.where(late, self.crossing(self.diameter - np.where(late, y, self.onset), shape)[2], early)
 
     def of(
         self, distance: np.ndarray, shape: np.ndarray | float = 1.0
@@ -230,7 +231,7 @@ class LineContact:
 
     def pairs(self, state: BeamState, vectors: np.ndarray) -> PointPairs:
         """Return the pairs that repel each other in a state."""
-        return self.touching(state.position, vectors, self.repulsion.reach)
+        return self.touching(state.position, vectors, self.repulsion.diameter)
 
     def bends(
         self, pairs: PointPairs, state: BeamState, vectors: np.ndarray, second: bool
@@ -332,5 +333,5 @@ class LineContact:
         if self.friction == 0:
             return history
         rubs = PairFriction.of(self, state, self.pairs(state, vectors), history)
-        pairs = self.touching(state.position, vectors, NEAR * self.repulsion.reach)
+        pairs = self.touching(state.position, vectors, NEAR * self.repulsion.diameter)
         return LineHistory.after(self, state, pairs, self.bends(pairs, state, vectors, False), rubs, history)

@@ -1,26 +1,24 @@
 """Friction of pairs of points of yarns that press each other by `line_contact`.
 
 Two points rub at the middle between them. Their traction t follows the slip u of two points of their sections that met
-there, up to mu times the part f of their force along the normal at the closest points of both yarns. They are as stiff
-as their part of the yarns' contact is (Mindlin 1949),
+there, dt = k S du, up to mu times the part of their force along the normal at the closest points of both yarns. S is
+the share of the patch (Mindlin 1949, `hertz.Patch.shear`).
 
-    k = f K(d) / F(d),   K = -F',   dt = k S du,
+A patch grows: its stiffness K = F' is that of all pieces that have closed. Pieces that close while the approach grows
+from y to y + dy add F''(y) dy, and keep it as long as they touch (Jaeger 1998; the method of dimensionality reduction,
+Popov and Hess 2015):
 
-where d is the distance of the yarns there and S the share of the patch (`hertz.Patch.shear`): sum k = K. All pieces of
-a patch begin to slide at one slip.
+    k = c F''(y) / (2 pi r),   y = r - d,
 
-Elastic slip stores psi = t . S^-1 t / 2k. In an increment from k_0 to k_1
+d the distance of the yarns there. A piece closes with no traction and opens with a loss of what it stores. So what was
+sheared before stays where yarns are pressed further, and falls with the patch where they are released, as Mindlin and
+Deresiewicz (1953) and Walton (1987) say; elastic slip stores psi = t . S^-1 t / 2k with a constant k; and what is lost,
 
-    t' = t_0 min(1, k_1 / k_0),   k = (k_0 + k_1) / 2 where the patch grows, else k_1,   t = t' + k S (u - u_slid).
+    (t_0 + t) . u_slid / 2,
 
-What was sheared before stays where the patch grows, and falls with it where the patch shrinks (Mindlin and Deresiewicz
-1953; Walton 1987 without slip). Then the energy that is lost,
-
-    (t . S^-1 t - t' . S^-1 t') / 2k + psi_0 - psi_1 + mu (f_0 + f_1) / 2 |u_slid|,
-
-is never negative, in whatever order yarns are pressed and sheared. Normals and S turn with both sections; where those
-of the end of an increment would raise psi or exceed Coulomb's limit, t falls. Pairs that do not touch yet are
-remembered as well: they rub in the very increment in which they meet.
+is never negative, in whatever order yarns are pressed and sheared. Normals, S and t turn with both sections; where k at
+the end of an increment is smaller, t falls so that psi does not rise. Pairs that do not touch yet are remembered as
+well: they rub in the very increment in which they meet.
 """
 
 from __future__ import annotations
@@ -49,10 +47,10 @@ class LineHistory:
     arm: np.ndarray  # (m, 2, 3), from the centres to the points that met, in the sections' axes [m]
     normal: np.ndarray  # (m, 2, 3), at the closest points of both yarns, in the axes of both sections
     share: np.ndarray  # (m,), part of the pairs' force along it
-    closest: np.ndarray  # (m,), distance of the yarns over that of the pair
     density: np.ndarray  # (m,), c times the lengths of both pieces [m2]
     shape: np.ndarray  # (m,), what the shape of the contact makes of F(delta)
-    force: np.ndarray  # (m,), f [N]
+    distance: np.ndarray  # (m,), r [m]
+    force: np.ndarray  # (m,), their part of the force [N]
     shear: np.ndarray  # (m, 2, 3, 3), S in the axes of both sections
     spring: np.ndarray  # (m,), k [N/m]
     traction: np.ndarray  # (m, 2, 3), friction on j in the axes of both sections [N]
@@ -77,46 +75,42 @@ class LineHistory:
         history: LineHistory,
     ) -> LineHistory:
         """Return the history of near pairs, with their `LineContact.bends`, after an increment with such friction."""
-        (z, variables), law = bends, contact.repulsion
+        (z, variables), law, r = bends, contact.repulsion, pairs.distance
         _, density, shape = contact.energy(pairs, variables)
         tangent, bend = z[:, 3:], z[:, 1:3]
         size = np.linalg.norm(tangent, axis=2, keepdims=True)
         tangent, bend = tangent / size, bend / size**2
-        normal, distance = _closest(z[:, 0], tangent, bend, 0.5 * law.diameter)
-        r = pairs.distance
-        share, closest = np.einsum("ki,ki->k", normal, pairs.way) / r, distance / r
+        normal, closest = _closest(z[:, 0], tangent, bend, 0.5 * law.diameter)
+        share = np.einsum("ki,ki->k", normal, pairs.way) / r
         angles = np.stack([each.value for each in variables[:3]], axis=1)
         shear = law.shear(tangent, angles, normal)
-        stiff = shear + normal[:, :, None] * normal[:, None, :]
-        force, _ = _push(contact, share * density, shape, r)
-        spring = _spring(contact, force, 0 * force, closest, shape, r)[0]
-        traction, stored = np.zeros((len(r), 3)), np.zeros(len(r))
+        force = _push(contact, share * density, shape, r)[0]
+        spring = density * law.closing(r - closest, shape) / (2 * np.pi * r)
+        traction, past = np.zeros((len(r), 3)), np.zeros(len(r))
         old = np.searchsorted(pairs.key, rubs.key)
-        traction[old], stored[old] = rubs.traction, rubs.stored
+        traction[old], past[old] = rubs.traction, rubs.stored
         traction -= normal * np.einsum("ki,ki->k", normal, traction)[:, None]
-        energy = _energy(traction, stiff, spring)
-        least = np.minimum(
-            _ratio(contact.friction * force, np.linalg.norm(traction, axis=1)),
-            np.sqrt(_ratio(stored, energy)),
-        )
-        traction = traction * np.minimum(least, 1.0)[:, None]
+        stiff = shear + normal[:, :, None] * normal[:, None, :]
+        most = _ratio(contact.friction * force, np.linalg.norm(traction, axis=1))
+        most = np.minimum(most, np.sqrt(_ratio(past, _energy(traction, stiff, spring))))
+        traction = traction * np.minimum(most, 1.0)[:, None]
+        stored = _energy(traction, stiff, spring)
         turned = state.rotation[pairs.both]
         half = 0.5 * np.stack([pairs.way, -pairs.way], axis=1)
-        energy = _energy(traction, stiff, spring)
-        lost = rubs.dissipated.sum() + rubs.left_behind + rubs.stored.sum() - energy.sum()
+        lost = rubs.dissipated.sum() + rubs.left_behind + rubs.stored.sum() - stored.sum()
         return cls(
             key=pairs.key,
             arm=np.einsum("kaji,kaj->kai", turned, half),
             normal=np.einsum("kaji,kj->kai", turned, normal),
             share=share,
-            closest=closest,
             density=density,
             shape=shape,
+            distance=r,
             force=force,
             shear=turned.swapaxes(2, 3) @ shear[:, None] @ turned,
             spring=spring,
             traction=np.einsum("kaji,kj->kai", turned, traction),
-            stored=energy,
+            stored=stored,
             dissipated=history.dissipated + float(lost),
         )
 
@@ -147,25 +141,9 @@ def _push(
     contact: LineContact, share: np.ndarray, shape: np.ndarray, r: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return parts (k,) of the force of pairs [N], and their derivatives by the distance [N/m]."""
-    within = r < contact.repulsion.reach
+    within = r < contact.repulsion.diameter
     _, V1, V2 = contact.repulsion.of(r, shape)
     return np.where(within, -share * V1, 0.0), np.where(within, -share * V2, 0.0)
-
-
-def _spring(
-    contact: LineContact,
-    force: np.ndarray,
-    change: np.ndarray,
-    closest: np.ndarray,
-    shape: np.ndarray,
-    r: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return k (k,) of pairs, and its derivatives by the distance."""
-    F, F1, F2 = contact.repulsion.crossing(closest * r, shape)
-    touch = (force > 0) & (F > 0)
-    F = np.where(touch, F, 1.0)
-    steep, bend = -F1 / F, closest * ((F1 / F) ** 2 - F2 / F)
-    return np.where(touch, force * steep, 0.0), np.where(touch, change * steep + force * bend, 0.0)
 
 
 def _energy(traction: np.ndarray, shear: np.ndarray, spring: np.ndarray) -> np.ndarray:
@@ -179,17 +157,14 @@ class PairFriction:
     """Friction of pairs that were near each other before, in one configuration."""
 
     pair: np.ndarray  # int (m,), which of the pairs within reach
-    known: np.ndarray  # int (m,), which of those that the history has
     key: np.ndarray  # int (m,)
     arm: np.ndarray  # (m, 2, 3), from the centres to the points that met [m]
     pulls: np.ndarray  # (m, 2, 3), friction of the history, turned with both sections [N]
-    kept: np.ndarray  # (m,), part of it that is left
-    fades: np.ndarray  # (m,), its derivative by the distance [1/m]
     shear: np.ndarray  # (m, 2, 3, 3), S of the history, turned with both sections
     slip: np.ndarray  # (m, 3), of i against j within the increment [m]
-    spring: np.ndarray  # (m,), k of the increment [N/m]
+    spring: np.ndarray  # (m,), k times the part of the increment in which the pair touches [N/m]
     rate: np.ndarray  # (m,), its derivative by the distance [N/m2]
-    force: np.ndarray  # (m,), f [N]
+    force: np.ndarray  # (m,), part of the force [N]
     change: np.ndarray  # (m,), its derivative by the distance [N/m]
     trial: np.ndarray  # (m, 3), traction on j before Coulomb's limit [N]
     slides: np.ndarray  # bool (m,)
@@ -214,30 +189,29 @@ class PairFriction:
         plane = shear.mean(axis=1)
         stiff = plane + normal[:, :, None] * normal[:, None, :]
         slip = arm[:, 0] - arm[:, 1] - pairs.way[pair]
-        shape, closest = history.shape[known], history.closest[known]
-        force, change = _push(contact, history.share[known] * history.density[known], shape, r)
-        past, (now, rate) = history.spring[known], _spring(contact, force, change, closest, shape, r)
-        grows = now >= past
-        before, stored = pulls.mean(axis=1), history.stored[known]
-        # Sections that have turned against S must not raise what is stored.
-        kept = np.sqrt(np.minimum(_ratio(stored, _energy(before, stiff, past)), 1.0))
-        fades = np.where(grows, 0.0, kept * _ratio(rate, past))
-        kept = np.where(grows, kept, kept * _ratio(now, past))
-        spring, rate = np.where(grows, 0.5 * (past + now), now), np.where(grows, 0.5, 1.0) * rate
-        begin = kept[:, None] * before
-        trial = begin + spring[:, None] * np.einsum("kij,kj->ki", plane, slip)
+        share = history.share[known] * history.density[known]
+        force, change = _push(contact, share, history.shape[known], r)
+        # A pair that closes within the increment rubs for the rest of it.
+        past, begun = contact.repulsion.diameter - history.distance[known], history.spring[known]
+        closes = past < 0
+        span = np.where(closes, contact.repulsion.diameter - r - past, 1.0)
+        spring = begun * np.where(closes, 1 + past / span, 1.0)
+        rate = begun * np.where(closes, past / span**2, 0.0)
+        before = pulls.mean(axis=1)
+        trial = before + spring[:, None] * np.einsum("kij,kj->ki", plane, slip)
         size, most = np.linalg.norm(trial, axis=1), contact.friction * force
         slides = size > most
         ratio = np.divide(most, size, out=np.ones_like(size), where=slides)
-        traction, after = ratio[:, None] * trial, _energy(ratio[:, None] * trial, stiff, now)
-        # t . u_slid, with u_slid = S^-1 (trial - t) / k, and the mean of Coulomb's limit in place of the last one
-        slid = 2 * ratio * (1 - ratio) * _energy(trial, stiff, spring)
-        slid *= 0.5 + 0.5 * _ratio(history.force[known], force)
-        lost = _energy(traction, stiff, spring) - _energy(begin, stiff, spring) + stored - after + slid
-        behind = float(history.stored.sum() - stored.sum())
+        traction = ratio[:, None] * trial
+        stored, after = history.stored[known], _energy(traction, stiff, begun)
+        # Half of t_0 + t along t; where t_0 pointed the other way, of both of Coulomb's limits
+        along = _ratio(np.einsum("ki,ki->k", before, trial), size)
+        along = np.where(along > 0, along, contact.friction * history.force[known])
+        slid = (1 - ratio) * _ratio(along + most, size) * _energy(trial, stiff, spring)
+        elastic = _energy(traction, stiff, spring) - _energy(before, stiff, spring)
         return cls(
-            pair, known, pairs.key[pair], arm, pulls, kept, fades, shear, slip, spring, rate, force, change, trial,
-            slides, traction, after, lost, behind,
+            pair, pairs.key[pair], arm, pulls, shear, slip, spring, rate, force, change, trial, slides, traction,
+            after, elastic + stored - after + slid, float(history.stored.sum() - stored.sum()),
         )  # fmt: skip
 
 
@@ -261,11 +235,8 @@ def friction_tangent(
     S, k = rubs.shear, rubs.spring[:, None, None]
     change = k * S.mean(axis=1) @ motion
     stretched = np.einsum("kaij,kj->kai", S, rubs.slip)
-    grows = rubs.rate[:, None] * stretched.mean(axis=1)
-    grows += rubs.fades[:, None] * rubs.pulls.mean(axis=1)
-    change += grows[:, :, None] * pressed[:, None]
-    turned = -rubs.kept[:, None, None, None] * hat(rubs.pulls)
-    turned = 0.5 * (turned + k[:, None] * (S @ hat(rubs.slip)[:, None] - hat(stretched)))
+    change += rubs.rate[:, None, None] * stretched.mean(axis=1)[:, :, None] * pressed[:, None]
+    turned = 0.5 * (k[:, None] * (S @ hat(rubs.slip)[:, None] - hat(stretched)) - hat(rubs.pulls))
     change[:, :, 3:6] += turned[:, 0]
     change[:, :, 9:12] += turned[:, 1]
     size = np.where(rubs.slides, np.linalg.norm(rubs.trial, axis=1), 1.0)

@@ -36,7 +36,7 @@ HELD = np.arange(3)  # the displacements of the first node: nothing else holds t
 
 # Variables of a shape at rest that are what its contact remembers (`LineHistory`)
 KEPT = {"touching": "key", "touching_friction": "traction"}
-FIELDS = ("arm", "normal", "share", "closest", "density", "shape", "force", "shear", "spring", "stored")
+FIELDS = ("arm", "normal", "share", "density", "shape", "distance", "force", "shear", "spring", "stored")
 KEPT |= {f"touching_{field}": field for field in FIELDS}
 
 STRIDE = 0.1  # largest displacement that one correction may make, over the diameter
