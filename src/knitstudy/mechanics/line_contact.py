@@ -42,6 +42,9 @@ if TYPE_CHECKING:
 
 NEAR = 1.1  # distance up to which pairs are remembered, over the reach of pieces
 SPACINGS = 4.0  # length of contact from which on the law is exact, over the spacing of points
+# Points between which curvatures are taken lie so far to both sides, over the diameter: a patch feels no sharper bend,
+# and pointwise ones could fall into a kink.
+CHORD = 0.25
 MARGIN = 0.1  # further distance within which pairs are searched, over the reach: they serve until points have moved
 
 
@@ -134,7 +137,7 @@ class PointPairs(Chosen):
 
 @dataclass(frozen=True, eq=False)
 class Axes:
-    """Derivatives of the yarns by arc length at their points, as differences of three neighbours."""
+    """Derivatives of the yarns by arc length at their points, as differences of two points beside them."""
 
     points: np.ndarray  # int (n, 3), before, itself, after
     image: np.ndarray  # int (n, 3), how many periods along the yarn they are away
@@ -142,18 +145,23 @@ class Axes:
     second: np.ndarray  # (n, 3), weights of the second derivative [1/m2]; none at the ends of yarns
 
     @classmethod
-    def of(cls, yarn: np.ndarray, spacing: np.ndarray, closed: bool) -> Axes:
-        """Return those of yarns whose points follow each other; closed yarns go on as their own images."""
+    def of(cls, yarn: np.ndarray, spacing: np.ndarray, length: float, closed: bool) -> Axes:
+        """Return those of yarns whose points follow each other, over `length` [m] to both sides.
+
+        Closed yarns go on as their own images.
+        """
         at = np.arange(len(yarn))
         begin, end = np.searchsorted(yarn, yarn), np.searchsorted(yarn, yarn, side="right") - 1
-        is_first, is_last = at == begin, at == end
-        points = np.stack([np.where(is_first, end, at - 1), at, np.where(is_last, begin, at + 1)], axis=1)
-        image = np.stack([-1 * is_first, 0 * at, 1 * is_last], axis=1)
-        h = spacing[:, None]
+        count = np.minimum(np.maximum(np.rint(length / spacing), 1).astype(int), (end - begin) // 2)
+        points = np.stack([at - count, at, at + count], axis=1)
+        image = -1 * (points < begin[:, None]) + 1 * (points > end[:, None])
+        points = points - image * (end - begin + 1)[:, None]
+        h = (count * spacing)[:, None]
         first, second = np.array([-0.5, 0, 0.5]) / h, np.array([1.0, -2, 1]) / h**2
         if not closed:
-            first[is_first], first[is_last] = np.array([0, -1, 1]) / h[0], np.array([-1, 1, 0]) / h[0]
-            second[is_first | is_last] = 0.0
+            early, late = image[:, 0] < 0, image[:, 2] > 0
+            first[early], first[late] = np.array([0, -1, 1]) / h[early], np.array([-1, 1, 0]) / h[late]
+            second[early | late] = 0.0
         return cls(points, image, first, second)
 
     def at(self, position: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -181,7 +189,7 @@ class LineContact:
     ) -> None:
         self.yarn, self.arc_length, self.weight, self.period = yarn, arc_length, weight, period
         self.repulsion, self.friction, self.beside = repulsion, friction, beside
-        self.axes = Axes.of(yarn, weight, closed)
+        self.axes = Axes.of(yarn, weight, CHORD * repulsion.diameter, closed)
         self._near: list = []  # points, lattice and reach of the last search, and what it found
 
     def thinner(self, by: float) -> LineContact:
@@ -256,8 +264,7 @@ class LineContact:
 
         r, stretch_a, stretch_b = (product(each, each).power(0.5) for each in (W, T_A, T_B))
         R, per_r = 0.5 * self.repulsion.diameter, r.power(-1.0)
-        k_a = R * (product(K_A, W) * per_r * stretch_a.power(-2.0))
-        k_b = -R * (product(K_B, W) * per_r * stretch_b.power(-2.0))
+        k_a, k_b = R * (product(K_A, W) * per_r), -R * (product(K_B, W) * per_r)
         return z, [k_a, k_b, product(T_A, T_B) * stretch_a.power(-1.0) * stretch_b.power(-1.0), r]
 
     def energy(self, pairs: PointPairs, bends: list[Expansion]) -> tuple[Expansion, np.ndarray, np.ndarray]:

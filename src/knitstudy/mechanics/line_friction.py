@@ -78,8 +78,7 @@ class LineHistory:
         (z, variables), law, r = bends, contact.repulsion, pairs.distance
         _, density, shape = contact.energy(pairs, variables)
         tangent, bend = z[:, 3:], z[:, 1:3]
-        size = np.linalg.norm(tangent, axis=2, keepdims=True)
-        tangent, bend = tangent / size, bend / size**2
+        tangent = tangent / np.linalg.norm(tangent, axis=2, keepdims=True)
         normal, closest = _closest(z[:, 0], tangent, bend, 0.5 * law.diameter)
         share = np.einsum("ki,ki->k", normal, pairs.way) / r
         angles = np.stack([each.value for each in variables[:3]], axis=1)
