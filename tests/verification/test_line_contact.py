@@ -13,7 +13,7 @@ from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_contact import Power, hertz
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.contact.indentation import Crossing
-from knitstudy.mechanics.endless_beams import EndlessBeams
+from knitstudy.mechanics.endless_beams import ContactPoints, EndlessBeams
 from knitstudy.mechanics.hertz import LAYERS, Patch
 from knitstudy.mechanics.line_contact import LineContact, Repulsion
 from knitstudy.mechanics.line_friction import LineHistory, PairFriction
@@ -68,7 +68,7 @@ def test_parallel_yarns_carry_the_integral_of_the_potential():
     np.testing.assert_allclose(found / 0.05, wanted, rtol=1e-3)
 
 
-def two_rows(friction, ramps=False):
+def two_rows(friction, ramps=False, per_node=1):
     """Two waved yarns across each other in a cell of 4 x 4, each touching the other and its image."""
     n, own = 40, 4.0
     s = np.arange(n) * own / n
@@ -88,8 +88,11 @@ def two_rows(friction, ramps=False):
     inner = BeamModel(nodes, ends, Section(50.0, 20.0, 1.0, 0.7), D / 2, natural=natural)
     yarn = np.repeat([0, 1], n)
     law = Repulsion(Power(3.0, 1.5), D, 0.02)
-    model = LineContact(yarn, np.tile(s, 2), np.full(2 * n, own / n), np.full(2, own), law, friction, 1.6)
-    return EndlessBeams(inner, owner, image, lattice, model, ramps=ramps)
+    points = ContactPoints.of(yarn, per_node)
+    s = np.tile(s, 2)[points.node] + points.place * own / n
+    weight = np.full(len(s), own / n / per_node)
+    model = LineContact(yarn[points.node], s, weight, np.full(2, own), law, friction, 1.6)
+    return EndlessBeams(inner, owner, image, lattice, model, points, ramps=ramps)
 
 
 def disturbed(model, size=0.01, seed=0):
@@ -103,13 +106,14 @@ def disturbed(model, size=0.01, seed=0):
 @pytest.mark.parametrize("patch", [LAYERS, Patch(0.3)], ids=["layers", "half spaces"])
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_tangent_is_the_derivative(friction, patch):
-    model = two_rows(friction)
+    model = two_rows(friction, per_node=2)
     model.contact.repulsion = replace(model.contact.repulsion, patch=patch)
     state = disturbed(model)
     tangent = model.respond(state, stiffness=True).stiffness.toarray()
     contact = model.contact
-    pairs = contact.pairs(state.beams, model.vectors(state))
-    rubs = PairFriction.of(contact, state.beams, pairs, state.contact)
+    points = model.at_points(state)
+    pairs = contact.pairs(points, model.vectors(state))
+    rubs = PairFriction.of(contact, points, pairs, state.contact)
     assert len(pairs.i) > 50
     assert friction == 0 or 0 < rubs.slides.mean() < 1
     assert friction == 0 or 0 < (rubs.rate != 0).mean() < 1  # some close

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
-from knitstudy.mechanics.line_contact import LineContact
+from knitstudy.mechanics.line_contact import Axes, LineContact
 from knitstudy.mechanics.line_friction import LineHistory
 from knitstudy.mechanics.model import Response, summed
 from knitstudy.mechanics.periodic import Lattice
@@ -30,6 +30,39 @@ class EndlessState:
     dragged: float = 0.0  # work of the drag before [J]
 
 
+@dataclass(frozen=True, eq=False)
+class ContactPoints:
+    """Points of contact on parabolas through three nodes; the section of the nearest node turns them."""
+
+    node: np.ndarray  # int (p,), whose section it is
+    place: np.ndarray  # (p,), where it is beside that node, over the spacing of nodes
+    weights: sp.csr_matrix  # (p, n), of the positions of nodes
+    around: np.ndarray  # (p,), the same of images of nodes, in periods along the yarn
+
+    @classmethod
+    def of(cls, yarn: np.ndarray, per_node: int) -> ContactPoints:
+        """Return so many points for every node of yarns (n,) that are closed."""
+        n = len(yarn)
+        axes = Axes.of(yarn, np.ones(n), 1.0, closed=True)
+        t = (np.arange(per_node) + 0.5) / per_node - 0.5
+        parabola = np.stack([0.5 * t * (t - 1), 1 - t**2, 0.5 * t * (t + 1)], axis=1)
+        at = np.repeat(np.arange(n * per_node), 3)
+        column = np.repeat(axes.points, per_node, axis=0).ravel()
+        weights = sp.csr_matrix((np.tile(parabola.ravel(), n), (at, column)), (n * per_node, n))
+        around = (axes.image @ parabola.T).ravel()
+        return cls(np.repeat(np.arange(n), per_node), np.tile(t, n), weights, around)
+
+    def spread(self, moves: np.ndarray) -> sp.csr_matrix:
+        """Return how the unknowns (6 p + 3,) of points follow those of nodes (6 n + 3,); see `EndlessBeams.moves`."""
+        p, n = self.weights.shape
+        position = sp.kron(self.weights, sp.diags([1.0] * 3 + [0.0] * 3))
+        turns = sp.csr_matrix((np.ones(p), (np.arange(p), self.node)), (p, n))
+        turns = sp.kron(turns, sp.diags([0.0] * 3 + [1.0] * 3))
+        lattice = np.zeros((p, 6, 3))
+        lattice[:, :3] = self.around[:, None, None] * moves[0]
+        return sp.bmat([[position + turns, lattice.reshape(-1, 3)], [None, sp.eye(3)]], format="csr")
+
+
 class EndlessBeams:
     """A model whose unknowns are six of every node of one period, and the three of the lattice.
 
@@ -45,12 +78,14 @@ class EndlessBeams:
         owner: np.ndarray,  # int (N,), node of the period; the first n are themselves
         image: np.ndarray,  # int (N, 2), how many periods away
         lattice: Lattice,
-        contact: LineContact,
+        contact: LineContact,  # of points
+        points: ContactPoints,
         ramps: bool = False,  # whether natural curvature and diameter grow with the load
         thinner: float = 0.0,  # by how much the diameter is smaller at first then [m]
     ) -> None:
         self.inner, self.owner, self.image = inner, owner, image
-        self.lattice, self.contact, self.ramps, self.thinner = lattice, contact, ramps, thinner
+        self.lattice, self.contact, self.points = lattice, contact, points
+        self.ramps, self.thinner = ramps, thinner
         self.nodes = int(owner.max()) + 1
         self.size = 6 * self.nodes + 3
         self.scale = np.append(inner.scale[: 6 * self.nodes], np.ones(3))
@@ -78,6 +113,8 @@ class EndlessBeams:
         column = np.broadcast_to(self.lattice_unknowns, shift.shape)
         self.spread = own + sp.csr_matrix((shift.ravel(), (at.ravel(), column.ravel())), own.shape)
         self._collect = sp.csr_matrix(self.spread.T)
+        self._to_points = points.spread(self.moves)
+        self._from_points = sp.csr_matrix(self._to_points.T)
 
     def starting_at(self, state: EndlessState) -> EndlessBeams:
         """Return the model with another state in which the load begins; energies count from there on."""
@@ -115,7 +152,7 @@ class EndlessBeams:
 
     def commit(self, state: EndlessState) -> EndlessState:
         """Return the state that a converged increment leaves."""
-        contact = self._contact(state).commit(state.beams, self.vectors(state), state.contact)
+        contact = self._contact(state).commit(self.at_points(state), self.vectors(state), state.contact)
         return replace(state, contact=contact, dragged=self._dragged(state), moved=np.zeros(self.size))
 
     def _dragged(self, state: EndlessState) -> float:
@@ -125,12 +162,13 @@ class EndlessBeams:
     def respond(self, state: EndlessState, stiffness: bool) -> Response:
         """Return forces, energies and, if asked, the tangent."""
         found = self.inner.respond(self._all(state), stiffness)
-        vectors = self.vectors(state)
         force, energy, tangent = self._contact(state).respond(
-            state.beams, vectors, self.moves, state.contact, stiffness
+            self.at_points(state), self.vectors(state), self.moves, state.contact, stiffness
         )
+        force = self._from_points @ force
         if stiffness:
             own = self._collect @ sp.csr_matrix(found.stiffness) @ self.spread
+            tangent = self._from_points @ tangent @ self._to_points
             tangent = sp.csr_matrix(own + tangent + sp.diags(self._drag))
             tangent.sort_indices()
         return replace(
@@ -143,6 +181,12 @@ class EndlessBeams:
             stiffness=tangent,
             status=np.zeros(1),  # Contact begins softly, but a force may still jump within a step.
         )
+
+    def at_points(self, state: EndlessState) -> BeamState:
+        """Return position and rotation of the points of contact."""
+        beams, points = state.beams, self.points
+        position = points.weights @ beams.position + points.around[:, None] * self.vectors(state)[0]
+        return replace(beams, position=position, rotation=beams.rotation[points.node])
 
     def _contact(self, state: EndlessState) -> LineContact:
         """Return the contact of yarns as thick as they have grown."""

@@ -21,7 +21,7 @@ from knitstudy.loading.history import Stations, cell_path
 from knitstudy.loading.solve import Problem, Reported, settings_of
 from knitstudy.mechanics.beam_contact import Power
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
-from knitstudy.mechanics.endless_beams import EndlessBeams, EndlessState
+from knitstudy.mechanics.endless_beams import ContactPoints, EndlessBeams, EndlessState
 from knitstudy.mechanics.hertz import CrossedCylinders, Patch
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 from knitstudy.mechanics.line_contact import SPACINGS, LineContact, Repulsion
@@ -41,6 +41,10 @@ KEPT |= {f"touching_{field}": field for field in FIELDS}
 
 STRIDE = 0.1  # largest displacement that one correction may make, over the diameter
 
+
+# Points of contact are no farther apart, over the radius, where `MOST` for every node are enough. Contact then is soft
+# below an approach of a hundredth of the radius.
+FINE, MOST = 0.1, 4
 
 RELAXATION = 20  # increments of the way to rest, where none of them fails
 
@@ -104,7 +108,9 @@ class BeamCell:
         state, lattice = increment.state, self.model.lattice
         contact = self.model.contact
         vectors = self.model.vectors(state)
-        pairs = contact.touching(state.beams.position, vectors, 1.2 * contact.repulsion.diameter)
+        pairs = contact.touching(
+            self.model.at_points(state).position, vectors, 1.2 * contact.repulsion.diameter
+        )
         nearest = float(pairs.distance.min(initial=np.inf)) - contact.repulsion.diameter
         force = increment.response.force[self.model.lattice_unknowns]
         return {
@@ -231,19 +237,23 @@ def _model(
     natural = (yarn.set - 1.0) * rows.curvature if yarn.set != 1 else 0.0
     section = section_of(yarn, scene.mesh.section_law, rows.curvature)
     inner = BeamModel(rows.nodes, rows.ends, section, yarn.radius, natural=natural)
-    spacing = float(rows.weight.max())
+    per_node = int(np.ceil(rows.weight.max() / (FINE * yarn.radius) - 0.01).clip(1, MOST))
+    points, weight = ContactPoints.of(rows.stations.yarn, per_node), rows.weight[:, None] / per_node
+    spacing = float(weight.max())
     onset = SPACINGS**2 * spacing**2 / (8 * yarn.diameter)  # contact of 2 sqrt(2 D e) over `SPACINGS` of them
     contact = LineContact(
-        rows.stations.yarn,
-        rows.stations.arc_length,
-        rows.weight,
+        rows.stations.yarn[points.node],
+        rows.stations.arc_length[points.node] + points.place * rows.weight[points.node],
+        weight.repeat(per_node),
         rows.period,
         Repulsion(pressing(scene), yarn.diameter, onset, patch(scene)),
         friction,
         beside=np.pi * yarn.radius,
     )
     thinner = 0.0 if drawn_for is None else yarn.diameter - drawn_for
-    return EndlessBeams(inner, rows.owner, rows.image, lattice, contact, drawn_for is not None, thinner)
+    return EndlessBeams(
+        inner, rows.owner, rows.image, lattice, contact, points, drawn_for is not None, thinner
+    )
 
 
 # Stiffness against elastic slip over E R, where no key of beams says it
