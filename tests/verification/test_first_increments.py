@@ -24,15 +24,18 @@ from knitstudy.loading.restart import Run
 from knitstudy.mechanics.batches import serial_blas
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.plan import Plan
-from knitstudy.stages.table import STAGES
+from knitstudy.stages.table import STAGES, starts_from_rest
 
 ROOT = Path(__file__).parents[2]
 KNOWN = ROOT / "resources" / "known_ends.csv"
 SIMULATION = STAGES["simulation"]
 OF_OTHERS = ("contacts", "stress")  # Stages that a simulation takes results of with another scene
 SHARED = ("geometry", "rest", *OF_OTHERS)  # Stages whose results several scenes need
-SAMPLE = 8  # Scenes that are started without --full
-CHEAP = 1.5  # Expected processor time of an increment of these, and of what they need [s]
+BUDGET, DEAREST = (
+    15.0,
+    10.0,
+)  # Expected processor time of all and of each of the scenes started without --full [s]
+GEOMETRY, REST = 1.0, 5.0  # The same of a geometry, and of one cell of a shape at rest [s]
 
 
 class Reached(ConvergenceError):
@@ -123,22 +126,31 @@ def seed():
 
 
 def price(scene):
-    """Return the expected processor time of what a scene needs simulated [s]."""
-    whole = sources()[1]
-    return sum(
-        SIMULATION.seconds(each) / (1 if plan().digest(SIMULATION, each) in whole else each.solver.increments)
-        for each in simulated(scene)
-    )
+    """Return the expected processor time of all that it takes to start a scene [s]."""
+    seconds, whole = GEOMETRY, sources()[1]
+    if starts_from_rest(scene):
+        seconds += REST * scene.pattern.loops * scene.pattern.rows
+    for each in simulated(scene):
+        parts = 1 if plan().digest(SIMULATION, each) in whole else each.solver.increments
+        seconds += SIMULATION.seconds(each) / parts
+    return seconds
+
+
+def sample():
+    """Return the names of some scenes that fit into the budget and are not known to end."""
+    names, left = [name for name in plan().scenes if name not in known()[0]], BUDGET
+    random.Random(seed()).shuffle(names)
+    for name in names:
+        if (needs := price(plan().scenes[name])) <= min(left, DEAREST):
+            left -= needs
+            yield name
 
 
 def pytest_generate_tests(metafunc):
     if "name" not in metafunc.fixturenames:
         return
-    names = list(plan().scenes)
-    if not metafunc.config.getoption("--full"):
-        cheap = [name for name in names if price(plan().scenes[name]) < CHEAP and name not in known()[0]]
-        names = sorted(random.Random(seed()).sample(cheap, SAMPLE))
-    metafunc.parametrize("name", names)
+    names = plan().scenes if metafunc.config.getoption("--full") else sample()
+    metafunc.parametrize("name", list(names))
 
 
 @pytest.fixture(scope="module")
