@@ -58,8 +58,9 @@ test: environment  ## pass all tests, in two processes
 	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder $(TESTS)
 
 .PHONY: verify
-verify: environment  ## verify at full resolution; resources/verification.csv
+verify: environment  ## verify at full resolution, and start every scene; resources/verification.csv
 	@$(BIN)/python -m pytest tests/verification --full --cases --table resources/verification.csv
+	@OMP_NUM_THREADS=1 $(BIN)/python -m pytest tests/verification/test_first_increments.py --full --numprocesses 2
 
 .PHONY: bench
 bench: environment  ## measure time and memory of scenes and solvers; results/tables/bench.csv

@@ -12,6 +12,7 @@ from knitstudy.loading.gates import (
     require_closed_ledger,
     require_elements_across,
     require_integrated_contact,
+    require_lasting_friction,
     require_small_hourglass,
     require_small_stabilisation,
 )
@@ -24,15 +25,17 @@ END = 2.0  # m
 LOAD = np.linspace(0, 1, 5)
 
 
-def recorded(force, internal, corners=(1.0,), only=None):
-    """A recorder of forces [N] and internal energies [J] at equal increments of a path that may return."""
+def recorded(force, internal, corners=(1.0,), only=None, friction=None):
+    """A recorder of forces [N] and energies [J] at equal increments of a path that may return."""
     ends = END * np.array([[1.0, 0, 0], [0, 0, 0]])[: len(corners)]
     motion = Motion(ends, corners, (), axis=0, length=10.0)
     stations = Stations(np.zeros(1, int), np.zeros(1), np.zeros((1, 3)))
     recorder = Recorder(stations, np.array([[0, 1, 2]]), motion)
     loads = np.linspace(0, 1, len(force))
-    for index, (load, pull, stored) in enumerate(zip(loads, force, internal, strict=True)):
-        response = Response(np.array([pull, 0.0, 0.0]), 1.0, {"internal": stored})
+    lost = np.zeros(len(force)) if friction is None else friction
+    for index, (load, pull, stored, rubbed) in enumerate(zip(loads, force, internal, lost, strict=True)):
+        energy = {"internal": stored, "friction": rubbed}
+        response = Response(np.array([pull, 0.0, 0.0]), 1.0, energy)
         recorder.add(
             Increment(index, load, None, response, 0.1), {"centreline_displacement": np.zeros((1, 3))}
         )
@@ -54,6 +57,32 @@ def test_open_ledger_is_refused_and_that_of_a_spring_is_closed():
     assert not isinstance(refused.value, CoarseIncrement)
     require_closed_ledger(recorder, 4, 0.09)
     require_closed_ledger(recorder, 4, 0.05, unloaded=0.6)
+
+
+@pytest.mark.parametrize(
+    ("friction", "ends"),
+    [
+        ([0.0, 1.0, 2.0, 2.0, 3.0], False),
+        ([0.0, 1.0, 2.0, 3.0, 3.0 - 3e-9], False),  # rounding beside 6 J of work
+        ([0.0, 3.0, 2.0, 2.0, 2.5], False),  # only the last increment is judged: those before were accepted
+        ([0.0, 1.0, 2.0, 3.0, 2.4], True),
+        ([0.0, 1.0, 2.0, 3.0, 3.0 - 1e-7], True),
+    ],
+)
+def test_friction_gives_nothing_back(friction, ends):
+    recorder = recorded(3 * END * LOAD, np.zeros(5), friction=friction)
+    if not ends:
+        require_lasting_friction(recorder, 4)
+        return
+    message = (
+        rf"increment 4: the energy of friction falls by {3.0 - friction[-1]:.3g} J, .* the largest energy"
+    )
+    with pytest.raises(ConvergenceError, match=message):
+        require_lasting_friction(recorder, 4)
+
+
+def test_friction_is_not_judged_before_an_increment():
+    require_lasting_friction(recorded([0.0], [0.0], friction=[-1.0]), 0)
 
 
 def test_expected_work_is_that_of_the_rest_of_the_path():

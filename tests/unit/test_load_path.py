@@ -169,6 +169,21 @@ def test_an_increment_too_coarse_for_the_ledger_is_halved(problem, tmp_path):
     assert alike(history, solve_load_path(problem, Run(restart=tmp_path / "a.npz")))
 
 
+class Regaining(Spring):
+    """A spring beside friction that gives back its work beyond a stretch of 1.2 m."""
+
+    def respond(self, state, stiffness):
+        answer = super().respond(state, stiffness)
+        return replace(answer, energy=answer.energy | {"friction": 0.1 * min(state.x[3], 2.4 - state.x[3])})
+
+
+def test_a_run_ends_where_friction_gives_back_what_it_has_dissipated(problem):
+    message = r"increment 3: the energy of friction falls by 0\.01 J, 0\.4% of the largest energy so far"
+    with pytest.raises(ConvergenceError, match=message) as refused:
+        solve_load_path(replace(problem, model=Regaining()))
+    np.testing.assert_allclose(refused.value.history["energy"].sel(form="friction"), [0, 0.05, 0.1])
+
+
 def test_errors_of_one_unit_are_compared_where_an_increment_is_halved(problem):
     """Three halvings of the first increment: 4 J are less than 5 J, and no more than 1 nm."""
     errors = iter([(1e-9, "m"), (5.0, "J"), (4.0, "J")])

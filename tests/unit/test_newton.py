@@ -206,6 +206,26 @@ def test_updates_of_multipliers_are_foreseen():
     assert third.residuals[0] < 0.6 * without.residuals[0]
 
 
+class Pushed(Chain):
+    """Springs whose inner nodes are pushed: nothing is in balance where the path starts."""
+
+    def __init__(self, pulled):
+        super().__init__(4, lambda e: e, np.ones_like)
+        self.pulled = pulled
+
+    def respond(self, state, stiffness):
+        answer = super().respond(state, stiffness)
+        return replace(answer, force=answer.force - np.array([0, 1.0, -0.5, 0]), pulled=self.pulled)
+
+
+@pytest.mark.parametrize(("pulled", "first"), [(False, 1.0), (True, 0.0)])
+def test_the_first_guess_balances_forces_of_the_model_that_asks_for_it(pulled, first):
+    """Other models start where the tangent takes them, and leave what is out of balance to the iterations."""
+    *_, last = trace(Pushed(pulled), PULL, Settings(increments=1, exact=True), LU())
+    np.testing.assert_allclose(last.state.x, [0, 1.5, 2, 3], atol=1e-9)
+    np.testing.assert_allclose(last.residuals[0], first, atol=1e-9)
+
+
 @pytest.mark.parametrize("order", [1, 2, 3, 4])
 def test_the_predictor_is_the_polynomial_through_the_last_states(order):
     rng = np.random.default_rng(order)

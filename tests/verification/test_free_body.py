@@ -49,6 +49,20 @@ class Stack:
         return -reaction(increment, self.driven)[2]
 
 
+def test_only_yarns_that_have_not_touched_yet_are_pulled_together():
+    """The first guess of an increment balances the pull of open gaps, and no force once yarns touch."""
+    stack = Stack()
+    rest, *_, last = stack.press(0.043, 1)
+    for increment, pulled in ((rest, True), (last, False)):
+        begun = stack.model.begin(increment.state, 1.0, 0.5)
+        response = stack.model.respond(begun, stiffness=True)
+        assert response.pulled == pulled
+        assert not stack.model.respond(stack.model.advance(begun, 0 * response.force), stiffness=True).pulled
+    assert (
+        np.abs(stack.model.respond(stack.model.begin(rest.state, 1.0, 1.0), stiffness=True).force).max() > 0
+    )
+
+
 def test_drag_has_died_out(verify):
     """What is left of its work bounds what the result can know of it."""
     stack = Stack()

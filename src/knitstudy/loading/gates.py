@@ -20,7 +20,7 @@ USUAL_HOURGLASS = 0.005  # hourglass stiffness over shear stiffness as in C3D8R
 # Load factor before which hourglass and viscous forces may prevail: a hundredth of the energy of full load
 FIRST = 0.1
 
-ROUNDING = 1e-9  # of load factors
+ROUNDING = 1e-9  # of load factors; of energies, over the largest: 1e5 terms of a sum leave 1e-11 at most
 
 # Energy over E d^3 up to which yarns of diameter d count as unloaded: a cell at 0.1 % stores 100,000 times as much
 UNLOADED = 1e-12
@@ -273,6 +273,21 @@ def require_closed_ledger(
         raise ConvergenceError(
             f"{ledger} is open by {gap:.3g} J, {times(gap, work)} the external work; gates.ledger allows {limit:.1%}. "
             f"{remedy}"
+        )
+
+
+def require_lasting_friction(recorder: Recorder, index: int) -> None:
+    """Refuse an accepted increment, the last one of a recorder, in which friction gives back what it has dissipated.
+
+    Raises ConvergenceError if the energy of friction falls by more than `ROUNDING` of the largest energy so far.
+    """
+    energy = np.array(recorder.columns["energy"])
+    fall = -float(np.diff(energy[-2:, FORMS.index("friction")]).sum())
+    if fall > ROUNDING * (largest := np.abs(energy).max()):
+        raise ConvergenceError(
+            f"increment {index}: the energy of friction falls by {fall:.3g} J, {times(fall, largest)} the largest "
+            "energy so far, but what friction has dissipated cannot come back: forces at contacts are wrong. Use more "
+            "solver.increments, or another model (fidelity)"
         )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import CoarseIncrement, ConvergenceError
-from knitstudy.loading.gates import loosened
+from knitstudy.loading.gates import loosened, require_lasting_friction
 from knitstudy.loading.history import Meter, Motion, Recorder, Stations, place_on_path
 from knitstudy.loading.restart import IN_MEMORY, Checkpoint, Run
 from knitstudy.mechanics.batches import serial_blas
@@ -119,6 +119,7 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
                         continue
                     if not coarse.bearable:
                         raise coarse
+                require_lasting_friction(recorder, increment.index)
                 last = increment
                 if checkpoint:
                     # Writing takes a tenth of a reduced model's time and is not part of its cost.

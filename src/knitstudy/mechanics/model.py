@@ -36,6 +36,7 @@ class Response:
     status: np.ndarray | None = None
     # sum of the magnitudes of the viscous forces of stabilisation on all nodes [N]
     viscous_force: float = 0.0
+    pulled: bool = False  # whether the first guess of an increment that begins here is to balance `force`
     assembly_seconds: float = 0.0  # part of the evaluation's time that summing up took
 
     def same_status(self, other: Response) -> bool:

@@ -340,9 +340,9 @@ class _Path:
             return guess
         # Moving the driven side alone would crush the elements there: let the tangent spread it.
         response = self._tangent(begun)
-        pull = np.where(self.free, -(response.stiffness @ guess) - response.force, 0.0)
+        pull = -(response.stiffness @ guess) - (response.force if response.pulled else 0.0)
         self._eliminate(response)
-        return guess + self._solve(pull, 1e-12 if self.settings.exact else 1e-3)
+        return guess + self._solve(np.where(self.free, pull, 0.0), 1e-12 if self.settings.exact else 1e-3)
 
     def _balanced(self, at: _Iterate) -> bool:
         return at.residual <= self.settings.residual_tolerance

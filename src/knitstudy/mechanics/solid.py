@@ -258,6 +258,7 @@ class SolidModel:
             force=response.force + self.assembly.collect(touch.node_force),
             energy=summed(response.energy, touch.energy),
             status=points.signature(),
+            pulled=state.pulled,
         )
         if response.stiffness is None:
             return response

@@ -169,6 +169,7 @@ class SolidsAndBeams:
             stiffness=self._tangent(solids, beams, state, slope, at_sections) if stiffness else None,
             status=_joined(solids.status, beams.status),
             viscous_force=solids.viscous_force,
+            pulled=solids.pulled,
             assembly_seconds=solids.assembly_seconds,
         )
 

@@ -1,0 +1,176 @@
+"""Scenes start: they are built, and all gates accept their first increment.
+
+With ``--full`` all scenes of all studies are started; else a few cheap ones, others with every commit. What a scene
+takes from simulations of others is taken from their first increments. ``resources/known_ends.csv`` lists the scenes
+that end.
+
+Outcomes with ``--full`` are kept in ``run/starts`` by the digest of the simulation: a check that was interrupted goes
+on, and a scene is started again when its keys or the code behind it have changed.
+"""
+
+import csv
+import random
+import re
+import subprocess
+import time
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from knitstudy.errors import ConvergenceError, KnitstudyError
+from knitstudy.files import read_dataset, write_dataset, write_text
+from knitstudy.loading.restart import Run
+from knitstudy.mechanics.batches import serial_blas
+from knitstudy.stages.code import code_digest
+from knitstudy.stages.plan import Plan
+from knitstudy.stages.table import STAGES, starts_from_rest
+
+ROOT = Path(__file__).parents[2]
+KNOWN = ROOT / "resources" / "known_ends.csv"
+SIMULATION = STAGES["simulation"]
+OF_OTHERS = ("contacts", "stress")  # Stages that a simulation takes results of with another scene
+SHARED = ("geometry", "rest", *OF_OTHERS)  # Stages whose results several scenes need
+BUDGET, DEAREST = (
+    15.0,
+    10.0,
+)  # Expected processor time of all and of each of the scenes started without --full [s]
+GEOMETRY, REST = 1.0, 5.0  # The same of a geometry, and of one cell of a shape at rest [s]
+
+
+class Reached(ConvergenceError):
+    """The first increment is accepted: the history ends here."""
+
+
+def stop(load, note=""):
+    """End a run after its first increment."""
+    if load > 0:
+        raise Reached("the first increment is enough")
+
+
+@cache
+def plan():
+    return Plan.of()
+
+
+@cache
+def known():
+    """Reasons by the names of scenes that end, and the memory [MB] up to which scenes are started."""
+    head, *lines = KNOWN.read_text().splitlines()
+    rows = {row["scene"]: row["reason"] for row in csv.DictReader(lines)}
+    return rows, float(re.search(r"more than (\d+) MB", head).group(1))
+
+
+def simulated(scene):
+    """Return a scene and those that it takes results of."""
+    needs = plan().needs(SIMULATION, scene).values()
+    return [scene, *(other for stage, other in needs if stage.name in OF_OTHERS)]
+
+
+@cache
+def sources():
+    """Digests of the simulations that other scenes take results of, and of those among them that run to full load.
+
+    Springs are measured where yarns have touched, which they may not do in the first increment.
+    """
+    others = [other for scene in plan().scenes.values() for other in simulated(scene)[1:]]
+    known = {plan().digest(SIMULATION, other): other.kind.interaction.touches for other in others}
+    return set(known), {digest for digest, touches in known.items() if touches}
+
+
+class Starts:
+    """First increments of scenes; what several of them need is kept in a folder."""
+
+    def __init__(self, folder):
+        self.folder = folder
+
+    def obtain(self, stage, scene):
+        """Return the result of a stage, of simulations up to the first increment."""
+        digest = plan().digest(stage, scene)
+        path = self.folder / f"{digest}.nc"
+        if path.is_file():
+            return read_dataset(path)
+        needed = {name: self.obtain(*step) for name, step in plan().needs(stage, scene).items()}
+        seen, (shared, whole) = scene.only(stage.document(scene), stage.reads), sources()
+        run = {"run": Run() if digest in whole else Run(progress=stop)} if stage.long else {}
+        try:
+            with serial_blas():
+                found = stage.function(seen, **needed, **run)
+        except Reached as reached:
+            found = reached.history
+        if stage.name in SHARED or digest in shared:
+            write_dataset(found, path, scene, digest)
+        return found
+
+    def why_it_ends(self, scene):
+        """Return why a scene ends, or nothing where its first increment is accepted."""
+        path = self.folder / f"{plan().digest(SIMULATION, scene)}.txt"
+        if not path.is_file():
+            started = time.process_time()
+            try:
+                self.obtain(SIMULATION, scene)
+                said = ""
+            except KnitstudyError as error:
+                said = f"{type(error).__name__}: {error}"
+            write_text(f"{scene.name}\n{time.process_time() - started:.1f}\n{said}", path)
+        return path.read_text().split("\n", 2)[2]
+
+
+def seed():
+    """Return what changes with the commit; without git, with the code."""
+    try:
+        command = ["git", "-C", str(ROOT), "rev-parse", "HEAD"]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return code_digest(SIMULATION.function.__module__)
+
+
+def price(scene):
+    """Return the expected processor time of all that it takes to start a scene [s]."""
+    seconds, whole = GEOMETRY, sources()[1]
+    if starts_from_rest(scene):
+        seconds += REST * scene.pattern.loops * scene.pattern.rows
+    for each in simulated(scene):
+        parts = 1 if plan().digest(SIMULATION, each) in whole else each.solver.increments
+        seconds += SIMULATION.seconds(each) / parts
+    return seconds
+
+
+def sample():
+    """Return the names of some scenes that fit into the budget and are not known to end."""
+    names, left = [name for name in plan().scenes if name not in known()[0]], BUDGET
+    random.Random(seed()).shuffle(names)
+    for name in names:
+        if (needs := price(plan().scenes[name])) <= min(left, DEAREST):
+            left -= needs
+            yield name
+
+
+def pytest_generate_tests(metafunc):
+    if "name" not in metafunc.fixturenames:
+        return
+    names = plan().scenes if metafunc.config.getoption("--full") else sample()
+    metafunc.parametrize("name", list(names))
+
+
+@pytest.fixture(scope="module")
+def starts(full, tmp_path_factory):
+    return Starts(ROOT / "run" / "starts" if full else tmp_path_factory.mktemp("starts"))
+
+
+def test_scene_starts(name, starts, request):
+    scene, (reasons, most) = plan().scenes[name], known()
+    if (takes := max(map(SIMULATION.memory, simulated(scene)))) > most:
+        pytest.skip(f"{name} is expected to take {takes} MB")
+    why = starts.why_it_ends(scene)
+    repeat = f"repeat with: python -m pytest --full '{request.node.nodeid}'"
+    if why and name not in reasons:
+        pytest.fail(f"{name} ends before its first increment: {why}\n{repeat}", pytrace=False)
+    if name in reasons and not why:
+        listed = f"listed in {KNOWN.name} ({reasons[name]})"
+        pytest.fail(f"{name} is {listed} but starts: take it off the list\n{repeat}", pytrace=False)
+
+
+def test_listed_scenes_exist():
+    assert set(known()[0]) <= set(plan().scenes)
+    assert all(known()[0].values())
