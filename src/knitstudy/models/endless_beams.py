@@ -22,7 +22,7 @@ from knitstudy.loading.solve import Problem, Reported, settings_of
 from knitstudy.mechanics.beam_contact import Power
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.endless_beams import ContactPoints, EndlessBeams, EndlessState
-from knitstudy.mechanics.hertz import CrossedCylinders, Patch
+from knitstudy.mechanics.hertz import LAYERS, CrossedCylinders, Patch
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 from knitstudy.mechanics.line_contact import SPACINGS, LineContact, Repulsion
 from knitstudy.mechanics.line_friction import LineHistory
@@ -42,9 +42,10 @@ KEPT |= {f"touching_{field}": field for field in FIELDS}
 STRIDE = 0.1  # largest displacement that one correction may make, over the diameter
 
 
-# Points of contact are no farther apart, over the radius, where `MOST` for every node are enough. Contact then is soft
-# below an approach of a hundredth of the radius.
-FINE, MOST = 0.1, 4
+# Points of contact are no farther apart, over the radius, where `MOST` for every node are enough. Contact is soft below
+# an approach that is as much as the square of that: a hundredth of the radius of solid yarns, a twentieth of soft ones,
+# which overlap ten times as far.
+FINE, FINE_IN_LAYERS, MOST = 0.1, 0.23, 4
 
 RELAXATION = 20  # increments of the way to rest, where none of them fails
 
@@ -237,7 +238,9 @@ def _model(
     natural = (yarn.set - 1.0) * rows.curvature if yarn.set != 1 else 0.0
     section = section_of(yarn, scene.mesh.section_law, rows.curvature)
     inner = BeamModel(rows.nodes, rows.ends, section, yarn.radius, natural=natural)
-    per_node = int(np.ceil(rows.weight.max() / (FINE * yarn.radius) - 0.01).clip(1, MOST))
+    shape = patch(scene)
+    fine = (FINE_IN_LAYERS if shape == LAYERS else FINE) * yarn.radius
+    per_node = int(np.ceil(rows.weight.max() / fine - 0.01).clip(1, MOST))
     points, weight = ContactPoints.of(rows.stations.yarn, per_node), rows.weight[:, None] / per_node
     spacing = float(weight.max())
     onset = SPACINGS**2 * spacing**2 / (8 * yarn.diameter)  # contact of 2 sqrt(2 D e) over `SPACINGS` of them
@@ -246,7 +249,7 @@ def _model(
         rows.stations.arc_length[points.node] + points.place * rows.weight[points.node],
         weight.repeat(per_node),
         rows.period,
-        Repulsion(pressing(scene), yarn.diameter, onset, patch(scene)),
+        Repulsion(pressing(scene), yarn.diameter, onset, shape),
         friction,
         beside=np.pi * yarn.radius,
     )
