@@ -24,6 +24,7 @@ from knitstudy.loading.solve import Problem, Reported, settings_of
 from knitstudy.mechanics.beam_approach import A, B, Curves, Pairs, approach
 from knitstudy.mechanics.beam_contact import BeamContact
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
+from knitstudy.mechanics.hertz import Patch
 from knitstudy.mechanics.increment import Increment
 from knitstudy.models import endless_beams
 from knitstudy.models.endless_beams import penalty, pressing
@@ -326,7 +327,11 @@ def beam_contact(scene: Scene, beams: Network, curves: Curves, pairs: Pairs, *fu
     """Return the contact of pairs of points on beams; the last arguments are those of `BeamContact`."""
     friction = scene.kind.interaction.friction(scene)
     stations = beams.station_node, beams.station_offset
-    return BeamContact(curves, pairs, *stations, scene.yarn.radius, pressing(scene), friction, *further)
+    patch = Patch(scene.yarn.poisson_ratio) if scene.beam.section == "hertz" else None
+    patch = patch if scene.value("yarn.pressing") is None else Patch()
+    return BeamContact(
+        curves, pairs, *stations, scene.yarn.radius, pressing(scene), friction, *further, patch=patch
+    )
 
 
 def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Problem:
@@ -354,7 +359,7 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
             "contact_coefficient": law.law.coefficient,
             "contact_exponent": law.law.exponent,
             "contact_stick_share": law.law.share,
-            "friction": law.friction.friction,
+            "friction": law.friction,
             "contact_points": len(law.pairs.start),
         },
     )
