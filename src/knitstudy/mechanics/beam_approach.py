@@ -181,9 +181,13 @@ def _evaluate(
 
 
 def needed_hold(here: Approach) -> np.ndarray:
-    """Return the stiffness (k,) of springs that brings the smallest eigenvalue of H to `SOFTEST`."""
-    smallest = np.linalg.eigvalsh(_hessian(replace(here, hold=np.zeros(len(here.s)))))[:, 0]
-    return np.maximum(0.0, SOFTEST - smallest)
+    """Return the stiffness (k,) of springs that make up for what bends take from the smallest eigenvalue of H.
+
+    It is brought to `SOFTEST`, or to that of straight yarns where this is less.
+    """
+    here = replace(here, hold=np.zeros(len(here.s)))
+    smallest, straight = (np.linalg.eigvalsh(_hessian(here, bends))[:, 0] for bends in (True, False))
+    return np.maximum(0.0, np.minimum(SOFTEST, straight) - smallest)
 
 
 def _level(here: Approach, lag: np.ndarray) -> np.ndarray:

@@ -25,6 +25,7 @@ import scipy.sparse as sp
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.beam_approach import (
+    SOFTEST,
     A,
     Approach,
     B,
@@ -46,7 +47,10 @@ if TYPE_CHECKING:
 SIGNS = np.array([[1.0], [-1.0]])  # of sides A and B
 
 SLIDES = 6  # Newton steps of Coulomb's limit
-AHEAD = 0.25  # largest extrapolation of arc lengths over R, and of factors over theirs
+SINGULAR = 0.1  # eigenvalue of H below which nothing goes on as before
+AHEAD = 0.25  # largest extrapolation of arc lengths over R
+GROWTH = 0.25  # the same of factors, over themselves
+MOST = 3.0  # largest factor
 LEVEL = 1e-5  # change of the overlap, over it, below which the mean stiffness is that of both ends
 
 
@@ -322,7 +326,7 @@ class BeamContact:
             return np.ones(len(cos)), sense, np.tile(self.law.share * np.eye(2), (len(cos), 1, 1))
         bends, axes = self.bends(here), Frame.of(here, sense).axes
         shear = self.patch.shear(tangent, bends, here.normal)
-        return self.patch.force(bends).value, sense, axes.swapaxes(1, 2) @ shear @ axes
+        return np.minimum(self.patch.force(bends).value, MOST), sense, axes.swapaxes(1, 2) @ shear @ axes
 
     def bends(self, here: Approach) -> np.ndarray:
         """Return (k_a R, k_b R, cos of the angle) (k, 3): curvatures towards the other yarn."""
@@ -337,9 +341,10 @@ class BeamContact:
         """Evaluate all pairs."""
         places, history = self.places(state), state.contact
         # Springs hold points near where they will be, and shapes go on to change, as in the last increment.
-        most = AHEAD * np.stack([self.radius + 0 * history.s[:, 0]] * 2 + [history.factor], axis=1)
+        most = np.stack([AHEAD * self.radius + 0 * history.s[:, 0]] * 2 + [GROWTH * history.factor], axis=1)
         ahead = np.clip(history.change * history.rate, -most, most)
-        start = history.s + np.where(history.hold > 0, 1.0, 0.0)[:, None] * ahead[:, :2]
+        ahead[history.hold > SOFTEST - SINGULAR] = 0.0
+        start = history.s + ahead[:, :2]
         here = approach(self.curves, places.position, replace(history.pairs, start=start), history.hold)
         # Near yarns whose normal has turned round have passed through each other: r counts backwards.
         through = (np.einsum("ki,ki->k", here.normal, history.normal) < 0) & (history.gap < self.radius)
