@@ -180,6 +180,15 @@ def _evaluate(
     return Approach(s, np.ones(s.shape, dtype=bool), stencil, tangent, bend, distance, normal, hold)
 
 
+def bends(here: Approach, radius: float) -> np.ndarray:
+    """Return curvatures (k, 3) towards the other yarn, times a radius, of A and B, and the cosine of their angle."""
+    speed = np.linalg.norm(here.tangent, axis=2, keepdims=True)
+    tangent = here.tangent / speed
+    across = here.bend - tangent * np.einsum("kai,kai->ka", tangent, here.bend)[..., None]
+    towards = radius * np.einsum("kai,ki->ka", across / speed**2, here.normal) * [1.0, -1.0]
+    return np.column_stack([towards, np.einsum("ki,ki->k", tangent[:, A], tangent[:, B])])
+
+
 def needed_hold(here: Approach) -> np.ndarray:
     """Return the stiffness (k,) of springs that make up for what bends take from the smallest eigenvalue of H.
 

@@ -2,11 +2,10 @@
 
 The gap is |r| - 2R, and more where a tie carries part of the overlap. Points at the bound of their piece stay in
 contact, so that no force is lost at once where they slide into the next piece. The force is that of yarns that cross at
-a right angle times a factor of the shape of the surfaces (`hertz`), extrapolated to the end of the increment.
+a right angle, times a factor by the shape of both surfaces (`hertz.Patch.force`). Within an increment the factor is
+what it will be at the end if the last one goes on.
 
-The traction t follows the slip u, within an increment, of two material points of the surfaces, one on either yarn, that
-faced each other when it began: dt = K du (Mindlin and Deresiewicz 1953), with K = k S, k = dF/d(delta) and S the shear
-stiffness of the patch over it. What has been sheared stays where k grows, and t is lost in proportion where k falls. A
+Friction (`beam_friction`) follows two material points of the surfaces that faced each other when the increment began. A
 material point is carried by its yarn's sections, so that friction knows their spin: a yarn that rolls on another does
 not slip, one that spins in its place does. Friction acts on both yarns half way between the centrelines, with the
 couple that it exerts there on their sections, so that forces and moments balance exactly. Friction that acted on the
@@ -34,9 +33,11 @@ from knitstudy.mechanics.beam_approach import (
     Pairs,
     Stencil,
     approach,
+    bends,
     needed_hold,
 )
-from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK
+from knitstudy.mechanics.beam_friction import Frame, Rubbing, stored_energy
+from knitstudy.mechanics.contact.friction import OPEN
 from knitstudy.mechanics.hertz import Patch
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.rotation import hat
@@ -46,12 +47,12 @@ if TYPE_CHECKING:
 
 SIGNS = np.array([[1.0], [-1.0]])  # of sides A and B
 
-SLIDES = 6  # Newton steps of Coulomb's limit
-SINGULAR = 0.1  # eigenvalue of H below which nothing goes on as before
-AHEAD = 0.25  # largest extrapolation of arc lengths over R
-GROWTH = 0.25  # the same of factors, over themselves
-MOST = 3.0  # largest factor
-LEVEL = 1e-5  # change of the overlap, over it, below which the mean stiffness is that of both ends
+# Largest factor: straight yarns have it at 13 degrees. Yarns that conform to each other touch along an arc
+MOST = 3.0
+# Most that an increment may go on as the last one: along the yarns over R, and of factors over themselves
+AHEAD = 0.25
+# Smallest eigenvalue of H (`beam_approach`) below which nothing goes on
+SINGULAR = 0.1
 
 
 @dataclass(frozen=True)
@@ -113,128 +114,47 @@ class BeamContactHistory(Chosen):
     normal: np.ndarray  # (k, 3), from side A to side B
     gap: np.ndarray  # (k,) [m]; inf where the closest point was an end
     force: np.ndarray  # (k,), normal force [N]; where it is positive the material points count as joined
-    factor: np.ndarray  # (k,), of the shape of the surfaces, on the force
-    sense: np.ndarray  # (k,), 1 or -1: `Frame` halves the acute angle of the yarns
-    spring: np.ndarray  # (k,), dF/d(delta) that came with the traction [N/m]
-    shear: np.ndarray  # (k, 2, 2), S in the frame
-    traction: np.ndarray  # (k, 2), on side B by side A's motion, in the frame [N]
+    factor: np.ndarray  # (k,), by the shape of the surfaces
+    sense: np.ndarray  # (k,), of the `Frame`
+    shear: np.ndarray  # (k, 2, 2), shear stiffness of the patch over dF/d(delta), in the frame
+    spring: np.ndarray  # (k,), dF/d(delta) [N/m]
+    traction: np.ndarray  # (k, 2), on side B, in the frame [N]
     slip: np.ndarray  # (k,), length slipped since first contact [m]
     hold: np.ndarray  # (k,), springs of closest points, see `beam_approach`
     on_a: np.ndarray  # (k, 3), force of contact on side A, before springs are held anew [N]
-    rate: np.ndarray  # (k, 3), change of s and the factor over that of the load, in the last increment
-    change: float  # of the load, in this one
-    rubbed: float  # work of friction so far [J]
+    rate: np.ndarray  # (k, 3), change of s and the factor in the last increment, over that of the load
+    change: float = 0.0  # of the load in this one
+    rubbed: float = 0.0  # work of friction so far [J]
 
     @property
     def stored(self) -> np.ndarray:
         """Energies (k,) of elastic slip [J]."""
-        return _stored(self.traction, self.spring, self.shear)
-
-
-def _stored(traction: np.ndarray, spring: np.ndarray, shear: np.ndarray) -> np.ndarray:
-    """Return t . K^-1 . t / 2 (k,) of tractions (k, 2); zero without a spring."""
-    slip = np.linalg.solve(shear, traction[..., None])[..., 0]
-    twice = np.einsum("ka,ka->k", traction, slip)
-    return 0.5 * np.divide(twice, spring, out=np.zeros_like(spring), where=spring > 0)
-
-
-@dataclass(frozen=True, eq=False)
-class Frame(Chosen):
-    """Axes in the tangent plane that turn with both yarns: one half way between their tangents, one across."""
-
-    sense: np.ndarray  # (k,), as in the history
-    axes: np.ndarray  # (k, 3, 2)
-    tangent: np.ndarray  # (k, 2, 3), unit tangents; side B's turned to an acute angle
-    length: np.ndarray  # (k,), of the sum of both in the plane
-
-    @classmethod
-    def of(cls, here: Approach, sense: np.ndarray) -> Frame:
-        """Return the frames at closest points."""
-        tangent = here.tangent / np.linalg.norm(here.tangent, axis=2, keepdims=True)
-        tangent[:, B] *= sense[:, None]
-        middle = tangent.sum(axis=1)
-        middle -= here.normal * np.einsum("ki,ki->k", here.normal, middle)[:, None]
-        length = np.linalg.norm(middle, axis=1)
-        middle /= length[:, None]
-        return cls(sense, np.stack([middle, np.cross(here.normal, middle)], axis=2), tangent, length)
-
-    def spin(self, here: Approach, change: Change) -> np.ndarray:
-        """Return the spin (k, 3, 15) of the axes with the variables of `Change`."""
-        turned = np.zeros_like(change.normal)
-        for side, sign in ((A, np.ones(len(turned))), (B, self.sense)):
-            t = self.tangent[:, side]
-            moved = here.bend[:, side, :, None] * change.s[:, side, None]
-            moved[:, :, 3 + 6 * side : 6 + 6 * side] += np.eye(3)
-            moved -= t[:, :, None] * np.einsum("ki,kiz->kz", t, moved)[:, None]
-            turned += moved * (sign / np.linalg.norm(here.tangent[:, side], axis=1))[:, None, None]
-        across = self.axes[:, :, 1]
-        level = np.einsum("ki,ki->k", here.normal, self.tangent.sum(axis=1))
-        turned -= level[:, None, None] * change.normal
-        about = np.einsum("ki,kiz->kz", across, turned) / self.length[:, None]
-        return hat(here.normal) @ change.normal + here.normal[:, :, None] * about[:, None]
+        return stored_energy(self.traction, self.spring, self.shear)
 
 
 @dataclass(frozen=True, eq=False)
 class BeamContactPoints(Chosen):
-    """Pairs in one configuration; derivatives are by the gap, vectors (k, 2) in the frame."""
+    """Pairs in one configuration."""
 
     approach: Approach
     anchor: Stencil  # (k, 2), of the centrelines where the material points belong
     # (k, 2, 4, 3), from the centreline to the material points, turned as each of its stations is [m]
     arm: np.ndarray
     gap: np.ndarray  # (k,) [m]; inf where the closest point is an end
-    apart: np.ndarray  # (k, 3), from the material point of side B to that of side A [m]
-    frame: Frame
-    # (k,), part of the increment in contact: 1, or less for pairs that have closed within it
-    share: np.ndarray
-    spring: np.ndarray  # (k,), dF/d(delta) [N/m]
-    mean: np.ndarray  # (k,), its mean over the increment [N/m]
-    shear: np.ndarray  # (k, 2, 2), S
-    before: np.ndarray  # (k, 2), what is left of the history's traction [N]
-    # (k, 2) and (k,), derivatives of the traction before Coulomb's limit, and of `mean`
-    rate: np.ndarray
-    mean_rate: np.ndarray
-    sliding: np.ndarray  # (k,), slip beyond the limit over the traction [m/N]
-    pull: np.ndarray  # (k, 2), traction on side B by side A's motion [N]
     force: np.ndarray  # (k,), normal force [N]
-    status: np.ndarray  # int (k,) OPEN, STICK or SLIP
-    slipped: np.ndarray  # (k,), length within the increment [m]
-    factor: np.ndarray  # (k,), of the shape of the surfaces, on the force
+    factor: np.ndarray  # (k,), of it by the shape of the surfaces
+    rubs: Rubbing
 
     @property
-    def traction(self) -> np.ndarray:
-        """Tangential force (k, 3) on side B by side A's motion [N]."""
-        return np.einsum("kia,ka->ki", self.frame.axes, self.pull)
+    def status(self) -> np.ndarray:
+        """Status (k,) OPEN, STICK or SLIP."""
+        return self.rubs.status
 
     @property
     def on_a(self) -> np.ndarray:
         """Force (k, 3) of contact on side A [N]."""
-        on_a = -(self.traction + self.force[:, None] * self.approach.normal)
+        on_a = -(self.rubs.traction + self.force[:, None] * self.approach.normal)
         return np.where((self.status != OPEN)[:, None], on_a, 0.0)
-
-    @property
-    def stored(self) -> np.ndarray:
-        """Energies (k,) of elastic slip [J]."""
-        return _stored(self.pull, self.spring, self.shear)
-
-
-def _sliding(trial: np.ndarray, stiffness: np.ndarray, limit: np.ndarray) -> np.ndarray:
-    """Return g (k,) for which |t| is a limit (k,), t + g K t = `trial` (k, 2); 0 where `trial` is less.
-
-    Slip g t has the direction of t, however much K (k, 2, 2) resists one direction more than another.
-    """
-    found = np.zeros(len(trial))
-    slides = (np.linalg.norm(trial, axis=1) > limit) & (limit > 0)
-    trial, stiffness, limit = trial[slides], stiffness[slides], limit[slides]
-    g = np.zeros(len(trial))
-    for _ in range(SLIDES):  # 1 / |t| is nearly linear in g, and exactly where K is a number
-        inverse = np.linalg.inv(np.eye(2) + g[:, None, None] * stiffness)
-        t = np.einsum("kab,kb->ka", inverse, trial)
-        size = np.linalg.norm(t, axis=1)
-        steep = np.einsum("ka,kab,kbc,kc->k", t, inverse, stiffness, t)
-        g += (size / limit - 1) * size**2 / steep
-    found[slides] = g
-    return found
 
 
 class BeamContact:
@@ -253,7 +173,7 @@ class BeamContact:
         carried: np.ndarray | float = 0.0,  # (k,), overlap up to which ties keep the yarns apart [m]
         # Returns these pairs in new windows and further ones, from positions (S, 3), pairs and their points (k, 2)
         search: Callable[[np.ndarray, Pairs, np.ndarray], Pairs] | None = None,
-        patch: Patch | None = None,  # what the shape of the surfaces does; by default nothing
+        patch: Patch | None = None,  # by which the shape of the surfaces counts; None: it does not
     ) -> None:
         self.crossings = len(pairs.start) if crossings is None else crossings
         self.carried, self.search = np.zeros(len(pairs.start)) + carried, search
@@ -295,7 +215,6 @@ class BeamContact:
         here, none = approach(self.curves, places.position, pairs), np.zeros(len(pairs.start))
         if carried is None:
             carried = np.maximum(2 * self.radius - here.distance, 0.0)
-        factor, sense, shear = self._shape(here)
         return BeamContactHistory(
             pairs=replace(pairs, start=here.s),
             carried=carried,
@@ -304,48 +223,35 @@ class BeamContact:
             normal=here.normal,
             gap=self._gap(here, pairs, carried),
             force=none,
-            factor=factor,
-            sense=sense,
+            **self._shape(here),
             spring=none,
-            shear=shear,
             traction=np.zeros((len(none), 2)),
             slip=none,
             hold=needed_hold(here),
             on_a=np.zeros((len(none), 3)),
             rate=np.zeros((len(none), 3)),
-            change=0.0,
-            rubbed=0.0,
         )
 
-    def _shape(self, here: Approach) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the factor (k,) on the force, the sense (k,) of the frame, and S (k, 2, 2) in it."""
-        tangent = here.tangent / np.linalg.norm(here.tangent, axis=2, keepdims=True)
-        cos = np.einsum("ki,ki->k", *tangent.swapaxes(0, 1))
-        sense = np.where(cos < 0, -1.0, 1.0)
-        if self.patch is None:
-            return np.ones(len(cos)), sense, np.tile(self.law.share * np.eye(2), (len(cos), 1, 1))
-        bends, axes = self.bends(here), Frame.of(here, sense).axes
-        shear = self.patch.shear(tangent, bends, here.normal)
-        return np.minimum(self.patch.force(bends).value, MOST), sense, axes.swapaxes(1, 2) @ shear @ axes
-
-    def bends(self, here: Approach) -> np.ndarray:
-        """Return (k_a R, k_b R, cos of the angle) (k, 3): curvatures towards the other yarn."""
-        speed = np.linalg.norm(here.tangent, axis=2)
-        tangent = here.tangent / speed[..., None]
-        along = np.einsum("kai,kai->ka", tangent, here.bend)
-        bend = (here.bend - along[..., None] * tangent) / speed[..., None] ** 2
-        towards = self.radius * np.einsum("kai,ki->ka", bend, here.normal) * SIGNS[:, 0]
-        return np.column_stack([towards, np.einsum("ki,ki->k", *tangent.swapaxes(0, 1))])
+    def _shape(self, here: Approach) -> dict[str, np.ndarray]:
+        """Return factor, sense and shear of the history."""
+        shape = bends(here, self.radius)
+        sense = np.where(shape[:, 2] < 0, -1.0, 1.0)
+        factor, shear = np.ones(len(sense)), self.law.share * np.tile(np.eye(2), (len(sense), 1, 1))
+        if self.patch is not None:
+            frame = Frame.of(here, sense)
+            factor = np.minimum(self.patch.force(shape).value, MOST)
+            shear = self.patch.shear(frame.tangent, shape, here.normal)
+            shear = frame.axes.swapaxes(1, 2) @ shear @ frame.axes
+        return {"factor": factor, "sense": sense, "shear": shear}
 
     def points(self, state: BeamState) -> BeamContactPoints:
         """Evaluate all pairs."""
         places, history = self.places(state), state.contact
-        # Springs hold points near where they will be, and shapes go on to change, as in the last increment.
-        most = np.stack([AHEAD * self.radius + 0 * history.s[:, 0]] * 2 + [GROWTH * history.factor], axis=1)
+        most = AHEAD * np.stack([self.radius + 0 * history.factor] * 2 + [history.factor], axis=1)
         ahead = np.clip(history.change * history.rate, -most, most)
         ahead[history.hold > SOFTEST - SINGULAR] = 0.0
-        start = history.s + ahead[:, :2]
-        here = approach(self.curves, places.position, replace(history.pairs, start=start), history.hold)
+        pairs = replace(history.pairs, start=history.s + ahead[:, :2])
+        here = approach(self.curves, places.position, pairs, history.hold)
         # Near yarns whose normal has turned round have passed through each other: r counts backwards.
         through = (np.einsum("ki,ki->k", here.normal, history.normal) < 0) & (history.gap < self.radius)
         sign = np.where(through, -1.0, 1.0)
@@ -354,73 +260,19 @@ class BeamContact:
         arm = np.einsum("kapij,kaj->kapi", places.rotation[anchor.stations], history.arm)
         material = anchor.of(anchor.value, places.position) + np.einsum("kap,kapi->kai", anchor.value, arm)
         gap = self._gap(here, history.pairs, history.carried)
-        # A pair that has closed within this increment has slid in contact only for the rest of it.
-        closes = (history.force <= 0) & (gap < 0) & (history.gap > 0) & np.isfinite(history.gap)
-        now, then = np.where(closes, gap, 0.0), np.where(closes, history.gap, 0.0)
-        span = np.where(closes, now - then, 1.0)
-        share, share_rate = np.where(closes, now / span, 1.0), -then / span**2
-        factor = history.factor + ahead[:, 2]
-        law, k = self.law, history.spring
-        force, spring, stiffening = (
-            factor * each(gap) for each in (law.force, law.stiffness, law.stiffening)
+        apart, factor, law = material[:, A] - material[:, B], history.factor + ahead[:, 2], self.law
+        force, *rates, past = (
+            factor * each
+            for each in (law.force(gap), law.stiffness(gap), law.stiffening(gap), law.force(history.gap))
         )
-        # The mean of k over a steady approach; between k at both ends, so that no energy comes from nothing.
-        deeper = np.maximum(-gap, 0.0) - np.maximum(-history.gap, 0.0)
-        steady = np.abs(deeper) > LEVEL * np.abs(gap)
-        over = np.where(steady, deeper, 1.0)
-        mean = np.where(steady, (force - factor * law.force(history.gap)) / over, 0.5 * (k + spring))
-        mean_rate = np.where(steady, (mean - spring) / over, 0.5 * stiffening)
-        falls = spring < k
-        least, most = falls | (mean > spring), mean < k
-        mean_rate = np.where(least, stiffening, np.where(most, 0.0, mean_rate))
-        mean = np.where(least, spring, np.maximum(mean, k))
-        past = np.where(falls, k, 1.0)
-        before = np.where(falls, spring / past, 1.0)[:, None] * history.traction
-        frame, apart = Frame.of(here, history.sense), material[:, A] - material[:, B]
-        way = np.einsum("kab,kib,ki->ka", history.shear, frame.axes, apart)
-        trial = before + (mean * share)[:, None] * way
-        rate = np.where(falls, stiffening / past, 0.0)[:, None] * history.traction
-        rate += (mean * share_rate + mean_rate * share)[:, None] * way
-        limit = self.friction * force if self.friction > 0 else 0.0 * force
-        stiffness = mean[:, None, None] * history.shear
-        sliding = _sliding(trial, stiffness, limit)
-        pull = np.linalg.solve(np.eye(2) + sliding[:, None, None] * stiffness, trial[..., None])[..., 0]
-        slipped = sliding * np.linalg.norm(pull, axis=1)
-        if self.friction == 0:
-            pull, slipped = (
-                0 * pull,
-                share * np.linalg.norm(np.einsum("kib,ki->kb", frame.axes, apart), axis=1),
-            )
-        touches = force > 0
-        pull, slipped = touches[:, None] * pull, touches * slipped
-        status = np.where(touches, np.where((sliding > 0) | (self.friction == 0), SLIP, STICK), OPEN)
-        return BeamContactPoints(
-            here,
-            anchor,
-            arm,
-            gap,
-            apart,
-            frame,
-            share,
-            spring,
-            mean,
-            history.shear,
-            before,
-            rate,
-            mean_rate,
-            sliding,
-            pull,
-            force,
-            status,
-            slipped,
-            factor,
-        )
+        rubs = Rubbing.of(history, here, apart, gap, (force, *rates, past), self.friction)
+        return BeamContactPoints(here, anchor, arm, gap, force, factor, rubs)
 
     def added(self, response: Response, state: BeamState) -> Response:
         """Return the response of beams and of their contact, with a tangent if that of the beams has one."""
         places, points = self.places(state), self.points(state)
         touching = points[points.status != OPEN]
-        here, traction = touching.approach, touching.traction
+        here, traction = touching.approach, touching.rubs.traction
         couple = 0.5 * here.distance[:, None] * np.cross(here.normal, traction)
         both = np.stack([-touching.on_a, couple], axis=1)[:, None] * np.stack([SIGNS, SIGNS**2], axis=1)
         at_stations = np.zeros((len(self.node), 6))
@@ -431,12 +283,10 @@ class BeamContact:
         at_stations[:, 3:] += np.cross(arm, at_stations[:, :3])  # about the nodes
         force = response.force.reshape(-1, 6).copy()
         np.add.at(force, self.node, at_stations)
-        stored = float(np.sum(touching.factor * self.law.energy(touching.gap) + touching.stored))
-        rubbed = state.contact.rubbed + self._work(points, state.contact)
-        energy = {"penalty": stored, "friction": rubbed}
-        energy["numerical"] = (
-            stored if self.law.exponent == 1 else 0.0
-        )  # the patch of Hertz and Mindlin is real
+        stored = float(np.sum(touching.factor * self.law.energy(touching.gap) + touching.rubs.stored))
+        energy = {"penalty": stored, "friction": state.contact.rubbed + float(points.rubs.lost.sum())}
+        # The patch of Hertz and Mindlin is real.
+        energy["numerical"] = stored if self.law.exponent == 1 else 0.0
         stiffness = response.stiffness
         if stiffness is not None:
             own = self._stiffness(touching, hat(arm), hat(at_stations[:, :3]), len(force))
@@ -462,17 +312,14 @@ class BeamContact:
                 f"the contact of yarns {one} and {other} has slid to the end of a yarn, which is pulled out of its "
                 "loop; use a smaller load"
             )
-        here, pairs = points.approach, history.pairs
-        within = here.free.all(axis=1)[:, None]
-        factor, sense, shear = self._shape(here)
-        rate = np.column_stack([np.where(within, here.s - history.s, 0.0), factor - history.factor])
-        # The patch has turned: its energy must not grow.
-        traction = np.einsum("kia,ki->ka", Frame.of(here, sense).axes, points.traction)
-        stored, turned = points.stored, _stored(traction, points.spring, shear)
-        traction *= np.sqrt(np.divide(stored, turned, out=np.ones_like(turned), where=turned > stored))[
-            :, None
-        ]
-        lost = float(np.sum(stored - _stored(traction, points.spring, shear)))
+        here, pairs, rubs = points.approach, history.pairs, points.rubs
+        within, shape = here.free.all(axis=1)[:, None], self._shape(here)
+        # The patch turns, and what it stores must not grow.
+        traction = Frame.of(here, shape["sense"]).within(rubs.traction)
+        turned = stored_energy(traction, rubs.spring, shape["shear"])
+        less = np.divide(rubs.stored, turned, out=np.ones_like(turned), where=turned > rubs.stored)
+        rubbed = history.rubbed + float(np.sum(rubs.lost + rubs.stored - less * turned))
+        moved = np.column_stack([np.where(within, here.s - history.s, 0.0), shape["factor"] - history.factor])
         return BeamContactHistory(
             pairs=replace(pairs, start=np.where(within, here.s, pairs.start)),
             carried=history.carried,
@@ -481,17 +328,14 @@ class BeamContact:
             normal=here.normal,
             gap=points.gap,
             force=points.force,
-            factor=factor,
-            sense=sense,
-            spring=points.spring,
-            shear=shear,
-            traction=traction,
-            slip=np.where(points.force > 0, history.slip + points.slipped, 0.0),
+            **shape,
+            spring=rubs.spring,
+            traction=np.sqrt(less)[:, None] * traction,
+            slip=np.where(points.force > 0, history.slip + rubs.slipped, 0.0),
             hold=needed_hold(here),
             on_a=points.on_a,
-            rate=rate / history.change if history.change > 0 else 0 * rate,
-            change=0.0,
-            rubbed=history.rubbed + self._work(points, history) + lost,
+            rate=moved / (history.change or np.inf),
+            rubbed=rubbed,
         )
 
     def _gap(self, here: Approach, pairs: Pairs, carried: np.ndarray) -> np.ndarray:
@@ -502,19 +346,6 @@ class BeamContact:
         """Reference arms (k, 2, 3) of material points half way between the yarns."""
         way = SIGNS * (0.5 * here.distance[:, None] * here.normal)[:, None]
         return np.linalg.solve(here.stencil.of(here.stencil.value, rotation), way[..., None])[..., 0]
-
-    def _work(self, points: BeamContactPoints, history: BeamContactHistory) -> float:
-        """Work that friction takes within the increment: none of its parts is negative [J].
-
-        On elastic slip it is what the traction does less what is stored, on slip the mean limit times its length.
-        """
-        elastic = _stored(points.pull, points.mean, points.shear) - _stored(
-            points.before, points.mean, points.shear
-        )
-        lost = elastic + history.stored - points.stored
-        if 0 < self.friction < np.inf:
-            lost += 0.5 * self.friction * (points.force + history.force) * points.slipped
-        return float(np.sum(lost))
 
     def _stiffness(
         self, points: BeamContactPoints, lever: np.ndarray, pull: np.ndarray, count: int
@@ -558,26 +389,13 @@ class BeamContact:
         Rows are, for side A and then B, what works on X and X,_s (force) and on the spin and its derivative (couple).
         """
         here, change = points.approach, Change.of(points.approach)
-        normal, traction, force = here.normal, points.traction, points.force
-        stiffness, axes, pull = self.law.stiffness(points.gap) * points.factor, points.frame.axes, points.pull
-        spin = points.frame.spin(here, change)
-        d_way = hat(points.apart) @ spin
-        d_way[:, :, 12:] += np.eye(3)
-        K, sliding = points.mean[:, None, None] * points.shear, points.sliding[:, None]
-        d_pull = points.share[:, None, None] * K @ axes.swapaxes(1, 2) @ d_way
-        sheared = points.shear @ pull[..., None]
-        rate = points.rate - sliding * points.mean_rate[:, None] * sheared[..., 0]
-        d_pull += rate[:, :, None] * change.gap[:, None]
-        # Beyond the limit: t + g K t is the trial, and t . dt = mu^2 F dF.
-        left = np.linalg.inv(np.eye(2) + sliding[..., None] * K)
-        along, level = pull[:, None] @ left, np.where(np.isfinite(self.friction), self.friction, 0.0) ** 2
-        slides = points.status == SLIP
-        steep = np.where(slides[:, None, None] & (self.friction > 0), along @ K @ pull[..., None], 1.0)
-        d_sliding = along @ d_pull + (level * force * stiffness)[:, None, None] * change.gap[:, None]
-        d_pull = left @ (
-            d_pull - (K @ pull[..., None]) * np.where(slides[:, None, None], d_sliding / steep, 0.0)
+        normal, traction, force, stiffness = (
+            here.normal,
+            points.rubs.traction,
+            points.force,
+            points.rubs.spring,
         )
-        d_traction = axes @ d_pull * (self.friction > 0) - hat(traction) @ spin
+        d_traction = points.rubs.tangent(here, change, self.friction)
         d_force = d_traction + force[:, None, None] * change.normal
         d_force -= stiffness[:, None, None] * normal[:, :, None] * change.gap[:, None]
         r = here.distance[:, None] * normal

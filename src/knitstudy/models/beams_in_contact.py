@@ -24,10 +24,9 @@ from knitstudy.loading.solve import Problem, Reported, settings_of
 from knitstudy.mechanics.beam_approach import A, B, Curves, Pairs, approach
 from knitstudy.mechanics.beam_contact import BeamContact
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
-from knitstudy.mechanics.hertz import Patch
 from knitstudy.mechanics.increment import Increment
 from knitstudy.models import endless_beams
-from knitstudy.models.endless_beams import penalty, pressing
+from knitstudy.models.endless_beams import patch, penalty, pressing
 from knitstudy.models.joints import JointPoints, Joints, contacts_of_crossings, patch_stiffness
 from knitstudy.models.network_3d import Network, loaded, spatial_network
 from knitstudy.study.scene import Scene
@@ -327,11 +326,9 @@ def beam_contact(scene: Scene, beams: Network, curves: Curves, pairs: Pairs, *fu
     """Return the contact of pairs of points on beams; the last arguments are those of `BeamContact`."""
     friction = scene.kind.interaction.friction(scene)
     stations = beams.station_node, beams.station_offset
-    patch = Patch(scene.yarn.poisson_ratio) if scene.beam.section == "hertz" else None
-    patch = patch if scene.value("yarn.pressing") is None else Patch()
-    return BeamContact(
-        curves, pairs, *stations, scene.yarn.radius, pressing(scene), friction, *further, patch=patch
-    )
+    rigid = scene.value("yarn.pressing") is None and scene.beam.section == "rigid"
+    law, shape = pressing(scene), None if rigid else patch(scene)
+    return BeamContact(curves, pairs, *stations, scene.yarn.radius, law, friction, *further, patch=shape)
 
 
 def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Problem:
