@@ -1,6 +1,7 @@
 """Two rigid yarns, one of them moved: what their contact exerts along prescribed paths."""
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from crossing_beams import MODULUS, POISSON, RADIUS, SECTION
@@ -12,6 +13,7 @@ from knitstudy.mechanics.hertz import Patch
 from knitstudy.mechanics.rotation import exp
 
 LAW = hertz(MODULUS, POISSON, RADIUS)
+HALF_SPACES = Patch(POISSON)
 
 
 @dataclass(frozen=True)
@@ -21,7 +23,7 @@ class Yarns:
     angle: float = 90.0  # [deg]
     bends: tuple = (0.0, 0.0)  # kR of either
     friction: float = np.inf
-    patch: Patch | None = Patch(POISSON)
+    patch: Patch | None = HALF_SPACES
     half: float = 6 * RADIUS
     count: int = 49
 
@@ -29,9 +31,7 @@ class Yarns:
         s = np.linspace(-self.half, self.half, self.count)
         turn = exp(np.array([0, 0, np.radians(self.angle)]))
         lower, upper = (_arc(s, k / RADIUS) for k in self.bends)
-        nodes = np.concatenate(
-            [lower - [0, 0, RADIUS], (upper * [1, 1, -1]) @ turn.T + [0, 0, RADIUS]]
-        )
+        nodes = np.concatenate([lower - [0, 0, RADIUS], (upper * [1, 1, -1]) @ turn.T + [0, 0, RADIUS]])
         curves = Curves(np.repeat([0, 1], self.count), np.tile(s + self.half, 2))
         window = np.array([[[self.half - 3 * RADIUS, self.half + 3 * RADIUS]] * 2])
         pairs = Pairs(np.array([[0, 1]]), window, np.full((1, 2), self.half))
@@ -42,7 +42,7 @@ class Yarns:
         return BeamModel(nodes, ends, SECTION, RADIUS, contact=contact)
 
     def carried(self, places, turns=None, whole=None):
-        """Yield normal force, traction on the upper yarn and history for every place (m, 3) of the upper yarn.
+        """Yield the force on the lower yarn, points and history at every place (m, 3) of the upper one.
 
         `turns` (m, 3) turn the upper yarn about the crossing, `whole` (m, 3) everything.
         """
@@ -58,7 +58,7 @@ class Yarns:
             state = replace(begun, position=position, rotation=rotation)
             points = model.contact.points(state)
             state = model.commit(state)
-            yield -points.on_a[0], points, state.contact
+            yield points.on_a[0], points, state.contact
 
 
 def _arc(s, k):
@@ -72,4 +72,4 @@ def path(*corners, steps=8):
     """Places (m, 3) along straight legs from the origin through corners, over R, each in so many steps."""
     legs = np.concatenate([[[0.0, 0, 0]], np.asarray(corners, dtype=float)]) * RADIUS
     share = (np.arange(steps) + 1)[:, None] / steps
-    return np.concatenate([a + share * (b - a) for a, b in zip(legs[:-1], legs[1:], strict=True)])
+    return np.concatenate([a + share * (b - a) for a, b in pairwise(legs)])
