@@ -159,6 +159,19 @@ def test_hooked_yarns_slide_without_lag(verify):
     verify.at_most("hooked yarns slid in 8 increments: direction", np.linalg.norm(ways[0] - ways[1]), 0.003)
 
 
+@pytest.mark.parametrize(("start", "steps", "bar"), [(90, 8, 0.003), (50, 8, 0.02), (50, 32, 0.002)])
+def test_force_of_yarns_that_turn(start, steps, bar, verify):
+    """Pressed, then turned against each other by 25 degrees: Hertz's force where they end, with the square of a step."""
+    turns = np.radians(np.concatenate([[0, 0], np.linspace(0, 25, steps + 1)[1:]]))
+    places = np.tile([0, 0, -DEPTH * RADIUS], (len(turns), 1))
+    *_, (push, _, _) = Yarns(start, count=193).carried(places, -turns[:, None] * [0, 0, 1])
+    (flat, steep), _ = curvatures(start - 25, (0, 0))
+    force, *_ = hertz_ellipse(flat / RADIUS, steep / RADIUS, DEPTH * RADIUS)
+    verify.within(
+        f"rigid yarns turned from {start} degrees in {steps} increments: force", -push[2], force, bar + 0.002
+    )
+
+
 @pytest.mark.parametrize("friction", [0.1, np.inf])
 def test_friction_turns_with_everything(friction, verify):
     """Pressed and sheared, while everything is turned by 90 degrees in three increments more or not."""

@@ -360,10 +360,10 @@ def require_known_contact(
         "point",
         beyond.sum(),
         increment.response.energy["internal"],
-        f"increment {increment.index}: where its law is not verified contact stores {{}} the internal energy, most of "
-        f"it between {where(k)}, which overlap by {depth[k]:.2f} radii at {angle:.0f} degrees, bent towards each other "
-        f"to {shape[k, 0]:.2f} and {shape[k, 1]:.2f} over the radius; verified are {DEEP:g} radii, {least:.0f} degrees, "
-        f"{BENT:g}, and shapes that make the force {FACTOR:g} times that at a right angle ({factor[k]:.3g} here)",
+        f"increment {increment.index}: where its law is not verified contact stores {{}} the internal energy, "
+        f"most of it between {where(k)}, which overlap by {depth[k]:.2f} radii at {angle:.0f} degrees, bent "
+        f"towards each other to {shape[k, 0]:.2f} and {shape[k, 1]:.2f} over the radius; verified are {DEEP:g} radii, "
+        f"{least:.0f} degrees, {BENT:g}, and shapes of {FACTOR:g} times the force ({factor[k]:.3g} here)",
         "Use a smaller load.strain, or solid yarns",
     )
 

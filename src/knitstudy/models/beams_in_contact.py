@@ -344,7 +344,7 @@ def beam_contact(scene: Scene, beams: Network, curves: Curves, pairs: Pairs, *fu
     """Return the contact of pairs of points on beams; the last arguments are those of `BeamContact`."""
     friction = scene.kind.interaction.friction(scene)
     stations = beams.station_node, beams.station_offset
-    rigid = scene.value("yarn.pressing") is None and scene.beam.section == "rigid"
+    rigid = scene.value("yarn.pressing") is None and scene.value("beam.section") == "rigid"
     law, shape = pressing(scene), None if rigid else patch(scene)
     return BeamContact(curves, pairs, *stations, scene.yarn.radius, law, friction, *further, patch=shape)
 
