@@ -9,6 +9,7 @@ from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_approach import Curves
 from knitstudy.mechanics.beam_contact import BeamContact, Power, hertz
 from knitstudy.mechanics.beam_model import BeamModel
+from knitstudy.mechanics.hertz import Patch
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
@@ -17,6 +18,7 @@ from knitstudy.models.beams_in_contact import Neighbours, point_pairs
 
 RADIUS, MODULUS, POISSON = 0.9e-3, 1.3e9, 0.42
 SECTION = Section.circular(2 * RADIUS, MODULUS, POISSON)
+PATCHES = {"rigid": None, "hertz": Patch(POISSON)}
 LAWS = {"rigid": Power(10 * MODULUS * RADIUS), "hertz": hertz(MODULUS, POISSON, RADIUS)}
 
 
@@ -73,7 +75,16 @@ class Beams:
         if np.isfinite(self.reach):
             pairs.bounds[0, 1, 0] = 0.5 * self.length + self.reach
         stations = np.arange(2 * count), np.zeros((2 * count, 3))
-        contact = BeamContact(curves, pairs, *stations, RADIUS, law, self.friction, carried=self.carried)
+        contact = BeamContact(
+            curves,
+            pairs,
+            *stations,
+            RADIUS,
+            law,
+            self.friction,
+            carried=self.carried,
+            patch=PATCHES[self.law],
+        )
         ends = np.concatenate([chain, chain + count])
         return BeamModel(nodes.reshape(-1, 3), ends, SECTION, RADIUS, contact=contact)
 
@@ -132,7 +143,7 @@ def curved_yarns(law, friction):
         one, one, one, np.array([[0, 1]]), np.full((1, 2), 4e-3), points, np.array([2 * RADIUS])
     )
     pairs = point_pairs(crossings, one, curves.length)
-    contact = BeamContact(curves, pairs, number, offset, RADIUS, LAWS[law], friction)
+    contact = BeamContact(curves, pairs, number, offset, RADIUS, LAWS[law], friction, patch=PATCHES[law])
     return BeamModel(position - offset, ends, SECTION, RADIUS, offset[ends], contact=contact)
 
 
@@ -169,7 +180,14 @@ def hairpin(law, friction):
     number = np.arange(len(yarn))
     stations = number, np.zeros((len(yarn), 3))
     contact = BeamContact(
-        curves, neighbours.first(), *stations, RADIUS, LAWS[law], friction, search=neighbours.search
+        curves,
+        neighbours.first(),
+        *stations,
+        RADIUS,
+        LAWS[law],
+        friction,
+        search=neighbours.search,
+        patch=PATCHES[law],
     )
     ends = np.column_stack([number[:-1], number[1:]])[np.diff(yarn) == 0]
     return BeamModel(position, ends, SECTION, RADIUS, contact=contact)

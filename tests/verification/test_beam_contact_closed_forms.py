@@ -13,6 +13,7 @@ from knitstudy.mechanics.beam_contact import Power
 from knitstudy.mechanics.rotation import exp
 from knitstudy.models.beams_in_contact import STRIP
 
+BOUNDED = 1e-3  # the factor of the shape is 1 at a right angle but for its smooth bounds
 LENGTH, FRICTION, PRESS, DRAG = 30e-3, 0.3, 0.2e-3, 0.6e-3
 
 # What one newton at the middle of a beam with clamped ends does there.
@@ -77,11 +78,11 @@ def test_yarns_that_touch_twice_carry_both_forces(law, verify):
     step[upper:, 2] = -depth
     state = model.advance(state, step.ravel())
     force = model.respond(state, False).force.reshape(-1, 6)[:upper, 2].sum()
-    verify.within(f"hairpin on a yarn: force, {law}", force, 2 * LAWS[law].force(np.array(-depth)), 1e-9)
+    verify.within(f"hairpin on a yarn: force, {law}", force, 2 * LAWS[law].force(np.array(-depth)), BOUNDED)
     # The pairs stay, and no point is counted twice.
     again = model.begin(model.commit(state), 0.0, 1.0).contact
     np.testing.assert_allclose(
-        again.force, state.contact.force + LAWS[law].force(np.array(-depth)), rtol=1e-9
+        again.force, state.contact.force + LAWS[law].force(np.array(-depth)), rtol=BOUNDED
     )
     parted = again.pairs.bounds[1, :, 0] - again.pairs.bounds[0, :, 1]
     assert parted.max() >= STRIP * RADIUS
@@ -96,7 +97,7 @@ def test_yarns_do_not_pass_through_each_other(law):
     state = model.advance(model.start(), step.ravel())
     assert model.contact.points(state).gap == pytest.approx(-3 * RADIUS)
     force = model.respond(state, False).force.reshape(-1, 6)[: case.elements + 1, 2].sum()
-    assert force == pytest.approx(LAWS[law].force(np.array(-3 * RADIUS)))
+    assert force == pytest.approx(LAWS[law].force(np.array(-3 * RADIUS)), BOUNDED)
 
 
 def at(increments, load):

@@ -329,6 +329,45 @@ def require_no_jump(scene: Scene, increment: Increment, recorder: Recorder) -> N
         )
 
 
+# What the law of a point is verified for (tests/verification/test_point_contact.py): curvatures towards each other over
+# 1/R, the sine of the angle, the factor of both on the force, and the overlap over R
+BENT, SINE, FACTOR, DEEP = 0.45, 0.25, 3.0, 0.3
+
+
+def require_known_contact(
+    scene: Scene,
+    increment: Increment,
+    stored: np.ndarray,  # (k,) energies of contact [J]
+    depth: np.ndarray,  # (k,) overlap over R
+    shape: np.ndarray,  # (k, 3) curvatures towards each other over 1/R, and the cosine of the angle
+    factor: np.ndarray,  # (k,) by which they multiply the force
+    where: Callable[[int], str],  # says which pair of yarns one is
+) -> None:
+    """Refuse a state in which contact stores much where its law is not verified.
+
+    As with a penalty, the force of the yarns is wrong by about the share of such energy, times the error of the law.
+    Raises ConvergenceError if it exceeds the share ``gates.point`` of the internal energy.
+    """
+    sine = np.sqrt(np.maximum(1 - shape[:, 2] ** 2, 0.0))
+    known = (shape[:, :2].max(axis=1) <= BENT) & (sine >= SINE) & (factor <= FACTOR) & (depth <= DEEP)
+    beyond = np.where(known, 0.0, stored)
+    if increment.load < FIRST or not beyond.any():
+        return
+    k = int(np.argmax(beyond))
+    angle, least = np.degrees(np.arcsin([sine[k], SINE]))
+    require_share(
+        scene,
+        "point",
+        beyond.sum(),
+        increment.response.energy["internal"],
+        f"increment {increment.index}: where its law is not verified contact stores {{}} the internal energy, "
+        f"most of it between {where(k)}, which overlap by {depth[k]:.2f} radii at {angle:.0f} degrees, bent "
+        f"towards each other to {shape[k, 0]:.2f} and {shape[k, 1]:.2f} over the radius; verified are {DEEP:g} radii, "
+        f"{least:.0f} degrees, {BENT:g}, and shapes of {FACTOR:g} times the force ({factor[k]:.3g} here)",
+        "Use a smaller load.strain, or solid yarns",
+    )
+
+
 def fewest_across(scene: Scene) -> float:
     """Return how many hexahedra a yarn needs across by default."""
     return max(ELEMENTS_ACROSS["knit"], ELEMENTS_ACROSS.get(scene.specimen, 0.0) / scene.mesh.refinement)

@@ -151,25 +151,26 @@ def approach(
         if not moves.any():
             break
         some = np.flatnonzero(moves)
-        chosen, lag = (pairs.yarn[some], hold[some]), s[some] - pairs.start[some]
-        here = _evaluate(curves, position, *chosen, s[some])
+        yarn, spring, lag = pairs.yarn[some], hold[some], s[some] - pairs.start[some]
+        here = at_places(curves, position, yarn, s[some], spring)
         step = _newton_step(here, lag, low[some], high[some])
         level = _level(here, lag) * (1 + 1e-14)  # beyond rounding
         for _ in range(HALVINGS):
-            trial = _evaluate(curves, position, *chosen, s[some] + step)
+            trial = at_places(curves, position, yarn, s[some] + step, spring)
             worse = _level(trial, lag + step) > level
             if not worse.any():
                 break
             step[worse] *= 0.5
         s[some] += step
         moves[some] = np.abs(step).max(axis=1) > 1e-13 * curves.length.max()
-    done = _evaluate(curves, position, pairs.yarn, hold, s)
+    done = at_places(curves, position, pairs.yarn, s, hold)
     return replace(done, free=(s > low) & (s < high))
 
 
-def _evaluate(
-    curves: Curves, position: np.ndarray, yarn: np.ndarray, hold: np.ndarray, s: np.ndarray
+def at_places(
+    curves: Curves, position: np.ndarray, yarn: np.ndarray, s: np.ndarray, hold: np.ndarray | float = 0.0
 ) -> Approach:
+    """Return the approach at arc lengths s (k, 2) of yarns (k, 2), closest or not."""
     stencil = curves.stencil(yarn, s)
     weights = stencil.value, stencil.first, stencil.second
     point, tangent, bend = (stencil.of(each, position) for each in weights)
@@ -177,13 +178,35 @@ def _evaluate(
     distance = np.linalg.norm(apart, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         normal = apart / distance[:, None]
-    return Approach(s, np.ones(s.shape, dtype=bool), stencil, tangent, bend, distance, normal, hold)
+    return Approach(
+        s,
+        np.ones(s.shape, dtype=bool),
+        stencil,
+        tangent,
+        bend,
+        distance,
+        normal,
+        np.broadcast_to(hold, distance.shape),
+    )
+
+
+def bends(here: Approach, radius: float) -> np.ndarray:
+    """Return curvatures (k, 3) towards the other yarn, times a radius, of A and B, and the cosine of their angle."""
+    speed = np.linalg.norm(here.tangent, axis=2, keepdims=True)
+    tangent = here.tangent / speed
+    across = here.bend - tangent * np.einsum("kai,kai->ka", tangent, here.bend)[..., None]
+    towards = radius * np.einsum("kai,ki->ka", across / speed**2, here.normal) * [1.0, -1.0]
+    return np.column_stack([towards, np.einsum("ki,ki->k", tangent[:, A], tangent[:, B])])
 
 
 def needed_hold(here: Approach) -> np.ndarray:
-    """Return the stiffness (k,) of springs that brings the smallest eigenvalue of H to `SOFTEST`."""
-    smallest = np.linalg.eigvalsh(_hessian(replace(here, hold=np.zeros(len(here.s)))))[:, 0]
-    return np.maximum(0.0, SOFTEST - smallest)
+    """Return the stiffness (k,) of springs that make up for what bends take from the smallest eigenvalue of H.
+
+    It is brought to `SOFTEST`, or to that of straight yarns where this is less.
+    """
+    here = replace(here, hold=np.zeros(len(here.s)))
+    smallest, straight = (np.linalg.eigvalsh(_hessian(here, bends))[:, 0] for bends in (True, False))
+    return np.maximum(0.0, np.minimum(SOFTEST, straight) - smallest)
 
 
 def _level(here: Approach, lag: np.ndarray) -> np.ndarray:

@@ -1,12 +1,15 @@
 """Contact with friction between beams of circular section, at one pair of closest points a crossing.
 
 The gap is |r| - 2R, and more where a tie carries part of the overlap. Points at the bound of their piece stay in
-contact, so that no force is lost at once where they slide into the next piece. The tangential traction is a stiffness
-times the elastic slip of two material points of the surfaces, one on either yarn, that faced each other when the last
-increment had converged, up to mu times the normal force. A material point is carried by its yarn's sections, so that
-friction knows their spin: a yarn that rolls on another does not slip, one that spins in its place does. Friction acts
-on both yarns half way between the centrelines, with the couple that it exerts there on their sections, so that forces
-and moments balance exactly. Friction that acted on the centrelines alone would leave a couple of 2R times its force.
+contact, so that no force is lost at once where they slide into the next piece. The force is that of yarns that cross at
+a right angle, times a factor by the shape of both surfaces (`hertz.Patch.force`). Within an increment the factor is
+what it will be at the end if the last one goes on.
+
+Friction (`beam_friction`) follows two material points of the surfaces that faced each other when the increment began. A
+material point is carried by its yarn's sections, so that friction knows their spin: a yarn that rolls on another does
+not slip, one that spins in its place does. Friction acts on both yarns half way between the centrelines, with the
+couple that it exerts there on their sections, so that forces and moments balance exactly. Friction that acted on the
+centrelines alone would leave a couple of 2R times its force.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ import scipy.sparse as sp
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.beam_approach import (
+    SOFTEST,
     A,
     Approach,
     B,
@@ -29,9 +33,12 @@ from knitstudy.mechanics.beam_approach import (
     Pairs,
     Stencil,
     approach,
+    bends,
     needed_hold,
 )
-from knitstudy.mechanics.contact.friction import OPEN, Coulomb
+from knitstudy.mechanics.beam_friction import Frame, Rubbing, stored_energy
+from knitstudy.mechanics.contact.friction import OPEN
+from knitstudy.mechanics.hertz import Patch
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.rotation import hat
 
@@ -39,6 +46,13 @@ if TYPE_CHECKING:
     from knitstudy.mechanics.beam_model import BeamState
 
 SIGNS = np.array([[1.0], [-1.0]])  # of sides A and B
+
+# Largest factor: straight yarns have it at 13 degrees. Yarns that conform to each other touch along an arc
+MOST = 3.0
+# Most that an increment may go on as the last one: along the yarns over R, and of factors over themselves
+AHEAD = 0.25
+# Smallest eigenvalue of H (`beam_approach`) below which nothing goes on
+SINGULAR = 0.1
 
 
 @dataclass(frozen=True)
@@ -100,10 +114,22 @@ class BeamContactHistory(Chosen):
     normal: np.ndarray  # (k, 3), from side A to side B
     gap: np.ndarray  # (k,) [m]; inf where the closest point was an end
     force: np.ndarray  # (k,), normal force [N]; where it is positive the material points count as joined
+    factor: np.ndarray  # (k,), by the shape of the surfaces
+    sense: np.ndarray  # (k,), of the `Frame`
+    shear: np.ndarray  # (k, 2, 2), shear stiffness of the patch over dF/d(delta), in the frame
+    spring: np.ndarray  # (k,), dF/d(delta) [N/m]
+    traction: np.ndarray  # (k, 2), on side B, in the frame [N]
     slip: np.ndarray  # (k,), length slipped since first contact [m]
     hold: np.ndarray  # (k,), springs of closest points, see `beam_approach`
     on_a: np.ndarray  # (k, 3), force of contact on side A, before springs are held anew [N]
-    rubbed: np.ndarray  # (k,), work of friction so far [J]
+    rate: np.ndarray  # (k, 3), change of s and the factor in the last increment, over that of the load
+    change: float = 0.0  # of the load in this one
+    rubbed: float = 0.0  # work of friction so far [J]
+
+    @property
+    def stored(self) -> np.ndarray:
+        """Energies (k,) of elastic slip [J]."""
+        return stored_energy(self.traction, self.spring, self.shear)
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,21 +141,19 @@ class BeamContactPoints(Chosen):
     # (k, 2, 4, 3), from the centreline to the material points, turned as each of its stations is [m]
     arm: np.ndarray
     gap: np.ndarray  # (k,) [m]; inf where the closest point is an end
-    apart: np.ndarray  # (k, 3), from the material point of side B to that of side A [m]
-    # (k,), part of the increment in contact: 1, or less for pairs that have closed within it
-    share: np.ndarray
-    share_rate: np.ndarray  # (k,), its derivative with respect to the gap [1/m]
-    sticking: np.ndarray  # (k,), stiffness against elastic slip [N/m]; zero where open
-    trial: np.ndarray  # (k, 3), tangential force on side B by side A's motion, before Coulomb's limit [N]
-    traction: np.ndarray  # (k, 3), the same after it [N]
     force: np.ndarray  # (k,), normal force [N]
-    status: np.ndarray  # int (k,) OPEN, STICK or SLIP
-    slipped: np.ndarray  # (k,), length within the increment [m]
+    factor: np.ndarray  # (k,), of it by the shape of the surfaces
+    rubs: Rubbing
+
+    @property
+    def status(self) -> np.ndarray:
+        """Status (k,) OPEN, STICK or SLIP."""
+        return self.rubs.status
 
     @property
     def on_a(self) -> np.ndarray:
         """Force (k, 3) of contact on side A [N]."""
-        on_a = -(self.traction + self.force[:, None] * self.approach.normal)
+        on_a = -(self.rubs.traction + self.force[:, None] * self.approach.normal)
         return np.where((self.status != OPEN)[:, None], on_a, 0.0)
 
 
@@ -149,13 +173,12 @@ class BeamContact:
         carried: np.ndarray | float = 0.0,  # (k,), overlap up to which ties keep the yarns apart [m]
         # Returns these pairs in new windows and further ones, from positions (S, 3), pairs and their points (k, 2)
         search: Callable[[np.ndarray, Pairs, np.ndarray], Pairs] | None = None,
+        patch: Patch | None = None,  # by which the shape of the surfaces counts; None: it does not
     ) -> None:
         self.crossings = len(pairs.start) if crossings is None else crossings
         self.carried, self.search = np.zeros(len(pairs.start)) + carried, search
         self.curves, self.pairs, self.node, self.offset = curves, pairs, node, offset
-        self.radius, self.law = radius, law
-        # Coulomb's law meets forces here: with stiffnesses of one, changes of forces are those of gaps and slips.
-        self.friction = Coulomb(normal=1.0, tangential=1.0, friction=friction)
+        self.radius, self.law, self.friction, self.patch = radius, law, friction, patch
 
     def places(self, state: BeamState) -> BeamState:
         """Return position (S, 3) and rotation (S, 3, 3) of the stations, from those of the nodes."""
@@ -167,16 +190,17 @@ class BeamContact:
         """Return the history of yarns that have not moved yet."""
         return self._begun(self.places(state), self.pairs, self.carried)
 
-    def begin(self, state: BeamState) -> BeamContactHistory:
-        """Return the history with which an increment begins: its pairs are those that the search finds.
+    def begin(self, state: BeamState, change: float = 0.0) -> BeamContactHistory:
+        """Return the history with which an increment of the load begins: its pairs are those that the search finds.
 
-        Pairs that the search has added go once they are open and have rubbed no work. Where yarns overlap already when
-        a pair is added, contact near it has carried them so far: the new pair carries what is more.
+        Pairs that the search has added go once they are open. Where yarns overlap already when a pair is added, contact
+        near it has carried them so far: the new pair carries what is more.
         """
+        past = replace(state.contact, change=change)
         if self.search is None:
-            return state.contact
-        past, first = state.contact, np.arange(len(state.contact.s)) < len(self.pairs.start)
-        past, places = past[first | (past.force > 0) | (past.rubbed > 0)], self.places(state)
+            return past
+        first = np.arange(len(past.s)) < len(self.pairs.start)
+        past, places = past[first | (past.force > 0)], self.places(state)
         # An open pair that stands at a bound follows no minimum: no place on its yarn is near.
         follows = (past.force > 0) | (past.pairs.start == past.s).all(axis=1)
         s = np.where(follows[:, None], past.s, -self.curves.length.max())
@@ -191,17 +215,43 @@ class BeamContact:
         here, none = approach(self.curves, places.position, pairs), np.zeros(len(pairs.start))
         if carried is None:
             carried = np.maximum(2 * self.radius - here.distance, 0.0)
-        arm = self._arms(here, places.rotation, none[:, None])
-        gap, zero = self._gap(here, pairs, carried), np.zeros((len(none), 3))
-        pairs = replace(pairs, start=here.s)
         return BeamContactHistory(
-            pairs, carried, here.s, arm, here.normal, gap, none, none, needed_hold(here), zero, none
+            pairs=replace(pairs, start=here.s),
+            carried=carried,
+            s=here.s,
+            arm=self._arms(here, places.rotation),
+            normal=here.normal,
+            gap=self._gap(here, pairs, carried),
+            force=none,
+            **self._shape(here),
+            spring=none,
+            traction=np.zeros((len(none), 2)),
+            slip=none,
+            hold=needed_hold(here),
+            on_a=np.zeros((len(none), 3)),
+            rate=np.zeros((len(none), 3)),
         )
+
+    def _shape(self, here: Approach) -> dict[str, np.ndarray]:
+        """Return factor, sense and shear of the history."""
+        shape = bends(here, self.radius)
+        sense = np.where(shape[:, 2] < 0, -1.0, 1.0)
+        factor, shear = np.ones(len(sense)), self.law.share * np.tile(np.eye(2), (len(sense), 1, 1))
+        if self.patch is not None:
+            frame = Frame.of(here, sense)
+            factor = np.minimum(self.patch.force(shape).value, MOST)
+            shear = self.patch.shear(frame.tangent, shape, here.normal)
+            shear = frame.axes.swapaxes(1, 2) @ shear @ frame.axes
+        return {"factor": factor, "sense": sense, "shear": shear}
 
     def points(self, state: BeamState) -> BeamContactPoints:
         """Evaluate all pairs."""
         places, history = self.places(state), state.contact
-        here = approach(self.curves, places.position, replace(history.pairs, start=history.s), history.hold)
+        most = AHEAD * np.stack([self.radius + 0 * history.factor] * 2 + [history.factor], axis=1)
+        ahead = np.clip(history.change * history.rate, -most, most)
+        ahead[history.hold > SOFTEST - SINGULAR] = 0.0
+        pairs = replace(history.pairs, start=history.s + ahead[:, :2])
+        here = approach(self.curves, places.position, pairs, history.hold)
         # Near yarns whose normal has turned round have passed through each other: r counts backwards.
         through = (np.einsum("ki,ki->k", here.normal, history.normal) < 0) & (history.gap < self.radius)
         sign = np.where(through, -1.0, 1.0)
@@ -210,27 +260,19 @@ class BeamContact:
         arm = np.einsum("kapij,kaj->kapi", places.rotation[anchor.stations], history.arm)
         material = anchor.of(anchor.value, places.position) + np.einsum("kap,kapi->kai", anchor.value, arm)
         gap = self._gap(here, history.pairs, history.carried)
-        # A pair that has closed within this increment has slid in contact only for the rest of it.
-        closes = (history.force <= 0) & (gap < 0) & (history.gap > 0) & np.isfinite(history.gap)
-        now, then = np.where(closes, gap, 0.0), np.where(closes, history.gap, 0.0)
-        span = np.where(closes, now - then, 1.0)
-        share = np.where(closes, now / span, 1.0)
-        apart = material[:, A] - material[:, B]
-        plane = apart - here.normal * np.einsum("ki,ki->k", here.normal, apart)[:, None]
-        sticking, force = self.law.share * self.law.stiffness(gap), self.law.force(gap)
-        trial = (sticking * share)[:, None] * plane
-        traction, status = self.friction.traction(trial, force)
-        slipped = self.friction.slipped(trial, force) / np.where(force > 0, sticking, 1.0)
-        rate = -then / span**2
-        return BeamContactPoints(
-            here, anchor, arm, gap, apart, share, rate, sticking, trial, traction, force, status, slipped
+        apart, factor, law = material[:, A] - material[:, B], history.factor + ahead[:, 2], self.law
+        force, *rates, past = (
+            factor * each
+            for each in (law.force(gap), law.stiffness(gap), law.stiffening(gap), law.force(history.gap))
         )
+        rubs = Rubbing.of(history, here, apart, gap, (force, *rates, past), self.friction)
+        return BeamContactPoints(here, anchor, arm, gap, force, factor, rubs)
 
     def added(self, response: Response, state: BeamState) -> Response:
         """Return the response of beams and of their contact, with a tangent if that of the beams has one."""
         places, points = self.places(state), self.points(state)
         touching = points[points.status != OPEN]
-        here, traction = touching.approach, touching.traction
+        here, traction = touching.approach, touching.rubs.traction
         couple = 0.5 * here.distance[:, None] * np.cross(here.normal, traction)
         both = np.stack([-touching.on_a, couple], axis=1)[:, None] * np.stack([SIGNS, SIGNS**2], axis=1)
         at_stations = np.zeros((len(self.node), 6))
@@ -241,13 +283,10 @@ class BeamContact:
         at_stations[:, 3:] += np.cross(arm, at_stations[:, :3])  # about the nodes
         force = response.force.reshape(-1, 6).copy()
         np.add.at(force, self.node, at_stations)
-        sheared = 0.5 * np.einsum("ki,ki->k", traction, traction) / touching.sticking
-        stored = float(np.sum(self.law.energy(touching.gap) + sheared))
-        rubbed = float(np.sum(state.contact.rubbed + self._work(points, state.contact)))
-        energy = {"penalty": stored, "friction": rubbed}
-        energy["numerical"] = (
-            stored if self.law.exponent == 1 else 0.0
-        )  # the patch of Hertz and Mindlin is real
+        stored = float(np.sum(touching.factor * self.law.energy(touching.gap) + touching.rubs.stored))
+        energy = {"penalty": stored, "friction": state.contact.rubbed + float(points.rubs.lost.sum())}
+        # The patch of Hertz and Mindlin is real.
+        energy["numerical"] = stored if self.law.exponent == 1 else 0.0
         stiffness = response.stiffness
         if stiffness is not None:
             own = self._stiffness(touching, hat(arm), hat(at_stations[:, :3]), len(force))
@@ -273,39 +312,40 @@ class BeamContact:
                 f"the contact of yarns {one} and {other} has slid to the end of a yarn, which is pulled out of its "
                 "loop; use a smaller load"
             )
-        touches = points.status != OPEN
-        elastic = points.traction / np.where(touches, points.sticking, 1.0)[:, None]
-        here, pairs = points.approach, history.pairs
-        within = here.free.all(axis=1)[:, None]
+        here, pairs, rubs = points.approach, history.pairs, points.rubs
+        within, shape = here.free.all(axis=1)[:, None], self._shape(here)
+        # The patch turns, and what it stores must not grow.
+        traction = Frame.of(here, shape["sense"]).within(rubs.traction)
+        turned = stored_energy(traction, rubs.spring, shape["shear"])
+        less = np.divide(rubs.stored, turned, out=np.ones_like(turned), where=turned > rubs.stored)
+        rubbed = history.rubbed + float(np.sum(rubs.lost + rubs.stored - less * turned))
+        moved = np.column_stack([np.where(within, here.s - history.s, 0.0), shape["factor"] - history.factor])
         return BeamContactHistory(
             pairs=replace(pairs, start=np.where(within, here.s, pairs.start)),
             carried=history.carried,
             s=here.s,
-            arm=self._arms(here, self.places(state).rotation, elastic),
+            arm=self._arms(here, self.places(state).rotation),
             normal=here.normal,
             gap=points.gap,
             force=points.force,
-            slip=np.where(points.force > 0, history.slip + points.slipped, 0.0),
+            **shape,
+            spring=rubs.spring,
+            traction=np.sqrt(less)[:, None] * traction,
+            slip=np.where(points.force > 0, history.slip + rubs.slipped, 0.0),
             hold=needed_hold(here),
             on_a=points.on_a,
-            rubbed=history.rubbed + self._work(points, history),
+            rate=moved / (history.change or np.inf),
+            rubbed=rubbed,
         )
 
     def _gap(self, here: Approach, pairs: Pairs, carried: np.ndarray) -> np.ndarray:
         ends = (here.s <= 0) | (here.s >= self.curves.length[pairs.yarn])
         return np.where(ends.any(axis=1), np.inf, here.distance - 2 * self.radius + carried)
 
-    def _arms(self, here: Approach, rotation: np.ndarray, elastic: np.ndarray) -> np.ndarray:
-        """Reference arms (k, 2, 3) of material points half way between the yarns, `elastic` (k, 3) apart."""
-        way = SIGNS * (0.5 * here.distance[:, None] * here.normal + 0.5 * elastic)[:, None]
+    def _arms(self, here: Approach, rotation: np.ndarray) -> np.ndarray:
+        """Reference arms (k, 2, 3) of material points half way between the yarns."""
+        way = SIGNS * (0.5 * here.distance[:, None] * here.normal)[:, None]
         return np.linalg.solve(here.stencil.of(here.stencil.value, rotation), way[..., None])[..., 0]
-
-    def _work(self, points: BeamContactPoints, history: BeamContactHistory) -> np.ndarray:
-        """Work (k,) of friction within the increment, mu times the mean force of it times the slip [J]."""
-        if not np.isfinite(self.friction.friction):
-            return np.zeros(len(points.force))
-        mean = 0.5 * (points.force + history.force)
-        return self.friction.friction * mean * points.slipped
 
     def _stiffness(
         self, points: BeamContactPoints, lever: np.ndarray, pull: np.ndarray, count: int
@@ -349,26 +389,13 @@ class BeamContact:
         Rows are, for side A and then B, what works on X and X,_s (force) and on the spin and its derivative (couple).
         """
         here, change = points.approach, Change.of(points.approach)
-        normal, traction, force, apart = here.normal, points.traction, points.force, points.apart
-        stiffness = self.law.stiffness(points.gap)
-        level = np.einsum("ki,ki->k", normal, apart)
-        plane = apart - normal * level[:, None]
-        d_plane = -normal[:, :, None] * np.einsum("ki,kiz->kz", apart, change.normal)[:, None]
-        d_plane -= level[:, None, None] * change.normal
-        d_plane[:, :, 12:] += np.eye(3) - normal[:, :, None] * normal[:, None, :]
-        d_trial = (points.sticking * points.share)[:, None, None] * d_plane
-        rate = (
-            points.sticking * points.share_rate
-            + self.law.share * self.law.stiffening(points.gap) * points.share
+        normal, traction, force, stiffness = (
+            here.normal,
+            points.rubs.traction,
+            points.force,
+            points.rubs.spring,
         )
-        d_trial += rate[:, None, None] * plane[:, :, None] * change.gap[:, None]
-        d_traction = self.friction.tangent(
-            points.trial,
-            d_trial,
-            stiffness[:, None] * change.gap,
-            force,
-            points.status,
-        )
+        d_traction = points.rubs.tangent(here, change, self.friction)
         d_force = d_traction + force[:, None, None] * change.normal
         d_force -= stiffness[:, None, None] * normal[:, :, None] * change.gap[:, None]
         r = here.distance[:, None] * normal

@@ -84,7 +84,7 @@ class BeamModel(Memoryless):
 
     def begin(self, state: BeamState, load: float, change: float) -> BeamState:
         """Return the state in which an increment starts."""
-        return state if self.contact is None else replace(state, contact=self.contact.begin(state))
+        return state if self.contact is None else replace(state, contact=self.contact.begin(state, change))
 
     def commit(self, state: BeamState) -> BeamState:
         """Return the state that a converged increment leaves."""

@@ -8,6 +8,7 @@ solid yarns.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -19,14 +20,15 @@ from knitstudy.contacts.facets import tied_crossings
 from knitstudy.errors import CoarseIncrement, GeometryError
 from knitstudy.geometry.crossings import Crossings
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.loading.gates import require_known_contact
 from knitstudy.loading.history import Recorder
 from knitstudy.loading.solve import Problem, Reported, settings_of
-from knitstudy.mechanics.beam_approach import A, B, Curves, Pairs, approach
-from knitstudy.mechanics.beam_contact import BeamContact
+from knitstudy.mechanics.beam_approach import A, B, Curves, Pairs, approach, at_places, bends
+from knitstudy.mechanics.beam_contact import MOST, BeamContact
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
 from knitstudy.mechanics.increment import Increment
 from knitstudy.models import endless_beams
-from knitstudy.models.endless_beams import penalty, pressing
+from knitstudy.models.endless_beams import patch, penalty, pressing
 from knitstudy.models.joints import JointPoints, Joints, contacts_of_crossings, patch_stiffness
 from knitstudy.models.network_3d import Network, loaded, spatial_network
 from knitstudy.study.scene import Scene
@@ -292,6 +294,22 @@ class BeamKnit:
         )
         raise CoarseIncrement(message, depth[k])  # yarns may have jumped through each other
 
+    def require_known(self, scene: Scene, increment: Increment, recorder: Recorder) -> None:
+        """Refuse a state beyond the verified law of a point; raises as `require_known_contact`."""
+        contact, past = self.model.contact, increment.state.contact
+        if contact.patch is None:
+            return
+        here = at_places(contact.curves, contact.places(increment.state).position, past.pairs.yarn, past.s)
+        shape, radius = bends(here, contact.radius), contact.radius
+
+        def where(k: int) -> str:
+            (one, other), (s, t) = past.pairs.yarn[k], past.s[k]
+            return f"yarns {one} and {other} at arc lengths {s:.4g} and {t:.4g} m"
+
+        factor = contact.patch.force(shape).value
+        stored = np.minimum(factor, MOST) * contact.law.energy(past.gap)
+        require_known_contact(scene, increment, stored, -past.gap / radius, shape, factor, where)
+
 
 def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
     """Return the beams of a scene; errors as of `build`."""
@@ -326,7 +344,9 @@ def beam_contact(scene: Scene, beams: Network, curves: Curves, pairs: Pairs, *fu
     """Return the contact of pairs of points on beams; the last arguments are those of `BeamContact`."""
     friction = scene.kind.interaction.friction(scene)
     stations = beams.station_node, beams.station_offset
-    return BeamContact(curves, pairs, *stations, scene.yarn.radius, pressing(scene), friction, *further)
+    rigid = scene.value("yarn.pressing") is None and scene.value("beam.section") == "rigid"
+    law, shape = pressing(scene), None if rigid else patch(scene)
+    return BeamContact(curves, pairs, *stations, scene.yarn.radius, law, friction, *further, patch=shape)
 
 
 def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Problem:
@@ -346,7 +366,7 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
         model=beams.model,
         observer=beams,
         settings=settings_of(scene, touches=True),
-        checks=(beams.require_seen,),
+        checks=(beams.require_seen, partial(beams.require_known, scene)),
         constants={"crossing_tied": beams.tied.astype(np.int8)},
         attributes={
             "beam_section": scene.beam.section,
@@ -354,7 +374,7 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
             "contact_coefficient": law.law.coefficient,
             "contact_exponent": law.law.exponent,
             "contact_stick_share": law.law.share,
-            "friction": law.friction.friction,
+            "friction": law.friction,
             "contact_points": len(law.pairs.start),
         },
     )

@@ -254,6 +254,14 @@ class BeamGates(Gates):
     """A ring of beams that turn by phi each is phi^2 / 3 too stiff, docs/gates.md. Checked: 0.05."""
 
 
+class TouchingBeamGates(BeamGates):
+    """Additional limits of beams in contact."""
+
+    point: float = numerics("choice", meaning="over the internal energy", default=0.05, gt=0)
+    """What contact stores where yarns bend, cross or overlap beyond what its law is verified for, docs/gates.md.
+    Checked: 0.05."""
+
+
 class SolidGates(Gates):
     """Additional limits of solids."""
 
