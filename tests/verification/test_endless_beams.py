@@ -28,6 +28,7 @@ SOFT = {
     "contact.friction": 0.4,
     "mesh.beam_size": 0.5,
     "gates.polygon": 0.2,
+    "gates.point": 1e3,  # bends beyond 0.45 / R
     "load.start": "rest",
     "load.lateral": "free",
 }
@@ -123,6 +124,7 @@ def test_stockinette_of_acrylic_yarn_is_that_of_an_independent_program(monkeypat
         "contact.friction": 0.0,
         "yarn.set": 0.0,
         "gates.flow": 1e3,
+        "gates.point": 1e3,
     }
     scene = load_scene("cell-course-isotropic").vary(
         keys | spacings | yarn | {"pattern.stitches": ["K"], "geometry.diameter_share": 0.6}
@@ -183,12 +185,29 @@ def test_all_purl_is_plain_knit(keys, same, within):
     np.testing.assert_allclose(other, force, atol=within, rtol=0)
 
 
-@pytest.mark.parametrize(
-    ("knit", "solid"), [("rib", (41.61, 44.39)), ("garter", (95.52, 86.24))], ids=["rib", "garter"]
-)
-def test_rib_and_garter_carry_what_solid_yarns_do(knit, solid):
-    """The reference is degree 3 without friction (docs/stitches.md): `measure` promises beams in contact to 14 %."""
-    keys = BEAMS | {"contact.friction": 0.0, "mesh.beam_size": 0.2, "load.strain": 0.03}
-    scene = load_scene(f"stitches-{knit}-course").vary(keys)
+# Forces per width [N/m] of cells at 3 % strain by spline yarns (docs/stitches.md), with their degree and the bar. From
+# degree 3 to 6 forces without friction fall by 2 to 3 %: below that, indentation rests on a law of straight yarns.
+SOLIDS = [
+    ("plain", "course", 0.0, (80.65, 64.41), 6, 0.04),
+    ("plain", "wale", 0.0, (71.11, 70.21), 8, 0.04),
+    ("plain", "wale", 0.3, (82.20, 175.13), 6, 0.05),
+    ("plain", "wale", 3.0, (122.12, 485.16), 6, 0.03),
+    ("rib", "course", 0.0, (41.14, 43.65), 6, 0.05),
+    ("garter", "course", 0.0, (94.43, 84.42), 6, 0.04),
+    ("garter", "wale", 0.3, (71.00, 156.63), 3, 0.06),
+    ("seed", "course", 0.3, (133.23, 92.65), 3, 0.07),
+]
+
+
+@pytest.mark.parametrize(("knit", "way", "friction", "solid", "degree", "bar"), SOLIDS)
+def test_cells_of_beams_carry_what_solid_yarns_do(knit, way, friction, solid, degree, bar, verify):
+    keys = {"contact.friction": friction, "mesh.beam_size": 0.4, "load.strain": 0.03, "solver.increments": 12}
+    scene = load_scene(f"stitches-{knit}-{way}").vary(BEAMS | keys)
     history = simulate(scene, lay_out(scene))
-    assert history.force_per_width.values[-1, :2] == pytest.approx(solid, rel=0.08)
+    for axis, found, wanted in zip(
+        ("courses", "wales"), history.force_per_width.values[-1], solid, strict=False
+    ):
+        case = f"cell of beams, {knit}, {way}, friction {friction:g}, along {axis}: solids of degree {degree}"
+        verify.within(case, float(found), wanted, bar)
+    lost = history.energy.sel(form="friction").values
+    assert np.diff(lost).min() >= -1e-12 * np.abs(history.energy.values).max()

@@ -5,9 +5,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from crossing_beams import MODULUS, POISSON
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 from scipy.special import ellipe, ellipk
+from test_point_contact import curvatures, hertz_ellipse, surface
 
 from knitstudy.mechanics.beam import Section
 from knitstudy.mechanics.beam_contact import Power, hertz
@@ -275,6 +277,47 @@ def test_straight_yarns_carry_what_elliptic_hertz_says(angle):
 @pytest.mark.parametrize("bend", [0.1, 0.2, 0.3, 0.4, 0.45])
 def test_hooked_yarns_carry_what_hertz_says_of_their_surfaces(bend):
     assert pressed(DEEP, bend, 90) == pytest.approx(hertzian(bend, 90), rel=0.03)
+
+
+@pytest.mark.parametrize(("angle", "bend"), [(60, 0.1), (60, 0.2), (75, 0.35), (45, 0.1), (30, 0.06)])
+def test_bent_yarns_at_an_angle_carry_what_elliptic_hertz_says_of_their_surfaces(angle, bend):
+    """The ellipse follows from the curvatures of two tori, by differences of their heights."""
+    (flat, steep), _ = curvatures(angle, (bend, bend))
+    wanted = hertz_ellipse(flat, steep, 2 * DEEP)[0] / MODULUS * (1 - POISSON**2) / (1 - NU**2) * (D / 2) ** 2
+    assert pressed(DEEP, bend, angle) == pytest.approx(wanted, rel=0.035)
+
+
+@pytest.mark.parametrize(
+    ("angle", "bend", "deep", "bar"),
+    [
+        (90, 0.0, 0.05, 0.01),
+        (45, 0.0, 0.05, 0.01),
+        (90, 0.2, 0.01, 0.01),
+        (90, 0.45, 0.01, 0.04),
+        (60, 0.2, 0.01, 0.015),
+        (90, 0.2, 0.05, 0.03),
+        (90, 0.3, 0.05, 0.05),
+        (60, 0.2, 0.05, 0.05),
+    ],
+)
+def test_layers_carry_the_pressure_of_their_overlap(angle, bend, deep, bar):
+    """Sum of p = C u^1.9 over the overlap u of two tori along their common normal, over that of straight ones at 90."""
+
+    def summed(angle, bend):
+        x = np.linspace(-0.98, 0.98, 800)
+        x, y = np.meshgrid(x, x, indexing="ij")
+        c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+        with np.errstate(invalid="ignore"):
+            gap = -surface(x, y, bend) - surface(c * x + s * y, c * y - s * x, bend)
+        return np.sum(np.nan_to_num(np.maximum(2 * deep - gap, 0.0)) ** 1.9)
+
+    def carried(angle, bend):
+        model, points, yarn = pair(bend, angle, deep=deep)
+        model.repulsion = Repulsion(Power(1.0, 2.9), D, model.repulsion.onset)
+        return -forces(model, points)[0][:-3].reshape(-1, 6)[yarn == 1, 2].sum()
+
+    wanted = summed(angle, bend) / summed(90, 0.0)
+    assert carried(angle, bend) / carried(90, 0.0) == pytest.approx(wanted, rel=bar)
 
 
 def sheared(bend, angle, way, size=1e-5):

@@ -338,6 +338,7 @@ def require_known_contact(
     scene: Scene,
     increment: Increment,
     stored: np.ndarray,  # (k,) energies of contact [J]
+    internal: float,  # energy of the yarns [J]
     depth: np.ndarray,  # (k,) overlap over R
     shape: np.ndarray,  # (k, 3) curvatures towards each other over 1/R, and the cosine of the angle
     factor: np.ndarray,  # (k,) by which they multiply the force
@@ -359,7 +360,7 @@ def require_known_contact(
         scene,
         "point",
         beyond.sum(),
-        increment.response.energy["internal"],
+        internal,
         f"increment {increment.index}: where its law is not verified contact stores {{}} the internal energy, "
         f"most of it between {where(k)}, which overlap by {depth[k]:.2f} radii at {angle:.0f} degrees, bent "
         f"towards each other to {shape[k, 0]:.2f} and {shape[k, 1]:.2f} over the radius; verified are {DEEP:g} radii, "

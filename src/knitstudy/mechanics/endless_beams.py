@@ -182,6 +182,10 @@ class EndlessBeams:
             status=np.zeros(1),  # Contact begins softly, but a force may still jump within a step.
         )
 
+    def internal_energy(self, state: EndlessState) -> float:
+        """Return the energy of the yarns, that in which the load begins included [J]."""
+        return self.inner.respond(self._all(state), stiffness=False).energy["internal"]
+
     def at_points(self, state: EndlessState) -> BeamState:
         """Return position and rotation of the points of contact."""
         beams, points = state.beams, self.points

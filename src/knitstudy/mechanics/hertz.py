@@ -83,9 +83,10 @@ class Expansion:
         return self.through(x**n, n * x ** (n - 1), n * (n - 1) * x ** (n - 2))
 
     def at_least(self, least: float) -> Expansion:
-        """Return the positive y with y^2 - x y = least^2: x, with a smooth bound where it is small."""
-        x, root = self.value, np.sqrt(self.value**2 + 4 * least**2)
-        return self.through(0.5 * (x + root), 0.5 * (1 + x / root), 2 * least**2 / root**3)
+        """Return it where it is large, and smoothly not less than a bound: (y - least) (y - x) = least^2."""
+        x = self.value - least
+        root = np.sqrt(x**2 + 4 * least**2)
+        return self.through(least + 0.5 * (x + root), 0.5 * (1 + x / root), 2 * least**2 / root**3)
 
     def times(self, factor: np.ndarray) -> Expansion:
         """Return it times constants (k,)."""

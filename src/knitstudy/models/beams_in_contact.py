@@ -308,7 +308,8 @@ class BeamKnit:
 
         factor = contact.patch.force(shape).value
         stored = np.minimum(factor, MOST) * contact.law.energy(past.gap)
-        require_known_contact(scene, increment, stored, -past.gap / radius, shape, factor, where)
+        internal = increment.response.energy["internal"]
+        require_known_contact(scene, increment, stored, internal, -past.gap / radius, shape, factor, where)
 
 
 def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:

@@ -16,8 +16,13 @@ import xarray as xr
 from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.columns import REST
-from knitstudy.loading.gates import require_fine_beams, require_sound, require_stiff_contact
-from knitstudy.loading.history import Stations, cell_path
+from knitstudy.loading.gates import (
+    require_fine_beams,
+    require_known_contact,
+    require_sound,
+    require_stiff_contact,
+)
+from knitstudy.loading.history import Recorder, Stations, cell_path
 from knitstudy.loading.solve import Problem, Reported, settings_of
 from knitstudy.mechanics.beam_contact import Power
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
@@ -121,6 +126,24 @@ class BeamCell:
             "smallest_gap": nearest if np.isfinite(nearest) else np.nan,
         }, {}
 
+    def require_known(self, scene: Scene, increment: Increment, recorder: Recorder) -> None:
+        """Refuse a state beyond the verified law of contact; raises as `require_known_contact`."""
+        state, contact = increment.state, self.model.contact
+        points, vectors = self.model.at_points(state), self.model.vectors(state)
+        pairs = contact.pairs(points, vectors)
+        _, bends = contact.bends(pairs, points, vectors, second=False)
+        energy, _, factor = contact.energy(pairs, bends)
+        depth = 2 * (1 - pairs.distance / contact.repulsion.diameter)
+        shape = np.stack([each.value for each in bends[:3]], axis=1)
+
+        def where(k: int) -> str:
+            one, other = contact.yarn[pairs.both[k]]
+            s, t = contact.arc_length[pairs.both[k]]
+            return f"rows {one} and {other} at arc lengths {s:.4g} and {t:.4g} m"
+
+        internal = self.model.internal_energy(state)
+        require_known_contact(scene, increment, energy.value, internal, depth, shape, factor, where)
+
 
 def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Problem:
     """Return the cell of a scene as a problem, from a shape at rest if one is given.
@@ -143,7 +166,7 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
     else:
         model = model.starting_at(_state(rest))
     motion, prescribed = cell_path(scene.load, model.lattice.lengths, HELD, model.size)
-    repulsion = model.contact.repulsion
+    repulsion, cell = model.contact.repulsion, BeamCell(rows, model)
     return Problem(
         scene=scene,
         model=model,
@@ -152,8 +175,8 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
         motion=motion,
         driven=model.lattice_unknowns[None],
         stations=rows.stations,
-        observer=BeamCell(rows, model),
-        checks=(partial(require_sound, scene, None),),
+        observer=cell,
+        checks=(partial(require_sound, scene, None), partial(cell.require_known, scene)),
         attributes={
             "dof": model.size,
             "elements": len(rows.ends),
