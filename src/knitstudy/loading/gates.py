@@ -329,9 +329,10 @@ def require_no_jump(scene: Scene, increment: Increment, recorder: Recorder) -> N
         )
 
 
-# What the law of a point is verified for (tests/verification/test_point_contact.py): curvatures towards each other over
-# 1/R, the sine of the angle, the factor of both on the force, and the overlap over R
-BENT, SINE, FACTOR, DEEP = 0.45, 0.25, 3.0, 0.3
+# What the law of contact of beams is verified for (tests/verification/test_point_contact.py, test_line_contact.py):
+# curvatures towards each other over 1/R, the sine of the angle, and the spread f^2 delta / R, where f is the factor of
+# both on the force: the area of the patch over that of a section. The factor of points is bounded as well.
+BENT, SINE, SPREAD = 0.45, 0.25, 0.3
 
 
 def require_known_contact(
@@ -342,6 +343,7 @@ def require_known_contact(
     depth: np.ndarray,  # (k,) overlap over R
     shape: np.ndarray,  # (k, 3) curvatures towards each other over 1/R, and the cosine of the angle
     factor: np.ndarray,  # (k,) by which they multiply the force
+    most: float,  # largest factor
     where: Callable[[int], str],  # says which pair of yarns one is
 ) -> None:
     """Refuse a state in which contact stores much where its law is not verified.
@@ -350,7 +352,8 @@ def require_known_contact(
     Raises ConvergenceError if it exceeds the share ``gates.point`` of the internal energy.
     """
     sine = np.sqrt(np.maximum(1 - shape[:, 2] ** 2, 0.0))
-    known = (shape[:, :2].max(axis=1) <= BENT) & (sine >= SINE) & (factor <= FACTOR) & (depth <= DEEP)
+    known = (shape[:, :2].max(axis=1) <= BENT) & (sine >= SINE) & (factor <= most)
+    known &= factor**2 * depth <= SPREAD
     beyond = np.where(known, 0.0, stored)
     if increment.load < FIRST or not beyond.any():
         return
@@ -363,8 +366,9 @@ def require_known_contact(
         internal,
         f"increment {increment.index}: where its law is not verified contact stores {{}} the internal energy, "
         f"most of it between {where(k)}, which overlap by {depth[k]:.2f} radii at {angle:.0f} degrees, bent "
-        f"towards each other to {shape[k, 0]:.2f} and {shape[k, 1]:.2f} over the radius; verified are {DEEP:g} radii, "
-        f"{least:.0f} degrees, {BENT:g}, and shapes of {FACTOR:g} times the force ({factor[k]:.3g} here)",
+        f"towards each other to {shape[k, 0]:.2f} and {shape[k, 1]:.2f} over the radius, of a shape with "
+        f"{factor[k]:.3g} times the force; verified are {least:.0f} degrees, {BENT:g}, {most:g} times the force, and "
+        f"{SPREAD:g} radii over the square of that factor",
         "Use a smaller load.strain, or solid yarns",
     )
 

@@ -309,7 +309,9 @@ class BeamKnit:
         factor = contact.patch.force(shape).value
         stored = np.minimum(factor, MOST) * contact.law.energy(past.gap)
         internal = increment.response.energy["internal"]
-        require_known_contact(scene, increment, stored, internal, -past.gap / radius, shape, factor, where)
+        require_known_contact(
+            scene, increment, stored, internal, -past.gap / radius, shape, factor, MOST, where
+        )
 
 
 def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:

@@ -50,7 +50,8 @@ STRIDE = 0.1  # largest displacement that one correction may make, over the diam
 # Points of contact are no farther apart, over the radius, where `MOST` for every node are enough. Contact is soft below
 # an approach that is as much as the square of that: a hundredth of the radius of solid yarns, a twentieth of soft ones,
 # which overlap ten times as far.
-FINE, FINE_IN_LAYERS, MOST = 0.1, 0.23, 4
+FINE, FINE_IN_LAYERS, MOST = 0.1, 0.46, 4
+MOST_SHAPED = 5.0  # factor of surfaces that conform beyond which bounds of `hertz` count
 
 RELAXATION = 20  # increments of the way to rest, where none of them fails
 
@@ -142,7 +143,9 @@ class BeamCell:
             return f"rows {one} and {other} at arc lengths {s:.4g} and {t:.4g} m"
 
         internal = self.model.internal_energy(state)
-        require_known_contact(scene, increment, energy.value, internal, depth, shape, factor, where)
+        require_known_contact(
+            scene, increment, energy.value, internal, depth, shape, factor, MOST_SHAPED, where
+        )
 
 
 def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Problem:
