@@ -80,7 +80,8 @@ class LineHistory:
         tangent, bend = z[:, 3:], z[:, 1:3]
         tangent = tangent / np.linalg.norm(tangent, axis=2, keepdims=True)
         normal, closest = _closest(z[:, 0], tangent, bend, 0.5 * law.diameter)
-        share = np.einsum("ki,ki->k", normal, pairs.way) / r
+        # Where yarns overlap by more than their bends the parabolas may pass each other: only the plane counts.
+        share = np.abs(np.einsum("ki,ki->k", normal, pairs.way)) / r
         angles = np.stack([each.value for each in variables[:3]], axis=1)
         shear = law.shear(tangent, angles, normal)
         force = _push(contact, share * density, shape, r)[0]
