@@ -50,7 +50,7 @@ STRIDE = 0.1  # largest displacement that one correction may make, over the diam
 # Points of contact are no farther apart, over the radius, where `MOST` for every node are enough. Contact is soft below
 # an approach that is as much as the square of that: a hundredth of the radius of solid yarns, a twentieth of soft ones,
 # which overlap ten times as far.
-FINE, FINE_IN_LAYERS, MOST = 0.1, 0.46, 4
+FINE, FINE_IN_LAYERS, MOST = 0.1, 0.23, 4
 MOST_SHAPED = 5.0  # factor of surfaces that conform beyond which bounds of `hertz` count
 
 RELAXATION = 20  # increments of the way to rest, where none of them fails
