@@ -42,7 +42,7 @@ def test_newton_converges_quadratically(cell, verify):
     *_, end = trace(problem.model, problem.prescribed, settings, problem.solver)
     # Residuals at rounding say nothing about the method. Digits, not steps, are compared: a step that leaves an error
     # along bending after one along stretch has another constant, which digits outgrow.
-    digits = np.log([r for r in end.residuals if r > 1e-10])
+    digits = np.log([r for r in end.residuals if r > 5e-10])  # rounding leaves 1e-10
     verify.at_least(
         "Newton on the tied cell, 5% in one increment: exponent", digits[-1] / digits[-2], 1.8, "2"
     )
