@@ -6,9 +6,7 @@ import errno
 import glob
 import hashlib
 import os
-import signal
 import subprocess
-import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -23,32 +21,10 @@ import xarray as xr
 
 import knitstudy
 from knitstudy.errors import DataFileError, said_by
+from knitstudy.interruption import uninterrupted
 
 if TYPE_CHECKING:
     from knitstudy.study.scene import Scene
-
-
-# Ctrl-C at a moment where it would do harm
-
-
-@contextmanager
-def uninterrupted() -> Iterator[None]:
-    """Put Ctrl-C off until the block is over; only the main thread is interrupted.
-
-    An interruption between taking and using a lock around a netCDF file would leave the lock taken for ever.
-    """
-    before = signal.getsignal(signal.SIGINT)
-    if threading.current_thread() is not threading.main_thread() or before is None:
-        yield
-        return
-    came = []
-    signal.signal(signal.SIGINT, lambda *_: came.append(True))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-        if came:
-            signal.raise_signal(signal.SIGINT)
 
 
 # Files written whole or not at all

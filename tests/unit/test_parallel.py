@@ -1,5 +1,8 @@
 """Threads: how many there are, and that results do not depend on it."""
 
+import os
+import subprocess
+import sys
 import threading
 
 import numpy as np
@@ -46,6 +49,27 @@ def test_shared_work_may_share(monkeypatch):
 
     assert share(rows, 4) == [[(row, column, True) for column in range(3)] for row in range(4)]
     assert share(rows, 1) == [[(0, column, True) for column in range(3)]]  # and afterwards again
+
+
+STARTED = """
+import signal, threading
+from knitstudy.mechanics.batches import share
+start = threading.Thread.start
+def interrupted(thread):
+    start(thread)
+    signal.raise_signal(signal.SIGINT)
+threading.Thread.start = interrupted
+signal.signal(signal.SIGINT, signal.default_int_handler)
+share(lambda number: number, 2)
+"""
+
+
+def test_an_interruption_while_a_thread_starts_ends_the_program():
+    """Nobody would tell that thread to end, and the program would wait for it."""
+    command, two = [sys.executable, "-c", STARTED], os.environ | {VARIABLE: "2"}
+    ended = subprocess.run(command, env=two, capture_output=True, text=True, timeout=60)
+    assert ended.returncode != 0
+    assert ended.stderr.rstrip().endswith("KeyboardInterrupt")
 
 
 @pytest.mark.parametrize("element", ["one_point", "quadratic"])

@@ -6,7 +6,7 @@ import math
 import os
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager
 from functools import lru_cache
 from typing import Any, Self, TypeVar
@@ -15,6 +15,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.interruption import uninterrupted
 
 # Determinants and inverses of batches of 3 x 3 matrices in closed form: LAPACK's are made for large ones
 
@@ -132,8 +133,10 @@ def share(work: Callable[[int], Result], count: int) -> list[Result]:
 
     outermost = _SHARING.acquire(blocking=False)
     helpers = min(threads(), count) - 1 if outermost else 0
-    others = [_pool(threads()).submit(take) for _ in range(helpers)]
+    others: list[Future] = []
     try:
+        with uninterrupted():
+            others += [_pool(threads()).submit(take) for _ in range(helpers)]
         take()
     finally:
         for _ in numbers:  # after an exception nothing is left to take
@@ -146,11 +149,17 @@ def share(work: Callable[[int], Result], count: int) -> list[Result]:
     return results
 
 
+def parts(count: int, size: int) -> list[slice]:
+    """Return slices of `size` of so many, at least one."""
+    return [slice(first, first + size) for first in range(0, max(count, 1), size)]
+
+
 def by_parts(
     work: Callable[[slice], np.ndarray | tuple[np.ndarray, ...] | Chosen], count: int, size: int
 ) -> Any:
     """Return the arrays that ``work(part)`` returns, of `size` of so many at a time: that bounds the memory."""
-    found = share(lambda part: work(slice(part * size, (part + 1) * size)), max(1, -(-count // size)))
+    slices = parts(count, size)
+    found = share(lambda number: work(slices[number]), len(slices))
     if isinstance(found[0], tuple):
         return tuple(map(np.concatenate, zip(*found, strict=True)))
     return _joined(found)
