@@ -1,6 +1,7 @@
 """A knit in other units of length and stress gives the same dimensionless answer in every model.
 
-Powers of 2 scale without rounding: nothing but a hidden length, force or stiffness can show. Powers of 10 round inputs.
+Powers of 2 scale without rounding: nothing but a hidden length, force or stiffness can show, and the last bits of sums,
+whose order follows from where arrays lie in memory (3e-12 on one of several machines). Powers of 10 round inputs.
 """
 
 from functools import cache
@@ -78,4 +79,4 @@ def test_units_leave_the_dimensionless_answer_alone(case, units, full, verify):
         ("force", "motion"), curve(case, *(BINARY | DECIMAL)[units]), curve(case), strict=True
     ):
         error = np.abs(here - there).max() / np.abs(there).max()
-        verify.at_most(f"units: {units}: {case}: {said}", error, 1e-12 if units in BINARY else 1e-9)
+        verify.at_most(f"units: {units}: {case}: {said}", error, 1e-10 if units in BINARY else 1e-9)
