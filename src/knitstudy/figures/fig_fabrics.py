@@ -13,6 +13,7 @@ from knitstudy.measures.catalogue import Datasets
 from knitstudy.measures.fabrics import CELLS, FITTED, measured, predicted
 
 STITCHES = (FITTED, "garter", "rib", "seed")
+MEASURED = (FITTED, "rib")
 
 
 @FIGURES.add(
@@ -21,7 +22,7 @@ STITCHES = (FITTED, "garter", "rib", "seed")
     results={"cells": CELLS},
 )
 def draw(cells: Datasets) -> Figure:
-    """Draw a panel for every yarn and direction: points measured of stockinette, curves and intervals predicted."""
+    """Draw a panel for every yarn and direction: measured points with deviations, curves and intervals predicted."""
     table = predicted(cells)
     yarns = list(dict.fromkeys(table["yarn"]))
     drawing = figure(DOUBLE, 0.42 * DOUBLE * len(yarns), layout="constrained")
@@ -35,10 +36,13 @@ def draw(cells: Datasets) -> Figure:
             force = curve["force_per_width_N_mm"]
             axes.plot([0, *curve["strain"]], [0, *force], color=colour, label=f"{stitch}, predicted")
             axes.fill_betweenx(force, curve["lower"], curve["upper"], color=colour, alpha=0.2, lw=0)
-        known = measured(yarn, direction)
-        strain, spread, force = (known[name] for name in ("strain", "strain_sd", "force_per_width_N_mm"))
-        said = f"{FITTED}, measured (bars: standard deviation)"
-        axes.errorbar(strain, force, xerr=spread, fmt="o", color=INK, mfc="none", lw=0.7, label=said)
+            if stitch in MEASURED and len(curve):
+                known = measured(stitch, yarn=yarn, direction=direction)
+                strain, spread, force = (
+                    known[name] for name in ("strain", "strain_sd", "force_per_width_N_mm")
+                )
+                points = {"fmt": "o", "color": colour, "mfc": "none", "lw": 0.7}
+                axes.errorbar(strain, force, xerr=spread, **points, label=f"{stitch}, measured")
         panel_letter(axes, letter, f"{yarn}, {direction}")
         axes.set(ylim=(0, 0.32), xlim=(0, None))
     for axes in panels[-1]:

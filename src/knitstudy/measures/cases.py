@@ -70,7 +70,7 @@ def label_of(scene: Scene) -> str:
     if is_direct(scene):
         return f"{NAMES['dns']}, {made_of(scene)}"
     if scene.fidelity == "beam":
-        words = ["point contact", SECTIONS[scene.beam.section], TIES.get(scene.beam.tie)]
+        words = [SECTIONS[scene.beam.section], TIES.get(scene.beam.tie)]
         words.append(WORDS.get(scene.mesh.section_law))
     else:
         keys = (

@@ -133,14 +133,15 @@ class Strip:
     loose: np.ndarray  # relative change of the free cell's strains without friction on the way to rest
 
 
-def strip_of(cells: Mapping[str, Pulled], sheared: xr.Dataset, yarn: str, direction: str) -> Strip:
-    """Return the strip of the measured size from cells by their names: free, held and, perhaps, loose."""
+def strip_of(
+    cells: Mapping[str, Pulled], sheared: xr.Dataset, yarn: str, stitch: str, direction: str
+) -> Strip:
+    """Return the strip of the specimen's size from cells by their names: free, held and, perhaps, loose."""
     axis, free, held = DIRECTIONS.index(direction), cells["free"], cells["held"]
     shear = sheared["force_per_width"].to_numpy()[-1, 2] / sheared["cell_strain"].to_numpy()[-1, 2]
     law, force = StripLaw.of(free, held, axis, float(shear)), 1e3 * np.array(FORCES)
-    length, width = (
-        measured(yarn, direction)[name].iloc[0] / 1e3 for name in ("clamp_distance_mm", "width_mm")
-    )
+    size = measured("sizes", yarn=yarn, stitch=stitch, direction=direction)
+    length, width = (size[name].iloc[0] / 1e3 for name in ("clamp_distance_mm", "width_mm"))
 
     def strain(times: float) -> np.ndarray:
         far, size = np.nanmax(free.strain), (times * length, width)
@@ -157,20 +158,18 @@ def strip_of(cells: Mapping[str, Pulled], sheared: xr.Dataset, yarn: str, direct
     return Strip(between, np.max(np.abs(np.array(others) - between), axis=0), loose)
 
 
-def measured(yarn: str, direction: str) -> pd.DataFrame:
-    """Return what is measured of stockinette in a direction; DataFileError if there is nothing."""
-    table = pd.read_csv(RESOURCES / "measured" / "stockinette.csv")
-    table = table[(table["yarn"] == yarn) & (table["direction"] == direction)]
+def measured(name: str, **of: str) -> pd.DataFrame:
+    """Return the rows of a file of ``resources/measured`` by values of columns; DataFileError if there are none."""
+    table = pd.read_csv(RESOURCES / "measured" / f"{name}.csv")
+    table = table[(table[list(of)] == pd.Series(of)).all(axis=1)]
     if table.empty:
-        raise DataFileError(
-            f"resources/measured/stockinette.csv: has no curve of {yarn} in {direction} direction"
-        )
+        raise DataFileError(f"resources/measured/{name}.csv: has no row of {', '.join(of.values())}")
     return table
 
 
 def measured_strain(yarn: str, direction: str) -> np.ndarray:
     """Return the measured strains of stockinette at `FORCES`."""
-    table = measured(yarn, direction)
+    table = measured(FITTED, yarn=yarn, direction=direction)
     return np.interp(FORCES, table["force_per_width_N_mm"], table["strain"], right=np.nan)
 
 
@@ -192,7 +191,7 @@ def predicted(cells: Mapping[str, xr.Dataset]) -> pd.DataFrame:
             sheared = f"fabric-{yarn}-{stitch}-shear-free"
             if {"free", "held"} <= set(names) and sheared in cells:
                 pulled = {other: Pulled.of(cells[name], direction) for other, name in names.items()}
-                strips[yarn, stitch, direction] = strip_of(pulled, cells[sheared], yarn, direction)
+                strips[yarn, stitch, direction] = strip_of(pulled, cells[sheared], yarn, stitch, direction)
     parts = []
     for (yarn, stitch, direction), strip in strips.items():
         known = [strips.get((yarn, FITTED, each)) for each in DIRECTIONS]
