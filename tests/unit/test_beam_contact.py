@@ -1,24 +1,44 @@
-"""Parts of the contact of beams: smooth centrelines, pieces at crossings, laws, neighbours."""
+"""Parts of the contact of beams: laws, points of contact and their axes, ties, crossings."""
+
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from half_spaces import hertz
 
-from knitstudy.geometry.crossings import Crossings
-from knitstudy.mechanics.beam_approach import Curves, Pairs, approach
-from knitstudy.mechanics.beam_contact import Power, hertz
-from knitstudy.models.beams_in_contact import STRIP, Neighbours
+from knitstudy.errors import ConvergenceError, GeometryError
+from knitstudy.mechanics.beam_contact import BeamContact
+from knitstudy.mechanics.beam_model import BeamState
+from knitstudy.mechanics.contact_points import Axes, ContactPoints
+from knitstudy.mechanics.crossing_force import CrossedCylinders, Power
+from knitstudy.mechanics.line_contact import LineContact, Repulsion
+from knitstudy.models.beam_contact import joined
 
 UNEVEN = np.array([0.0, 1.0, 1.6, 2.9, 4.0, 4.5, 6.0])
+TWO = np.repeat([0, 1], len(UNEVEN))
+LAWS = [Power(3.0), hertz(1.3e9, 0.42, 0.9e-3), CrossedCylinders.of(1.3e9, 0.42, 0.9e-3)]
 
 
-def two_yarns():
-    """Curves of two yarns with uneven stations, and their yarn numbers."""
-    yarn = np.repeat([0, 1], len(UNEVEN))
-    return Curves(yarn, np.concatenate([UNEVEN, UNEVEN + 0.0])), yarn
+@pytest.mark.parametrize("law", LAWS)
+def test_stiffness_and_stiffening_are_derivatives_of_force(law):
+    gap = np.array([-2e-5, -1e-6, 3e-6])
+    step = 1e-9
+    stiffness = -(law.force(gap + step) - law.force(gap - step)) / (2 * step)
+    np.testing.assert_allclose(law.stiffness(gap), stiffness, rtol=1e-5)
+    stiffening = (law.stiffness(gap + step) - law.stiffness(gap - step)) / (2 * step)
+    np.testing.assert_allclose(law.stiffening(gap), stiffening, rtol=1e-5, atol=1e-9)
+
+
+def test_cylinders_that_cross_are_half_spaces_where_patches_are_small():
+    """Beyond, they are stiffer, as yarns give way less: by 17 % at 0.03 R (`crossing_force`)."""
+    half_spaces, cylinders = LAWS[1:]
+    gap = -0.9e-3 * np.array([1e-6, 0.03])
+    np.testing.assert_allclose(cylinders.force(gap) / half_spaces.force(gap), [1.0, 1.17], rtol=0.01)
 
 
 def curve(s, order=0):
-    """A parabola in space, which the curves follow exactly."""
+    """A parabola in space, or one of its derivatives."""
     columns = [
         [s, 0.3 * s**2 - s, 2.0 - 0.1 * s**2],
         [np.ones_like(s), 0.6 * s - 1, -0.2 * s],
@@ -27,121 +47,93 @@ def curve(s, order=0):
     return np.stack(columns[order], axis=-1)
 
 
-def test_curves_pass_a_parabola_through_uneven_stations():
-    curves, yarn = two_yarns()
-    position = np.where(yarn[:, None] == 0, curve(curves.arc_length), -curve(curves.arc_length))
-    s = np.linspace(0, 6, 41)
-    for number, sign in ((0, 1.0), (1, -1.0)):
-        stencil = curves.stencil(np.full(len(s), number), s)
-        for order, weights in enumerate((stencil.value, stencil.first, stencil.second)):
-            np.testing.assert_allclose(stencil.of(weights, position), sign * curve(s, order), atol=1e-12)
+def along(yarn, s, order=0):
+    """The parabola, mirrored for yarn 1."""
+    return np.where(yarn == 0, 1, -1)[:, None] * curve(s, order)
 
 
-def test_closest_points_of_two_curves():
-    """A parabola over a straight yarn, found from a start that is far off; a bound is not a closest approach."""
-    curves, _ = two_yarns()
-    s = UNEVEN
-    bowl = np.stack([s - 2.2, 0 * s, 1 + 0.2 * (s - 2.2) ** 2], axis=-1)
-    straight = np.stack([0 * s, s - 3.7, 0 * s], axis=-1)
-    position = np.concatenate([bowl, straight])
-    whole = np.array([[[0.0, 6.0], [0.0, 6.0]], [[3.0, 6.0], [0.0, 6.0]]])
-    pairs = Pairs(np.array([[0, 1], [0, 1]]), whole, np.array([[5.5, 0.4], [5.5, 0.4]]))
-    found = approach(curves, position, pairs)
-    np.testing.assert_allclose(found.s[0], [2.2, 3.7], atol=1e-9)
-    np.testing.assert_allclose(found.distance[0], 1.0, atol=1e-12)
-    np.testing.assert_allclose(found.normal[0], [0, 0, -1], atol=1e-9)
-    assert found.free.tolist() == [[True, True], [False, True]]
-    np.testing.assert_allclose(found.s[1, 0], 3.0)
+@pytest.mark.parametrize("per_station", [1, 3])
+def test_points_lie_on_a_parabola_through_uneven_stations(per_station):
+    s = np.tile(UNEVEN, 2)
+    points = ContactPoints.of(TWO, s, per_station)
+    assert len(points.yarn) == per_station * len(s)
+    np.testing.assert_allclose(points.weights @ along(TWO, s), along(points.yarn, points.arc_length))
+    np.testing.assert_allclose(np.bincount(points.yarn, points.weight), 6.0)
+    last = per_station * len(UNEVEN)
+    assert points.ends.tolist() == [0, last, last - 1, 2 * last - 1]
+    # Sections are those of the nearest stations.
+    apart = np.abs(points.arc_length[:, None] - UNEVEN)
+    np.testing.assert_array_equal(points.station % len(UNEVEN), apart.argmin(axis=1))
 
 
-@pytest.mark.parametrize("law", [Power(3.0), hertz(1.3e9, 0.42, 0.9e-3)])
-def test_force_is_the_derivative_of_energy(law):
-    gap = np.array([-2e-5, -1e-6, 3e-6])
-    step = 1e-9
-    slope = -(law.energy(gap + step) - law.energy(gap - step)) / (2 * step)
-    np.testing.assert_allclose(law.force(gap), slope, rtol=1e-5)
-    stiffness = -(law.force(gap + step) - law.force(gap - step)) / (2 * step)
-    np.testing.assert_allclose(law.stiffness(gap), stiffness, rtol=1e-5)
-    stiffening = (law.stiffness(gap + step) - law.stiffness(gap - step)) / (2 * step)
-    np.testing.assert_allclose(law.stiffening(gap), stiffening, rtol=1e-5, atol=1e-9)
-    np.testing.assert_allclose(law.depth(law.force(gap)), np.maximum(0, -gap), rtol=1e-12)
+def test_points_of_yarns_that_repeat_themselves_go_on_over_their_images():
+    period = np.array([7.0, 6.5])
+    points = ContactPoints.of(TWO, np.tile(UNEVEN, 2), 4, period)
+    np.testing.assert_allclose(np.bincount(points.yarn, points.weight), period)
+    x = points.weights @ np.tile(UNEVEN, 2) + points.around * period[points.yarn]
+    np.testing.assert_allclose(x, points.arc_length, atol=1e-12)
+    assert points.arc_length.min() < 0  # before the first station
 
 
-@pytest.fixture
-def rods():
-    """Three straight yarns of radius 0.2: 0 and 1 cross, 2 lies beside 0 and is known to touch nothing."""
-    s = np.linspace(0, 6, 25)
-    along_x = np.stack([s - 3, 0 * s, 0 * s], axis=-1)
-    along_y = np.stack([0 * s, s - 3, 0 * s + 0.45], axis=-1)
-    beside = along_x + np.array([0, 0.9, 0])
-    yarn = np.repeat([0, 1, 2], len(s))
-    curves = Curves(yarn, np.tile(s, 3))
-    position = np.concatenate([along_x, along_y, beside])
-    return Neighbours(curves, yarn, one_crossing(), np.array([False]), 0.2), position, yarn
+def test_yarns_of_two_stations_are_refused():
+    with pytest.raises(GeometryError, match=r"yarn 1 has 2 beam nodes: .* needs at least 3"):
+        ContactPoints.of(np.array([0, 0, 0, 1, 1]), np.array([0, 1, 2, 0, 1.0]), 2)
 
 
-def one_crossing():
-    one = np.array([0])
-    return Crossings(
-        one, one, one, np.array([[0, 1]]), np.full((1, 2), 3.0), np.zeros((1, 2, 3)), np.array([0.45])
+@pytest.mark.parametrize("length", [0.1, 1.4])
+def test_axes_of_a_parabola_are_exact_to_its_ends(length):
+    """Through neighbours, and through points farther away; nearer to the ends, through the last ones."""
+    points = ContactPoints.of(TWO, np.tile(UNEVEN, 2), 3)
+    yarn, s = points.yarn, points.arc_length
+    axes = Axes.of(yarn, s, points.weight, length, None)
+    assert np.all(yarn[axes.points] == yarn[:, None])
+    derivatives = axes.at(along(yarn, s), np.zeros((2, 3)))
+    for order, found in enumerate(derivatives, start=1):
+        np.testing.assert_allclose(found, along(yarn, s, order), atol=1e-10)
+
+
+def test_points_near_a_tie_are_joined_by_its_number():
+    points = ContactPoints.of(TWO, np.tile(np.arange(7.0), 2), 1)
+    tied = SimpleNamespace(yarn=np.array([[1, 0], [0, 1]]), arc_length=np.array([[5.2, 1.0], [2.0, 3.0]]))
+    assert joined(points, tied, 0.5).tolist() == [-1, 0, 1, -1, -1, -1, -1, -1, -1, -1, 1, -1, 0, -1]
+    assert joined(points, tied, 1.1).tolist() == [0, 0, 1, 1, -1, -1, -1, -1, -1, 1, 1, 1, 0, 0]
+
+
+@pytest.fixture(scope="module")
+def twice():
+    """Contact of a straight yarn and a wave 0.45 above it that crosses it twice, once in either order; their state."""
+    x = np.linspace(0, 6, 61)
+    low, high = (
+        np.stack([x, 0 * x, 0 * x], axis=-1),
+        np.stack([x, np.cos(np.pi * x / 3), 0.45 + 0 * x], axis=-1),
     )
+    length = np.append(0, np.cumsum(np.linalg.norm(np.diff(high, axis=0), axis=1)))
+    yarn, s = np.repeat([0, 1], 61), np.concatenate([x, length])
+    points, both = ContactPoints.of(yarn, s, 2), np.interp([1.5, 4.5], x, length)
+    law = Repulsion(Power(3.0, 1.5), 0.5, 0.01)
+    line = LineContact(points.yarn, points.arc_length, points.weight, law, beside=1.0)
+    places = np.array([[1.5, both[0]], [both[1], 4.5]])
+    none = np.zeros((122, 3))
+    contact = BeamContact(line, points, np.arange(122), none, np.array([[0, 1], [1, 0]]), places)
+    state = BeamState(np.concatenate([low, high]), np.tile(np.eye(3), (122, 1, 1)))
+    return contact, replace(state, contact=contact.start(state))
 
 
-def test_yarns_may_touch_beside_crossings(rods):
-    neighbours, position, _ = rods
-    known = neighbours.first()
-    pairs = neighbours.search(position, known, known.start)
-    assert pairs.yarn.tolist() == [[0, 1], [1, 2]]  # yarns 0 and 2 are too far apart
-    np.testing.assert_allclose(pairs.start, [[3.0, 3.0], [3.9, 3.0]], atol=1e-9)
-    np.testing.assert_allclose(pairs.bounds[1], [[3.1, 4.7], [2.2, 3.8]], atol=1e-9)
+def test_forces_of_points_are_those_of_the_nearer_crossing(twice):
+    contact, state = twice
+    found, force = contact.commit(state), contact.respond(state)[0][:, :3]
+    low, left = np.arange(122) < 61, state.position[:, 0] < 3
+    on_low, on_high = -force[low & left].sum(axis=0), -force[~low & ~left].sum(axis=0)
+    np.testing.assert_allclose(found.force, [on_low, on_high], atol=1e-12)
+    assert found.force[0, 2] < 0 < found.force[1, 2]
+    np.testing.assert_allclose(found.gap, [-0.05, -0.05, np.nan], atol=1e-3)
+    np.testing.assert_allclose(state.contact.gap, found.gap)
 
 
-def test_hooked_yarns_may_touch_between_their_crossings():
-    """Yarns 0 and 1 cross twice in a row, the second one the other way round; yarn 2 crosses 0 farther on."""
-    every, point = np.arange(3), np.zeros((3, 2, 3))
-    yarn, place = np.array([[0, 1], [0, 1], [0, 2]]), np.array([[2.0, 4.0], [3.0, 2.0], [5.0, 1.0]])
-    crossings = Crossings(every, every, every, yarn, place, point, np.ones(3))
-    station = np.repeat([0, 1, 2], 7)
-    curves = Curves(station, np.tile(np.arange(7.0), 3))
-    pairs = Neighbours(curves, station, crossings, np.zeros(3, dtype=bool), 0.2).first()[3:]
-    assert pairs.yarn.tolist() == [[0, 1], [0, 1]]
-    gap = STRIP * 0.2
-    windows = [[[gap, 2.5 - gap], [gap, 3 - gap]], [[2.5 + gap, 4 - gap], [3 + gap, 6 - gap]]]
-    np.testing.assert_allclose(pairs.bounds, windows)
-    np.testing.assert_allclose(pairs.start, [[2.5, 3.0], [2.5, 3.0]])
-
-
-def test_second_minimum_of_a_crossing_has_a_pair_of_its_own(rods):
-    """Yarn 1 comes down on yarn 0 a second time, 1.5 to the side: windows part half way, whoever is side A."""
-    neighbours, position, yarn = rods
-    known = neighbours.first()
-    s = neighbours.curves.arc_length
-    bent = position.copy()
-    bent[yarn == 1] = np.stack([s - 3, 0 * s, 0.45 + 0.2 * np.sin(np.pi * (s - 3) / 1.5) ** 2], axis=-1)[
-        yarn == 1
-    ]
-    bent[yarn == 0] = position[yarn == 0] + np.array([0, 0.02, 0]) * np.cos(3 * (s[yarn == 0] - 3))[:, None]
-    pairs = neighbours.search(bent, known, known.start)
-    at = {
-        (round(a, 1), round(b, 1)): k for k, (a, b) in enumerate(pairs.start) if set(pairs.yarn[k]) == {0, 1}
-    }
-    assert {(3.0, 3.0), (4.5, 4.5), (1.5, 1.5)} <= set(at)
-    one, other = pairs.bounds[at[3.0, 3.0]], pairs.bounds[at[4.5, 4.5]]
-    parted = other[:, 0] - one[:, 1]
-    np.testing.assert_allclose(parted.max(), STRIP * 0.2, atol=1e-6)
-    again = neighbours.search(bent, pairs, pairs.start)
-    np.testing.assert_allclose(again.bounds, pairs.bounds, atol=1e-12)  # all minima are followed
-
-
-def test_gaps_of_near_yarns(rods):
-    neighbours, position, _ = rods
-    pairs, s, gap = neighbours.closest(position, 0.3)
-    # Yarns 1 and 2 cross as well, and nobody said so.
-    assert pairs.yarn.tolist() == [[0, 1], [1, 2]]
-    np.testing.assert_allclose(gap, [0.05, 0.05], atol=1e-9)
-    np.testing.assert_allclose(s, [[3.0, 3.0], [3.9, 3.0]], atol=1e-9)
-    yarn, places = np.concatenate([pairs.yarn, pairs.yarn[:, ::-1]]), [*s, *(s[:, ::-1] + [0.1, -0.3])]
-    near, apart = neighbours.near(yarn, np.array(places), 0.31 / 0.2)
-    assert sorted(near.tolist()) == [[0, 2], [1, 3]]
-    np.testing.assert_allclose(apart, 0.3)
-    assert len(neighbours.near(yarn, np.array(places), 0.29 / 0.2)[0]) == 0
+def test_a_yarn_that_slides_off_the_end_of_another_is_refused(twice):
+    contact, state = twice
+    pressed, wave = replace(state, contact=contact.commit(state)), (np.arange(122) >= 61)[:, None]
+    near, off = (replace(pressed, position=pressed.position + wave * [x, 0, 0]) for x in (-0.7, -1.5))
+    assert contact.commit(near).force[0].any()
+    with pytest.raises(ConvergenceError, match=r"yarns 0 and 1 has slid to the end of a yarn"):
+        contact.commit(off)

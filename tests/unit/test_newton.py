@@ -303,3 +303,13 @@ def test_a_viscous_flow_leads_through_a_snap_and_says_how_much_energy_that_relea
     assert np.diff(path[-1].state.x)[1] > 1.5
     assert end["stabilisation"] == path[-1].damped > 0.05
     assert work - end["internal"] == pytest.approx(end["stabilisation"], rel=0.15)
+
+
+def test_steps_of_a_viscous_flow_are_short_and_begin_where_the_last_one_ended():
+    model, path = Snapping(), []
+    model.length, model.begin = 0.4, lambda state, load, change: path.append(state.x) or state
+    pull = PrescribedDisplacement(np.array([0, 2]), np.array([0.0, 6.0]))
+    increments = list(trace(model, pull, Settings(increments=60, vain=-1), LU()))
+    jump = np.abs(np.diff([increment.state.x[1] for increment in increments])).max()
+    steps = np.abs(np.diff([x[1] for x in path]))
+    assert steps.max() <= 1.25 * model.length < jump

@@ -8,7 +8,7 @@ import knitstudy
 PACKAGE = Path(knitstudy.__file__).resolve().parent
 
 ROOMS = (
-    {"errors"},
+    {"errors", "interruption"},
     {"registry"},
     {"files"},
     {"mechanics"},
@@ -29,7 +29,7 @@ ROOMS = (
 
 LEVEL = {room: level for level, rooms in enumerate(ROOMS) for room in rooms}
 
-AT_THE_TOP = {"__init__", "__main__", "errors", "files", "registry"}  # modules that a newcomer sees first
+AT_THE_TOP = {"__init__", "__main__", "errors", "files", "interruption", "registry"}  # for newcomers
 
 MODULES = {
     ".".join(("knitstudy", *path.relative_to(PACKAGE).with_suffix("").parts)).removesuffix(".__init__"): path

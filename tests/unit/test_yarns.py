@@ -156,7 +156,7 @@ def test_stress_and_tangent_of_the_law_are_derivatives(strip_law):
 def test_a_strip_lies_between_its_cells_and_says_nothing_beyond_them():
     free, held = (synthetic.fabric_cell(other, "course", 0.45) for other in OTHERS)
     cells = {"free": Pulled.of(free, "course"), "held": Pulled.of(held, "course")}
-    strip = strip_of(cells, synthetic.fabric_cell("free", "shear"), "cotton", "course")
+    strip = strip_of(cells, synthetic.fabric_cell("free", "shear"), "cotton", "stockinette", "course")
     assert np.isnan(strip.strain[-2:]).all()  # 0.25 N/mm is beyond the free cell
     assert (strip.strain[:-2] < cells["free"].strain[:-2]).all()
     assert (strip.strain[:-2] > cells["held"].strain[:-2]).all()

@@ -6,7 +6,7 @@ import pytest
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.mechanics.hertz import Patch
-from knitstudy.models import endless_beams
+from knitstudy.models import beam_contact
 from knitstudy.models.simulate import simulate
 from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import load_scene
@@ -111,7 +111,7 @@ def test_stockinette_of_acrylic_yarn_is_that_of_an_independent_program(monkeypat
         return one, one
 
     monkeypatch.setattr(Patch, "density", alone)
-    monkeypatch.setattr(endless_beams, "MOST", 2)
+    monkeypatch.setattr(beam_contact, "MOST", 2)
     keys = {
         name: SOFT[name]
         for name in ("fidelity", "geometry.free", "gates.polygon", "load.start", "load.lateral")

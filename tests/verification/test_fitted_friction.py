@@ -14,7 +14,7 @@ STRAIN = np.linspace(0.001, 0.03, 30)
 
 
 @cache
-def forces(friction, size=1.5):
+def forces(friction, size=1.0):
     changes = KEYS | {"contact.friction": friction, "mesh.beam_size": size}
     results = simulate(load_scene("beam-isotropic-course").vary(changes))
     return at(simulated_curve(results.history, results.geometry), STRAIN)
@@ -22,11 +22,11 @@ def forces(friction, size=1.5):
 
 def test_fit_finds_friction_and_modulus_of_another_resolution():
     noise = 1 + 0.02 * np.random.default_rng(0).standard_normal(len(STRAIN))
-    measured = 0.8 * forces(0.3, size=1.0) * noise
+    measured = 0.8 * forces(0.3, size=0.6) * noise
     found = fit(
         measured,
         {each: forces(each) for each in np.linspace(0.05, 1.0, SIMULATED)},
-        lambda frictions: {each: forces(each, size=1.0) for each in frictions},
+        lambda frictions: {each: forces(each, size=0.6) for each in frictions},
     )
     assert found.factor[1] <= 0.8 <= found.factor[2]
     assert found.friction[1] <= 0.3 <= found.friction[2]

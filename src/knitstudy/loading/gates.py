@@ -135,7 +135,8 @@ def require_stiff_contact(scene: Scene, key: str, patch: float) -> None:
     """Refuse a penalty that is softer than the yarns: MeshError that names the least value of its key.
 
     Two half spaces give way along a round patch of radius a by (2 - nu) / (4 G a) (Mindlin 1949), a penalty k E / h by
-    h / (k E pi a^2), and k E R of beams by 1 / (k E R): `patch` is pi a / h or R / a.
+    h / (k E pi a^2), and k E sqrt(R) delta^1.5 of beams, of which delta = a^2 / R, by 1 / (1.5 k E a): `patch` is
+    pi a / h or 1.5.
     """
     poisson = scene.yarn.poisson_ratio
     least = 2 / ((2 - poisson) * (1 + poisson) * patch)
@@ -329,9 +330,9 @@ def require_no_jump(scene: Scene, increment: Increment, recorder: Recorder) -> N
         )
 
 
-# What the law of contact of beams is verified for (tests/verification/test_point_contact.py, test_line_contact.py):
+# What the law of contact of beams is verified for (tests/verification/test_line_contact.py):
 # curvatures towards each other over 1/R, the sine of the angle, and the spread f^2 delta / R, where f is the factor of
-# both on the force: the area of the patch over that of a section. The factor of points is bounded as well.
+# both on the force: the area of the patch over that of a section. The factor is bounded as well.
 BENT, SINE, SPREAD = 0.45, 0.25, 0.3
 
 

@@ -190,7 +190,7 @@ def _require_whole(data: dict[str, np.ndarray]) -> None:
     """Refuse values that are not numbers, and arrays whose lengths do not fit; gaps may be infinite or nan."""
     increments = int(data["index"]) + 1
     for name, values in data.items():
-        judged = name.startswith((*_NUMBERS, *_JUDGED))
+        judged = name.startswith((*_NUMBERS, *_JUDGED)) and not name.endswith("gap")
         if judged and values.dtype.kind == "f" and np.isnan(values).any():
             raise ValueError(f"{name} holds values that are not numbers")
         if name.startswith(("rate", "force")) and values.dtype.kind not in "iuf":

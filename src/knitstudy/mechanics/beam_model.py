@@ -82,10 +82,6 @@ class BeamModel(Memoryless):
         rotation = exp(step[:, 1]) @ state.rotation
         return replace(state, position=state.position + step[:, 0], rotation=rotation)
 
-    def begin(self, state: BeamState, load: float, change: float) -> BeamState:
-        """Return the state in which an increment starts."""
-        return state if self.contact is None else replace(state, contact=self.contact.begin(state, change))
-
     def commit(self, state: BeamState) -> BeamState:
         """Return the state that a converged increment leaves."""
         return state if self.contact is None else replace(state, contact=self.contact.commit(state))

@@ -9,7 +9,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
-from knitstudy.mechanics.line_contact import Axes, LineContact
+from knitstudy.mechanics.contact_points import ContactPoints
+from knitstudy.mechanics.line_contact import LineContact
 from knitstudy.mechanics.line_friction import LineHistory
 from knitstudy.mechanics.model import Response, summed
 from knitstudy.mechanics.periodic import Lattice
@@ -17,6 +18,10 @@ from knitstudy.mechanics.periodic import Lattice
 # Where yarns do not touch yet nothing holds their rows or a free lattice: a faint drag within each increment does, this
 # times EI / L^3 of the yarn of one period. Loops resist by a hundred EI / L^3 and more
 DRAG = 0.01
+
+# Load factor at which a way to rest has ended: what an increment makes friction remember is out of balance by as much
+# as the increment has moved yarns, so that the last ones move none.
+RELEASED = 0.9
 
 
 @dataclass(frozen=True)
@@ -28,39 +33,6 @@ class EndlessState:
     contact: LineHistory
     moved: np.ndarray  # (6 n + 3,), change of the unknowns since the increment began
     dragged: float = 0.0  # work of the drag before [J]
-
-
-@dataclass(frozen=True, eq=False)
-class ContactPoints:
-    """Points of contact on parabolas through three nodes; the section of the nearest node turns them."""
-
-    node: np.ndarray  # int (p,), whose section it is
-    place: np.ndarray  # (p,), where it is beside that node, over the spacing of nodes
-    weights: sp.csr_matrix  # (p, n), of the positions of nodes
-    around: np.ndarray  # (p,), the same of images of nodes, in periods along the yarn
-
-    @classmethod
-    def of(cls, yarn: np.ndarray, per_node: int) -> ContactPoints:
-        """Return so many points for every node of yarns (n,) that are closed."""
-        n = len(yarn)
-        axes = Axes.of(yarn, np.ones(n), 1.0, closed=True)
-        t = (np.arange(per_node) + 0.5) / per_node - 0.5
-        parabola = np.stack([0.5 * t * (t - 1), 1 - t**2, 0.5 * t * (t + 1)], axis=1)
-        at = np.repeat(np.arange(n * per_node), 3)
-        column = np.repeat(axes.points, per_node, axis=0).ravel()
-        weights = sp.csr_matrix((np.tile(parabola.ravel(), n), (at, column)), (n * per_node, n))
-        around = (axes.image @ parabola.T).ravel()
-        return cls(np.repeat(np.arange(n), per_node), np.tile(t, n), weights, around)
-
-    def spread(self, moves: np.ndarray) -> sp.csr_matrix:
-        """Return how the unknowns (6 p + 3,) of points follow those of nodes (6 n + 3,); see `EndlessBeams.moves`."""
-        p, n = self.weights.shape
-        position = sp.kron(self.weights, sp.diags([1.0] * 3 + [0.0] * 3))
-        turns = sp.csr_matrix((np.ones(p), (np.arange(p), self.node)), (p, n))
-        turns = sp.kron(turns, sp.diags([0.0] * 3 + [1.0] * 3))
-        lattice = np.zeros((p, 6, 3))
-        lattice[:, :3] = self.around[:, None, None] * moves[0]
-        return sp.bmat([[position + turns, lattice.reshape(-1, 3)], [None, sp.eye(3)]], format="csr")
 
 
 class EndlessBeams:
@@ -144,7 +116,8 @@ class EndlessBeams:
 
     def begin(self, state: EndlessState, load: float, change: float) -> EndlessState:
         """Return the state in which an increment to a load factor starts."""
-        beams = replace(state.beams, released=load) if self.ramps else state.beams
+        released = min(load / RELEASED, 1.0)
+        beams = replace(state.beams, released=released) if self.ramps else state.beams
         return replace(state, beams=beams, moved=np.zeros(self.size))
 
     def settle(self, state: EndlessState) -> None:
@@ -152,7 +125,9 @@ class EndlessBeams:
 
     def commit(self, state: EndlessState) -> EndlessState:
         """Return the state that a converged increment leaves."""
-        contact = self._contact(state).commit(self.at_points(state), self.vectors(state), state.contact)
+        contact = state.contact
+        if self.contact.friction:
+            contact = self._contact(state).commit(self.at_points(state), self.vectors(state), contact)
         return replace(state, contact=contact, dragged=self._dragged(state), moved=np.zeros(self.size))
 
     def _dragged(self, state: EndlessState) -> float:
@@ -182,15 +157,15 @@ class EndlessBeams:
             status=np.zeros(1),  # Contact begins softly, but a force may still jump within a step.
         )
 
-    def internal_energy(self, state: EndlessState) -> float:
-        """Return the energy of the yarns, that in which the load begins included [J]."""
-        return self.inner.respond(self._all(state), stiffness=False).energy["internal"]
+    def internal_energy(self, response: Response) -> float:
+        """Return the energy of the yarns in a response, that in which the load begins included [J]."""
+        return response.energy["internal"] + self._stored.get("internal", 0.0)
 
     def at_points(self, state: EndlessState) -> BeamState:
         """Return position and rotation of the points of contact."""
         beams, points = state.beams, self.points
         position = points.weights @ beams.position + points.around[:, None] * self.vectors(state)[0]
-        return replace(beams, position=position, rotation=beams.rotation[points.node])
+        return replace(beams, position=position, rotation=beams.rotation[points.station])
 
     def _contact(self, state: EndlessState) -> LineContact:
         """Return the contact of yarns as thick as they have grown."""

@@ -1,9 +1,13 @@
 """Viscous flow: what leads a path on where Newton's method makes no headway.
 
-Within an increment of the load, viscous forces c D (u - u_n) hold all unknowns near the last converged state u_n. They
-fade, c from `FIRST` to zero in steps of `FADING`, each balanced state being the first guess for the next one: an
-implicit step of a quasi-static flow whose length grows without bound. What ends at c = 0 is in equilibrium as any
-other increment. Where some c is too small to be balanced, as in a snap, the flow goes on from the last balanced state.
+Within an increment of the load, steps of a quasi-static flow follow each other: viscous forces c D (u - u_n) hold all
+unknowns near u_n, the last balanced state. It is committed as a converged increment is, so that friction goes along the
+way of the flow and knows what yarns meet on it. Shorter steps have a larger c.
+
+c falls from `FIRST` to zero as long as viscous forces do not grow, as they do where equilibrium is unstable: there a
+smaller c than the stiffness that is missing finds nothing, or goes back. It rises where steps become longer than half
+an element, so that the trapezoidal rule knows the work of viscous forces, or do not balance. What ends at c = 0 is in
+equilibrium as any other increment.
 """
 
 from __future__ import annotations
@@ -17,9 +21,13 @@ from knitstudy.mechanics.model import Model, Response
 
 FIRST = 1e-2  # viscosity at first, over the stiffness of a typical unknown
 MOST = 1.0  # the same where less does not balance, beyond which the increment is too large
-FADING = 0.1  # ratio of viscosities that follow each other; nearer to 1 where less does not balance
+FADING = 0.1  # smallest ratio of viscosities that follow each other
+SOONER = 0.7  # ratio of such ratios, from 1 on
+GROWTH = 1.5  # ratio of viscous forces that follow each other from which viscosity does not fall
+RISING = 2.5  # ratio of viscosities after a step that does not balance, or is longer than meant by as much
 LEAST = 1e-9  # viscosity after which there is none: that of bending waves of 100 elements
-STRIDE = 0.5  # largest displacement that one correction may make, over the element size
+# Largest displacement that one correction may make, and steps are meant to make, over the element size
+STRIDE = 0.5
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,13 +26,11 @@ An integral of a potential over both axes (`line_contact`) carries F(delta) sqrt
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.special import ellipe, ellipk
-
-from knitstudy.mechanics.patch_compliance import local_compliance
 
 # Hertz's patch is small against R. That of yarns that conform or lie along each other is not: what becomes flat or
 # sharp there has a smooth lower bound. Up to kR = 0.45 around each other, or down to 15 degrees, the bounds change
@@ -149,10 +147,6 @@ class Patch:
 
     poisson_ratio: float | None = None  # of half spaces; None: layers
 
-    def force(self, bends: np.ndarray) -> Expansion:
-        """Return the force over F(delta), from (k_a R, k_b R, cos of the angle) (k, 3)."""
-        return self._force(*_surfaces(*Expansion.variables(bends))[1:])
-
     def density(self, k_a: Expansion, k_b: Expansion, cos: Expansion) -> tuple[Expansion, Expansion]:
         """Return what the integrand of a potential over both axes lacks, and the force over F(delta) that makes.
 
@@ -209,82 +203,3 @@ def _surfaces(k_a: Expansion, k_b: Expansion, cos: Expansion) -> tuple[Expansion
 
 
 LAYERS = Patch()
-
-# A yarn is no half space: what gives way under a patch is what a cylinder does beyond a beam (`local_compliance`), that
-# of a half space and C a further compliance, which hardly depends on the patch. So two yarns approach by
-#
-#     delta = delta_H(P) + 2 C(a) P,   a^2 = R delta_H
-#
-# less than half spaces: C is negative. Their axes are 10 % nearer to each other's surface at delta = 0.03 R.
-
-PATCHES = (0.2, 0.35, 0.5)  # semi-axes over R from which C(a) follows as a parabola
-DEEPEST = 0.35  # delta_H over R up to which the law is tabulated
-UNIFORM = 16 / (
-    3 * np.pi**2
-)  # mean displacement of a half space under an even pressure, times E a / (1 - nu^2)
-
-
-@dataclass(frozen=True, eq=False)
-class CrossedCylinders:
-    """Force of two equal elastic cylinders at a right angle over the gap of their axes as beams."""
-
-    coefficient: float  # of Hertz's law F = coefficient delta^1.5 [N/m^1.5]
-    radius: float  # R [m]
-    share: float  # stiffness against elastic slip over that against approach
-    table: CubicSpline  # F over Hertz's, by sqrt(delta / R)
-    exponent: float = 1.5
-
-    @classmethod
-    def of(cls, youngs_modulus: float, poisson_ratio: float, radius: float) -> CrossedCylinders:
-        """Return the law of cylinders of a modulus [Pa] and a radius [m]."""
-        nu = poisson_ratio
-        modulus = youngs_modulus / (2 * (1 - nu**2))
-        return cls(4 / 3 * modulus * np.sqrt(radius), radius, 2 * (1 - nu) / (2 - nu), _finite_thickness(nu))
-
-    def _at(self, gap: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return F and its first two derivatives by delta: with x = sqrt(delta / R), F = k x^3 f(x)."""
-        x = np.sqrt(np.maximum(-np.asarray(gap, dtype=float), 1e-300) / self.radius)
-        k = self.coefficient * self.radius**1.5
-        inside = np.minimum(x, self.table.x[-1])
-        f, f1, f2 = (self.table(inside, order) for order in range(3))
-        f1, f2 = np.where(inside < x, 0.0, f1), np.where(inside < x, 0.0, f2)
-        by_x, by_xx = k * (3 * x**2 * f + x**3 * f1), k * (6 * x * f + 6 * x**2 * f1 + x**3 * f2)
-        per = 1 / (2 * x * self.radius)  # dx / d delta
-        return k * x**3 * f, by_x * per, by_xx * per**2 - by_x * per**2 / x
-
-    def force(self, gap: np.ndarray) -> np.ndarray:
-        """Return the forces (k,) at gaps (k,) [m]; zero where open."""
-        return np.where(gap < 0, self._at(gap)[0], 0.0)
-
-    def stiffness(self, gap: np.ndarray) -> np.ndarray:
-        """Return how fast (k,) the force grows with the approach."""
-        return np.where(gap < 0, self._at(gap)[1], 0.0)
-
-    def stiffening(self, gap: np.ndarray) -> np.ndarray:
-        """Return the derivative (k,) of the stiffness by the gap; zero where open."""
-        return np.where(gap < 0, -self._at(gap)[2], 0.0)
-
-    def energy(self, gap: np.ndarray) -> np.ndarray:
-        """Return the stored energies (k,) [J]: the integral of the force."""
-        return np.where(gap < 0, self._integral(np.sqrt(np.maximum(-gap, 0.0) / self.radius)), 0.0)
-
-    def depth(self, force: np.ndarray) -> np.ndarray:
-        """Return the overlaps (k,) [m] at which forces (k,) act."""
-        x = np.linspace(0.0, 1.5 * self.table.x[-1], 2000)
-        return self.radius * np.interp(force, self.force(-self.radius * x**2), x) ** 2
-
-    @cached_property
-    def _integral(self) -> CubicSpline:
-        x = np.linspace(0.0, 2 * self.table.x[-1], 4000)
-        return CubicSpline(x, 2 * self.radius * x * self.force(-self.radius * x**2)).antiderivative()
-
-
-@cache
-def _finite_thickness(poisson_ratio: float) -> CubicSpline:
-    """Return F over Hertz's by sqrt(delta / R)."""
-    nu = poisson_ratio
-    C = [local_compliance(a, nu)[0] - UNIFORM * (1 - nu**2) / a for a in PATCHES]
-    a = np.linspace(0.0, np.sqrt(DEEPEST), 200)  # over R
-    P = 2 / 3 / (1 - nu**2) * a**3  # over E R^2
-    x = np.sqrt(a**2 + 2 * np.polyval(np.polyfit(PATCHES, C, 2), a) * P)
-    return CubicSpline(x, np.divide(a, x, out=np.ones_like(a), where=x > 0) ** 3)

@@ -1,4 +1,4 @@
-"""Contact between the points of yarns that repeat themselves, as a double integral over both yarns.
+"""Contact between the points of yarns, as a double integral over both yarns.
 
 Yarns that lie along each other, wrap around each other or touch at several places need no closest points here: every
 pair of short pieces of yarn repels with a potential V of the distance r of their centres (Kaldor, James and Marschner
@@ -17,8 +17,8 @@ on their curvatures along the way between them, which are differences of neighbo
 first and second derivatives of U with all of that. Parallel yarns have a force per length that grows with the approach
 to the exponent less a half: for F of Hertz's exponent 1.5 it is linear, as that of cylinders nearly is.
 
-Points are the nodes of the beams, with the lengths that they stand for. They resolve F from an approach e on, at which
-the yarns touch over four of their spacings. Below it F starts softly: the approach counts as e (2 - x) x^2 with
+Points (`contact_points`) have the lengths that they stand for. They resolve F from an approach e on, at which
+the yarns touch over `SPACINGS` of their spacings. Below it F starts softly: the approach counts as e (2 - x) x^2 with
 x = delta / e.
 """
 
@@ -32,19 +32,23 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
-from knitstudy.mechanics.batches import Chosen
-from knitstudy.mechanics.beam_contact import Power
+from knitstudy.mechanics.batches import Chosen, by_parts, parts, share
+from knitstudy.mechanics.contact_points import Axes
+from knitstudy.mechanics.crossing_force import CrossedCylinders, Power
 from knitstudy.mechanics.hertz import LAYERS, Expansion, Patch
-from knitstudy.mechanics.line_friction import LineHistory, PairFriction, friction_tangent
+from knitstudy.mechanics.line_friction import LineHistory, PairFriction, closest_points, friction_tangent
 
 if TYPE_CHECKING:
     from knitstudy.mechanics.beam_model import BeamState
 
-NEAR = 1.1  # distance up to which pairs are remembered, over the reach of pieces
-SPACINGS = 4.0  # length of contact from which on the law is exact, over the spacing of points
+NEAR = 1.1  # distance up to which pairs are near each other, and remembered, over the diameter
+SPACINGS = 2.5  # length of contact from which on the law is exact in the mean, over the spacing of points
 # Points between which curvatures are taken lie so far to both sides, over the diameter: a patch feels no sharper bend,
 # and pointwise ones could fall into a kink.
 CHORD = 0.25
+# Friction of rough yarns: points that part lose their traction while their force fades, not all at once.
+ROUGH = 100.0
+BATCH = 8000  # pairs at once: their second derivatives take 120 MB
 MARGIN = 0.1  # further distance within which pairs are searched, over the reach: they serve until points have moved
 
 
@@ -52,7 +56,7 @@ MARGIN = 0.1  # further distance within which pairs are searched, over the reach
 class Repulsion:
     """The potential of two short pieces, from the force of two yarns that cross."""
 
-    law: Power  # of that force, over the gap
+    law: Power | CrossedCylinders  # of that force, over the gap
     diameter: float  # distance at which it begins, D [m]
     onset: float  # e [m]
     patch: Patch = LAYERS
@@ -73,45 +77,35 @@ class Repulsion:
             np.where(soft, (4 - 6 * x) / e, 0.0),
         )
 
-    def crossing(
-        self, distance: np.ndarray, shape: np.ndarray | float = 1.0
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return F (k,) [N] of yarns that cross at distances (k,) [m], and its two derivatives.
+    def _spread(self, shape: np.ndarray | Expansion) -> np.ndarray | Expansion:
+        """Return the factor f of half spaces by the shape of their contact, and 1 of layers.
 
-        In a contact whose shape multiplies the force of half spaces by f, a force spreads over f^2 delta R: what is
-        added to their approach counts as much more. F is that law without the factor itself.
+        A contact of f times the force F(delta) spreads as a circle does at f^2 delta: what a yarn yields beyond a half
+        space counts as much. So F, without the factor itself, is F(f^2 delta) / f^3.
         """
-        f = shape if self.patch.poisson_ratio is not None else 1.0
-        depth, d1, d2 = self._depth(distance)
-        x = -(f**2) * depth
-        F, slope, bend = (
-            part / f**3 for part in (self.law.force(x), self.law.stiffness(x), -self.law.stiffening(x))
-        )
-        return F, slope * f**2 * d1, bend * f**4 * d1**2 + slope * f**2 * d2
+        return shape if self.patch.poisson_ratio is not None else shape * 0.0 + 1.0
 
     def closing(self, y: np.ndarray, shape: np.ndarray) -> np.ndarray:
         """Return F'' (k,) [N/m2] after an approach y (k,) [m] since first contact, its mean up to the onset."""
-        late = y > self.onset
-        early = -self.crossing(np.full_like(y, self.diameter - self.onset), shape)[1] / self.onset
-        return np.where(late, self.crossing(self.diameter - np.where(late, y, self.onset), shape)[2], early)
+        f, late = self._spread(shape), np.maximum(y, self.onset)
+        early = self.law.stiffness(-(f**2) * self.onset) / (f * self.onset)
+        return np.where(y > self.onset, -f * self.law.stiffening(-(f**2) * late), early)
 
     def of(
         self, distance: np.ndarray, shape: np.ndarray | float = 1.0
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return V (k,) [N/m] at distances (k,) [m] within reach, and its two derivatives; see `crossing`."""
-        r, (F, F1, F2) = distance, self.crossing(distance, shape)
-        V = F / (2 * np.pi * r)
-        V1 = (F1 / (2 * np.pi) - V) / r
-        return V, V1, (F2 / (2 * np.pi) - 2 * V1) / r
+        """Return V (k,) [N/m] at distances (k,) [m] within reach, and its two derivatives."""
+        (r,) = Expansion.variables(distance[:, None])
+        V = self.potential(r, r * 0.0 + shape)
+        return V.value, V.slope[:, 0], V.bend[:, 0, 0]
 
     def potential(self, r: Expansion, shape: Expansion) -> Expansion:
-        """Return the same V as a function of what the distance and the shape are functions of."""
-        if self.patch.poisson_ratio is None:
-            return r.through(*self.of(r.value))
-        x = shape * shape * r.through(*self._depth(r.value))
+        """Return V as a function of what the distance and the factor by the shape are functions of."""
+        f = self._spread(shape)
+        x = f * f * r.through(*self._depth(r.value))
         law, gap = self.law, -x.value
         F = x.through(law.force(gap), law.stiffness(gap), -law.stiffening(gap))
-        return (1 / (2 * np.pi)) * (F * shape.power(-3.0) * r.power(-1.0))
+        return (1 / (2 * np.pi)) * (F * f.power(-3.0) * r.power(-1.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,62 +129,83 @@ class PointPairs(Chosen):
         return np.stack([self.i, self.j], axis=1)
 
 
+# z of a pair, and the scalar products that all depends on, with their second derivatives
+W, K_A, K_B, T_A, T_B = range(5)
+PRODUCTS = ((W, W), (K_A, W), (K_B, W), (T_A, T_A), (T_B, T_B), (T_A, T_B))
+BOTH = np.zeros((len(PRODUCTS), 5, 3, 5, 3))
+for _row, (_one, _other) in enumerate(PRODUCTS):
+    BOTH[_row, _one, :, _other] += np.eye(3)
+    BOTH[_row, _other, :, _one] += np.eye(3)
+BOTH = BOTH.reshape(-1, 15, 15)
+
+
+def products_by(z: np.ndarray) -> np.ndarray:
+    """Return the derivatives (k, 6, 15) of the products by z (k, 5, 3)."""
+    J = np.zeros((len(z), len(PRODUCTS), 5, 3))
+    for row, (one, other) in enumerate(PRODUCTS):
+        J[:, row, one] += z[:, other]
+        J[:, row, other] += z[:, one]
+    return J.reshape(len(z), len(PRODUCTS), 15)
+
+
 @dataclass(frozen=True, eq=False)
-class Axes:
-    """Derivatives of the yarns by arc length at their points, as differences of two points beside them."""
+class Loads:
+    """What pairs of points that touch exert on each other."""
 
-    points: np.ndarray  # int (n, 3), before, itself, after
-    image: np.ndarray  # int (n, 3), how many periods along the yarn they are away
-    first: np.ndarray  # (n, 3), weights of the tangent [1/m]
-    second: np.ndarray  # (n, 3), weights of the second derivative [1/m2]; none at the ends of yarns
+    pairs: PointPairs
+    z: np.ndarray  # (k, 5, 3)
+    energy: Expansion  # (k,) by the products of z [J]
+    slope: np.ndarray  # (k, 5, 3), internal forces on z
+    rubs: PairFriction
+    on_j: np.ndarray  # (k, 3), internal forces on the yarns of j, friction included [N]
 
-    @classmethod
-    def of(cls, yarn: np.ndarray, spacing: np.ndarray, length: float, closed: bool) -> Axes:
-        """Return those of yarns whose points follow each other, over `length` [m] to both sides.
 
-        Closed yarns go on as their own images.
-        """
-        at = np.arange(len(yarn))
-        begin, end = np.searchsorted(yarn, yarn), np.searchsorted(yarn, yarn, side="right") - 1
-        count = np.minimum(np.maximum(np.rint(length / spacing), 1).astype(int), (end - begin) // 2)
-        points = np.stack([at - count, at, at + count], axis=1)
-        image = -1 * (points < begin[:, None]) + 1 * (points > end[:, None])
-        points = points - image * (end - begin + 1)[:, None]
-        h = (count * spacing)[:, None]
-        first, second = np.array([-0.5, 0, 0.5]) / h, np.array([1.0, -2, 1]) / h**2
-        if not closed:
-            early, late = image[:, 0] < 0, image[:, 2] > 0
-            first[early], first[late] = np.array([0, -1, 1]) / h[early], np.array([-1, 1, 0]) / h[late]
-            second[early | late] = 0.0
-        return cls(points, image, first, second)
+def shifts(pairs: PointPairs, moves: np.ndarray) -> np.ndarray:
+    """Return the derivatives (k, 3, 3) of images of j by the unknowns of the lattice; `moves` as of `respond`."""
+    return np.einsum("ka,aij->kij", pairs.image, moves)
 
-    def at(self, position: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the derivatives (n, 3) for points (n, 3) with the lattice vectors (2, 3) [m]."""
-        place = position[self.points] + self.image[..., None] * vectors[0]
-        return (np.einsum("np,npi->ni", each, place) for each in (self.first, self.second))
+
+def _serves(
+    pairs: PointPairs,
+    far: float,
+    before: np.ndarray,
+    lattice: np.ndarray,
+    position: np.ndarray,
+    vectors: np.ndarray,
+    reach: float,
+) -> bool:
+    """Return whether the pairs nearer than `far` before have all those within a reach now."""
+    move = position - before
+    moved = 2 * np.linalg.norm(move - move.mean(axis=0), axis=1).max()
+    images = np.abs(pairs.image).max(axis=0, initial=1) + 1
+    return moved + images @ np.linalg.norm(vectors - lattice, axis=1) < far - reach
 
 
 FAR = 1 << 6  # images are at most half as many periods away
 
 
 class LineContact:
-    """Contact of all points of yarns with each other and with their images."""
+    """Contact of all points of yarns with each other, and with their images where yarns repeat themselves."""
 
     def __init__(
         self,
         yarn: np.ndarray,  # int (n,), of every point; those of a yarn follow each other
         arc_length: np.ndarray,  # (n,) [m]
         weight: np.ndarray,  # (n,), length that it stands for [m]
-        period: np.ndarray,  # (Y,), lengths of one period of the yarns, along the first lattice vector [m]
         repulsion: Repulsion,
-        friction: float = 0.0,  # mu
+        friction: float = 0.0,  # mu; at most `ROUGH`
         beside: float = np.inf,  # lengths along a yarn within which it does not touch itself [m]
-        closed: bool = True,  # whether yarns go on as their own images
+        # (Y,), lengths of one period of the yarns, along the first lattice vector; None where nothing repeats [m]
+        period: np.ndarray | None = None,
+        # int (n,), number of the tie that carries what its points press, or -1; None: no tie does
+        joined: np.ndarray | None = None,
     ) -> None:
         self.yarn, self.arc_length, self.weight, self.period = yarn, arc_length, weight, period
-        self.repulsion, self.friction, self.beside = repulsion, friction, beside
-        self.axes = Axes.of(yarn, weight, CHORD * repulsion.diameter, closed)
-        self._near: list = []  # points, lattice and reach of the last search, and what it found
+        self.repulsion, self.friction = repulsion, min(friction, ROUGH)
+        self.beside, self.joined = beside, joined
+        self.axes = Axes.of(yarn, arc_length, weight, CHORD * repulsion.diameter, period)
+        # Pairs of the last searches for those that touch and for near ones; their reach, points and lattice then
+        self._found: dict[bool, tuple[PointPairs, float, np.ndarray, np.ndarray]] = {}
 
     def thinner(self, by: float) -> LineContact:
         """Return the contact of yarns whose diameter is smaller by a length [m]."""
@@ -198,27 +213,23 @@ class LineContact:
         found.repulsion = replace(self.repulsion, diameter=self.repulsion.diameter - by)
         return found
 
-    def touching(self, position: np.ndarray, vectors: np.ndarray, reach: float) -> PointPairs:
-        """Return the pairs nearer than a reach [m] of points (n, 3) with the lattice vectors (2, 3) [m]."""
-        if not (self._near and self._serves(position, vectors, reach)):
+    def pairs(self, position: np.ndarray, vectors: np.ndarray, near: bool = False) -> PointPairs:
+        """Return the pairs that touch, or those `near` each other, of points (n, 3) and lattice vectors (2, 3) [m]."""
+        reach = (NEAR if near else 1.0) * self.repulsion.diameter
+        found = self._found.get(near)
+        if found is None or not _serves(*found, position, vectors, reach):
             far = (1 + MARGIN) * reach
-            self._near[:] = position, vectors, far, self._search(position, vectors, far)
-        near = self._near[3]
-        way = position[near.j] + near.image @ vectors - position[near.i]
-        return replace(near, way=way)[np.einsum("ki,ki->k", way, way) < reach**2]
-
-    def _serves(self, position: np.ndarray, vectors: np.ndarray, reach: float) -> bool:
-        """Return whether the pairs of the last search have all those within a reach now."""
-        before, lattice, far, near = self._near
-        move = position - before
-        moved = 2 * np.linalg.norm(move - move.mean(axis=0), axis=1).max()
-        images = np.abs(near.image).max(axis=0, initial=1) + 1
-        return moved + images @ np.linalg.norm(vectors - lattice, axis=1) < far - reach
+            found = self._found[near] = self._search(position, vectors, far), far, position, vectors
+        pairs = found[0]
+        way = position[pairs.j] + pairs.image @ vectors - position[pairs.i]
+        return replace(pairs, way=way)[np.einsum("ki,ki->k", way, way) < reach**2]
 
     def _search(self, position: np.ndarray, vectors: np.ndarray, reach: float) -> PointPairs:
-        n, extent = len(position), np.ptp(position[:, :2], axis=0) + reach
-        # (x, y) = vectors^T (a, b): bounds of a and b for all ways that points may be apart
-        most = np.ceil(np.abs(np.linalg.inv(vectors[:, :2].T)) @ extent).astype(int).clip(max=FAR // 2 - 1)
+        n, extent, most = len(position), np.ptp(position[:, :2], axis=0) + reach, np.zeros(2, dtype=int)
+        if self.period is not None:
+            # (x, y) = vectors^T (a, b): bounds of a and b for all ways that points may be apart
+            most = np.abs(np.linalg.inv(vectors[:, :2].T)) @ extent
+            most = np.ceil(most).astype(int).clip(max=FAR // 2 - 1)
         a, b = np.meshgrid(np.arange(-most[0], most[0] + 1), np.arange(most[1] + 1), indexing="ij")
         image = np.stack([a.ravel(), b.ravel()], axis=1)
         # The others are these seen from the other point.
@@ -228,53 +239,66 @@ class LineContact:
         i, other = found.row.astype(np.int64), found.col.astype(np.int64)
         which, j = other // n, other % n
         a, b = image[which].T
-        apart = np.abs(self.arc_length[j] + a * self.period[self.yarn[j]] - self.arc_length[i])
+        apart = self.arc_length[j] - self.arc_length[i]
+        if self.period is not None:
+            apart = apart + a * self.period[self.yarn[j]]
         chosen = ((a != 0) | (b != 0) | (i < j)) & (
-            (self.yarn[i] != self.yarn[j]) | (b != 0) | (apart > self.beside)
+            (self.yarn[i] != self.yarn[j]) | (b != 0) | (np.abs(apart) > self.beside)
         )
+        if self.joined is not None:
+            chosen &= (self.joined[i] < 0) | (self.joined[i] != self.joined[j])
         key = ((i * n + j) * FAR + a + FAR // 2) * FAR + b
         order = np.flatnonzero(chosen)[np.argsort(key[chosen])]
         i, j, which = i[order], j[order], which[order]
         return PointPairs(i, j, image[which], moved[other[order]] - position[i], key[order])
 
-    def pairs(self, state: BeamState, vectors: np.ndarray) -> PointPairs:
-        """Return the pairs that repel each other in a state."""
-        return self.touching(state.position, vectors, self.repulsion.diameter)
-
     def bends(
-        self, pairs: PointPairs, state: BeamState, vectors: np.ndarray, second: bool
+        self, pairs: PointPairs, along: tuple[np.ndarray, np.ndarray], second: bool = False
     ) -> tuple[np.ndarray, list[Expansion]]:
-        """Return z (k, 5, 3) and what U depends on: k_a R, k_b R, the cosine of the angle and r, as functions of z.
+        """Return z (k, 5, 3) and what U depends on: k_a R, k_b R, the cosine of the angle and r, by products of z.
 
-        z are the way, the second derivatives of both yarns and their tangents.
+        z are the way, the second derivatives of both yarns and their tangents: `along` are those of all points.
         """
-        first, bend = self.axes.at(state.position, vectors)
+        first, bend = along
         z = np.stack([pairs.way, bend[pairs.i], bend[pairs.j], first[pairs.i], first[pairs.j]], axis=1)
-        W, K_A, K_B, T_A, T_B = range(5)
+        values = np.stack([np.einsum("ki,ki->k", z[:, one], z[:, other]) for one, other in PRODUCTS], axis=1)
+        squared, of_a, of_b, square_a, square_b, both = Expansion.variables(values, second)
+        per_r, per_a, per_b = (each.power(-0.5) for each in (squared, square_a, square_b))
+        R = 0.5 * self.repulsion.diameter
+        return z, [R * (of_a * per_r), -R * (of_b * per_r), both * per_a * per_b, squared.power(0.5)]
 
-        def product(one: int, other: int) -> Expansion:
-            slope = np.zeros(z.shape)
-            slope[:, one] += z[:, other]
-            slope[:, other] += z[:, one]
-            both = np.zeros((5, 5))
-            both[one, other] += 1
-            both[other, one] += 1
-            bend = np.broadcast_to(np.kron(both, np.eye(3)), (len(z), 15, 15)) if second else None
-            return Expansion(np.einsum("ki,ki->k", z[:, one], z[:, other]), slope.reshape(-1, 15), bend)
-
-        r, stretch_a, stretch_b = (product(each, each).power(0.5) for each in (W, T_A, T_B))
-        R, per_r = 0.5 * self.repulsion.diameter, r.power(-1.0)
-        k_a, k_b = R * (product(K_A, W) * per_r), -R * (product(K_B, W) * per_r)
-        return z, [k_a, k_b, product(T_A, T_B) * stretch_a.power(-1.0) * stretch_b.power(-1.0), r]
-
-    def energy(self, pairs: PointPairs, bends: list[Expansion]) -> tuple[Expansion, np.ndarray, np.ndarray]:
-        """Return the energies (k,) [J] of pairs as functions of z, c times both lengths (k,) [m2], and shapes (k,)."""
+    def shaped(self, pairs: PointPairs, bends: list[Expansion]) -> tuple[Expansion, Expansion, Expansion]:
+        """Return r [m], c times both lengths [m2], and the factor by the shape, as functions of `bends`."""
         values = np.stack([each.value for each in bends], axis=1)
         k_a, k_b, cos, r = Expansion.variables(values, second=bends[0].bend is not None)
-        weight = self.weight[pairs.i] * self.weight[pairs.j]
         density, shape = self.repulsion.patch.density(k_a, k_b, cos)
-        density = density.times(weight)
-        return (density * self.repulsion.potential(r, shape)).of(bends), density.value, shape.value
+        return r, density.times(self.weight[pairs.i] * self.weight[pairs.j]), shape
+
+    def energy(
+        self, pairs: PointPairs, along: tuple[np.ndarray, np.ndarray], second: bool = False
+    ) -> tuple[np.ndarray, Expansion]:
+        """Return z (k, 5, 3) of pairs, and their energies (k,) [J] as functions of its products."""
+        z, bends = self.bends(pairs, along, second)
+        r, density, shape = self.shaped(pairs, bends)
+        return z, (density * self.repulsion.potential(r, shape)).of(bends)
+
+    def loads(
+        self, state: BeamState, vectors: np.ndarray, history: LineHistory, second: bool = False
+    ) -> Loads:
+        """Return what pairs that touch exert on each other."""
+        pairs, along = self.pairs(state.position, vectors), self.axes.at(state.position, vectors)
+
+        def energy(part: slice) -> tuple[np.ndarray, ...]:
+            z, U = self.energy(pairs[part], along, second)
+            return z, U.value, U.slope, *((U.bend,) if second else ())
+
+        z, *U = by_parts(energy, len(pairs.i), BATCH)
+        U = Expansion(*U) if second else Expansion(*U, None)
+        slope = np.einsum("kv,kvz->kz", U.slope, products_by(z)).reshape(-1, 5, 3)
+        rubs = PairFriction.of(self, state, pairs, history)
+        on_j = slope[:, W].copy()
+        on_j[rubs.pair] -= rubs.traction
+        return Loads(pairs, z, U, slope, rubs, on_j)
 
     def respond(
         self, state: BeamState, vectors: np.ndarray, moves: np.ndarray, history: LineHistory, stiffness: bool
@@ -283,43 +307,58 @@ class LineContact:
 
         The lattice has the vectors (2, 3); `moves` (2, 3, 3) is their derivative by its three unknowns.
         """
-        pairs, n = self.pairs(state, vectors), len(state.position)
-        U = self.energy(pairs, self.bends(pairs, state, vectors, stiffness)[1])[0]
-        slope = U.slope.reshape(-1, 5, 3)  # internal forces on z
-        rubs = PairFriction.of(self, state, pairs, history)
-        on_j = slope[:, 0].copy()
-        on_j[rubs.pair] -= rubs.traction
-        total = np.zeros((n, 6))
-        nodes = pairs.both
+        # Without friction pairs have nothing to remember.
+        loads = self.loads(state, vectors, history if self.friction else LineHistory.none(), stiffness)
+        rubs, n = loads.rubs, len(state.position)
+        energy = {"penalty": float(loads.energy.value.sum() + rubs.stored.sum())}
+        energy["friction"] = history.dissipated + float(rubs.dissipated.sum()) + rubs.left_behind
+        return self.forces(loads, moves, n), energy, self._tangent(loads, moves, 6 * n) if stiffness else None
+
+    def forces(self, loads: Loads, moves: np.ndarray, n: int) -> np.ndarray:
+        """Return internal forces (6 n + 3,) on n points and the lattice."""
+        pairs, slope, rubs, on_j = loads.pairs, loads.slope, loads.rubs, loads.on_j
+        total, nodes = np.zeros((n, 6)), pairs.both
         sign = np.array([-1.0, 1.0])[:, None]
         np.add.at(total[:, :3], nodes, sign * on_j[:, None])
         np.add.at(total[:, 3:], nodes[rubs.pair], -sign * np.cross(rubs.arm, rubs.traction[:, None]))
-        shift = np.einsum("ka,aij->kij", pairs.image, moves)  # of the image, by the lattice
-        on_lattice = np.einsum("kij,ki->j", shift, on_j)
+        on_lattice = np.einsum("kij,ki->j", shifts(pairs, moves), on_j)
         axes, on_axes = self.axes, np.zeros((2, n, 3))
         np.add.at(on_axes[1], nodes, slope[:, 1:3])
         np.add.at(on_axes[0], nodes, slope[:, 3:])
         at_points = axes.first[..., None] * on_axes[0, :, None] + axes.second[..., None] * on_axes[1, :, None]
         np.add.at(total[:, :3], axes.points, at_points)
         on_lattice += np.einsum("np,npi->i", axes.image, at_points) @ moves[0]
-        stored = float(rubs.stored.sum())
-        energy = {"penalty": float(U.value.sum()) + stored}
-        energy["friction"] = history.dissipated + float(rubs.dissipated.sum()) + rubs.left_behind
-        total = np.append(total.ravel(), on_lattice)
-        if not stiffness:
-            return total, energy, None
-        parts = [self._tangent(pairs, U.bend, shift, moves, n)]
-        if len(rubs.pair) and self.friction > 0:
-            parts.append(friction_tangent(self, pairs, rubs, shift, n))
-        data = np.concatenate([blocks.ravel() for _, blocks in parts])
-        row = np.concatenate([np.repeat(at, at.shape[1], axis=1).ravel() for at, _ in parts])
-        column = np.concatenate([np.tile(at, at.shape[1]).ravel() for at, _ in parts])
-        return total, energy, sp.csr_matrix((data, (row, column)), shape=(6 * n + 3, 6 * n + 3))
+        return np.append(total.ravel(), on_lattice)
 
-    def _tangent(
-        self, pairs: PointPairs, bend: np.ndarray, shift: np.ndarray, moves: np.ndarray, n: int
+    def _tangent(self, loads: Loads, moves: np.ndarray, size: int) -> sp.csr_matrix:
+        """Return the tangent over `size` unknowns of all points and the lattice, a batch of pairs at a time."""
+        pairs, rubs, U, shift = loads.pairs, loads.rubs, loads.energy, shifts(loads.pairs, moves)
+
+        def pressed(part: slice) -> tuple[np.ndarray, np.ndarray]:
+            J = products_by(loads.z[part])
+            bend = J.swapaxes(1, 2) @ U.bend[part] @ J + np.tensordot(U.slope[part], BOTH, 1)
+            unknowns, motion = self._motion(pairs[part], shift[part], moves, size)
+            return unknowns, motion.swapaxes(1, 2) @ bend @ motion
+
+        def rubbed(part: slice) -> tuple[np.ndarray, np.ndarray]:
+            return friction_tangent(self.friction, pairs, rubs[part], shift, size)
+
+        work = [(pressed, part) for part in parts(len(pairs.i), BATCH)]
+        if self.friction > 0:
+            work += [(rubbed, part) for part in parts(len(rubs.pair), BATCH)]
+
+        def summed(number: int) -> sp.csr_matrix:
+            blocks_of, part = work[number]
+            at, blocks = blocks_of(part)
+            row, column = np.repeat(at, at.shape[1], axis=1), np.tile(at, at.shape[1])
+            return sp.csr_matrix((blocks.ravel(), (row.ravel(), column.ravel())), (size + 3, size + 3))
+
+        return sum(share(summed, len(work)), sp.csr_matrix((size + 3, size + 3)))
+
+    def _motion(
+        self, pairs: PointPairs, shift: np.ndarray, moves: np.ndarray, size: int
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return unknowns (k, 21) and blocks (k, 21, 21): three points around i, three around j, the lattice."""
+        """Return unknowns (k, 21), three points around i, three around j, the lattice; and z by them (k, 15, 21)."""
         axes, k = self.axes, len(pairs.i)
         of_points, of_lattice = np.zeros((k, 5, 6)), np.zeros((k, 5, 3, 3))  # derivatives of z
         of_points[:, 0, 1], of_points[:, 0, 4], of_lattice[:, 0] = -1.0, 1.0, shift
@@ -329,16 +368,26 @@ class LineContact:
                 of_points[:, row, mine] = weights
                 of_lattice[:, row] = (weights * axes.image[at]).sum(axis=1)[:, None, None] * moves[0]
         motion = np.einsum("kpa,ij->kpiaj", of_points, np.eye(3)).reshape(k, 15, 18)
-        motion = np.concatenate([motion, of_lattice.reshape(k, 15, 3)], axis=2)
         points = axes.points[pairs.both].reshape(k, 6)
         unknowns = (6 * points[..., None] + np.arange(3)).reshape(k, 18)
-        unknowns = np.concatenate([unknowns, np.broadcast_to(6 * n + np.arange(3), (k, 3))], axis=1)
-        return unknowns, motion.swapaxes(1, 2) @ bend @ motion
+        unknowns = np.concatenate([unknowns, np.broadcast_to(size + np.arange(3), (k, 3))], axis=1)
+        return unknowns, np.concatenate([motion, of_lattice.reshape(k, 15, 3)], axis=2)
+
+    def gaps(self, pairs: PointPairs, state: BeamState, vectors: np.ndarray) -> np.ndarray:
+        """Return the gaps (k,) of the yarns of pairs at their closest points, by parabolas there [m]."""
+        z, _ = self.bends(pairs, self.axes.at(state.position, vectors))
+        D = self.repulsion.diameter
+        return closest_points(z, 0.5 * D)[1] - D
 
     def commit(self, state: BeamState, vectors: np.ndarray, history: LineHistory) -> LineHistory:
         """Return the history that a converged increment leaves."""
-        if self.friction == 0:
-            return history
-        rubs = PairFriction.of(self, state, self.pairs(state, vectors), history)
-        pairs = self.touching(state.position, vectors, NEAR * self.repulsion.diameter)
-        return LineHistory.after(self, state, pairs, self.bends(pairs, state, vectors, False), rubs, history)
+        rubs = PairFriction.of(self, state, self.pairs(state.position, vectors), history)
+        return self.remembered(state, vectors, history, rubs)
+
+    def remembered(
+        self, state: BeamState, vectors: np.ndarray, history: LineHistory, rubs: PairFriction
+    ) -> LineHistory:
+        """Return the history that a converged increment with such friction leaves."""
+        pairs = self.pairs(state.position, vectors, near=True)
+        bends = self.bends(pairs, self.axes.at(state.position, vectors))
+        return LineHistory.after(self, state, pairs, bends, rubs, history)

@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.rotation import hat
 
 if TYPE_CHECKING:
@@ -37,6 +38,13 @@ if TYPE_CHECKING:
 
 # Yarns along each other have no closest points: smallest second derivative of r^2 / 2 along them
 LEAST_BEND = 0.02
+
+
+def stored_energy(traction: np.ndarray, spring: np.ndarray, shear: np.ndarray) -> np.ndarray:
+    """Return t . S^-1 t / 2k (m,) of tractions (m, 3); zero where nothing resists."""
+    slip = np.linalg.solve(shear, traction[..., None])[..., 0]
+    twice = np.einsum("ka,ka->k", traction, slip)
+    return 0.5 * np.divide(twice, spring, out=np.zeros_like(spring), where=spring > 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +84,9 @@ class LineHistory:
     ) -> LineHistory:
         """Return the history of near pairs, with their `LineContact.bends`, after an increment with such friction."""
         (z, variables), law, r = bends, contact.repulsion, pairs.distance
-        _, density, shape = contact.energy(pairs, variables)
-        tangent, bend = z[:, 3:], z[:, 1:3]
-        tangent = tangent / np.linalg.norm(tangent, axis=2, keepdims=True)
-        normal, closest = _closest(z[:, 0], tangent, bend, 0.5 * law.diameter)
+        _, *weights = contact.shaped(pairs, variables)
+        density, shape = (each.value for each in weights)
+        normal, closest, tangent = closest_points(z, 0.5 * law.diameter)
         # Where yarns overlap by more than their bends the parabolas may pass each other: only the plane counts.
         share = np.abs(np.einsum("ki,ki->k", normal, pairs.way)) / r
         angles = np.stack([each.value for each in variables[:3]], axis=1)
@@ -92,9 +99,9 @@ class LineHistory:
         traction -= normal * np.einsum("ki,ki->k", normal, traction)[:, None]
         stiff = shear + normal[:, :, None] * normal[:, None, :]
         most = _ratio(contact.friction * force, np.linalg.norm(traction, axis=1))
-        most = np.minimum(most, np.sqrt(_ratio(past, _energy(traction, stiff, spring))))
+        most = np.minimum(most, np.sqrt(_ratio(past, stored_energy(traction, spring, stiff))))
         traction = traction * np.minimum(most, 1.0)[:, None]
-        stored = _energy(traction, stiff, spring)
+        stored = stored_energy(traction, spring, stiff)
         turned = state.rotation[pairs.both]
         half = 0.5 * np.stack([pairs.way, -pairs.way], axis=1)
         lost = rubs.dissipated.sum() + rubs.left_behind + rubs.stored.sum() - stored.sum()
@@ -115,21 +122,30 @@ class LineHistory:
         )
 
 
-def _closest(
-    way: np.ndarray, tangent: np.ndarray, bend: np.ndarray, radius: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the normal (k, 3) at the closest points of both yarns and their distance (k,), by parabolas there."""
+def closest_points(z: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the normal (k, 3) at the closest points of both yarns, their distance (k,), and unit tangents (k, 2, 3).
+
+    Yarns are the parabolas of z (k, 5, 3); see `LineContact.bends`.
+    """
+    way, bend, tangent = z[:, 0], z[:, 1:3], z[:, 3:]
+    tangent = tangent / np.linalg.norm(tangent, axis=2, keepdims=True)
     slope = np.einsum("kai,ki->ka", tangent, way) * [-1.0, 1.0]
-    hessian = np.zeros((len(way), 2, 2))
-    hessian[:, [0, 1], [0, 1]] = 1 + np.einsum("kai,ki->ka", bend, way) * [-1.0, 1.0]
-    hessian[:, 0, 1] = hessian[:, 1, 0] = -np.einsum("ki,ki->k", tangent[:, 0], tangent[:, 1])
-    value, vector = np.linalg.eigh(hessian)
-    step = -np.einsum("kab,kb,kcb,kc->ka", vector, 1 / np.maximum(value, LEAST_BEND), vector, slope)
+    first, second = (1 + np.einsum("kai,ki->ka", bend, way) * [-1.0, 1.0]).T
+    cross = -np.einsum("ki,ki->k", tangent[:, 0], tangent[:, 1])
+    # Inverse of the symmetric matrix [[first, cross], [cross, second]] with eigenvalues that are not too small
+    mean, half = 0.5 * (first + second), 0.5 * (first - second)
+    root = np.sqrt(half**2 + cross**2)
+    low, high = (1 / np.maximum(value, LEAST_BEND) for value in (mean - root, mean + root))
+    middle, turn = 0.5 * (low + high), 0.5 * (high - low) / np.where(root > 0, root, 1.0)
+    step = -middle[:, None] * slope
+    step -= turn[:, None] * np.stack(
+        [half * slope[:, 0] + cross * slope[:, 1], cross * slope[:, 0] - half * slope[:, 1]], axis=1
+    )
     step *= np.minimum(1.0, _ratio(np.full(len(way), radius), np.linalg.norm(step, axis=1)))[:, None]
     on_yarn = tangent * step[..., None] + 0.5 * bend * step[..., None] ** 2
     way = way - on_yarn[:, 0] + on_yarn[:, 1]
     distance = np.linalg.norm(way, axis=1)
-    return way / distance[:, None], distance
+    return way / distance[:, None], distance, tangent
 
 
 def _ratio(one: np.ndarray, other: np.ndarray) -> np.ndarray:
@@ -146,14 +162,8 @@ def _push(
     return np.where(within, -share * V1, 0.0), np.where(within, -share * V2, 0.0)
 
 
-def _energy(traction: np.ndarray, shear: np.ndarray, spring: np.ndarray) -> np.ndarray:
-    """Return energies (k,) of elastic slip [J]; none where no spring is."""
-    square = 0.5 * np.einsum("ki,ki->k", traction, np.linalg.solve(shear, traction[..., None])[..., 0])
-    return np.divide(square, spring, out=np.zeros_like(square), where=spring > 0)
-
-
 @dataclass(frozen=True, eq=False)
-class PairFriction:
+class PairFriction(Chosen):
     """Friction of pairs that were near each other before, in one configuration."""
 
     pair: np.ndarray  # int (m,), which of the pairs within reach
@@ -169,6 +179,7 @@ class PairFriction:
     trial: np.ndarray  # (m, 3), traction on j before Coulomb's limit [N]
     slides: np.ndarray  # bool (m,)
     traction: np.ndarray  # (m, 3), on j [N]
+    slid: np.ndarray  # (m,), length beyond Coulomb's limit within the increment [m]
     stored: np.ndarray  # (m,), energy of elastic slip [J]
     dissipated: np.ndarray  # (m,), energy lost in the increment [J]
     left_behind: float  # energy of elastic slip of pairs that are not near any more [J]
@@ -203,24 +214,25 @@ class PairFriction:
         slides = size > most
         ratio = np.divide(most, size, out=np.ones_like(size), where=slides)
         traction = ratio[:, None] * trial
-        stored, after = history.stored[known], _energy(traction, stiff, begun)
+        stored, after = history.stored[known], stored_energy(traction, begun, stiff)
         # Half of t_0 + t along t; where t_0 pointed the other way, of both of Coulomb's limits
         along = _ratio(np.einsum("ki,ki->k", before, trial), size)
         along = np.where(along > 0, along, contact.friction * history.force[known])
-        slid = (1 - ratio) * _ratio(along + most, size) * _energy(trial, stiff, spring)
-        elastic = _energy(traction, stiff, spring) - _energy(before, stiff, spring)
+        way = (1 - ratio) * _ratio(2 * stored_energy(trial, spring, stiff), size)
+        slid = 0.5 * (along + most) * way
+        elastic = stored_energy(traction, spring, stiff) - stored_energy(before, spring, stiff)
         return cls(
-            pair, pairs.key[pair], arm, pulls, shear, slip, spring, rate, force, change, trial, slides, traction,
+            pair, pairs.key[pair], arm, pulls, shear, slip, spring, rate, force, change, trial, slides, traction, way,
             after, elastic + stored - after + slid, float(history.stored.sum() - stored.sum()),
         )  # fmt: skip
 
 
 def friction_tangent(
-    contact: LineContact,
+    friction: float,  # mu
     pairs: PointPairs,
     rubs: PairFriction,
     shift: np.ndarray,  # (k, 3, 3), derivative of the image of j by the unknowns of the lattice
-    n: int,
+    size: int,  # number of the first unknown of the lattice
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return unknowns (m, 15) and blocks (m, 15, 15): nodes i and j, then the lattice."""
     at, m = rubs.pair, len(rubs.pair)
@@ -239,14 +251,15 @@ def friction_tangent(
     turned = 0.5 * (k[:, None] * (S @ hat(rubs.slip)[:, None] - hat(stretched)) - hat(rubs.pulls))
     change[:, :, 3:6] += turned[:, 0]
     change[:, :, 9:12] += turned[:, 1]
-    size = np.where(rubs.slides, np.linalg.norm(rubs.trial, axis=1), 1.0)
-    way = rubs.trial / size[:, None]
-    limited = (rubs.force / size)[:, None, None] * (change - way[:, :, None] * (way[:, None] @ change))
-    limited += rubs.change[:, None, None] * way[:, :, None] * pressed[:, None]
-    change = np.where(rubs.slides[:, None, None], contact.friction * limited, change)
+    slides = rubs.slides
+    most = np.linalg.norm(rubs.trial[slides], axis=1)[:, None]
+    way, force = rubs.trial[slides] / most, (rubs.force[slides, None] / most)[..., None]
+    limited = force * (change[slides] - way[:, :, None] * (way[:, None] @ change[slides]))
+    limited += rubs.change[slides, None, None] * way[:, :, None] * pressed[slides, None]
+    change[slides] = friction * limited
     blocks = motion.swapaxes(1, 2) @ change
     pull = hat(rubs.traction)
     blocks[:, 3:6, 3:6] += pull @ lever[:, 0]
     blocks[:, 9:12, 9:12] -= pull @ lever[:, 1]
     unknowns = (6 * pairs.both[at][..., None] + np.arange(6)).reshape(m, 12)
-    return np.concatenate([unknowns, np.broadcast_to(6 * n + np.arange(3), (m, 3))], axis=1), blocks
+    return np.concatenate([unknowns, np.broadcast_to(size + np.arange(3), (m, 3))], axis=1), blocks

@@ -18,8 +18,11 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.flow import (
     FADING,
     FIRST,
+    GROWTH,
     LEAST,
     MOST,
+    RISING,
+    SOONER,
     STRIDE,
     Viscous,
     unit_viscosity,
@@ -248,54 +251,55 @@ class _Path:
     def flow(self, now: Increment, target: float, most: int) -> Increment:
         """Return the increment at load factor `target` to which a viscous flow leads, or raise _Failed.
 
-        It ends after `most` iterations. The work of viscous forces counts, by the trapezoidal rule, less that which the
-        driven side did against them.
+        It ends after `most` iterations. The load moves in its first step. The work of viscous forces counts, by the
+        trapezoidal rule, less that which the driven side did against them.
         """
         change, fixed = target - now.load, self.prescribed.fixed
         moved = self.prescribed.at(target) - self.prescribed.at(now.load)
         if self._unit is None:
             self._unit = unit_viscosity(self.model, fixed)
         settings = replace(self.settings, stride=min(self.settings.stride, STRIDE * self.model.length))
-        # The state from which viscous forces count, how far it is from `now`, and the last one balanced from there
-        anchor, origin, found = replace(now, rates=(), updates=()), np.zeros(self.model.size), None
-        level, last, fading, guess = FIRST, FIRST, FADING, None
-        way, pull, work, pulled = origin, 0.0, 0.0, None
+        anchor, level, fading, guess = replace(now, rates=(), updates=()), FIRST, FADING, None
+        total, pull, size, work, pulled = 0.0, 0.0, 0.0, 0.0, None
         self.spent = spent = np.zeros(2, dtype=int)
         while spent[0] <= most and level <= MOST:
             viscosity = level * self._unit
             path = _Path(Viscous(self.model, viscosity), self.prescribed, settings, self.solver)
             try:
-                balanced = path.increment(anchor, target, guess)
+                found = path.increment(anchor, target, guess)
+                step = found.rates[0].step * change
+                far = 0.0 if guess is None else self._size(step) / (STRIDE * self.model.length)
+                if far > RISING:
+                    raise _Failed("the step is too long")
             except (_Failed, ConvergenceError) as failure:
                 log.debug("viscosity %.1e: %s", level, failure)
                 spent += path.spent
-                if found is None:
-                    level /= FADING
-                else:  # on from there
-                    anchor = replace(found, load=now.load, index=now.index, rates=(), updates=())
-                    origin, found, guess, level = way, None, np.zeros(self.model.size), last
-                    fading = fading**0.5
+                level, fading = max(level, LEAST) * RISING, 1.0
+                guess = None if guess is None else guess / RISING
                 continue
             spent += path.spent
             log.debug("viscosity %.1e: balanced after %d iterations", level, path.spent[0])
-            found, last, guess = balanced, level, balanced.rates[0].step * change
-            before, pull = pull, viscosity * guess
-            work += 0.5 * float((before + pull) @ (origin + guess - way))
-            way = origin + guess
-            pulled = found.response.force[fixed] if pulled is None else pulled
+            before, pull = pull, viscosity * step
+            work += 0.5 * float((before + pull) @ step)
+            total = total + step
+            pulled = found.response.force[fixed] if guess is None else pulled
+            past, size = size, float(np.linalg.norm(pull / self.model.scale))
+            grows = guess is not None and size > GROWTH * past
             if level == 0.0:
                 released = max(work - 0.5 * float((pulled - found.response.force[fixed]) @ moved), 0.0)
                 energy = summed(found.response.energy, {"stabilisation": released})
                 return replace(
                     found,
-                    rates=(Rate(change, way / change), *now.rates)[: self.settings.predictor],
+                    rates=(Rate(change, total / change), *now.rates)[: self.settings.predictor],
                     response=replace(found.response, energy=energy),
                     damped=now.damped + released,
                     newton_iterations=spent[0],
                     krylov_iterations=spent[1],
                 )
-            fading = max(FADING, fading**1.5)
-            level = level * fading if level > LEAST else 0.0
+            anchor = replace(found, load=now.load, index=now.index, rates=(), updates=())
+            guess = np.zeros(self.model.size) if guess is None else step / max(far, 1.0)
+            fading = 1.0 if grows else max(FADING, SOONER * fading)
+            level = level * max(fading, min(far, RISING)) if level > LEAST else 0.0
         raise _Failed(f"a viscous flow finds no equilibrium; the last viscosity is {level:.1e}")
 
     def _guessed(self, now: Increment, target: float, guess: np.ndarray) -> _Iterate:

@@ -16,24 +16,17 @@ import xarray as xr
 from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.columns import REST
-from knitstudy.loading.gates import (
-    require_fine_beams,
-    require_known_contact,
-    require_sound,
-    require_stiff_contact,
-)
+from knitstudy.loading.gates import require_fine_beams, require_sound
 from knitstudy.loading.history import Recorder, Stations, cell_path
 from knitstudy.loading.solve import Problem, Reported, settings_of
-from knitstudy.mechanics.beam_contact import Power
 from knitstudy.mechanics.beam_model import BeamModel, BeamState
-from knitstudy.mechanics.endless_beams import ContactPoints, EndlessBeams, EndlessState
-from knitstudy.mechanics.hertz import LAYERS, CrossedCylinders, Patch
+from knitstudy.mechanics.endless_beams import EndlessBeams, EndlessState
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
-from knitstudy.mechanics.line_contact import SPACINGS, LineContact, Repulsion
 from knitstudy.mechanics.line_friction import LineHistory
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.periodic import Lattice
+from knitstudy.models.beam_contact import STRIDE, contact_of, require_known
 from knitstudy.models.network_3d import RING, section_of, turns
 from knitstudy.study.scene import Scene
 
@@ -43,15 +36,6 @@ HELD = np.arange(3)  # the displacements of the first node: nothing else holds t
 KEPT = {"touching": "key", "touching_friction": "traction"}
 FIELDS = ("arm", "normal", "share", "density", "shape", "distance", "force", "shear", "spring", "stored")
 KEPT |= {f"touching_{field}": field for field in FIELDS}
-
-STRIDE = 0.1  # largest displacement that one correction may make, over the diameter
-
-
-# Points of contact are no farther apart, over the radius, where `MOST` for every node are enough. Contact is soft below
-# an approach that is as much as the square of that: a hundredth of the radius of solid yarns, a twentieth of soft ones,
-# which overlap ten times as far.
-FINE, FINE_IN_LAYERS, MOST = 0.1, 0.23, 4
-MOST_SHAPED = 5.0  # factor of surfaces that conform beyond which bounds of `hertz` count
 
 RELAXATION = 20  # increments of the way to rest, where none of them fails
 
@@ -113,12 +97,9 @@ class BeamCell:
     def record(self, increment: Increment) -> Reported:
         """Return columns of the history."""
         state, lattice = increment.state, self.model.lattice
-        contact = self.model.contact
-        vectors = self.model.vectors(state)
-        pairs = contact.touching(
-            self.model.at_points(state).position, vectors, 1.2 * contact.repulsion.diameter
-        )
-        nearest = float(pairs.distance.min(initial=np.inf)) - contact.repulsion.diameter
+        contact, points, vectors = self.model.contact, self.model.at_points(state), self.model.vectors(state)
+        near = contact.pairs(points.position, vectors, near=True)
+        nearest = float(near.distance.min(initial=np.inf)) - contact.repulsion.diameter
         force = increment.response.force[self.model.lattice_unknowns]
         return {
             "centreline_displacement": state.beams.position - self.rows.stations.position,
@@ -129,23 +110,9 @@ class BeamCell:
 
     def require_known(self, scene: Scene, increment: Increment, recorder: Recorder) -> None:
         """Refuse a state beyond the verified law of contact; raises as `require_known_contact`."""
-        state, contact = increment.state, self.model.contact
-        points, vectors = self.model.at_points(state), self.model.vectors(state)
-        pairs = contact.pairs(points, vectors)
-        _, bends = contact.bends(pairs, points, vectors, second=False)
-        energy, _, factor = contact.energy(pairs, bends)
-        depth = 2 * (1 - pairs.distance / contact.repulsion.diameter)
-        shape = np.stack([each.value for each in bends[:3]], axis=1)
-
-        def where(k: int) -> str:
-            one, other = contact.yarn[pairs.both[k]]
-            s, t = contact.arc_length[pairs.both[k]]
-            return f"rows {one} and {other} at arc lengths {s:.4g} and {t:.4g} m"
-
-        internal = self.model.internal_energy(state)
-        require_known_contact(
-            scene, increment, energy.value, internal, depth, shape, factor, MOST_SHAPED, where
-        )
+        model, state = self.model, increment.state
+        internal = model.internal_energy(increment.response)
+        require_known(scene, increment, model.contact, model.at_points(state), model.vectors(state), internal)
 
 
 def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Problem:
@@ -264,48 +231,9 @@ def _model(
     natural = (yarn.set - 1.0) * rows.curvature if yarn.set != 1 else 0.0
     section = section_of(yarn, scene.mesh.section_law, rows.curvature)
     inner = BeamModel(rows.nodes, rows.ends, section, yarn.radius, natural=natural)
-    shape = patch(scene)
-    fine = (FINE_IN_LAYERS if shape == LAYERS else FINE) * yarn.radius
-    per_node = int(np.ceil(rows.weight.max() / fine - 0.01).clip(1, MOST))
-    points, weight = ContactPoints.of(rows.stations.yarn, per_node), rows.weight[:, None] / per_node
-    spacing = float(weight.max())
-    onset = SPACINGS**2 * spacing**2 / (8 * yarn.diameter)  # contact of 2 sqrt(2 D e) over `SPACINGS` of them
-    contact = LineContact(
-        rows.stations.yarn[points.node],
-        rows.stations.arc_length[points.node] + points.place * rows.weight[points.node],
-        weight.repeat(per_node),
-        rows.period,
-        Repulsion(pressing(scene), yarn.diameter, onset, shape),
-        friction,
-        beside=np.pi * yarn.radius,
-    )
+    stations = rows.stations
+    contact, points = contact_of(scene, stations.yarn, stations.arc_length, friction, rows.period)
     thinner = 0.0 if drawn_for is None else yarn.diameter - drawn_for
     return EndlessBeams(
         inner, rows.owner, rows.image, lattice, contact, points, drawn_for is not None, thinner
     )
-
-
-# Stiffness against elastic slip over E R, where no key of beams says it
-STICK = 10.0
-
-
-def pressing(scene: Scene) -> Power | CrossedCylinders:
-    """Return the force of two yarns that cross, over their gap: ``yarn.pressing``, else what ``beam.section`` says."""
-    yarn = scene.yarn
-    if (stiffness := scene.value("yarn.pressing")) is not None:
-        return Power(stiffness / yarn.diameter**yarn.pressing_exponent, yarn.pressing_exponent)
-    if scene.value("beam.section") in (None, "hertz"):
-        return CrossedCylinders.of(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius)
-    require_stiff_contact(scene, "beam.stiffness", patch=2.0)  # of half a radius
-    return Power(penalty(scene))
-
-
-def patch(scene: Scene) -> Patch:
-    """Return what the shape of a contact does: that of half spaces where Hertz's law holds, else that of layers."""
-    hertzian = scene.value("yarn.pressing") is None and scene.value("beam.section") in (None, "hertz")
-    return Patch(scene.yarn.poisson_ratio if hertzian else None)
-
-
-def penalty(scene: Scene) -> float:
-    """Return ``beam.stiffness`` in N/m."""
-    return (scene.value("beam.stiffness") or STICK) * scene.yarn.youngs_modulus * scene.yarn.radius

@@ -1,7 +1,7 @@
 """A window: solid yarns (`spline_yarns`) in some cells of a fabric whose other cells are a network of beams.
 
 Solid yarns are arcs of the fabric's yarns; at their ends, the seams, nodes of beams carry whole sections. Outside of
-the window crossings are joined, or in contact at the closest points.
+the window crossings are joined, or beams are in contact.
 """
 
 from __future__ import annotations
@@ -19,13 +19,12 @@ from knitstudy.geometry.fabric import NO_ARCS, Arcs, Fabric, pieces_of
 from knitstudy.loading.gates import require_no_jump
 from knitstudy.loading.history import Stations
 from knitstudy.loading.solve import Problem, Reported, settings_of
-from knitstudy.mechanics.beam_approach import Curves
 from knitstudy.mechanics.beam_contact import BeamContact
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.solids_and_beams import Seams, SolidsAndBeams
 from knitstudy.mesh.mesher import Grips
 from knitstudy.models import solids, spline_yarns
-from knitstudy.models.beams_in_contact import beam_contact, piece_bounds, point_pairs
+from knitstudy.models.beams_in_contact import beam_contact
 from knitstudy.models.joints import (
     LARGEST,
     SMALLEST,
@@ -129,6 +128,19 @@ def _arcs(fabric: Fabric, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return yarn[begins], np.column_stack([low[begins], high[np.append(apart, True)]])
 
 
+def piece_bounds(crossings: Crossings, length: np.ndarray) -> np.ndarray:
+    """Return the piece (K, 2, 2) of either yarn that belongs to a crossing: half way to the next along the yarn [m]."""
+    yarn, s = crossings.yarn.ravel(), crossings.arc_length.ravel()
+    order = np.lexsort((s, yarn))
+    middle = 0.5 * (s[order][1:] + s[order][:-1])
+    same = yarn[order][1:] == yarn[order][:-1]
+    low = np.concatenate([[0.0], np.where(same, middle, 0.0)])
+    high = np.concatenate([np.where(same, middle, length[yarn[order][:-1]]), [length[yarn[order][-1]]]])
+    bounds = np.empty((len(s), 2))
+    bounds[order] = np.stack([low, high], axis=1)
+    return bounds.reshape(-1, 2, 2)
+
+
 def surroundings(scene: Scene, fabric: Fabric, window: Window, contacts: xr.Dataset | None) -> Network:
     """Return the network around a window; it has a node at every cut, and no elements in the solid arcs.
 
@@ -215,22 +227,18 @@ def _without_arcs(whole: Network, window: Window) -> Network:
 
 
 def outer_contact(scene: Scene, fabric: Fabric, window: Window, around: Network) -> BeamContact | None:
-    """Return the contact of beams at all crossings outside of the window that are not tied; None if there are none.
+    """Return the contact of beams outside of the window; None if all of their crossings are tied.
 
     Raises GeometryError if a piece of yarn has too few nodes for a smooth centreline.
     """
-    touching = ~tied_crossings(scene, fabric.crossings)
-    outside = np.setdiff1d(np.arange(len(touching)), window.crossing)
-    touching = np.flatnonzero(touching[outside])
-    if not len(touching):
+    outside = fabric.crossings[np.setdiff1d(np.arange(len(fabric.crossings.row)), window.crossing)]
+    tied = tied_crossings(scene, outside)
+    if tied.all():
         return None
-    chain = _chains(around)
-    curves = Curves(chain, around.stations.arc_length)
-    crossings = fabric.crossings[outside]
     # Chains take the place of yarns; arc lengths stay those of the yarns.
-    own = chain[around.stations.nearest(crossings.yarn, crossings.arc_length)]
-    pairs = point_pairs(replace(crossings, yarn=own), touching, curves.length)
-    return beam_contact(scene, around, curves, pairs)
+    chain = _chains(around)
+    own = replace(outside, yarn=chain[around.stations.nearest(outside.yarn, outside.arc_length)])
+    return beam_contact(scene, around, chain, own, tied)
 
 
 def _chains(around: Network) -> np.ndarray:

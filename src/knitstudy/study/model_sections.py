@@ -415,10 +415,9 @@ class Springs(SpatialJoints):
 
 
 class Beam(Section):
-    """Contact at the closest points of every crossing, of "rigid" or "hertz" sections; kind of ties.
+    """Contact along all yarns, of "rigid" or "hertz" sections; kind of ties.
 
-    Section 3.3: only one contact node is captured for beams that are not parallel. `stiffness` is the penalty of rigid
-    sections, over E R.
+    Rigid sections press each other with `stiffness` E sqrt(R) approach^1.5; pinned ties have `stiffness` E R.
     """
 
     section: Literal["rigid", "hertz"] = numerics(
@@ -430,7 +429,7 @@ class Beam(Section):
         allowed="rigid, pinned (sections may turn) or patch (pins that yield as tied areas do): tied crossings",
     )
     """Section 2.3 ties the outer rows; tied solids turn nearly freely and yield. Checked: all three."""
-    stiffness: Positive = numerics("assumed", unit="E R", meaning="times E R")
+    stiffness: Positive = numerics("assumed", meaning="over Hertz's 0.8 to 0.9 where sections yield")
     """Nothing printed; hard contact. Checked: 10 and 100 (scenes beam-*)."""
 
 

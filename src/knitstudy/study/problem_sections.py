@@ -239,11 +239,10 @@ class BeamYarn(Yarn):
         "assumed",
         meaning="of the force over the approach, where yarn.pressing is given",
         default=1.5,
-        ge=1,
+        ge=1.5,
         le=10,
     )
-    """1: linear; 1.5: cylinders that cross (Hertz); spun yarns pressed between plates have 2 to 4. Checked: 1 to
-    2.4."""
+    """1.5: cylinders that cross (Hertz); spun yarns pressed between plates have 2 to 4. Checked: 1.5 to 2.9."""
     set: float = physics(
         "assumed", meaning="curvature free of stress over that of the drawn loop", default=1.0, ge=0, le=1
     )

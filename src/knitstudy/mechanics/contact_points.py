@@ -1,0 +1,132 @@
+"""Points of contact along yarns: where they are between the stations of beams, and how yarns bend there.
+
+A yarn between its stations is a parabola through three of them, the nearest one and both beside it. Tangents and
+curvatures at points are those of parabolas through points farther apart.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from knitstudy.errors import GeometryError
+
+
+def parabolas(knots: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return weights (n, 3) of three values, and for both derivatives, of parabolas through knots (n, 3) at (n,)."""
+    others = knots[:, [[1, 2], [0, 2], [0, 1]]]
+    per, way = 1 / np.prod(knots[..., None] - others, axis=2), at[:, None, None] - others
+    return per * way.prod(axis=2), per * way.sum(axis=2), 2 * per
+
+
+def beside(yarn: np.ndarray, count: np.ndarray | int, closed: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Return three of the places (n, 3) of yarns (n,), so many apart, and how many periods away (n, 3) they are.
+
+    The middle one is the place itself, but for the ends of yarns that are not closed.
+    """
+    at = np.arange(len(yarn))
+    begin, end = np.searchsorted(yarn, yarn), np.searchsorted(yarn, yarn, side="right") - 1
+    count = np.minimum(count, (end - begin) // 2)
+    middle = at if closed else np.clip(at, begin + count, end - count)
+    places = np.stack([middle - count, middle, middle + count], axis=1)
+    image = 1 * (places > end[:, None]) - 1 * (places < begin[:, None])
+    return places - image * (end - begin + 1)[:, None], image
+
+
+@dataclass(frozen=True, eq=False)
+class ContactPoints:
+    """Points of contact of yarns with stations; the section of the nearest station turns them."""
+
+    yarn: np.ndarray  # int (p,)
+    arc_length: np.ndarray  # (p,) [m]
+    weight: np.ndarray  # (p,), length that they stand for [m]
+    station: np.ndarray  # int (p,), whose section it is
+    weights: sp.csr_matrix  # (p, n), of the positions of stations
+    around: np.ndarray  # (p,), the same of images of stations, in periods along the yarn
+
+    @classmethod
+    def of(
+        cls,
+        yarn: np.ndarray,  # int (n,), of the stations; those of a yarn follow each other
+        arc_length: np.ndarray,  # (n,), rising [m]
+        per_station: int,  # points for every station
+        period: np.ndarray | None = None,  # (Y,), lengths of yarns that go on as their own images [m]
+    ) -> ContactPoints:
+        """Return the points; raises GeometryError if a yarn has fewer than three stations."""
+        number, count = np.unique(yarn, return_counts=True)
+        if count.min() < 3:
+            k = int(np.argmin(count))
+            raise GeometryError(
+                f"yarn {number[k]} has {count[k]} beam nodes: a smooth centreline needs at least 3; use shorter beam "
+                "elements"
+            )
+        n, s = len(yarn), arc_length
+        places, image = beside(yarn, 1, period is not None)
+        knots = s[places] if period is None else s[places] + image * period[yarn][:, None]
+        # A station stands for half the way to both beside it; the last ones of a yarn that ends for one half.
+        before, after = knots < s[:, None], knots > s[:, None]
+        low = np.where(before.any(axis=1), 0.5 * (s + np.where(before, knots, -np.inf).max(axis=1)), s)
+        high = np.where(after.any(axis=1), 0.5 * (s + np.where(after, knots, np.inf).min(axis=1)), s)
+        share = (np.arange(per_station) + 0.5) / per_station
+        station = np.repeat(np.arange(n), per_station)
+        at = (low[:, None] + (high - low)[:, None] * share).ravel()
+        value, _, _ = parabolas(knots[station], at)
+        row = np.repeat(np.arange(len(at)), 3)
+        weights = sp.csr_matrix((value.ravel(), (row, places[station].ravel())), (len(at), n))
+        around = np.einsum("pk,pk->p", value, image[station])
+        return cls(yarn[station], at, (high - low)[station] / per_station, station, weights, around)
+
+    @property
+    def ends(self) -> np.ndarray:
+        """First and last points (m,) of yarns."""
+        first = np.flatnonzero(np.diff(self.yarn, prepend=-1))
+        return np.append(first, np.append(first[1:], len(self.yarn)) - 1)
+
+    def spread(self, moves: np.ndarray | None = None) -> sp.csr_matrix:
+        """Return how the unknowns (6 p,) of points follow those of stations (6 n,): places, and turns.
+
+        With the derivative (2, 3, 3) of the lattice vectors by its three unknowns, those are the last of both.
+        """
+        p, n = self.weights.shape
+        turns = sp.csr_matrix((np.ones(p), (np.arange(p), self.station)), (p, n))
+        places = sp.kron(self.weights, sp.diags([1.0] * 3 + [0.0] * 3))
+        both = sp.csr_matrix(places + sp.kron(turns, sp.diags([0.0] * 3 + [1.0] * 3)))
+        if moves is None:
+            return both
+        lattice = np.zeros((p, 6, 3))
+        lattice[:, :3] = self.around[:, None, None] * moves[0]
+        return sp.bmat([[both, lattice.reshape(-1, 3)], [None, sp.eye(3)]], format="csr")
+
+
+@dataclass(frozen=True, eq=False)
+class Axes:
+    """Derivatives of the yarns by arc length at their points."""
+
+    points: np.ndarray  # int (n, 3), through which parabolas lead
+    image: np.ndarray  # int (n, 3), how many periods along the yarn they are away
+    first: np.ndarray  # (n, 3), weights of the tangent [1/m]
+    second: np.ndarray  # (n, 3), weights of the second derivative [1/m2]
+
+    @classmethod
+    def of(
+        cls,
+        yarn: np.ndarray,
+        arc_length: np.ndarray,
+        weight: np.ndarray,
+        length: float,  # from a point to both others, nearly [m]
+        period: np.ndarray | None,
+    ) -> Axes:
+        """Return those of points, with arguments as of `ContactPoints`."""
+        points, image = beside(yarn, np.maximum(np.rint(length / weight), 1).astype(int), period is not None)
+        knots = arc_length[points]
+        if period is not None:
+            knots = knots + image * period[yarn][:, None]
+        _, first, second = parabolas(knots, arc_length)
+        return cls(points, image, first, second)
+
+    def at(self, position: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the derivatives (n, 3) for points (n, 3) with the lattice vectors (2, 3) [m]."""
+        place = position[self.points] + self.image[..., None] * vectors[0]
+        return np.einsum("np,npi->ni", self.first, place), np.einsum("np,npi->ni", self.second, place)

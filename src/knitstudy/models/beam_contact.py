@@ -1,0 +1,116 @@
+"""Contact of yarns that are beams, as a scene describes it: points of contact, law, ties, and the limits of the law."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knitstudy.geometry.crossings import Crossings
+from knitstudy.loading.gates import require_known_contact, require_stiff_contact
+from knitstudy.mechanics.beam_model import BeamState
+from knitstudy.mechanics.contact_points import ContactPoints
+from knitstudy.mechanics.crossing_force import CrossedCylinders, Power
+from knitstudy.mechanics.hertz import LAYERS, Patch
+from knitstudy.mechanics.increment import Increment
+from knitstudy.mechanics.line_contact import SPACINGS, LineContact, Repulsion
+from knitstudy.study.scene import Scene
+
+STRIDE = 0.1  # largest displacement that one correction may make, over the diameter
+
+# Points of contact are no farther apart, over the radius, where `MOST` for every station are enough. Contact is soft
+# below an approach that is as much as the square of that: a hundredth of the radius of solid yarns, a twentieth of soft
+# ones, which overlap ten times as far.
+FINE, FINE_IN_LAYERS, MOST = 0.1, 0.23, 4
+MOST_SHAPED = 5.0  # factor of surfaces that conform beyond which bounds of `hertz` count
+
+# Stiffness against elastic slip over E R, where no key of beams says it
+STICK = 10.0
+
+
+def contact_of(
+    scene: Scene,
+    yarn: np.ndarray,  # int (n,), of the stations; those of a yarn follow each other
+    arc_length: np.ndarray,  # (n,) [m]
+    friction: float,
+    period: np.ndarray | None = None,  # (Y,), lengths of yarns that repeat themselves [m]
+    tied: Crossings | None = None,
+) -> tuple[LineContact, ContactPoints]:
+    """Return the contact of yarns with stations, and its points."""
+    shape, radius, diameter = patch(scene), scene.yarn.radius, scene.yarn.diameter
+    fine = (FINE_IN_LAYERS if shape == LAYERS else FINE) * radius
+    widest = ContactPoints.of(yarn, arc_length, 1, period).weight.max()
+    points = ContactPoints.of(yarn, arc_length, int(np.ceil(widest / fine - 0.01).clip(1, MOST)), period)
+    spacing = float(points.weight.max())
+    onset = SPACINGS**2 * spacing**2 / (8 * diameter)  # contact of 2 sqrt(2 D e) over `SPACINGS` of them
+    return LineContact(
+        points.yarn,
+        points.arc_length,
+        points.weight,
+        Repulsion(pressing(scene), diameter, onset, shape),
+        friction,
+        beside=np.pi * radius,
+        period=period,
+        joined=None if tied is None else joined(points, tied, 2 * scene.tie.radius * radius),
+    ), points
+
+
+def joined(points: ContactPoints, tied: Crossings, reach: float) -> np.ndarray:
+    """Return the number (p,) of the tied crossing within reach [m] along the yarn of a point, or -1.
+
+    A disc of radius a carries what overlaps by up to a^2 / R, as Hertz's patch of that size does: straight yarns that
+    do have points nearer than the diameter up to 2 a from the crossing.
+    """
+    apart = 4 * points.arc_length.max()
+    at, order = np.unique((apart * tied.yarn + tied.arc_length).ravel(), return_index=True)
+    at = np.concatenate([[-np.inf], at, [np.inf]])
+    place = apart * points.yarn + points.arc_length
+    after = np.searchsorted(at, place)
+    nearest = np.where(at[after] - place < place - at[after - 1], after, after - 1)
+    within = np.abs(at[nearest] - place) < reach
+    return np.where(within, np.concatenate([[-1], order // 2, [-1]])[nearest], -1)
+
+
+def require_known(
+    scene: Scene,
+    increment: Increment,
+    contact: LineContact,
+    points: BeamState,
+    vectors: np.ndarray,  # (2, 3), of the lattice [m]
+    internal: float,  # energy of the yarns [J]
+) -> None:
+    """Refuse a state beyond the verified law of contact; raises as `require_known_contact`."""
+    pairs = contact.pairs(points.position, vectors)
+    along = contact.axes.at(points.position, vectors)
+    _, bends = contact.bends(pairs, along)
+    energy, factor = contact.energy(pairs, along)[1].value, contact.shaped(pairs, bends)[2].value
+    depth = 2 * (1 - pairs.distance / contact.repulsion.diameter)
+    shape = np.stack([each.value for each in bends[:3]], axis=1)
+
+    def where(k: int) -> str:
+        one, other = contact.yarn[pairs.both[k]]
+        s, t = contact.arc_length[pairs.both[k]]
+        return f"yarns {one} and {other} at arc lengths {s:.4g} and {t:.4g} m"
+
+    require_known_contact(scene, increment, energy, internal, depth, shape, factor, MOST_SHAPED, where)
+
+
+def pressing(scene: Scene) -> Power | CrossedCylinders:
+    """Return the force of two yarns that cross, over their gap: ``yarn.pressing``, else what ``beam.section`` says."""
+    yarn = scene.yarn
+    if (stiffness := scene.value("yarn.pressing")) is not None:
+        return Power(stiffness / yarn.diameter**yarn.pressing_exponent, yarn.pressing_exponent)
+    if scene.value("beam.section") in (None, "hertz"):
+        return CrossedCylinders.of(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius)
+    # Of half a radius, at an approach of R / 4
+    require_stiff_contact(scene, "beam.stiffness", patch=1.5)
+    return Power(penalty(scene) / yarn.radius**0.5, penalty=True)
+
+
+def patch(scene: Scene) -> Patch:
+    """Return what the shape of a contact does: that of half spaces where Hertz's law holds, else that of layers."""
+    hertzian = scene.value("yarn.pressing") is None and scene.value("beam.section") in (None, "hertz")
+    return Patch(scene.yarn.poisson_ratio if hertzian else None)
+
+
+def penalty(scene: Scene) -> float:
+    """Return ``beam.stiffness`` times E R [N/m]."""
+    return (scene.value("beam.stiffness") or STICK) * scene.yarn.youngs_modulus * scene.yarn.radius
