@@ -14,15 +14,13 @@ from knitstudy.study.configuration import load_scene
 
 @pytest.fixture(scope="module")
 def run(plain_scene, touching_cell, knit, contacts, knit_of):
-    """Function that loads a reduced model, a planar one, beams that touch and slide, a window or solid yarns."""
+    """Function that loads a reduced model, a planar one, beams that touch and slide, or solid yarns."""
     touching = touching_cell.vary({"mesh.beam_size": 10 / 9, "contact.friction": 0.1, "load.strain": 0.03})
-    window = {"fidelity": "window", "contact.cell": 0.5, "solver.increments": 2, "load.strain": 0.01}
     tied, cell = {"contacts": contacts}, knit_of(touching_cell)
     models = {
         "reduced": (plain_scene.replace("mesh.beam_size", 1.2), knit, tied),
         "planar": (plain_scene.replace("fidelity", "rom2d"), knit, tied),
         "touching": (touching, cell, {}),
-        "window": (touching_cell.vary({"mesh.beam_size": 1.2} | window), cell, {}),
     }
 
     def load(model, **files):
@@ -57,7 +55,7 @@ YARNS = (
 )  # the latter with increments that are halved for the ledger
 
 
-@pytest.mark.parametrize("model", ["reduced", "planar", "touching", "window", *YARNS])
+@pytest.mark.parametrize("model", ["reduced", "planar", "touching", *YARNS])
 def test_an_interrupted_run_goes_on(model, run, tmp_path):
     run, restart = partial(run, model), tmp_path / "a.npz"
     whole = run()

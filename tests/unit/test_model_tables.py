@@ -3,12 +3,9 @@
 import numpy as np
 import pytest
 import study
-import xarray as xr
 
-from knitstudy.errors import DataFileError
 from knitstudy.measures.response import tangent_stiffness
 from knitstudy.tables import catalogue
-from knitstudy.tables.models import contact_errors
 
 
 @pytest.fixture(scope="module")
@@ -67,27 +64,3 @@ def test_tangent_of_a_power(power):
     assert tangent_stiffness(history) == pytest.approx(power * 5 ** (power - 1) / 1e-4)
     one_increment = study.history(strain=(0, 0.05), force=(0, 10))
     assert tangent_stiffness(one_increment) == pytest.approx(10 / 0.5e-3)
-
-
-def crossings(columns, force, pressure):
-    """Contacts of crossings by row, column and zone."""
-    names = {
-        name: ("crossing", values) for name, values in zip(("row", "column", "zone"), columns, strict=True)
-    }
-    at_full_load = {
-        "force": (("increment", "crossing", "xyz"), np.asarray(force, dtype=float)[None]),
-        "largest_pressure": (("increment", "crossing"), np.asarray(pressure, dtype=float)[None]),
-    }
-    return xr.Dataset(names | at_full_load)
-
-
-FULL = crossings(([1, 1, 1], [0, 1, 1], [0, 0, 1]), [[9, 9, 9], [3, 0, 4], [0, 2, 0]], [7, 10, 20])
-SHOWN = crossings(([1, 1], [1, 1], [1, 0]), [[0, 2.1, 0], [3, 0, 4]], [19, 10])
-
-
-def test_crossings_of_a_window_are_found_by_row_column_and_zone():
-    assert contact_errors(SHOWN, FULL) == (pytest.approx(0.05), pytest.approx(0.05))
-    tied = FULL.assign(largest_pressure=FULL["largest_pressure"] * np.nan)
-    assert np.isnan(contact_errors(SHOWN, tied)[1])
-    with pytest.raises(DataFileError, match="no crossing of row 1, column 1, zone 1"):
-        contact_errors(SHOWN, FULL.isel(crossing=slice(2)))

@@ -89,7 +89,7 @@ def test_names_of_scenes_are_those_of_the_configuration():
         assert three is None or three in known
 
 
-OTHERS = ("domain-", "cell-", "fabric-", "window-", "reference-3x3-tie-")
+OTHERS = ("domain-", "cell-", "fabric-", "reference-3x3-tie-")
 """How names of scenes of the full study begin that other tables than those of the reduced one take."""
 
 

@@ -46,10 +46,6 @@ CASES = {
         "beam-isotropic-course",
         SLIDING | BEAMS | {"beam.section": "hertz", "beam.tie": "patch"},
     ),
-    "window": (
-        "yarns-tie-course",
-        TIED | BEAMS | {"pattern.loops": 2, "pattern.rows": 2, "fidelity": "window"},
-    ),
     "endless cell, ties": ("cell-course", TIED),
     "endless cell, friction": ("cell-course", TIED | LOOSE | FEW | {"solver.increments": 6}),
 }

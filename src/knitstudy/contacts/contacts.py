@@ -10,7 +10,7 @@ points that touch lie on the depth that the law stands for, which is not the are
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
@@ -28,7 +28,6 @@ from knitstudy.study.scene import Scene
 MODULUS = "indentation_modulus"  # attribute of histories of yarns whose local indentation is a law: E* [Pa]
 # Angle below which yarns count as crossing at it: side by side they touch along a line, which has no end.
 SMALLEST = np.radians(5.0)
-BY_NEIGHBOURS = "segment_contraction"  # needs the neighbours of a crossing: unknown in a window
 
 
 def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
@@ -37,7 +36,7 @@ def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Data
 
 
 def extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:
-    """Return the contacts dataset of docs/files.md; of a window, for the crossings of its cells alone.
+    """Return the contacts dataset of docs/files.md.
 
     Raises
     ------
@@ -46,17 +45,12 @@ def extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:
         facets around a yarn.
     """
     if "crossing_force" not in history:
-        raise DataFileError(
-            "the history holds no crossing_force: contacts come from a scene of solid yarns or with a window of them"
-        )
+        raise DataFileError("the history holds no crossing_force: contacts come from a scene of solid yarns")
     if history.sizes["crossing"] != len(fabric.crossings):
         raise DataFileError(
             f"the history has {history.sizes['crossing']} crossings and the fabric {len(fabric.crossings)}: "
             "they belong to different scenes"
         )
-    windowed = "window_crossing" in history
-    if windowed:
-        fabric, history = _in_window(fabric, history)
     crossings = fabric.crossings
     touch = _Touch.of(history)
     tied = history["crossing_tied"].to_numpy().astype(bool)
@@ -79,8 +73,6 @@ def extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:
     if "section_gradient" in history:
         sections = (history[name].to_numpy() for name in ("section_gradient", "section_displacement"))
         values |= kinematics(fabric, *sections, values["relative_displacement"], touch.reference_centroid())
-    if windowed:
-        values.pop(BY_NEIGHBOURS, None)
     _put_ties(values, history, tied)
     with np.errstate(invalid="ignore"):  # an open crossing has no direction: 0 / 0
         values["resultant_direction"] = -values["force"] / np.linalg.norm(
@@ -92,17 +84,6 @@ def extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:
         coords={"xyz": list("xyz")},
         attrs=kept,
     )
-
-
-def _in_window(fabric: Fabric, history: xr.Dataset) -> tuple[Fabric, xr.Dataset]:
-    """Return the fabric and the history with the crossings of a window's cells alone."""
-    chosen = np.flatnonzero(history["window_crossing"].to_numpy())
-    place = np.full(history.sizes["crossing"] + 1, -1)  # the last one: away from all crossings
-    place[chosen] = np.arange(len(chosen))
-    part = history.isel(crossing=chosen)
-    if "contact_crossing" in history:
-        part = part.assign(contact_crossing=("point", place[history["contact_crossing"].to_numpy()]))
-    return replace(fabric, crossings=fabric.crossings[chosen]), part
 
 
 def indented(fabric: Fabric, force: np.ndarray, modulus: float) -> dict[str, np.ndarray]:

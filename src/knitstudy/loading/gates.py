@@ -315,21 +315,6 @@ def _path_length(motion: Motion, start: float, end: float) -> float:
     return float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
 
 
-def require_no_jump(scene: Scene, increment: Increment, recorder: Recorder) -> None:
-    """Refuse an increment after which solid yarns and beams disagree on the force at the seams between them.
-
-    Raises ConvergenceError if the jump exceeds the share ``gates.jump`` of the largest force at a seam.
-    """
-    jump, limit = recorder.columns["seam_jump"][-1], scene.gates.jump
-    largest = float(np.linalg.norm(recorder.columns["seam_force"][-1], axis=-1).max(initial=0.0))
-    if jump > limit * largest:
-        raise ConvergenceError(
-            f"increment {increment.index}: force jumps by {jump:.3g} N where solid yarns and beams meet; the "
-            f"largest force there is {largest:.3g} N; gates.jump allows {limit:.0e} of it: use a smaller "
-            "solver.residual_tolerance"
-        )
-
-
 # What the law of contact of beams is verified for (tests/verification/test_line_contact.py):
 # curvatures towards each other over 1/R, the sine of the angle, and the spread f^2 delta / R, where f is the factor of
 # both on the force: the area of the patch over that of a section. The factor is bounded as well.

@@ -115,11 +115,6 @@ def several(stage: str, *patterns: str, **said: Any) -> Results:
     return Results(stage, patterns, several=True, **said)
 
 
-def is_whole_knit(scene: Scene) -> bool:
-    """Whether a scene is a knit that ends, in one model: no window, pair or endless knit."""
-    return scene.is_knit and scene.value("window") is None
-
-
 @dataclass(frozen=True)
 class Display:
     """A figure or a table."""

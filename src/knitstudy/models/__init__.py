@@ -1,1 +1,1 @@
-"""Models of a fabric: solid yarns, networks of beams, beams in contact, and a window of one in the other."""
+"""Models of a fabric: solid yarns, networks of beams, and beams in contact."""

@@ -164,11 +164,9 @@ def loaded(
     network: Network,
     attributes: dict[str, Any],
     checks: tuple[Check, ...] = (),
-    first: int = 0,
-    stations: Stations | None = None,
     **given: Any,
 ) -> Problem:
-    """Return a network with the load of a scene; `first` is the first of its unknowns among those of the model.
+    """Return a network with the load of a scene.
 
     Raises MeshError if its beams are too long for the bends of the yarns.
     """
@@ -179,13 +177,12 @@ def loaded(
         scale = network.height / fabric.height
         motion = replace(motion, displacement=scale * motion.displacement, length=scale * motion.length)
     ends = grips(network, fabric, scene.load.direction)
-    prescribed = tension(ends, motion, scene.load.lateral)
     return Problem(
         scene=scene,
-        prescribed=replace(prescribed, fixed=first + prescribed.fixed),
+        prescribed=tension(ends, motion, scene.load.lateral),
         motion=motion,
-        driven=first + 6 * ends.driven[:, None] + np.arange(3),
-        stations=stations or network.stations,
+        driven=6 * ends.driven[:, None] + np.arange(3),
+        stations=network.stations,
         checks=(*checks, partial(require_sound, scene, None)),
         attributes={"dof": 6 * network.beam_nodes, "elements": len(network.ends)} | attributes,
         **given,

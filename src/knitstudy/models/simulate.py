@@ -20,7 +20,7 @@ from knitstudy.loading.restart import IN_MEMORY, Run
 from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mesh.mesher import check_shape, mesh_fabric
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.models import beams_in_contact, hexahedra, network_2d, network_3d, spline_yarns, window
+from knitstudy.models import beams_in_contact, hexahedra, network_2d, network_3d, spline_yarns
 from knitstudy.models.joints import JointPoints
 from knitstudy.study.scene import Scene
 
@@ -31,7 +31,6 @@ MODELS: dict[str, Callable[..., Problem]] = {
     "rom2d": network_2d.build,
     "rom3d": network_3d.build,
     "beam": beams_in_contact.build,
-    "window": window.build,
 }
 
 
@@ -92,7 +91,7 @@ def simulate(
     """Return the history of a scene from the results of other stages, in the formats of docs/files.md.
 
     Solid yarns have a mesh, cells that start from it a shape at rest. Contacts, springs and stresses are
-    those of the simulations that ``rom.contacts_from``, ``rom.springs_from`` (or ``window.springs_from``) and
+    those of the simulations that ``rom.contacts_from``, ``rom.springs_from`` and
     ``rom.stress_from`` name. Raises as `build` and `solve_load_path`.
     """
     swept = None if mesh is None else SweptMesh.from_dataset(mesh)

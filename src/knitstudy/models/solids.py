@@ -19,7 +19,7 @@ from knitstudy.contacts.facets import (
     touching_points,
 )
 from knitstudy.contacts.kinematics import section_motion
-from knitstudy.geometry.fabric import Arcs, Fabric
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import Motion, Stations, load_path
 from knitstudy.loading.solve import Problem, Reported, settings_of
@@ -174,12 +174,9 @@ def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns) -> Problem:
     )
 
 
-def stations_of(mesh: SweptMesh, arcs: Arcs | None = None) -> Stations:
-    """Return the centres of sections, on the yarns that the mesh's are arcs of if these are given."""
-    yarn, arc_length = mesh.yarn_of_slice, mesh.arc_length
-    if arcs is not None:
-        yarn, arc_length = arcs.yarn[yarn], arcs.arc[yarn, 0] + arc_length
-    return Stations(yarn, arc_length, mesh.centres)
+def stations_of(mesh: SweptMesh) -> Stations:
+    """Return the centres of sections."""
+    return Stations(mesh.yarn_of_slice, mesh.arc_length, mesh.centres)
 
 
 def _prescribed(yarns: SolidYarns, scene: Scene, motion: Motion) -> tuple[PrescribedDisplacement, np.ndarray]:

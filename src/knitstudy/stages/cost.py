@@ -28,8 +28,8 @@ of 3 x 3 to 30 x 30."""
 
 FOLLOWED = 300e6  # Bytes of pairs of points that polynomials in contact follow, whatever the size of the knit
 
-MEMORY_OF_BEAMS = {"rom2d": 500, "rom3d": 500, "beam": 1000, "window": 1500}
-"""Expected memory of simulations without solid yarns, or with few [MB]."""
+MEMORY_OF_BEAMS = {"rom2d": 500, "rom3d": 500, "beam": 1000}
+"""Expected memory of simulations without solid yarns [MB]."""
 
 SECONDS_AN_UNKNOWN = {
     "one_point": {False: 0.22e-3, True: 1.1e-3},
@@ -39,8 +39,8 @@ SECONDS_AN_UNKNOWN = {
 """Processor time by elements, with ties and with contact: the most that was measured in `INCREMENTS` on knits of 1 x 1
 to 10 x 10 with tied outer yarns; outer yarns without ties take up to ten times as long."""
 
-SECONDS_A_CELL = {"rom2d": 0.15, "rom3d": 0.15, "beam": 1.1, "window": 1.0}
-"""The same of beams, and of a window among them, by the cells of the knit."""
+SECONDS_A_CELL = {"rom2d": 0.15, "rom3d": 0.15, "beam": 1.1}
+"""The same of beams, by the cells of the knit."""
 
 INCREMENTS = 12
 SPARE = 3  # Limit of a job over its expected time

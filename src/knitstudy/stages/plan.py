@@ -16,7 +16,7 @@ from knitstudy.mechanics.batches import serial_blas
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.record import Record
 from knitstudy.stages.table import STAGES, Stage, unused_code
-from knitstudy.study.configuration import CONFIG, OWN, SPRINGS, check_source, knits_of, load_scenes, measures
+from knitstudy.study.configuration import CONFIG, SPRINGS, check_source, knits_of, load_scenes, measures
 from knitstudy.study.scene import Scene, digest
 
 log = logging.getLogger(__name__)
@@ -224,16 +224,16 @@ class Plan:
         return [stage.path(scene) for stage, scene in self.steps(scenes) if stage.wanted(scene)]
 
     def named(self, scene: Scene, key: str) -> Scene:
-        """Return the direct simulation that a key of a scene names, with the geometry of that scene but for `OWN`.
+        """Return the direct simulation that a key of a scene names, with the geometry of that scene.
 
         Where springs are measured of it, its yarn and strain are those of the scene as well.
         """
-        name, scenes, own = scene.value(key), self.scenes, OWN.get(key, ())
+        name, scenes = scene.value(key), self.scenes
         other = scenes.get(name)
-        inputs = {name: value for name, value in scene.geometry_inputs.items() if name not in own}
+        inputs = scene.geometry_inputs
         changed = {}
         if other is not None and any(other.geometry_inputs.get(each) != inputs[each] for each in inputs):
-            changed = inputs | {"knit": other.knit if own else scene.knit}
+            changed = inputs | {"knit": scene.knit}
         if other is not None and measures(scene, key):
             changed |= {
                 each: scene.value(each)

@@ -122,7 +122,7 @@ def starts_from_rest(scene: Scene) -> bool:
 def _model_code(scene: Scene) -> tuple[str, ...]:
     """Return the modules of the model of a scene, of its elements and its material."""
     found = [MODELS[scene.fidelity].__module__]
-    if _is_solid(scene):
+    if scene.kind.fidelity.solid:
         found += [MATERIALS.module(scene.yarn.material)]
         found += [ELEMENTS.module(scene.mesh.element)] if scene.value("mesh.element") else []
     return tuple(found)
@@ -133,15 +133,11 @@ def unused_code(scene: Scene) -> tuple[str, ...]:
     return () if scene.kind.interaction.touches else (friction.__name__,)
 
 
-def _is_solid(scene: Scene) -> bool:
-    return scene.kind.fidelity.solid or scene.fidelity == "window"
-
-
 def _model_needs(scene: Scene, named: Named) -> Needs:
     """Return geometry and mesh, and the results of other scenes that joints, springs and honeycombs come from."""
     sources = {
         "contacts": ("contacts", "rom.contacts_from"),
-        "springs": ("contacts", "window.springs_from" if scene.value("window") else "rom.springs_from"),
+        "springs": ("contacts", "rom.springs_from"),
         "stresses": ("stress", "rom.stress_from"),
     }
     found: dict[str, tuple[str, Scene]] = {"geometry": ("geometry", scene)}
@@ -227,7 +223,7 @@ _STAGES = (
         name="simulation",
         path_pattern="simulation/{scene}.nc",
         function=simulate,
-        reads=(*MODEL_KEYS, "gates", "rom", "beam", "window"),
+        reads=(*MODEL_KEYS, "gates", "rom", "beam"),
         outputs=("fields",),
         of=lambda scene: True,
         needs=_model_needs,
@@ -241,7 +237,7 @@ _STAGES = (
         path_pattern="contacts/{scene}.nc",
         function=contacts,
         reads=(),
-        of=lambda scene: _is_solid(scene) and scene.specimen != "cell",
+        of=lambda scene: scene.kind.fidelity.solid and scene.specimen != "cell",
         needs=lambda scene, named: {"geometry": ("geometry", scene), "history": ("simulation", scene)},
     ),
     Stage(

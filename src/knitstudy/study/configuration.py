@@ -279,7 +279,6 @@ def check_scenes_together(scenes: Mapping[str, Scene], where: Mapping[str, str])
 ALIKE = {
     "rom.contacts_from": ("knit", "interaction", "load.direction", "tie.radius"),
     "rom.springs_from": ("knit", "interaction"),
-    "window.springs_from": ("interaction", "load.direction", "yarn.diameter", "yarn.youngs_modulus"),
 }
 """Keys that a scene shares, if it has them, with the direct simulation that another key of it names."""
 
@@ -293,16 +292,12 @@ SPRINGS = (
 )
 """Keys that springs depend on, beside the knit: secants at full load of the yarn that they are measured of."""
 
-OWN = {"window.springs_from": ("pattern.loops", "pattern.rows")}
-"""Keys of the geometry that the direct simulation which another key names does not take over from a scene."""
-
 
 def measures(scene: Scene, source: str) -> bool:
     """Return whether springs of a scene are measured of the direct simulation that its key `source` names."""
-    if scene.value("rom.axes") is None:
-        return source == "window.springs_from"
     return (
-        not scene.rom.stiffness
+        scene.value("rom.axes") is not None
+        and not scene.rom.stiffness
         and source == f"rom.{'springs' if scene.rom.springs_from else 'contacts'}_from"
     )
 

@@ -36,9 +36,6 @@ from knitstudy.study.model_sections import (
     Tie,
     TiedEdges,
     TouchingBeamGates,
-    Window,
-    WindowGates,
-    WindowMesh,
 )
 from knitstudy.study.problem_sections import (
     BeamYarn,
@@ -207,14 +204,6 @@ FIDELITIES = _by_name(
         },
         touching={"contact": TiedEdges},
         tied=None,
-    ),
-    Fidelity(
-        "window",
-        "solid yarns of polynomials in a few cells of a network of beams",
-        specimens=("knit", "cut_knit"),
-        sections={"mesh": WindowMesh, "tie": Tie, "solver": Newton, "gates": WindowGates, "window": Window},
-        touching={"contact": PolynomialContact},
-        sources=("window.springs_from",),
     ),
 )
 

@@ -1,4 +1,4 @@
-"""Sections of how a scene is computed: mesh, ties, contact, solver, gates, reduced models, beams and window.
+"""Sections of how a scene is computed: mesh, ties, contact, solver, gates, reduced models, and beams.
 
 Ties, friction and tied edges stand here as well: which of them a scene has depends on its model.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
 from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.spline_yarn.basis import LARGEST_DEGREE
@@ -18,7 +18,6 @@ from knitstudy.study.keys import (
     SceneName,
     Section,
     numerics,
-    output,
     physics,
     resolution,
 )
@@ -106,10 +105,6 @@ class PolynomialMesh(Section):
                 f"crossing_span is {self.crossing_span:g} but must be at most mesh.span, {self.span:g}"
             )
         return self
-
-
-class WindowMesh(PolynomialMesh, BeamMesh):
-    """Of the solid yarns in the window, and of the beams around it."""
 
 
 # Ties and contact (section 2.2, Fig. 2 and Table 1)
@@ -287,15 +282,6 @@ class HexahedralGates(SolidGates):
     """Force of a tied knit +5 % at 3.3, of a pressed pair within 8 % from 8 on, docs/gates.md. Checked: 2 to 12."""
 
 
-class WindowGates(BeamGates):
-    """Additional limits of a window."""
-
-    jump: float = numerics(
-        "choice", meaning="over the largest force where solid yarns and beams meet", default=1e-4, gt=0
-    )
-    """Numerical; what Newton's method leaves is a hundredth of it, docs/notes/window.md. Checked: 1e-4."""
-
-
 # Reduced order models: where their joints come from, and of which kind they are (sections 2.4 to 2.6)
 
 
@@ -431,48 +417,3 @@ class Beam(Section):
     """Section 2.3 ties the outer rows; tied solids turn nearly freely and yield. Checked: all three."""
     stiffness: Positive = numerics("assumed", meaning="over Hertz's 0.8 to 0.9 where sections yield")
     """Nothing printed; hard contact. Checked: 10 and 100 (scenes beam-*)."""
-
-
-# Window: which cells of a knit are solid yarns, and what joins the beams around them
-
-
-class Window(Section):
-    """The middle cell of the window by its interlock `row` and its `column`, how many `cells` wide and high it is.
-
-    Around them a `margin` of cells is solid as well, whose crossings are not asked for. Where yarns touch outside,
-    beams are in contact, or springs stand for it that the simulation `springs_from` measures, of a knit of any size.
-    """
-
-    row: int | None = output(
-        "choice",
-        allowed="a whole number from 0 to pattern.rows - 1, or null for the middle",
-        default=None,
-        ge=0,
-    )
-    """What is asked for. Checked: the centre cell of 3 x 3 and 10 x 10 cells (docs/notes/window.md)."""
-    column: int | None = output(
-        "choice",
-        allowed="a whole number from 0 to pattern.loops - 1, or null for the middle",
-        default=None,
-        ge=0,
-    )
-    """What is asked for. Checked: the centre cell of 3 x 3 and 10 x 10 cells (docs/notes/window.md)."""
-    cells: int = output("choice", allowed="an odd whole number from 1 to 999", default=1, ge=1, le=999)
-    """What is asked for. Checked: 1, and 3 of 3 x 3 cells (docs/notes/window.md)."""
-    margin: int = resolution("choice", default=0, ge=0, le=999)
-    """Numerical; how far from what is asked for yarns become beams. Checked: 0, and 1 of 3 x 3 cells with ties
-    (docs/notes/window.md)."""
-    springs_from: SceneName | None = numerics(
-        "choice",
-        allowed="the name of a scene of solid yarns in contact to measure, or null where beams touch",
-        default=None,
-    )
-    """Numerical; secants at full load stand for contact at full load alone. Checked: both, in 3 x 3 cells
-    (docs/notes/window.md)."""
-
-    @field_validator("cells")
-    @classmethod
-    def _has_a_middle(cls, value: int) -> int:
-        if value % 2 == 0:
-            raise ValueError(f"cells is {value} but must be odd: one cell is the middle")
-        return value

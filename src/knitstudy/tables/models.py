@@ -1,15 +1,13 @@
-"""Models beside the reference, interactions beside each other, and windows beside the same knits in full."""
+"""Models beside the reference, and interactions beside each other."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import nan
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.errors import DataFileError
 from knitstudy.measures import response
 from knitstudy.measures.cases import COMPARED, MODELS, Case, cases_of, comparison, is_plain
 from knitstudy.measures.catalogue import Datasets, Scenes, several, solid
@@ -25,19 +23,6 @@ OF_BEAMS = [
     *("model", "scene", *COMPARED, OVER_FIRST),
     *("increments [1]", "Newton iterations [1]", "time [s]"),
 ]
-
-# Windows of solid yarns in knits of beams, with the same knit of solid yarns in full.
-WINDOWS = {
-    "window-tie-course-3x3": "yarns-tie-course",
-    "window-tie-course-6x6": "domain-yarns-tie-course-6x6",
-    "window-tie-course-10x10": "domain-yarns-tie-course-10x10",
-    "window-tie-wale-3x3": "yarns-tie-wale",
-    "window-isotropic-course-3x3": "yarns-isotropic-course",
-    "window-springs-isotropic-course-3x3": "yarns-isotropic-course",
-    "window-springs-isotropic-course-10x10": "domain-yarns-isotropic-course-10x10",
-}
-
-PLACE = ("row", "column", "zone")  # Labels of a crossing
 
 
 @TABLES.add(
@@ -119,67 +104,3 @@ def tabulate_interactions(
         }
         rows.append(row | effort(history))
     return pd.DataFrame(rows)
-
-
-@TABLES.add(
-    "windows",
-    "Windows of solid yarns, beside the same knits in full",
-    results={
-        "windows": several("simulation", *WINDOWS),
-        "windows_contacts": several("contacts", *WINDOWS),
-        "full": several("simulation", *WINDOWS.values()),
-        "full_contacts": several("contacts", *WINDOWS.values()),
-    },
-    order=5.8,
-)
-def tabulate_windows(
-    windows: Datasets, windows_contacts: Datasets, full: Datasets, full_contacts: Datasets, scenes: Scenes
-) -> pd.DataFrame:
-    """Return one row a window, at full load; pressures are nan where yarns are tied."""
-    rows = []
-    for name, ours in windows.items():
-        if (other := WINDOWS[name]) not in full:
-            continue
-        scene, theirs = scenes[name], full[other]
-        force, pressure = contact_errors(windows_contacts[name], full_contacts[other])
-        rows.append(
-            {
-                "scene": name,
-                "in full": other,
-                "cells of the knit": f"{scene.pattern.loops} x {scene.pattern.rows}",
-                "cells asked for [1]": scene.window.cells,
-                "cells of margin [1]": scene.window.margin,
-                "force over that in full [1]": float(ours["force"][-1] / theirs["force"][-1]),
-                "largest distance of a contact's force [1]": force,
-                "largest distance of a contact's pressure [1]": pressure,
-                "largest jump of force at a seam [N]": float(ours["seam_jump"].max()),
-                "unknowns [1]": int(ours.attrs["unknowns"]),
-                "unknowns in full over these [1]": theirs.attrs["unknowns"] / ours.attrs["unknowns"],
-                "time [s]": ours.attrs["wall_seconds"],
-                "time in full over this [1]": theirs.attrs["wall_seconds"] / ours.attrs["wall_seconds"],
-            }
-        )
-    return pd.DataFrame(rows)
-
-
-def contact_errors(window: xr.Dataset, full: xr.Dataset) -> tuple[float, float]:
-    """Return the largest relative errors of forces and of largest pressures at the crossings of a window.
-
-    Both are at the last increment; the error of a force is the length of the difference over the force. That of
-    pressures is nan where yarns are tied.
-    Raises DataFileError if a crossing of the window is not among those of the full simulation.
-    """
-    wanted, known = (
-        pd.MultiIndex.from_arrays([each[name].to_numpy() for name in PLACE]) for each in (window, full)
-    )
-    chosen, last = known.get_indexer(wanted), {"increment": -1}
-    if (chosen < 0).any():
-        row, column, zone = (int(each) for each in wanted[chosen < 0][0])
-        raise DataFileError(f"the full simulation has no crossing of row {row}, column {column}, zone {zone}")
-    window, full = window.isel(last), full.isel(last).isel(crossing=chosen)
-    ours, theirs = (each["force"].to_numpy() for each in (window, full))
-    force = np.linalg.norm(ours - theirs, axis=1) / np.linalg.norm(theirs, axis=1)
-    ours, theirs = (each["largest_pressure"].to_numpy() for each in (window, full))
-    known = np.isfinite(theirs) & (theirs > 0)
-    pressure = np.abs(ours[known] / theirs[known] - 1)
-    return float(force.max()), float(pressure.max()) if known.any() else nan

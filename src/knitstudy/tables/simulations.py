@@ -7,7 +7,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.measures import response
-from knitstudy.measures.catalogue import Datasets, Scenes, is_whole_knit, several, solid
+from knitstudy.measures.catalogue import Datasets, Scenes, several, solid
 from knitstudy.measures.cost import MEGABYTE, effort, element_length
 from knitstudy.measures.history_checks import (
     allowed_penetration,
@@ -53,7 +53,7 @@ STABILISATION, STABILISATION_AT_END = 0.05, 0.01
 @TABLES.add(
     "responses",
     "Every simulation of a knit",
-    results={"every": several("simulation", "*", where=is_whole_knit)},
+    results={"every": several("simulation", "*", where=lambda scene: scene.is_knit)},
     order=9,
 )
 def tabulate_responses(every: Datasets, scenes: Scenes) -> pd.DataFrame:
