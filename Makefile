@@ -31,27 +31,25 @@ study: environment  ## run the reduced study on all cores (STUDY=ci, full or ref
 .PHONY: reference
 reference: environment  ## make what models are measured against (hours); resources/reference/reference.csv
 	@$(BIN)/python workflow/study.py reference results/tables/reference.csv results/tables/reference_ways.csv
-	@$(BIN)/python -m knitstudy.stages.kept_tables reference
+	@$(BIN)/python benchmarks/keep.py reference
 
 .PHONY: verdicts
 verdicts: environment  ## run the full study and keep its verdicts (hours); resources/verdicts.csv, docs/results.md
 	@$(BIN)/python workflow/study.py full
-	@$(BIN)/python -m knitstudy.stages.kept_tables verdicts
+	@$(BIN)/python benchmarks/keep.py verdicts
 
 .PHONY: trade
 trade: environment  ## measure what accuracy costs on the FIRST=48 knits of a sample (hours); resources/trade.csv
-	@OMP_NUM_THREADS=1 $(BIN)/python -m knitstudy measure --first $(FIRST)
-	@$(BIN)/python -m knitstudy.stages.kept_tables trade
+	@OMP_NUM_THREADS=1 $(BIN)/python benchmarks/trade.py --first $(FIRST)
 
 .PHONY: loops
 loops: environment  ## try loops of 210 course and wale spacings; resources/loops.csv, docs/notes/loops.webp
-	@$(BIN)/python workflow/study.py full -- results/loops/sweep-wale-tie-course.nc
-	@$(BIN)/python -m knitstudy.stages.kept_tables loops
+	@$(BIN)/python benchmarks/loops.py
 
 .PHONY: predictions
 predictions: environment  ## run the study of measured fabrics and keep its predictions; resources/predictions.csv
 	@$(BIN)/python workflow/study.py fabrics
-	@$(BIN)/python -m knitstudy.stages.kept_tables predictions
+	@$(BIN)/python benchmarks/keep.py predictions
 
 .PHONY: test
 test: environment  ## pass all tests, in two processes
@@ -68,8 +66,7 @@ bench: environment  ## measure time and memory of scenes and solvers; results/ta
 
 .PHONY: extremes
 extremes: environment  ## try what breaks, at the ends of all keys; resources/extremes.csv, docs/notes/extremes.webp
-	@$(BIN)/python workflow/study.py ci -- results/extremes/extremes.csv --keep-going
-	@$(BIN)/python -m knitstudy.stages.kept_tables extremes
+	@OMP_NUM_THREADS=1 $(BIN)/python benchmarks/extremes.py
 
 .PHONY: interruptions
 interruptions: environment  ## end runs at random moments; results/tables/interruptions.csv

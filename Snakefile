@@ -17,7 +17,6 @@ include: "workflow/rules/displays.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/report.smk"
-include: "workflow/rules/extremes.smk"
 
 
 # Seconds each: run by Snakemake itself where other jobs wait in a queue, since a start costs a minute there.
@@ -36,7 +35,6 @@ localrules:
     figure,
     table,
     report,
-    extremes,
 
 
 onstart:

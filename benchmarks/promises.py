@@ -3,9 +3,9 @@
     python benchmarks/promises.py               # every knit judges what all others promise
     python benchmarks/promises.py --basis 48    # later knits judge what the first ones promise
 
-Reads ``results/trade/trade.csv`` (``knitstudy measure --first 48``, or 108). For every knit that judges, case, question
-and accuracy the cheapest model is taken that is promised to do, as `plan` does. Prints how many models were promised,
-which share of the promises held, and which share cost at most three times the cheapest that would have done; writes
+Reads ``results/trade/trade.csv`` (of ``benchmarks/trade.py``). For every knit that judges, case, question and accuracy,
+the cheapest model is taken that is promised to do, as `plan` does. Prints how many models were promised, which share of
+the promises held, and which share cost at most three times the cheapest that would have done; writes
 ``results/tables/promises.csv``. The exit status is 1 where that is less than 95 % and 85 %.
 """
 
@@ -17,9 +17,9 @@ from operator import attrgetter
 from pathlib import Path
 
 import pandas as pd
+from trade import SAMPLE
 
 from knitstudy.files import write_table
-from knitstudy.stages.trade import SAMPLE
 from knitstudy.study.choice import ERROR, SECONDS, measured_rows, promised
 from knitstudy.study.configuration import drawn_defaults
 from knitstudy.study.sample import Inputs, load_trade

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from calibrate import Candidate, read_problem, residuals, solve
 
-from knitstudy.geometry.calibrate import Candidate, read_problem, residuals, solve
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.mesh.mesher import mesh_fabric

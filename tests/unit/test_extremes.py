@@ -2,15 +2,14 @@
 
 import os
 
+import extremes
 import numpy as np
 import pytest
 import yaml
+from extremes import CAUSES, QUANTITIES, Trial, cause, judged, load_trials, run
 from synthetic import history
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, GeometryError
-from knitstudy.figures.extremes_map import CAUSES
-from knitstudy.stages import extremes
-from knitstudy.stages.extremes import QUANTITIES, Trial, cause, judged, load_trials, run
 from knitstudy.stages.simulate import Results
 
 

@@ -10,7 +10,6 @@ import pytest
 import study
 import sweeping
 import synthetic
-import xarray as xr
 from matplotlib.image import imread
 from matplotlib.text import Text
 from PIL import Image
@@ -26,7 +25,6 @@ from knitstudy.figures.renderer import Picture, RenderingError, Surface, View
 from knitstudy.figures.style import describe, save
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import endless_cell, plain_knit
-from knitstudy.geometry.feasible import OUTCOMES
 from knitstudy.geometry.fit import Wanted
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.measures.centre_cell import closest_neighbour
@@ -137,9 +135,6 @@ def results(knit, plain_scene, touching, pairs, paper, cases):
         "fig_cut_rows": friction | {"dns": synthetic.history(force=(0, 4, 8))},
         "fig_pair_slip": pairs,
     }
-    outcome = (("course", "wale"), np.arange(6.0).reshape(2, 3) % len(OUTCOMES))
-    spacings = {"course": [3.0, 4.0], "wale": [4.0, 5.0, 6.0]}
-    feasible = xr.Dataset({"outcome": outcome, "bend": outcome}, spacings)
     garter = Wanted(0.9e-3, 1.1e-3, 1e-4, 0.01, stitches=("K", "P")).drawn()
     ways = [(way, other) for way in ("course", "wale") for other in ("free", "held")] + [("shear", "free")]
     cells = {
@@ -147,7 +142,6 @@ def results(knit, plain_scene, touching, pairs, paper, cases):
     }
     own["fig_fabrics"] = {"cells": cells}
     own["fig_stitches"] = {"knits": {"stitches-garter-course": endless_cell(garter, 1, 2).to_dataset()}}
-    own["fig_loops"] = {"feasible": feasible, "scenes": {"feasible": scenes["dns-tie-course"]}}
     own |= {"fig16_wale": own["fig16_out_of_plane"], "fig15_variants": own["fig15_force_strain"]}
     in_contact = ("fig07_contact", "fig08_out_of_plane", "fig10_kinematics")
 

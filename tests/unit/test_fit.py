@@ -4,10 +4,10 @@ import re
 
 import numpy as np
 import pytest
+from loops import KEPT, OUTCOMES, loop_map
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import read_table
-from knitstudy.geometry.feasible import OUTCOMES, loop_map
 from knitstudy.geometry.fit import (
     ITERATIONS,
     LARGEST_CURVATURE,
@@ -21,7 +21,6 @@ from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.survey import survey
 from knitstudy.geometry.symmetry import symmetries
-from knitstudy.stages.kept_tables import LOOPS
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.given import diameter_of, read_points
 
@@ -218,7 +217,7 @@ def test_map_names_what_limits_loops_that_do_not_fit(plain_scene):
 
 @pytest.mark.parametrize(("course", "wale"), [(3.0, 6.5), (6.0, 6.0)])
 def test_kept_map_has_loops_of_today(course, wale):
-    kept = read_table(LOOPS).set_index(["course", "wale"]).loc[(course, wale)]
+    kept = read_table(KEPT).set_index(["course", "wale"]).loc[(course, wale)]
     found = loop_map(load_scene("sweep-wale-tie-course"), np.array([course]), np.array([wale]))
     assert kept["outcome"] == "found"
     assert float(found["length"][0, 0]) == pytest.approx(kept["length"], rel=1e-4)

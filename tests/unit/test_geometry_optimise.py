@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from calibrate import UNUSABLE, first_guess, read_problem, residuals, whole_loop
 
 from knitstudy.errors import GeometryError
-from knitstudy.geometry.calibrate import UNUSABLE, first_guess, read_problem, residuals, whole_loop
 from knitstudy.geometry.lay_out import initial_loop, lay_out
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.optimise import optimise, squared_join_curvature

@@ -73,7 +73,7 @@ def test_a_pair_is_held_at_its_ends(scene, pair):
         ({"mesh.degree": 5}, "mesh.crossing_degree is 4 but must be at least mesh.degree, 5"),
         ({"mesh.span": 0.3}, "mesh.crossing_span is 0.6 but must be at most mesh.span, 0.3"),
         ({"mesh.size": 1 / 3}, "mesh.size is no key of a scene"),
-        ({"outputs": ["deck"]}, r"outputs is \['deck'\] but must be a list out of \[fields, vtu, loop_map\]"),
+        ({"outputs": ["deck"]}, r"outputs is \['deck'\] but must be a list out of \[fields, vtu\]"),
     ],
 )
 def test_keys_that_are_refused(scene, changes, message):

@@ -1,5 +1,6 @@
 """The reference: which simulations it is made from, how models find it, and that it is kept with its code."""
 
+import keep
 import numpy as np
 import pytest
 import study
@@ -10,7 +11,6 @@ from knitstudy.files import read_table, write_dataset
 from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.reference import reference_of
 from knitstudy.measures.response import FORCE, STRAINS, rms_out_of_plane
-from knitstudy.stages import kept_tables as kept
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import load_scenes, load_study
@@ -98,7 +98,7 @@ def test_one_way_is_as_uncertain_as_ways_disagree_elsewhere(knit, solid, sources
 
 def test_the_kept_reference_is_of_the_problems_of_today():
     """A new key of the physics would change their digests, and the reference would no longer be found."""
-    table, scenes = read_table(kept.REFERENCE), load_scenes()
+    table, scenes = read_table(keep.REFERENCE), load_scenes()
     for name in load_study("reference"):
         assert reference_of(table, scenes[name]).known, name
 
@@ -144,7 +144,7 @@ def test_root_mean_square_does_not_depend_on_stations():
 def copy(tmp_path, sources):
     """What is kept of all simulations of two ways, made by code ab12."""
     path = tmp_path / "reference.csv"
-    kept.keep_values(values_of(sources["histories"], sources["contacts"]), sources["scenes"], path, "ab12")
+    keep.keep_values(values_of(sources["histories"], sources["contacts"]), sources["scenes"], path, "ab12")
     return path
 
 
@@ -153,9 +153,9 @@ def test_what_was_not_simulated_anew_stays(copy, sources):
     name = "reference-one-point-0333333"
     changed = sources["histories"][name].assign(force=sources["histories"][name]["force"] * 1.01)
     few = values_of({name: changed}, {name: sources["contacts"][name]})
-    before, values = read_table(copy), read_table(kept.values_beside(copy))
-    kept.keep_values(few, sources["scenes"], copy, "cd34")
-    after, anew = read_table(copy), read_table(kept.values_beside(copy))
+    before, values = read_table(copy), read_table(keep.values_beside(copy))
+    keep.keep_values(few, sources["scenes"], copy, "cd34")
+    after, anew = read_table(copy), read_table(keep.values_beside(copy))
     assert list(anew["scene"]) == list(values["scene"])
     assert set(anew[anew["code"] == "cd34"]["scene"]) == {name}
     np.testing.assert_array_equal(
@@ -175,9 +175,9 @@ def test_only_simulations_that_are_up_to_date_are_kept(config, sources, tmp_path
     history, contacts = (next(iter(sources[name].values())) for name in ("histories", "contacts"))
     plan, steps = Plan.of(config), [STAGES["simulation"], STAGES["contacts"]]
     scenes = {"dns-a": plan.scenes["dns-a"]}
-    assert kept.values_found(scenes, tmp_path, config).empty
+    assert keep.values_found(scenes, tmp_path, config).empty
     for digests, there in (([None, "old"], False), ([None, None], True), (["old", None], False)):
         for stage, dataset, digest in zip(steps, (history, contacts), digests, strict=True):
             of = scenes["dns-a"]
             write_dataset(dataset, tmp_path / stage.path(of), of, digest or plan.digest(stage, of))
-        assert set(kept.values_found(scenes, tmp_path, config)["scene"]) == (set(scenes) if there else set())
+        assert set(keep.values_found(scenes, tmp_path, config)["scene"]) == (set(scenes) if there else set())

@@ -6,12 +6,13 @@ from itertools import islice
 
 import numpy as np
 import pytest
+import trade as sample
 import xarray as xr
+from trade import FOUND, measure_sample, sampled
 
 from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError
 from knitstudy.measures.questions import QUESTIONS, answers
-from knitstudy.stages import trade as stage
-from knitstudy.stages.trade import FOUND, measure_sample, rows_of, run, sampled, truths
+from knitstudy.stages.trade import rows_of, run, truths
 from knitstudy.study.choice import ERROR
 from knitstudy.study.configuration import drawn_defaults
 from knitstudy.study.promises import Quantile, law_of
@@ -91,7 +92,7 @@ def test_the_sample_is_the_same_every_time_and_replaces_loops_that_cannot_be_mad
         if scene.pattern.course_spacing < 4 * scene.yarn.diameter:
             raise GeometryError("too narrow")
 
-    monkeypatch.setattr(stage, "lay_out", lay_out)
+    monkeypatch.setattr(sample, "lay_out", lay_out)
     table = sampled(trade, 48, {})
     assert table.equals(sampled(trade, 48, {}))
     prefix = sampled(trade, 12, {})
@@ -188,9 +189,9 @@ def test_a_run_leaves_a_record_however_it_ends(trade, case, end, reason, monkeyp
     assert (record["rung"], record["values"]) == ("yarns2", {})
 
 
-def test_a_campaign_goes_on_where_it_was(trade, monkeypatch, tmp_path):
+def test_a_campaign_goes_on_where_it_was(trade, monkeypatch, tmp_path, capsys):
     """A record a run, kept when killed; those of other code are named. Every fourth knit has degree 4."""
-    ran, said = [], []
+    ran = []
 
     def run(problem, rung, keys, limit, folder):
         ran.append(f"{problem.name} {rung}")
@@ -198,15 +199,18 @@ def test_a_campaign_goes_on_where_it_was(trade, monkeypatch, tmp_path):
             raise KeyboardInterrupt
         return record(rung, 1.0)
 
-    monkeypatch.setattr(stage, "run", run)
-    monkeypatch.setattr(stage, "code_of", lambda *_: "old" if len(ran) < 50 else "new")
-    monkeypatch.setattr(stage, "lay_out", lambda scene: None)
+    monkeypatch.setattr(sample, "run", run)
+    monkeypatch.setattr(sample, "code_of", lambda *_: "old" if len(ran) < 50 else "new")
+    monkeypatch.setattr(sample, "lay_out", lambda scene: None)
     monkeypatch.chdir(tmp_path)
     with pytest.raises(KeyboardInterrupt):
         measure_sample(5, tmp_path)
-    table = measure_sample(5, tmp_path, say=said.append)
+    table = measure_sample(5, tmp_path)
     assert len(ran) == len(set(ran)) + 1, "only the killed run again"
     assert set(table["knit"]) == {f"knit{number:03}" for number in range(1, 6)}
     assert set(table.loc[table["rung"] == "yarns4", "knit"]) == {"knit001", "knit005"}
-    assert said[-1] == "49 records were made by other code: --anew makes them again"
+    assert (
+        capsys.readouterr().out.splitlines()[-1]
+        == "49 records were made by other code: --anew makes them again"
+    )
     assert set(measure_sample(2, tmp_path)["knit"]) == {"knit001", "knit002"}

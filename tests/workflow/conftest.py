@@ -16,7 +16,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 DOTS_PER_INCH = "75"  # of figures: what is drawn and from what is tested here, not how fine
 
-PARTS = ("Snakefile", "config", "profiles", "resources", "src", "workflow", "pyproject.toml")
+PARTS = ("Snakefile", "benchmarks", "config", "profiles", "resources", "src", "workflow", "pyproject.toml")
 FAMILIES = re.compile(r"[0-7]-|13-")
 """Families of scenes that tests of the workflow need: every start of Snakemake reads all that there are."""
 

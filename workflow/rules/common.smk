@@ -159,17 +159,3 @@ def runtime(rule, seconds=None):
     """Return the function of a job's time limit [min]. What a simulation has done by then is kept for the next attempt."""
     seconds = largest(rule, seconds or (lambda wildcards: STAGES[rule].seconds(scene_of(wildcards))))
     return lambda wildcards, attempt: attempt * time_limit(seconds(wildcards))
-
-
-# ---- Trials of the campaign of extremes
-
-
-@cache
-def trials():
-    """Return the trials of the campaign by their labels."""
-    from knitstudy.stages.extremes import load_trials
-
-    try:
-        return {trial.label: trial for trial in load_trials(CONFIG)}
-    except KnitstudyError as error:
-        stop(error)

@@ -132,26 +132,6 @@ rule stress:
         "../scripts/stage.py"
 
 
-rule loop_map:
-    input:
-        outdated=outdated("loop_map"),
-    output:
-        update("results/loops/{scene}.nc"),
-    log:
-        "logs/loop_map/{scene}.log",
-    threads: 1
-    resources:
-        mem_mb=memory("loop_map"),
-        runtime=runtime("loop_map"),
-    params:
-        labels=labels,
-        reads=reads("loop_map"),
-    message:
-        "Try loops of a grid of spacings"
-    script:
-        "../scripts/stage.py"
-
-
 rule mesh_vtu:
     input:
         geometry=made("mesh_vtu", "geometry"),

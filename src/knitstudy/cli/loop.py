@@ -48,7 +48,7 @@ def loop(
 
     The loop is that of a scene, by default the first one of a knit, with the keys that the options stand for. Where
     no loop fits, one message names the limit that it violates, and spacings or a length that fit. Units are
-    SI. Loops fit from wale spacings of about four diameters and course spacings of two on (fig_loops).
+    SI. Loops fit from wale spacings of about four diameters and course spacings of two on (resources/loops.csv).
 
     \b
     knitstudy loop --course 0.9e-3 --wale 1.1e-3 --diameter 0.25e-3

@@ -116,38 +116,23 @@ def study(context: click.Context, arguments: tuple[str, ...]) -> None:
     context.exit(subprocess.call([sys.executable, str(WORKFLOW / "study.py"), *arguments]))
 
 
-@click.command(short_help="Measure what all models cost and miss on this knit, or on a sample.")
-@click.argument("scene", required=False)
+@click.command(short_help="Measure what all models cost and miss on this knit.")
+@click.argument("scene")
 @set_option
 @console.output_option
-@click.option("--first", type=click.IntRange(min=1), help="Measure so many knits of the sample instead.")
-@click.option("--anew", is_flag=True, help="Measure knits of the sample even if their records are there.")
 @config_option
-def measure(
-    scene: str | None, changes: tuple, output: Path, first: int | None, anew: bool, config: Path
-) -> None:
+def measure(scene: str, changes: tuple, output: Path, config: Path) -> None:
     """Run all rungs of config/trade.yaml on the knit of a scene, whatever model it names, and add their errors and
     prices to measured.csv in the working folder, which `plan` and `fidelity: auto` then use for this knit.
 
     The truth is the limit of solid yarns of degrees 2, 3 and 4. A command that was stopped goes on where it was.
 
-    With --first, knits of the sample are measured one after the other, each whole before the next. Any number of them
-    is a sample; records in OUTPUT/trade are used again (`make trade` keeps the table for `plan`).
-
     \b
     knitstudy measure rom3d-tie-course
     knitstudy measure yarns-isotropic-course --set yarn.poisson_ratio=0.49
-    knitstudy measure --first 12
     """
-    if (scene is None) == (first is None) or (first and changes):
-        raise click.UsageError("name a scene, or say how many knits of the sample: --first 12")
-    from knitstudy.stages.trade import bounds, load_trade, measure_sample
     from knitstudy.stages.trade import measure as measured
 
-    if first:
-        found = bounds(measure_sample(first, output / "trade", anew, click.echo), load_trade())
-        print_table(list(found), found.itertuples(index=False))
-        return
     problem, _, _ = problem_of(scene, dict(changes), config)
     with log_on_console(verbose=False):
         table = measured(problem, output)

@@ -19,7 +19,6 @@ from knitstudy.contacts.contacts import contacts
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.exchange import inp, series, vtu
 from knitstudy.files import fault_of
-from knitstudy.geometry.feasible import loop_map
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.mechanics.contact import friction
 from knitstudy.mechanics.elements import ELEMENTS
@@ -249,13 +248,6 @@ _STAGES = (
         needs=_fields,
         code=lambda scene: (stress.__name__, *_model_code(scene)),
         memory=lambda scene: 1000 + expected_memory(scene) // 2,
-    ),
-    Stage(
-        name="loop_map",
-        path_pattern="loops/{scene}.nc",
-        function=loop_map,
-        reads=("pattern.clearance", "geometry"),
-        of=lambda scene: "loop_map" in scene.outputs,
     ),
     _export("mesh_vtu", "mesh/{scene}.vtu", vtu.write_mesh, "vtu", reads=("mesh.element",)),
     _export("series", "simulation/{scene}.pvd", series.write_series, "vtu", of=lambda _: True, needs=_series),

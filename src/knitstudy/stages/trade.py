@@ -1,29 +1,25 @@
-"""What accuracy costs, measured: knits of the sample, or one's own, by all rungs (docs/accuracy.md).
+"""What accuracy costs, measured: a knit by all rungs (docs/accuracy.md).
 
-`measure_sample` takes knits one after the other (`make trade`), `measure` takes one of one's own. The truth of a
+`measure` takes one of one's own; ``benchmarks/trade.py`` takes those of the sample. The truth of a
 quantity is the limit of solid yarns of rising degree; a run that fails, or exceeds its time, has an infinite error.
 """
 
 from __future__ import annotations
 
-import json
 import resource
-import shutil
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict
-from itertools import islice
-from math import inf, isinf, nan
+from math import inf, nan
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from knitstudy.errors import ConfigurationError, DataFileError, GeometryError, said_by
-from knitstudy.files import read_table, write_table, write_text
-from knitstudy.geometry.lay_out import lay_out
+from knitstudy.errors import ConfigurationError, DataFileError, said_by
+from knitstudy.files import read_table, write_table
 from knitstudy.loading.restart import Progress
 from knitstudy.measures.cost import MEGABYTE, memory_growth
 from knitstudy.measures.estimate import Estimate, limit_of_degrees
@@ -35,16 +31,8 @@ from knitstudy.stages.script import end_with_parent
 from knitstudy.stages.simulate import simulate
 from knitstudy.stages.table import STAGES
 from knitstudy.study.choice import COLUMNS, ERROR, MEMORY, OWN, SECONDS
-from knitstudy.study.configuration import drawn_defaults
-from knitstudy.study.sample import TIED, Case, Inputs, Trade, load_trade, same_knit
+from knitstudy.study.sample import Case, Inputs, Trade, load_trade, same_knit
 from knitstudy.study.scene import Scene, digest
-
-SAMPLE = Path("results/trade")  # Records of the sample's runs, its knits, and its table of errors and prices
-SCRATCH = Path("run/trade")  # Results of the runs of one knit, so that rungs share a geometry
-
-FOUND = "found"  # The column ``outcome`` of a knit whose loop can be made; others have the reason
-
-MOST_TRIED = 20  # Points of the box for each knit of the sample: with fewer loops than that, the box is wrong
 
 FEW = 3  # Knits of the highest degree that say how far the next one is off
 
@@ -52,72 +40,6 @@ REACHED = 1 - 1e-6  # Share of the strain that a history has to reach
 
 Record = dict[str, Any]
 """Values by quantity, price and reason of failure of one run; inputs, case, rung and knit that it is of."""
-
-
-def sampled(trade: Trade, first: int, outcomes: Mapping[Inputs, str]) -> pd.DataFrame:
-    """Return the first knits of the sample, a row a point of the box: a point without a loop is replaced by the next.
-
-    `outcomes` are those that are known already.
-    """
-    rows, count = [], 0
-    for inputs in islice(trade.points(), MOST_TRIED * first):
-        outcome = outcomes.get(inputs) or _outcome(trade, inputs)
-        count += outcome == FOUND
-        name = f"knit{count:03}" if outcome == FOUND else ""
-        rows.append({"knit": name, "outcome": outcome} | asdict(inputs))
-        if count == first:
-            return pd.DataFrame(rows)
-    found = f"only {count} of {len(rows)} points have a loop"
-    raise ConfigurationError(f"box: {found}; narrow course or wale in config/trade.yaml")
-
-
-def _outcome(trade: Trade, inputs: Inputs) -> str:
-    try:
-        lay_out(trade.scene(Case("cut_knit", TIED), inputs, drawn_defaults()))
-    except GeometryError as error:
-        return said_by(error)
-    return FOUND
-
-
-def measure_sample(
-    first: int, folder: Path = SAMPLE, anew: bool = False, say: Callable[[str], Any] = str
-) -> pd.DataFrame:
-    """Run all rungs on the first knits of the sample, one after the other, and return their errors and prices.
-
-    Every run leaves a record in the folder, named by a digest of its keys, and is taken from there the next time; the
-    table is written after every knit. A record of other code is taken too, which `say` is told, unless it is made anew.
-    """
-    trade, defaults, listed = load_trade(), drawn_defaults(), folder / "knits.csv"
-    problems, records, other = {}, {}, 0
-    for number in range(first):
-        before = read_table(listed).to_dict("records") if listed.is_file() else ()
-        known = {Inputs.of_row(row): row["outcome"] for row in before}
-        points = sampled(trade, number + 1, known)
-        if len(points) > len(known):
-            write_table(points, listed)
-        knit, inputs = f"knit{number + 1:03}", Inputs.of_row(points.iloc[-1])
-        fresh = False
-        for case in trade.cases():
-            problem = problems[knit, case] = trade.scene(case, inputs, defaults, f"{knit}-{case}")
-            records[knit, case] = []
-            for rung, keys in trade.rungs_of(case, number).items():
-                code = code_of(problem, keys)
-                path = folder / f"{problem.name}-{rung}-{digest([asdict(inputs), keys])[:8]}.json"
-                if anew or not path.is_file():
-                    shutil.rmtree(SCRATCH / "restart", ignore_errors=True)  # a run that goes on has no price
-                    record = run(problem, rung, keys, trade.limit, SCRATCH) | {"code": code}
-                    write_text(json.dumps(record), path)
-                    say(f"{problem.name} {rung}: {record['reason'] or 'ended'}, {record['seconds']:.3g} s")
-                    fresh = True
-                records[knit, case].append(json.loads(path.read_text(encoding="utf-8")))
-                other += records[knit, case][-1]["code"] != code
-        shutil.rmtree(SCRATCH, ignore_errors=True)
-        if fresh or number + 1 == first:
-            found = collect(trade, problems, records)
-            write_table(found, folder / "trade.csv")
-    if other:
-        say(f"{other} records were made by other code: --anew makes them again")
-    return found
 
 
 def code_of(problem: Scene, keys: Mapping) -> str:
@@ -242,17 +164,6 @@ def collect(
             about = {"knit": knit, "problem": same_knit(scene)} | asdict(Inputs.of(scene))
             rows += rows_of(found[knit], case, about, trade, true)
     return pd.DataFrame(rows, columns=COLUMNS)
-
-
-def bounds(table: pd.DataFrame, trade: Trade) -> pd.DataFrame:
-    """Return what the knits of a table promise of every rung, whatever the inputs: a row a case, question and rung."""
-    rows, of_rungs = [], ["case", "question", "rung"]
-    for of_rung, of in table.dropna(subset=[ERROR]).groupby(of_rungs, sort=False):
-        row = dict(zip(of_rungs, of_rung, strict=True))
-        row |= {"knits": len(of), "failed": sum(map(isinf, of[ERROR]))}
-        row |= {"median error [1]": of[ERROR].median(), ERROR: trade.quantile.of(of[ERROR].to_numpy())}
-        rows.append(row | of[[SECONDS, MEMORY]].median().to_dict())
-    return pd.DataFrame(rows)
 
 
 def measure(problem: Scene, folder: Path) -> pd.DataFrame:

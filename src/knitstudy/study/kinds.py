@@ -172,7 +172,7 @@ FIDELITIES = _by_name(
         sections={"mesh": PolynomialMesh, "tie": Tie, "solver": SolidNewton, "gates": SolidGates},
         touching={"contact": PolynomialContact},
         solid=True,
-        outputs=("fields", "vtu", "loop_map"),
+        outputs=("fields", "vtu"),
     ),
     Fidelity(
         "rom3d",

@@ -1,13 +1,15 @@
 """The campaign of extremes: scenes at the ends of what their keys may be; what breaks, and whether it says so.
 
-``config/extremes.yaml`` says what is tried, one thing at a time and all together at random. A trial need not be a valid
-scene: `Trial.scene` refuses it. The rules of ``workflow/rules/extremes.smk`` (`make extremes`) run every trial in a
-process of its own with a limit of processor time, and collect one row of each. A scene that is refused is evidence like
-any other; what ends neither with a sound history nor with a named error is a silent failure.
+``config/extremes.yaml`` lists the trials, one changed key at a time and many at random. A trial need not be a valid
+scene: `Trial.scene` refuses it. ``python benchmarks/extremes.py`` (`make extremes`) runs every trial in a process that
+has a limit of processor time, keeps the table in resources/extremes.csv and draws docs/notes/extremes.webp. A run that
+was stopped goes on: rows of today's code are read from results/extremes. A refused scene is a result like any other.
+A trial that ends neither with a sound history nor with a named error is a silent failure.
 """
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import io
 import json
@@ -20,6 +22,7 @@ import time
 import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -28,9 +31,13 @@ from typing import Annotated, Any
 import numpy as np
 import pandas as pd
 import xarray as xr
+from keep import keep_drawn, stamped
+from matplotlib.figure import Figure
 from pydantic import Field
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, KnitstudyError, said_by
+from knitstudy.figures.style import DOUBLE, FAINT, INK, figure, place, shared_legend, styled
+from knitstudy.files import write_text
 from knitstudy.measures import history_checks as checks
 from knitstudy.registry import find, unknown_choice
 from knitstudy.stages.code import code_digest
@@ -39,7 +46,7 @@ from knitstudy.stages.script import end_with_parent
 from knitstudy.stages.simulate import simulate
 from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import CONFIG, FAMILIES, load_scenes
-from knitstudy.study.documents import read_yaml
+from knitstudy.study.documents import RESOURCES, read_yaml
 from knitstudy.study.keys import Section, declared, validated
 from knitstudy.study.kinds import all_keys
 from knitstudy.study.scene import Scene, digest
@@ -217,7 +224,9 @@ def _between(random: np.random.Generator, between: Any, where: str) -> Any:
 
 # Running the trials, each in a process of its own, and the table of what became of them
 
-RESULTS = Path("run/extremes")  # What the scenes leave, so that those of one geometry share it
+SCRATCH = Path("run/extremes")  # Results of the scenes: trials with one geometry share it
+ROWS = Path("results/extremes")
+KEPT = RESOURCES / "extremes.csv"
 
 ENDED, REFUSED, STOPPED, TIME, SILENT = "ended", "refused", "stopped", "time", "silent"
 """A sound history; refused before anything was loaded; ended on the way with a reason; beyond the limit of processor
@@ -329,13 +338,18 @@ def twice(scene: Scene, history: xr.Dataset, plan: Plan, folder: Path) -> dict[s
     return {"twice the increments [1]": abs(float(other["force"][-1] - history["force"][-1])) / largest}
 
 
-def collect(files: Iterable[Path | str]) -> pd.DataFrame:
-    """Return the table of rows, one file each."""
-    return pd.DataFrame([json.loads(Path(path).read_text(encoding="utf-8")) for path in files])
+def row_of(trial: Trial, digest: str, plan: Plan) -> dict[str, Any]:
+    """Return the row of a trial from its file, or by running it where the file is of other code or keys."""
+    path = ROWS / f"{trial.label}.json"
+    if path.is_file() and (row := json.loads(path.read_text(encoding="utf-8")))["digest"] == digest:
+        return row
+    row = run(trial, plan, SCRATCH) | {"digest": digest}
+    write_text(json.dumps(row), path)
+    return row
 
 
 def cause(row: Mapping[str, Any]) -> str:
-    """Return why a trial ended as it did: one of `knitstudy.figures.extremes_map.CAUSES`."""
+    """Return why a trial ended as it did: one of `CAUSES`."""
     outcome, reason = row["outcome"], row["reason"]
     if outcome == STOPPED:
         return "gate" if re.search(r"\bgates\.|penetrate", reason) else "balance"
@@ -345,3 +359,63 @@ def cause(row: Mapping[str, Any]) -> str:
         return "loop"
     bounds = re.search(r"but must be (a|an) ", reason) and len(row["keys named"].split()) == 1
     return "bounds" if bounds else "keys"
+
+
+# The map: one square for every trial
+
+CAUSES = {
+    "ended": ("ended within its gates", "#C9DDEB"),
+    "bounds": ("refused: bounds of a key", "#BDBDBD"),
+    "keys": ("refused: keys that contradict each other", "#7F7F7F"),
+    "loop": ("refused: no such loop or mesh", "#E69F00"),
+    "gate": ("stopped by a gate", "#D55E00"),
+    "balance": ("stopped: no equilibrium found", "#8E1B5A"),
+    "time": ("beyond its processor time", "#56B4E9"),
+    "silent": ("silent failure", "#000000"),
+}
+"""Label and colour of every way in which a scene may end."""
+
+ROW, HEAD, FOOT = 3.6, 11.0, 20.0  # heights of a row, the head above and the legend below [mm]
+
+
+@styled
+def draw(table: pd.DataFrame) -> Figure:
+    """Draw the map of a table of trials."""
+    (y, groups), (model, models) = (pd.factorize(table[name]) for name in ("group", "model"))
+    high = ROW * len(groups)
+    page = figure(DOUBLE, HEAD + FOOT + high)
+    axes = place(page, 0.3, FOOT, 0.69, high)
+    widest = int(table["number"].max()) + 1
+    x = widest * model + table["number"]
+    for name, (label, colour) in CAUSES.items():
+        here = table["cause"] == name
+        look = {"s": 14.0, "marker": "s", "linewidths": 0, "color": colour}
+        axes.scatter(x[here], y[here], **look, label=f"{label} ({here.sum()})")
+    starts = widest * np.arange(len(models)) + 0.1
+    axes.vlines(starts[1:], -0.6, len(groups) - 0.4, color=FAINT, linewidth=0.3)
+    axes.set(xlim=(0.1, widest * len(models) + 0.1), ylim=(len(groups) - 0.4, -0.6))
+    axes.set_yticks(range(len(groups)), groups)
+    axes.set_xticks(starts + 0.5 * widest, [name.replace("-", "\n") for name in models])
+    axes.xaxis.tick_top()
+    axes.tick_params(length=0)
+    axes.spines[:].set_visible(False)
+    shared_legend(page, ncols=3, labelcolor=INK, handletextpad=0.3)
+    return page
+
+
+def main() -> None:
+    """Run all trials, keep their table and draw it."""
+    plan, trials = Plan.of(CONFIG), load_trials()
+    with ProcessPoolExecutor() as pool:
+        jobs = [pool.submit(row_of, trial, trial.digest(), plan) for trial in trials]
+        rows = []
+        for number, job in enumerate(jobs, 1):
+            rows.append(job.result())
+            print(f"{number} of {len(jobs)}: {rows[-1]['trial']}: {rows[-1]['outcome']}", flush=True)
+    table = stamped(pd.DataFrame(rows).drop(columns="digest"), digest([row["digest"] for row in rows]))
+    keep_drawn(table, KEPT, draw(table), "What breaks")
+
+
+if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__.splitlines()[0]).parse_args()
+    main()

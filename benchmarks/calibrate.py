@@ -5,7 +5,7 @@ The optimisation moves z components only, so its result is known by its conditio
 F vanish, with the contact force 2 alpha (D - 2 - c0) as one more unknown. They are solved together with the targets by
 least squares; in the end the optimisation itself must confirm the result. The loop that the targets leave open has the
 least bending energy; curvature and gaps are bounded by penalties. All lengths are in yarn radii.
-``python -m knitstudy.geometry.calibrate`` makes config/calibrated_loop.yaml from config/calibration.yaml.
+``python benchmarks/calibrate.py`` makes config/calibrated_loop.yaml from config/calibration.yaml.
 """
 
 import argparse
@@ -36,7 +36,7 @@ MOST_EVALUATIONS = 60  # Jacobians a start and weight may cost
 DECIMALS = 9  # of metres in the file: a nanometre, a millionth of the radius
 
 HEADER = """\
-# Made by `python -m knitstudy.geometry.calibrate` from calibration.yaml: change that file, not this one.
+# Made by `python benchmarks/calibrate.py` from calibration.yaml: change that file, not this one.
 # One loop before its optimisation, from sinker centre to sinker centre, SI units. `achieved` is what its
 # optimisation makes of it.
 """
@@ -190,7 +190,7 @@ def solve(start, problem):
 
 def main(arguments=None):
     """Calibrate the loop, confirm it by the optimisation and write its file; returns the exit status."""
-    parser = argparse.ArgumentParser(prog="python -m knitstudy.geometry.calibrate", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python benchmarks/calibrate.py", description=__doc__)
     parser.add_argument(
         "--config", type=Path, default=Path("config"), help="folder of calibration.yaml and defaults.yaml"
     )

@@ -1,0 +1,222 @@
+"""Tables of studies that take hours, kept in ``resources`` with the digest behind them, and the pages that show them.
+
+``python benchmarks/keep.py NAME`` keeps a table (`KEEPERS`) of results that are there; `make NAME` makes them first.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import sys
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import jinja2
+import pandas as pd
+from jinja2.sandbox import ImmutableSandboxedEnvironment
+from matplotlib.figure import Figure
+
+from knitstudy.errors import DataFileError, KnitstudyError
+from knitstudy.figures.catalogue import FIGURES, draw
+from knitstudy.figures.style import save
+from knitstudy.files import read_result, read_table, replacing, write_table, write_text
+from knitstudy.report.files import ScreenPicture, read_sources
+from knitstudy.stages.displays import reference_files
+from knitstudy.stages.kept_tables import (
+    REFERENCE,
+    SIMULATED,
+    STUDY,
+    VERDICTS,
+    VERDICTS_KEPT,
+    code_behind,
+    full_study,
+)
+from knitstudy.stages.plan import Plan
+from knitstudy.stages.table import STAGES
+from knitstudy.study.configuration import CONFIG, load_scenes, load_study
+from knitstudy.study.documents import RESOURCES, WORKFLOW
+from knitstudy.study.scene import Scene
+from knitstudy.tables.catalogue import TABLES, tabulate
+from knitstudy.tables.reference import limits, values_of
+
+RESULTS, NOTES = Path("results"), Path("docs/notes")
+
+
+def stamped(table: pd.DataFrame, digest: str, **said: str) -> pd.DataFrame:
+    """Return a table with columns of the digest behind it, of other remarks on all of it, and of the day."""
+    return table.assign(digest=digest, **said, made=datetime.date.today().isoformat())
+
+
+def keep_drawn(
+    kept: pd.DataFrame, path: Path, drawing: Figure, title: str, sources: Mapping | None = None
+) -> None:
+    """Write a table, and in the notes a picture of it, or of the `sources` that it was made from."""
+    sources = sources or {path.stem: kept.assign(code=kept["digest"])}
+    _save_picture(drawing, NOTES / f"{path.stem}.webp", sources, title)
+    write_table(kept, path)
+
+
+def _save_picture(drawing: Figure, path: Path, sources: Mapping, title: str) -> None:
+    with TemporaryDirectory() as beside:
+        picture = Path(beside) / f"{path.stem}.png"
+        save(drawing, [picture], sources, title)
+        with replacing(path) as temporary:
+            temporary.write_bytes(ScreenPicture.of(picture).content)
+
+
+# Verdicts of the full study
+
+VERDICTS_PAGE, TEMPLATE = Path("docs/results.md"), WORKFLOW / "report" / "results.md"
+
+
+def keep_verdicts(config: Path = CONFIG) -> str:
+    """Keep the verdicts, and write the page about them with its pictures; return what was kept."""
+    plan, study = Plan.of(config), load_study(STUDY, config)
+    scenes = plan.up_to_date([plan.scenes[name] for name in study], RESULTS)
+    if not scenes:
+        message = f"has no simulation of the study {STUDY!r} that is up to date"
+        raise DataFileError(f"{RESULTS}: {message}; run `make study STUDY={STUDY}`")
+    tables, figures = (full_study(each, plan, scenes, config) for each in (TABLES, FIGURES))
+    sources = read_sources(tables.files(VERDICTS, RESULTS).items())
+    found = tabulate(VERDICTS, **sources, scenes=tables.scenes(VERDICTS))
+    table = stamped(found, tables.digest(VERDICTS), simulations=f"{len(scenes)} of {len(study)}")
+    readings = read_table(reference_files(config)["readings"])
+    page, shown = summarise(TEMPLATE, table, readings, figures.names(), VERDICTS_PAGE.stem)
+    files = None
+    for name in shown:
+        if files != (taken := figures.files(name, RESULTS)):  # several may be of the same hundreds
+            files, sources = taken, read_sources(taken.items())
+        drawing = draw(name, **sources, scenes=figures.scenes(name))
+        picture = VERDICTS_PAGE.with_suffix("") / f"{name}.webp"
+        _save_picture(drawing, picture, sources, FIGURES.find(name).title)
+    write_text(page, VERDICTS_PAGE)
+    write_table(table, VERDICTS_KEPT)
+    return f"{len(table)} verdicts: {VERDICTS_KEPT}, page: {VERDICTS_PAGE}"
+
+
+def summarise(
+    template: Path, verdicts: pd.DataFrame, readings: pd.DataFrame, drawn: Collection[str], folder: str
+) -> tuple[str, list[str]]:
+    """Return the page of verdicts, and the figures that it shows.
+
+    Parameters
+    ----------
+    template : Path
+        Jinja2 template of the page. ``claims(letters)`` gives it the claims whose ids begin with one of some letters,
+        ``picture(name)`` a figure, or nothing where that is not drawn.
+    verdicts : DataFrame
+        The kept verdicts, with the day ``made`` and the number of ``simulations`` behind them.
+    readings : DataFrame
+        Readings of the paper and values of inputs, ``resources/reference/readings.csv``.
+    drawn : collection of str
+        Names of figures.
+    folder : str
+        Folder of the pictures, from the page.
+    """
+    shown: list[str] = []
+    rows = verdicts.fillna("").to_dict("records")
+
+    def picture(name: str) -> str:
+        title = FIGURES.find(name).title
+        if name not in drawn:
+            return ""
+        shown.append(name)
+        return f"![{title}]({folder}/{name}.webp)\n\n*{title}*"
+
+    environment = ImmutableSandboxedEnvironment(
+        undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    page = environment.from_string(template.read_text(encoding="utf-8")).render(
+        picture=picture,
+        claims=lambda letters: [row for row in rows if row["id"][0] in letters],
+        verdicts=rows,
+        readings=readings[readings["kind"] == "reading"].fillna("").to_dict("records"),
+        made=rows[0]["made"],
+        simulations=rows[0]["simulations"],
+    )
+    return page, shown
+
+
+# The reference: values to which independent discretisations converge
+
+SEPARATOR = " "  # Between the digests of all codes that the values behind the reference were made by
+
+
+def values_beside(kept: Path) -> Path:
+    """Return where the values of single simulations are kept that a reference is made from."""
+    return kept.with_name(f"{kept.stem}_values.csv")
+
+
+def values_found(scenes: Mapping[str, Scene], results: Path, config: Path = CONFIG) -> pd.DataFrame:
+    """Return the values of those simulations among scenes whose results are there and up to date."""
+    there = Plan.of(config).up_to_date(scenes.values(), results, SIMULATED)
+    stages = [STAGES[name] for name in SIMULATED]
+    read = ({scene.name: read_result(results / stage.path(scene)) for scene in there} for stage in stages)
+    return values_of(*read)
+
+
+def keep_values(values: pd.DataFrame, scenes: Mapping[str, Scene], kept: Path, code: str) -> None:
+    """Keep values of simulations with the code behind them and the day, and the limits of all that are kept.
+
+    A simulation's rows (`tables.reference.values_of`) replace those of before; those of scenes whose keys have changed
+    are dropped. Rows of the reference `kept` stay if fewer than two discretisations of their problem have values.
+    """
+    if values.empty:
+        raise DataFileError(f"{RESULTS}: has no simulation of the study `reference` that is up to date")
+    today = datetime.date.today().isoformat()
+    hashes = {name: scene.hash for name, scene in scenes.items()}
+    anew = values.assign(keys=values["scene"].map(hashes), code=code, made=today)
+    all_values = _with_others(anew, values_beside(kept), "scene")
+    all_values = all_values[all_values["keys"] == all_values["scene"].map(hashes)]
+    reference = limits(all_values, scenes)
+    if not reference.empty:
+        codes = SEPARATOR.join(sorted(set(all_values["code"])))
+        write_table(_with_others(reference.assign(code=codes, made=today), kept, "problem"), kept)
+    write_table(all_values, values_beside(kept))
+
+
+def _with_others(rows: pd.DataFrame, kept: Path, key: str) -> pd.DataFrame:
+    """Return rows, in the place of those kept with their key, among all others that are kept."""
+    if not kept.is_file():
+        return rows
+    before = read_table(kept, needs=(key, "code", "made"))
+    others = before[~before[key].isin(set(rows[key]))]
+    order = {name: place for place, name in enumerate(dict.fromkeys([*before[key], *rows[key]]))}
+    return pd.concat([others, rows]).sort_values(key, key=lambda names: names.map(order), kind="stable")
+
+
+def keep_reference(config: Path = CONFIG) -> str:
+    """Keep the values of the study `reference` and their limits; return what was kept."""
+    scenes = load_scenes(config)
+    study = {name: scenes[name] for name in load_study("reference", config)}
+    keep_values(values_found(study, RESULTS, config), study, REFERENCE, code_behind(study.values()))
+    return f"Reference: {REFERENCE}"
+
+
+# Predictions of fabrics
+
+
+def keep_predictions(config: Path = CONFIG) -> str:
+    """Keep the predictions of the study `fabrics` and its figure; return what was kept."""
+    kept, picture = RESOURCES / "predictions.csv", Path("docs/fabrics.webp")
+    table = read_table(RESULTS / "tables" / kept.name)
+    with replacing(picture) as temporary:
+        temporary.write_bytes(ScreenPicture.of(RESULTS / "figures" / "fig_fabrics.png").content)
+    write_table(table.round(4), kept)
+    return f"{len(table)} predicted strains: {kept}, {picture}"
+
+
+KEEPERS = {
+    "reference": keep_reference,
+    "verdicts": keep_verdicts,
+    "predictions": keep_predictions,
+}
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("table", choices=KEEPERS)
+    try:
+        print(KEEPERS[parser.parse_args().table]())
+    except KnitstudyError as error:
+        sys.exit(f"error: {error}")

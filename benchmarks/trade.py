@@ -1,0 +1,183 @@
+"""What accuracy costs, on knits of a sample: all rungs of config/trade.yaml on one knit after the other.
+
+    python benchmarks/trade.py --first 48     # or less, or more; a run that was stopped goes on
+
+Every run leaves a record in results/trade, named by a digest of its keys. The table of errors and prices is written
+after every knit to results/trade/trade.csv, and kept in resources/trade.csv and drawn in docs/notes/trade.webp at the
+end. Knits beyond those that config/trade.yaml asks for judge promises (``benchmarks/promises.py``).
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import sys
+from collections.abc import Mapping
+from dataclasses import asdict
+from itertools import islice
+from math import isinf
+from pathlib import Path
+
+import pandas as pd
+from keep import keep_drawn, stamped
+from matplotlib.figure import Figure
+
+from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError, said_by
+from knitstudy.figures.style import DOUBLE, YARNS, figure, place, shared_legend, styled
+from knitstudy.files import read_table, write_table, write_text
+from knitstudy.geometry.lay_out import lay_out
+from knitstudy.measures.questions import QUESTIONS
+from knitstudy.stages.trade import code_of, collect, run
+from knitstudy.study.choice import ERROR, MEMORY, SECONDS, TRADE_KEPT
+from knitstudy.study.configuration import drawn_defaults
+from knitstudy.study.sample import TIED, Case, Inputs, Trade, load_trade
+from knitstudy.study.scene import digest
+
+SAMPLE = Path("results/trade")  # Records of the sample's runs, its knits, and its table of errors and prices
+SCRATCH = Path("run/trade")  # Results of the runs of one knit, so that rungs share a geometry
+
+FOUND = "found"  # The column ``outcome`` of a knit whose loop can be made; others have the reason
+
+MOST_TRIED = 20  # Points of the box for each knit of the sample: with fewer loops than that, the box is wrong
+
+
+def sampled(trade: Trade, first: int, outcomes: Mapping[Inputs, str]) -> pd.DataFrame:
+    """Return the first knits of the sample, a row a point of the box: a point without a loop is replaced by the next.
+
+    `outcomes` are those that are known already.
+    """
+    rows, count = [], 0
+    for inputs in islice(trade.points(), MOST_TRIED * first):
+        outcome = outcomes.get(inputs) or _outcome(trade, inputs)
+        count += outcome == FOUND
+        name = f"knit{count:03}" if outcome == FOUND else ""
+        rows.append({"knit": name, "outcome": outcome} | asdict(inputs))
+        if count == first:
+            return pd.DataFrame(rows)
+    found = f"only {count} of {len(rows)} points have a loop"
+    raise ConfigurationError(f"box: {found}; narrow course or wale in config/trade.yaml")
+
+
+def _outcome(trade: Trade, inputs: Inputs) -> str:
+    try:
+        lay_out(trade.scene(Case("cut_knit", TIED), inputs, drawn_defaults()))
+    except GeometryError as error:
+        return said_by(error)
+    return FOUND
+
+
+def measure_sample(first: int, folder: Path = SAMPLE, anew: bool = False) -> pd.DataFrame:
+    """Run all rungs on the first knits of the sample, one after the other, and return their errors and prices.
+
+    Records of other code are used as well, with a message, unless `anew` makes them again.
+    """
+    trade, defaults, listed = load_trade(), drawn_defaults(), folder / "knits.csv"
+    problems, records, other = {}, {}, 0
+    for number in range(first):
+        before = read_table(listed).to_dict("records") if listed.is_file() else ()
+        known = {Inputs.of_row(row): row["outcome"] for row in before}
+        points = sampled(trade, number + 1, known)
+        if len(points) > len(known):
+            write_table(points, listed)
+        knit, inputs = f"knit{number + 1:03}", Inputs.of_row(points.iloc[-1])
+        fresh = False
+        for case in trade.cases():
+            problem = problems[knit, case] = trade.scene(case, inputs, defaults, f"{knit}-{case}")
+            records[knit, case] = []
+            for rung, keys in trade.rungs_of(case, number).items():
+                code = code_of(problem, keys)
+                path = folder / f"{problem.name}-{rung}-{digest([asdict(inputs), keys])[:8]}.json"
+                if anew or not path.is_file():
+                    shutil.rmtree(SCRATCH / "restart", ignore_errors=True)  # a run that goes on has no price
+                    record = run(problem, rung, keys, trade.limit, SCRATCH) | {"code": code}
+                    write_text(json.dumps(record), path)
+                    print(f"{problem.name} {rung}: {record['reason'] or 'ended'}, {record['seconds']:.3g} s")
+                    fresh = True
+                records[knit, case].append(json.loads(path.read_text(encoding="utf-8")))
+                other += records[knit, case][-1]["code"] != code
+        shutil.rmtree(SCRATCH, ignore_errors=True)
+        if fresh or number + 1 == first:
+            found = collect(trade, problems, records)
+            write_table(found, folder / "trade.csv")
+    if other:
+        print(f"{other} records were made by other code: --anew makes them again")
+    return found
+
+
+def bounds(table: pd.DataFrame, trade: Trade) -> pd.DataFrame:
+    """Return what the knits of a table promise of every rung, whatever the inputs: a row a case, question and rung."""
+    rows, of_rungs = [], ["case", "question", "rung"]
+    for of_rung, of in table.dropna(subset=[ERROR]).groupby(of_rungs, sort=False):
+        row = dict(zip(of_rungs, of_rung, strict=True))
+        row |= {"knits": len(of), "failed": sum(map(isinf, of[ERROR]))}
+        row |= {"median error [1]": of[ERROR].median(), ERROR: trade.quantile.of(of[ERROR].to_numpy())}
+        rows.append(row | of[[SECONDS, MEMORY]].median().to_dict())
+    return pd.DataFrame(rows)
+
+
+COLOURS = (*YARNS, "#56B4E9", "#7B3294", "#1A1A1A", "#8C8C8C", "#8E1B5A")  # of rungs
+
+ENDS = (1e-4, 20.0)  # Errors that are drawn
+FAILED = (1200.0, 10.0)  # Seconds and error where failed runs stand
+
+HIGH, GAP, FOOT, HEAD = 34.0, 5.0, 26.0, 6.0  # of a row, between rows, below and above them [mm]
+
+
+@styled
+def draw(table: pd.DataFrame, bounds: pd.DataFrame) -> Figure:
+    """Draw a panel a case and question: dots are knits, large marks are median seconds and promised errors.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Errors and prices of knits (``resources/trade.csv``).
+    bounds : DataFrame
+        What is promised of every rung (`bounds`).
+    """
+    table = table.dropna(subset=[ERROR])
+    cases, rungs = list(dict.fromkeys(table["case"])), list(dict.fromkeys(table["rung"]))
+    page = figure(DOUBLE, HEAD + FOOT + len(cases) * (HIGH + GAP))
+    for number, case in enumerate(reversed(cases)):
+        for column, question in enumerate(QUESTIONS.values()):
+            if table.query(f"case == {case!r} and question == {question.name!r}").empty:
+                continue
+            axes = place(page, 0.11 + 0.225 * column, FOOT + number * (HIGH + GAP), 0.205, HIGH)
+            axes.tick_params(labelleft=column == 0, labelbottom=number == 0)
+            axes.set(xscale="log", yscale="log", xlim=(0.03, 2000), ylim=ENDS)
+            for rung, colour in zip(rungs, COLOURS, strict=False):
+                which = f"case == {case!r} and question == {question.name!r} and rung == {rung!r}"
+                knits, bound = table.query(which), bounds.query(which)
+                of_knits = {"s": 5, "alpha": 0.5, "linewidths": 0}
+                seconds, errors = knits[SECONDS].fillna(FAILED[0]), knits[ERROR].clip(ENDS[0], FAILED[1])
+                axes.scatter(seconds, errors, color=colour, **of_knits)
+                of_rung = {"s": 26, "marker": "D", "edgecolors": "white", "linewidths": 0.6, "zorder": 3}
+                axes.scatter(bound[SECONDS], bound[ERROR], color=colour, label=rung, **of_rung)
+            axes.set_title(question.words if number == len(cases) - 1 else "", fontsize=8)
+            axes.set_ylabel("" if column else f"{case.replace('-', ' ')}\nerror [1]")
+            axes.set_xlabel("" if number else "processor time [s]")
+    shared_legend(page, ncols=5)
+    return page
+
+
+def keep(table: pd.DataFrame) -> str:
+    """Keep the errors and prices of the sample, and draw them; return what was kept."""
+    trade = load_trade()
+    first = sorted(set(table["knit"]))[: trade.knits]  # knits beyond are there to judge promises
+    table = table[table["knit"].isin(first)]
+    counted = f"{len(first)} of {trade.knits}"
+    kept = stamped(table, digest(sorted(set(table["code"].dropna()))), knits=counted)
+    keep_drawn(kept, TRADE_KEPT, draw(table, bounds(table, trade)), "What accuracy costs")
+    failed = table.loc[table["reason"].fillna("") != "", ["knit", "case", "rung"]].drop_duplicates()
+    return f"{counted} knits, {len(table)} errors and prices, {len(failed)} runs failed: {TRADE_KEPT}"
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--first", type=int, default=48, help="knits of the sample")
+    parser.add_argument("--anew", action="store_true", help="measure knits even if their records are there")
+    asked = parser.parse_args()
+    try:
+        print(keep(measure_sample(asked.first, anew=asked.anew)))
+    except KnitstudyError as error:
+        sys.exit(f"error: {error}")
