@@ -26,16 +26,16 @@ help:  ## show this list
 
 .PHONY: study
 study: environment  ## run the reduced study on all cores (STUDY=ci, full or reference for another)
-	@$(BIN)/python workflow/study.py $(STUDY)
+	@$(BIN)/python -m knitstudy study $(STUDY)
 
 .PHONY: reference
 reference: environment  ## make what models are measured against (hours); resources/reference/reference.csv
-	@$(BIN)/python workflow/study.py reference results/tables/reference.csv results/tables/reference_ways.csv
+	@$(BIN)/python -m knitstudy study reference results/tables/reference.csv results/tables/reference_ways.csv
 	@$(BIN)/python benchmarks/keep.py reference
 
 .PHONY: verdicts
 verdicts: environment  ## run the full study and keep its verdicts (hours); resources/verdicts.csv, docs/results.md
-	@$(BIN)/python workflow/study.py full
+	@$(BIN)/python -m knitstudy study full
 	@$(BIN)/python benchmarks/keep.py verdicts
 
 .PHONY: trade
@@ -48,7 +48,7 @@ loops: environment  ## try loops of 210 course and wale spacings; resources/loop
 
 .PHONY: predictions
 predictions: environment  ## run the study of measured fabrics and keep its predictions; resources/predictions.csv
-	@$(BIN)/python workflow/study.py fabrics
+	@$(BIN)/python -m knitstudy study fabrics
 	@$(BIN)/python benchmarks/keep.py predictions
 
 .PHONY: test

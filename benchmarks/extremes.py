@@ -40,11 +40,10 @@ from knitstudy.figures.style import DOUBLE, FAINT, INK, figure, place, shared_le
 from knitstudy.files import write_text
 from knitstudy.measures import history_checks as checks
 from knitstudy.registry import find, unknown_choice
-from knitstudy.stages.code import code_digest
+from knitstudy.stages.code import MODEL, code_digest
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.script import end_with_parent
 from knitstudy.stages.simulate import simulate
-from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import CONFIG, FAMILIES, load_scenes
 from knitstudy.study.documents import RESOURCES, read_yaml
 from knitstudy.study.keys import Section, declared, validated
@@ -138,9 +137,7 @@ class Trial:
 
     def digest(self) -> str:
         """Return the digest of its row: of the base, what is changed of it, limits of time, and the code."""
-        stages = [stage for stage in STAGES.values() if stage.of(self.base)]
-        modules = [name for stage in stages for name in stage.modules(self.base)]
-        code = code_digest("knitstudy.measures.history_checks", *modules)
+        code = code_digest("measures", *MODEL)
         reads = {"base": self.base.hash, "changes": dict(self.changes), "limits": [self.limit, self.cheap]}
         return digest(reads | {"code": code})
 

@@ -29,7 +29,7 @@ from knitstudy.stages.kept_tables import (
     STUDY,
     VERDICTS,
     VERDICTS_KEPT,
-    code_behind,
+    code_of_reference,
     full_study,
 )
 from knitstudy.stages.plan import Plan
@@ -190,7 +190,7 @@ def keep_reference(config: Path = CONFIG) -> str:
     """Keep the values of the study `reference` and their limits; return what was kept."""
     scenes = load_scenes(config)
     study = {name: scenes[name] for name in load_study("reference", config)}
-    keep_values(values_found(study, RESULTS, config), study, REFERENCE, code_behind(study.values()))
+    keep_values(values_found(study, RESULTS, config), study, REFERENCE, code_of_reference())
     return f"Reference: {REFERENCE}"
 
 

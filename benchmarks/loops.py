@@ -101,6 +101,6 @@ if __name__ == "__main__":
     found = loop_map(scene)
     table = found.to_dataframe().reset_index()
     table["outcome"] = [OUTCOMES[int(number)] for number in table["outcome"]]
-    code = code_digest("knitstudy.geometry.fit", "knitstudy.geometry.survey")
+    code = code_digest("geometry")
     keep_drawn(stamped(table.round(6), code), KEPT, draw(found, scene), "Loops that fit", {"feasible": found})
     print(f"{(table['outcome'] == OUTCOMES[0]).sum()} of {len(table)} loops fit: {KEPT}")

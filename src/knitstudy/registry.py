@@ -109,6 +109,17 @@ def load_plugins(names: Iterable[str]) -> None:
             raise ConfigurationError(f"plugins: {name!r} cannot be imported: {said}") from error
 
 
+def plugin_files() -> list[Path]:
+    """Return the Python files of all plugins that have been imported: of a package, all that it holds."""
+    found = set()
+    for name in _imported.values():
+        path = Path(sys.modules[name].__file__ or "")
+        package = name.partition(".")[0]
+        top = Path(getattr(sys.modules[package], "__file__", None) or path)
+        found |= set(top.parent.rglob("*.py")) if top.name == "__init__.py" else {path}
+    return sorted(found)
+
+
 def is_loaded(plugin: str) -> bool:
     """Return whether a plugin has been imported."""
     return plugin in _imported

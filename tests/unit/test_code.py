@@ -1,106 +1,44 @@
-"""The code behind a result is found from import statements, and counts without its comments."""
+"""The code behind a result counts by the files of its rooms, and by those of plugins."""
 
-import ast
 import sys
 
 import pytest
 
+from knitstudy import registry
 from knitstudy.stages import code
-from knitstudy.stages.code import PACKAGE, code_digest, modules_behind, tree_digest
-
-
-def names(*modules):
-    return {module.path.relative_to(PACKAGE).as_posix() for module in modules_behind(*modules)}
-
-
-def test_modules_behind_the_simulation_without_carriers_of_data():
-    found = names("knitstudy.models.hexahedra")
-    assert {"models/hexahedra.py", "mechanics/newton.py", "mechanics/__init__.py"} <= found
-    assert not {name for name in found if name.startswith(("figures/", "cli/", "study/", "stages/"))}
-    assert not {"errors.py", "registry.py", "__init__.py"} & found
-
-
-CODE = '''\
-"""What it is for."""
-import math
-
-LARGEST = 3
-"""What it is."""
-
-# Why.
-def f(x):
-    """What it does."""
-    return math.sin(x) + LARGEST
-'''
-
-
-def digest(text):
-    return tree_digest(ast.parse(text))
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "same"),
-    [
-        ("# Why.", "# A better reason,\n# at length.", True),
-        ('"""What it is for."""', '"""Another purpose."""', True),
-        ('"""What it is."""\n', "", True),
-        ("sin", "cos", False),
-        ("def f", "def g", False),
-        ("+ LARGEST", "+ len('a')", False),
-    ],
-)
-def test_instructions_count_and_comments_do_not(old, new, same):
-    assert old in CODE
-    assert (digest(CODE.replace(old, new)) == digest(CODE)) is same
+from knitstudy.stages.code import code_digest
 
 
 @pytest.fixture
-def plugin(tmp_path, monkeypatch):
-    """Folder of modules of one's own; what is known of code is forgotten whenever one is written."""
-    monkeypatch.syspath_prepend(str(tmp_path))
-
-    def write(name, text):
-        (tmp_path / f"{name}.py").write_text(text)
-        sys.modules.pop(name, None)
-        for cached in (code_digest, code._read, code._path_of, code._counts):
-            cached.cache_clear()
-
-    return write
+def package(tmp_path, monkeypatch):
+    """A package of two rooms in the place of this one."""
+    for room, text in (("mesh", "SIZE = 1\n"), ("mechanics", "LAW = 1\n")):
+        (tmp_path / room).mkdir()
+        (tmp_path / room / "a.py").write_text(text)
+    monkeypatch.setattr(code, "PACKAGE", tmp_path)
+    code._digest.cache_clear()
+    yield tmp_path
+    code._digest.cache_clear()
 
 
-def test_a_module_that_a_plugin_imports_counts(plugin):
-    plugin(
-        "law_of_a_test", "import numpy\nimport constants_of_a_test\nfrom knitstudy.mechanics import newton\n"
-    )
-    plugin("constants_of_a_test", "STIFFNESS = 1\n")
-    found = {module.path.name for module in modules_behind("law_of_a_test")}
-    assert {"law_of_a_test.py", "constants_of_a_test.py", "newton.py"} <= found
-    assert not any("numpy" in str(module.path) for module in modules_behind("law_of_a_test"))
-    before = code_digest("law_of_a_test")
-    plugin("constants_of_a_test", "STIFFNESS = 2\n")
-    assert code_digest("law_of_a_test") != before
+def test_files_of_a_room_count_and_no_others(package):
+    before = code_digest("mesh"), code_digest("mesh", "mechanics")
+    (package / "mechanics" / "a.py").write_text("LAW = 1  # a comment\n")
+    code._digest.cache_clear()
+    assert code_digest("mesh") == before[0]
+    assert code_digest("mesh", "mechanics") != before[1]
 
 
-def test_what_was_read_is_kept_until_the_file_changes(plugin, tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "a cache"))
-    code._cache.cache_clear()
-
-    def digest_of_another_process():
-        for cached in (code_digest, code._read, code._kept):
-            cached.cache_clear()
-        return code_digest("kept_law")
-
-    plugin("kept_law", "STIFFNESS = 1\n")
-    before = digest_of_another_process()
-    with monkeypatch.context() as context:
-        context.setattr(code, "_parsed", None)
-        assert digest_of_another_process() == before
-    (kept,) = (tmp_path / "a cache" / "knitstudy").iterdir()
-    plugin("kept_law", "STIFFNESS = 20\n")
-    assert digest_of_another_process() != before
-    assert kept.read_text().count("kept_law.py") == 1
-    kept.write_text("[")
-    plugin("kept_law", "STIFFNESS = 1\n")
-    assert digest_of_another_process() == before
-    code._cache.cache_clear()
-    code._kept.cache_clear()
+@pytest.mark.parametrize("path", ["law_of_a_test.py", "law_of_a_test/__init__.py"])
+def test_files_of_a_plugin_count(package, tmp_path, monkeypatch, path):
+    before, folder = code_digest("mesh"), tmp_path / "elsewhere"
+    (folder / path).parent.mkdir(parents=True)
+    (folder / path).write_text("STIFFNESS = 1\n")
+    monkeypatch.syspath_prepend(str(folder))
+    monkeypatch.setattr(registry, "_imported", {})
+    registry.load_plugins(["law_of_a_test"])
+    first = code_digest("mesh")
+    (folder / path).write_text("STIFFNESS = 2\n")
+    code._digest.cache_clear()
+    assert len({before, first, code_digest("mesh")}) == 3
+    sys.modules.pop("law_of_a_test")

@@ -156,11 +156,11 @@ def test_modulus_of_a_tied_cell_by_the_commands(tmp_path, monkeypatch):
     keys = ("pattern.loops=1", "pattern.rows=1", "rom.contacts_from=null", "mesh.beam_size=1.5", "name=cell")
     changes = [word for key in keys for word in ("--set", key)]
     knitstudy("run", "rom3d-tie-course", *changes)
-    result = tmp_path / "results" / "simulation" / "cell.nc"
+    result = tmp_path / "runs" / "simulation" / "cell.nc"
     history = read_dataset(result)
     table = pd.DataFrame({"strain (%)": 100 * history["strain"], "load (N)": 1.25 * history["force"]})
     table.to_csv("lab.csv", index=False)
-    geometry = read_dataset(next((tmp_path / "results" / "geometry").glob("*.nc")))
+    geometry = read_dataset(next((tmp_path / "runs" / "geometry").glob("*.nc")))
     size = ("--width", float(geometry["course_spacing"]))
     rows = dict(
         line.split("\t")[:2] for line in knitstudy("compare", result, "lab.csv", *size).stdout.splitlines()
@@ -173,5 +173,5 @@ def test_modulus_of_a_tied_cell_by_the_commands(tmp_path, monkeypatch):
     assert found["note"].startswith("friction cannot be told")
     for column in ("value", "95 % from", "to"):
         assert found[column] == pytest.approx(1.25 * 1.3e9, rel=1e-9)
-    assert (tmp_path / "results" / "fit" / "cell-lab.png").stat().st_size > 10_000
-    assert (tmp_path / "results" / "simulation" / "cell-lab.png").stat().st_size > 10_000
+    assert (tmp_path / "runs" / "fit" / "cell-lab.png").stat().st_size > 10_000
+    assert (tmp_path / "runs" / "simulation" / "cell-lab.png").stat().st_size > 10_000

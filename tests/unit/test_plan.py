@@ -80,44 +80,6 @@ def test_a_key_concerns_the_stages_that_read_it_and_what_is_made_from_them(confi
     assert {name for name in after if after[name] != before[name]} == expected
 
 
-@pytest.fixture
-def history(plan, tmp_path):
-    """Function that writes the history of a scene with a digest; it returns the file and its mark."""
-    stage, scene = STAGES["simulation"], plan.scenes["dns-a"]
-
-    def write(digest=None, **attributes):
-        path = tmp_path / "results" / stage.path(scene)
-        write_dataset(xr.Dataset(attrs=attributes), path, digest=digest or plan.digest(stage, scene))
-        plan.mark_outdated(tmp_path / "results", tmp_path / "marks")
-        return path, tmp_path / "marks" / stage.path(scene)
-
-    return write
-
-
-def test_a_result_that_is_up_to_date_has_no_mark(history):
-    assert not history()[1].exists()
-
-
-@pytest.mark.parametrize("made", [{"digest": "other"}, {"incomplete": "did not converge"}])
-def test_the_mark_of_an_outdated_result_is_newer_and_goes_when_the_result_is_made(history, made):
-    path, mark = history(**made)
-    assert mark.stat().st_mtime_ns >= path.stat().st_mtime_ns
-    first = mark.read_text()
-    path, mark = history(**made)
-    assert mark.read_text() != first, "the engine compares contents: those of another file differ"
-    history()
-    assert not mark.exists()
-
-
-def test_what_cannot_be_read_is_marked(history, plan, tmp_path, caplog):
-    path, mark = history()
-    path.write_bytes(b"no netCDF")
-    plan.mark_outdated(tmp_path / "results", tmp_path / "marks")
-    assert mark.exists()
-    assert "is truncated or is not netCDF" in caplog.text
-    assert "it will be made again" in caplog.text
-
-
 def test_a_curve_that_ended_early_is_kept_and_named(plan, tmp_path):
     stage, scene = STAGES["simulation"], plan.scenes["dns-a"]
     path, wanted = tmp_path / stage.path(scene), plan.digest(stage, scene)

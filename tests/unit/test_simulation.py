@@ -50,9 +50,7 @@ def made(monkeypatch):
         return function
 
     for name, stage in STAGES.items():
-        code = stage.modules
-        instead = replace(stage, function=recorded(stage), code=code)
-        monkeypatch.setitem(STAGES, name, instead)
+        monkeypatch.setitem(STAGES, name, replace(stage, function=recorded(stage)))
     return made
 
 

@@ -10,16 +10,7 @@ import datetime
 import pytest
 
 from knitstudy.files import replacing
-from knitstudy.stages.code import code_digest
-
-PHYSICS = (
-    "knitstudy.geometry.lay_out",
-    "knitstudy.mesh.mesher",
-    "knitstudy.models.simulate",
-    "knitstudy.contacts.contacts",
-    "knitstudy.models.stress",
-)
-"""Stages whose code the table speaks of."""
+from knitstudy.stages.code import MODEL, code_digest
 
 COLUMNS = ("case", "reference", "result", "bar", "holds", "date", "test")
 
@@ -82,8 +73,8 @@ def heads():
 
 
 def fingerprint():
-    """Checksum of the code that the table speaks of, without its comments and docstrings."""
-    return code_digest(*PHYSICS)
+    """Digest of the code that the table speaks of."""
+    return code_digest(*MODEL)
 
 
 def pytest_sessionfinish(session, exitstatus):

@@ -22,7 +22,7 @@ from knitstudy.errors import ConvergenceError, KnitstudyError
 from knitstudy.files import read_dataset, write_dataset, write_text
 from knitstudy.loading.restart import Run
 from knitstudy.mechanics.batches import serial_blas
-from knitstudy.stages.code import code_digest
+from knitstudy.stages.code import MODEL, code_digest
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES, starts_from_rest
 
@@ -122,7 +122,7 @@ def seed():
         command = ["git", "-C", str(ROOT), "rev-parse", "HEAD"]
         return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
-        return code_digest(SIMULATION.function.__module__)
+        return code_digest(*MODEL)
 
 
 def price(scene):

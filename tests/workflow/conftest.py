@@ -62,12 +62,12 @@ class Checkout:
 
     def study(self, *arguments):
         """Run what `make study` runs."""
-        return self.run("workflow/study.py", *arguments)
+        return self.run("-m", "knitstudy", "study", *arguments)
 
     def start_study(self, *arguments, output=subprocess.DEVNULL):
         """Start what `make study` runs in a process group of its own, and return at once."""
         return subprocess.Popen(
-            [self.python, "workflow/study.py", *arguments],
+            [self.python, "-m", "knitstudy", "study", *arguments],
             cwd=self.folder,
             env=self.environment,
             start_new_session=True,

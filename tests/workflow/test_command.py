@@ -45,8 +45,8 @@ def knitstudy(start):
 def test_run_and_show(knitstudy, tmp_path):
     ended = knitstudy("run", "rom3d-tie-course-coarse", *SMALL)
     assert ended.returncode == 0, ended.stderr
-    (path,) = (tmp_path / "results" / "simulation").glob("rom3d-*.nc")
-    assert f"results/simulation/{path.name}:" in ended.stderr
+    (path,) = (tmp_path / "runs" / "simulation").glob("rom3d-*.nc")
+    assert f"runs/simulation/{path.name}:" in ended.stderr
     quantities = dict(line.split("\t")[:2] for line in ended.stdout.splitlines())
     assert quantities["scene"] == path.stem
     assert float(quantities["strain at the end"]) == 0.01
@@ -54,7 +54,7 @@ def test_run_and_show(knitstudy, tmp_path):
 
     earlier = path.stat().st_mtime_ns
     again = knitstudy("run", "rom3d-tie-course-coarse", *SMALL)
-    assert again.stderr.count(": taken from results/") == 3
+    assert again.stderr.count(": taken from runs/") == 3
     assert path.stat().st_mtime_ns == earlier
 
     shown = knitstudy("show", str(path), "--plot", "force.png")
@@ -88,22 +88,22 @@ def end_on_the_way(process, restart, end):
 
 def test_ended_runs_go_on_to_the_same_numbers(start, knitstudy, tmp_path):
     """Interrupted, killed after a further increment, and run to the end."""
-    restart = tmp_path / "results" / "restart"
+    restart = tmp_path / "runs" / "restart"
     status, messages = end_on_the_way(start(*BEAMS), restart, signal.SIGINT)
     assert status == 130
     assert "Traceback" not in messages
     (line,) = [line for line in messages.splitlines() if line.startswith("error")]
-    said = "error: stopped; stages that were done and the last converged increment are kept in results"
+    said = "error: stopped; stages that were done and the last converged increment are kept in runs"
     assert line.startswith(said)
     assert end_on_the_way(start(*BEAMS), restart, signal.SIGKILL)[0] == -signal.SIGKILL
-    assert not (tmp_path / "results" / "simulation").exists()
+    assert not (tmp_path / "runs" / "simulation").exists()
     ended = knitstudy(*BEAMS)
     assert ended.returncode == 0, ended.stderr
     assert "going on from increment" in ended.stderr
     assert not list(tmp_path.rglob("*.partial*"))
     assert not list(restart.glob("*.npz"))
     assert knitstudy(*BEAMS, "-o", "undisturbed").returncode == 0
-    assert history(tmp_path / "results").equals(history(tmp_path / "undisturbed"))
+    assert history(tmp_path / "runs").equals(history(tmp_path / "undisturbed"))
 
 
 def test_two_runs_of_one_scene_at_once_spoil_nothing(start, tmp_path):
@@ -111,7 +111,7 @@ def test_two_runs_of_one_scene_at_once_spoil_nothing(start, tmp_path):
     with start(*slightly) as first, start(*slightly) as second:
         messages = [process.stderr.read() for process in (first, second)]
     assert (first.returncode, second.returncode) == (0, 0), messages
-    assert np.isfinite(history(tmp_path / "results")["force"]).all()
+    assert np.isfinite(history(tmp_path / "runs")["force"]).all()
     assert not list(tmp_path.rglob("*.partial*"))
     assert not list(tmp_path.rglob("*.npz"))
 

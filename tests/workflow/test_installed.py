@@ -57,7 +57,7 @@ def test_scene_of_ones_own(installed):
     run, _ = installed
     assert "mine: valid; " in run("check", "mine")
     run("run", "mine/jersey.yaml")
-    assert "force along the load at the end" in run("show", "results/simulation/jersey.nc")
+    assert "force along the load at the end" in run("show", "runs/simulation/jersey.nc")
 
 
 def test_workflow(installed):

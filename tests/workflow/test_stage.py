@@ -52,8 +52,8 @@ def test_everything_printed_is_in_the_log(tmp_path):
     for expected in ("printed", "logged", "warned", "written by a library", "50%", "2 threads", "done in"):
         assert expected in text
     console = ended.stderr.splitlines()
-    assert [line.split()[:2] for line in console] == [["mesh", "dns-a"]] * 3
-    assert "half" in console[1]
+    assert [line.split()[:2] for line in console] == [["mesh", "dns-a"]]
+    assert "half" in console[0]
     assert ended.stdout == ""
 
 

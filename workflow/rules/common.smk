@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 from knitstudy.errors import KnitstudyError
 from knitstudy.registry import find, load_plugins
 from knitstudy.stages.cost import machine_memory, time_limit
-from knitstudy.stages.plan import OUTDATED, Plan
+from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import folder_of, load_study, own_scenes, workflow_configuration
 from knitstudy.study.documents import RESOURCES
@@ -34,6 +34,8 @@ try:
     # Load paths that are known to end early, and what is made from them: the report names them.
     ENDED = PLAN.ended_early(STUDY, Path("results"))
     STUDY = [scene for scene in STUDY if scene.name not in ENDED]
+    # Scenes that jobs are of: of the study, or of a folder of one's own
+    ASKED = STUDY or [PLAN.scenes[name] for name in own_scenes(CONFIG)]
 except KnitstudyError as error:
     stop(error)
 
@@ -42,7 +44,6 @@ RESULTS = "results"
 if workflow.is_main_process:
     for name, why in ENDED.items():
         print(f"left out: {name}, since {why}", file=sys.stderr)
-    PLAN.mark_outdated(Path(RESULTS))
 
 
 # Lists of all names would be patterns that take a tenth of the time of planning.
@@ -72,80 +73,52 @@ def wanted(scenes):
 # ---- Stages
 
 
-def made(rule, name):
-    """Return the function of the file that a rule takes under a name; no file where its scene needs none."""
+def made(rule):
+    """Return the function of the files that a job takes, by the parameters of the stage's function."""
 
-    def path(wildcards):
+    def files(wildcards):
         try:
             needs = PLAN.needs(STAGES[rule], scene_of(wildcards, rule))
         except KnitstudyError as error:
             stop(error)
-        if name not in needs:
-            return []
-        stage, scene = needs[name]
-        return f"{RESULTS}/{stage.path(scene)}"
+        return {name: f"{RESULTS}/{stage.path(scene)}" for name, (stage, scene) in needs.items()}
 
-    return path
-
-
-def outdated(rule):
-    """Return the function of the mark of a job's result, where there is one."""
-
-    def mark(wildcards):
-        path = OUTDATED / STAGES[rule].path(scene_of(wildcards, rule))
-        return [str(path)] if path.is_file() else []
-
-    return mark
-
-
-def labels(wildcards):
-    """Return the name and the kind of a scene."""
-    scene = scene_of(wildcards)
-    names = ("name", "knit", "specimen", "fidelity", "interaction")
-    return {name: getattr(scene, name) for name in names} | {"outputs": []}
-
-
-def reads(rule):
-    """Return the function that says what a job reads of its scene."""
-    return lambda wildcards: STAGES[rule].document(scene_of(wildcards))
+    return files
 
 
 def digest(rule):
-    """Return the function of the digest of a result that does not carry one itself."""
+    """Return the function of the digest of a result."""
     return lambda wildcards: PLAN.digest(STAGES[rule], scene_of(wildcards))
 
 
 # ---- What a queue is asked for
 
 OF_SNAKEMAKE = 400  # MB of the two processes of Snakemake in every job of a queue: 250 were measured
-IN_ARRAYS = {}  # Wildcards of all jobs of the rules whose jobs are submitted as arrays
 
 
-def gather_arrays():
-    """Note the jobs of arrays (option --slurm-array-jobs); stop where the plugin could not submit them."""
+@cache
+def array(rule):
+    """Return the scenes whose jobs of a rule are submitted as an array (option --slurm-array-jobs), none of others."""
     asked = (getattr(workflow.executor_settings, "array_jobs", None) or "").replace(";", ",")
-    named = {each.strip() for each in asked.split(",")}
-    for job in workflow.dag.needrun_jobs():
-        if not job.is_local and named & {"all", job.rule.name}:
-            IN_ARRAYS.setdefault(job.rule.name, []).append(job.wildcards)
-    many = max(map(len, IN_ARRAYS.values()), default=0)
-    if many and shlex.quote(os.getcwd()) != os.getcwd():
-        stop(
-            f"--slurm-array-jobs: the plugin submits no arrays from {os.getcwd()!r}: take a path of plain characters"
-        )
-    if many and many > workflow.nodes:  # there is no such number outside of a cluster
-        stop(f"--jobs is {workflow.nodes} but must be at least {many}: an array is submitted as a whole")
+    if not {each.strip() for each in asked.split(",")} & {"all", rule}:
+        return []
+    folder = shlex.quote(os.getcwd())
+    if folder != os.getcwd():
+        stop(f"--slurm-array-jobs: the plugin submits no arrays from {folder}: take a path of plain characters")
+    scenes = [scene for scene in ASKED if STAGES[rule].of(scene)]
+    if len(scenes) > workflow.nodes:
+        stop(f"--jobs is {workflow.nodes} but must be at least {len(scenes)}: an array is submitted as a whole")
+    return scenes
 
 
 def largest(rule, need):
     """Return the function of what a job needs: in an array, which has one limit for all, what the largest job needs."""
-    of_array = cache(lambda: max(map(need, IN_ARRAYS[rule])))
-    return lambda wildcards: of_array() if rule in IN_ARRAYS else need(wildcards)
+    return lambda wildcards: max(map(need, array(rule) or [scene_of(wildcards)]))
 
 
-def memory(rule, need=None):
+def memory(rule):
     """Return the function of a job's memory [MB]: in a queue the need times the attempt, else at most what there is."""
-    need = largest(rule, need or (lambda wildcards: STAGES[rule].memory(scene_of(wildcards))))
+    need = largest(rule, STAGES[rule].memory)
 
     def asked(wildcards, attempt):
         if workflow.local_exec:
@@ -155,7 +128,7 @@ def memory(rule, need=None):
     return asked
 
 
-def runtime(rule, seconds=None):
+def runtime(rule):
     """Return the function of a job's time limit [min]. What a simulation has done by then is kept for the next attempt."""
-    seconds = largest(rule, seconds or (lambda wildcards: STAGES[rule].seconds(scene_of(wildcards))))
+    seconds = largest(rule, STAGES[rule].seconds)
     return lambda wildcards, attempt: attempt * time_limit(seconds(wildcards))

@@ -10,8 +10,7 @@ def displays(kind):
         from knitstudy.figures.catalogue import FIGURES as catalogue
     else:
         from knitstudy.tables.catalogue import TABLES as catalogue
-    code = ("knitstudy.figures.style",) if kind == "figure" else ()
-    return Displays(catalogue, PLAN, STUDY, reference_files(CONFIG), code, f"study {CONFIGURATION.study!r}")
+    return Displays(catalogue, PLAN, STUDY, reference_files(CONFIG), f"study {CONFIGURATION.study!r}")
 
 
 def paths_of(kind, *suffixes):
@@ -58,18 +57,18 @@ def digest_of_report(wildcards):
 
     files = {name: Path(path) for name, path in PAGE.items()} | {"data": data_of_study()}
     shown = [displays(kind).digest(name) for kind in ("figure", "table") for name in displays(kind).names()]
-    return [code_digest("knitstudy.report.page"), digests_of(files, PLAN), shown]
+    return [code_digest("report"), digests_of(files, PLAN), shown]
 
 
 @cache
 def notes():
     """Return what the report says of a reference and of verdicts that were kept by other code than today's."""
-    from knitstudy.stages.kept_tables import REFERENCE, age_warning, code_behind, verdicts_warning
+    from knitstudy.stages.kept_tables import REFERENCE, age_warning, code_of_reference, verdicts_warning
 
     try:
         said = [verdicts_warning(PLAN, CONFIG)]
-        if names := load_study("reference", CONFIG):
-            code = code_behind(PLAN.scenes[name] for name in names)
+        if load_study("reference", CONFIG):
+            code = code_of_reference()
             said.append(age_warning(REFERENCE, "code", code, "Values of the reference", "reference"))
     except KnitstudyError as error:
         stop(error)

@@ -171,7 +171,12 @@ set_option = click.option(
 
 
 output_option = click.option(
-    "-o", "--output", type=FOLDER, default="results", show_default=True, help="Folder of results."
+    "-o",
+    "--output",
+    type=FOLDER,
+    default="runs",
+    show_default=True,
+    help="Folder of results; those of a study in results/ are used as well.",
 )
 
 

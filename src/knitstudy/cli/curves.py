@@ -79,8 +79,8 @@ def compare(result: Path, measured: Path, **said: Any) -> None:
     chooses among others. Unloading is left out.
 
     \b
-    knitstudy compare results/simulation/jersey.nc lab.csv
-    knitstudy compare results/simulation/jersey.nc lab.csv --only yarn=cotton
+    knitstudy compare runs/simulation/jersey.nc lab.csv
+    knitstudy compare runs/simulation/jersey.nc lab.csv --only yarn=cotton
     knitstudy compare jersey.nc lab.csv --strain Weg mm --length 0.1 --force Kraft N --width 0.05
 
     The distance is the root mean square of the difference over that of the measured force. The nearest modulus, where
@@ -94,7 +94,7 @@ def compare(result: Path, measured: Path, **said: Any) -> None:
     scene = console.recorded(str(result), {})[0]
     whole, name = _read(measured, scene, said)
     if "axis" not in history.attrs:
-        raise DataFileError(f"{result}: is no history; name a file of results/simulation")
+        raise DataFileError(f"{result}: is no history; name a file of runs/simulation")
     simulated = simulated_curve(history, STAGES["geometry"].function(scene))
     curve, reach = within(whole, simulated.index[-1]), f"{100 * simulated.index[-1]:.3g} % strain"
     if curve.empty:

@@ -10,8 +10,9 @@ from knitstudy.cli.console import printable
 from knitstudy.cli.curves import compare, fit
 from knitstudy.cli.loop import loop
 from knitstudy.cli.membrane import membrane, strip
-from knitstudy.cli.results import export, measure, run, show, study
+from knitstudy.cli.results import export, measure, run, show
 from knitstudy.cli.scenes import check, list_scenes, plan
+from knitstudy.cli.study import study
 from knitstudy.errors import EndedEarly, KnitstudyError, said_by
 from knitstudy.files import code_version
 from knitstudy.registry import plugin_behind
@@ -78,10 +79,10 @@ def main(traceback: bool) -> None:
     knitstudy measure rom3d-tie-course           what all models miss and cost on this knit
     knitstudy plan rom3d-tie-course --question force --accuracy 0.05   the cheapest model that is accurate enough
     knitstudy run rom3d-tie-course               simulate a scene and all that it needs
-    knitstudy show results/simulation/rom3d-tie-course.nc        its numbers; its keys with --keys
-    knitstudy compare results/simulation/rom3d-tie-course.nc lab.csv     with a measured curve
+    knitstudy show runs/simulation/rom3d-tie-course.nc        its numbers; its keys with --keys
+    knitstudy compare runs/simulation/rom3d-tie-course.nc lab.csv     with a measured curve
     knitstudy fit beam-isotropic-course lab.csv  modulus and friction from a measured curve
-    knitstudy membrane results/simulation/cell-*.nc    the law of a fabric, from its cells on several load paths
+    knitstudy membrane runs/simulation/cell-*.nc    the law of a fabric, from its cells on several load paths
     knitstudy strip membrane.nc --length 0.07 --width 0.07 --strain 0.04  a specimen between clamps, with that law
     knitstudy export dns-tie-course --dialect calculix
 

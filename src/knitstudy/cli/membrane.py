@@ -30,7 +30,7 @@ def membrane(results: tuple[Path, ...], output: Path, error: float) -> None:
 
     \b
     knitstudy run cell-course; knitstudy run cell-wale; knitstudy run cell-biaxial; knitstudy run cell-shear
-    knitstudy membrane results/simulation/cell-{course,wale,biaxial,shear}.nc -o jersey.nc
+    knitstudy membrane runs/simulation/cell-{course,wale,biaxial,shear}.nc -o jersey.nc
     knitstudy strip jersey.nc --length 0.0691 --width 0.0666 --strain 0.04
 
     Written are the law (.nc), its coefficients with 95 % intervals (.csv) and both decks (.inp).

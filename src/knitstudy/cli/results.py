@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import os
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,7 +20,6 @@ from knitstudy.files import read_dataset, read_table
 from knitstudy.loading.restart import Progress
 from knitstudy.study.choice import ERROR, MEMORY, OWN, SECONDS
 from knitstudy.study.configuration import asks, default_keys, plan_of, problem_of
-from knitstudy.study.documents import WORKFLOW
 from knitstudy.study.kinds import unit_of
 from knitstudy.study.scene import flat
 
@@ -100,22 +98,6 @@ def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
         click.echo(f"{asked}: take {choice.rung}, {choice.basis}", err=True)
 
 
-@click.command(
-    short_help="Run a whole study, with its figures, tables and report.",
-    context_settings={"ignore_unknown_options": True, "help_option_names": []},
-)
-@click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
-@click.pass_context
-def study(context: click.Context, arguments: tuple[str, ...]) -> None:
-    """Run a study with Snakemake in the working folder, as `make study` does in a checkout.
-
-    \b
-    knitstudy study                              the reduced study
-    knitstudy study ci -- results/geometry/plain3x3.nc          one file of a study, and all it needs
-    """
-    context.exit(subprocess.call([sys.executable, str(WORKFLOW / "study.py"), *arguments]))
-
-
 @click.command(short_help="Measure what all models cost and miss on this knit.")
 @click.argument("scene")
 @set_option
@@ -186,10 +168,10 @@ def show(file: Path, other: Path | None, keys: bool, plot: Path | None, config: 
     another file, print what differs: keys of the two scenes, then numbers side by side with their ratio.
 
     \b
-    knitstudy show results/simulation/dns-tie-course.nc
-    knitstudy show results/simulation/dns-tie-course.nc --keys
-    knitstudy show results/simulation/dns-tie-course.nc results/simulation/rom3d-tie-course.nc
-    knitstudy show results/simulation/dns-tie-course.nc --plot force.png
+    knitstudy show runs/simulation/dns-tie-course.nc
+    knitstudy show runs/simulation/dns-tie-course.nc --keys
+    knitstudy show runs/simulation/dns-tie-course.nc runs/simulation/rom3d-tie-course.nc
+    knitstudy show runs/simulation/dns-tie-course.nc --plot force.png
     knitstudy show results/tables/simulation_tie.csv
     """
     if file.suffix == ".csv":
@@ -274,7 +256,7 @@ def export(scene: str, dialect: str, changes: tuple, output: Path | None, config
     \b
     knitstudy export dns-tie-course --dialect calculix
     knitstudy export pair-slid-90 --dialect abaqus --set mesh.size=0.3 -o pair.inp
-    knitstudy export results/simulation/rom3d-tie-course.nc --dialect paraview
+    knitstudy export runs/simulation/rom3d-tie-course.nc --dialect paraview
     """
     if dialect == "paraview":
         if changes or not console.is_result(scene):

@@ -11,7 +11,6 @@ from types import UnionType
 from typing import Any, TextIO, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
-from tqdm import tqdm
 
 from knitstudy.errors import DataFileError
 from knitstudy.files import replacing
@@ -25,6 +24,19 @@ ReportProgress = Callable[[float, str], None]
 
 def silent(done: float, note: str = "") -> None:
     """Report nothing: the default of library functions."""
+
+
+def clock(seconds: float) -> str:
+    """Return a time such as 01:10 or 2:01:10.
+
+    Examples
+    --------
+    >>> clock(70.2)
+    '01:10'
+    """
+    minutes, seconds = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{seconds:02}" if hours else f"{minutes:02}:{seconds:02}"
 
 
 class Progress:
@@ -54,13 +66,9 @@ class Progress:
         if now - self._written < self.every and done < 1:
             return
         self._written = now
-        line = tqdm.format_meter(
-            n=round(100 * done, 1),
-            total=100,
-            initial=round(100 * self._initial, 1),
-            elapsed=now - self._started,
-            bar_format="{percentage:3.0f}% [{elapsed}<{remaining}]",
-        )
+        elapsed, share = now - self._started, (done - self._initial) / (1 - self._initial or 1)
+        left = clock(elapsed * (1 / share - 1)) if share > 0 else "?"
+        line = f"{100 * done:3.0f}% [{clock(elapsed)}<{left}]"
         for stream in self.streams:
             print(f"{self.label}  {line} {note}".rstrip(), file=stream, flush=True)
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.measures.catalogue import Catalogue, Results
-from knitstudy.stages.code import code_digest
+from knitstudy.stages.code import MODEL, code_digest
 from knitstudy.stages.plan import Plan, Step
 from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import base_of
@@ -43,7 +43,6 @@ class Displays:
     plan: Plan
     study: Iterable[Scene]  # in the order of the configuration
     reference: Mapping[str, Path | str]  # files by their names (`reference_files`)
-    code: tuple[str, ...] = ()  # modules that all depend on besides their own
     label: str = "the study"  # names the study in messages
 
     def __post_init__(self) -> None:
@@ -107,7 +106,7 @@ class Displays:
         """Return the digest of a figure or table that is up to date: of its title, scenes, code and sources."""
         scenes = {role: scene.read(scene.to_dict()) for role, scene in self.scenes(name).items()}
         reads = {"title": self.catalogue.find(name).title, "scenes": scenes}
-        code = code_digest(self.catalogue.module(name), *self.code)
+        code = code_digest(f"{self.catalogue.what}s", "measures", *MODEL)
         return digest({"reads": reads, "code": code, "needs": digests_of(self.sources[name], self.plan)})
 
 

@@ -5,20 +5,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 
 from knitstudy.files import read_table
 from knitstudy.measures.catalogue import Catalogue
-from knitstudy.stages.code import code_digest
+from knitstudy.stages.code import MODEL, code_digest
 from knitstudy.stages.displays import Displays, reference_files
 from knitstudy.stages.plan import Plan
-from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import CONFIG, load_study
 from knitstudy.study.documents import RESOURCES
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
-from knitstudy.tables.reference import REFERENCE_SCENES
 
 STUDY, VERDICTS = "full", "verdicts"
 
@@ -29,6 +26,11 @@ REFERENCE = RESOURCES / "reference" / "reference.csv"
 """What models are measured against; the values of single simulations lie beside it."""
 
 SIMULATED = ("simulation", "contacts")  # Stages that the reference is made from
+
+
+def code_of_reference() -> str:
+    """Return the digest of the code that the reference is made by."""
+    return code_digest("tables", "measures", *MODEL)
 
 
 def age_warning(kept: Path, column: str, wanted: str, what: str, target: str) -> str:
@@ -54,12 +56,3 @@ def verdicts_warning(plan: Plan, config: Path = CONFIG) -> str:
     displays = full_study(TABLES, plan, [plan.scenes[name] for name in load_study(STUDY, config)], config)
     wanted = displays.digest(VERDICTS) if VERDICTS in displays.names() else ""
     return age_warning(VERDICTS_KEPT, "digest", wanted, f"Verdicts of the study {STUDY!r}", VERDICTS)
-
-
-def code_behind(scenes: Iterable[Scene]) -> str:
-    """Return a digest of the code of all simulations among scenes that the reference is made from."""
-    modules = {"knitstudy.tables.reference"}
-    for scene in REFERENCE_SCENES.scenes({scene.name: scene for scene in scenes}):
-        for stage in ("geometry", "mesh", *SIMULATED):
-            modules |= set(STAGES[stage].modules(scene))
-    return code_digest(*sorted(modules))

@@ -9,32 +9,21 @@ from pathlib import Path
 
 import xarray as xr
 
-from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError, EndedEarly
+from knitstudy.errors import ConvergenceError, DataFileError, EndedEarly
 from knitstudy.files import read_dataset, read_result, recorded_digest, write_dataset
 from knitstudy.loading.restart import IN_MEMORY, Run
 from knitstudy.mechanics.batches import serial_blas
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.record import Record
-from knitstudy.stages.table import STAGES, Stage, unused_code
+from knitstudy.stages.table import STAGES, Stage
 from knitstudy.study.configuration import CONFIG, SPRINGS, check_source, knits_of, load_scenes, measures
 from knitstudy.study.scene import Scene, digest
 
 log = logging.getLogger(__name__)
 
 DIGITS = 8  # Digits of a hash in the name of a scene or knit that the configuration does not have
-OUTDATED = Path("run/outdated")  # Folder of the marks of outdated results, beside restart files
 
 Step = tuple[Stage, Scene]
-
-
-def digest_of(stage: Stage, document: Mapping, scene: Scene, needed: Mapping[str, str]) -> str:
-    """Return the digest of a result, which decides whether it is up to date, for the workflow as for the command.
-
-    It is made of the `document` that the stage reads of the scene (`Stage.document`), the code behind the result, and
-    the digests `needed` of what it is made from.
-    """
-    code = code_digest(*stage.modules(scene), without=unused_code(scene))
-    return digest({"stage": stage.name, "reads": document, "code": code, "needs": dict(needed)})
 
 
 def digest_or_warning(path: Path) -> str:
@@ -154,11 +143,15 @@ class Plan:
         return {name: (STAGES[other], of) for name, (other, of) in found.items()}
 
     def digest(self, stage: Stage, scene: Scene) -> str:
-        """Return the digest that a result has when it is up to date."""
+        """Return the digest of a result that is up to date: of the keys and code that it depends on, and of its needs.
+
+        The digest decides what is made again, for the workflow (as a param of the rules) and for `simulate`.
+        """
         path = stage.path(scene)
         if path not in self._digests:
             needed = {name: self.digest(*step) for name, step in self.needs(stage, scene).items()}
-            self._digests[path] = digest_of(stage, stage.document(scene), scene, needed)
+            reads, code = stage.document(scene), code_digest(*stage.code)
+            self._digests[path] = digest({"stage": stage.name, "reads": reads, "code": code, "needs": needed})
         return self._digests[path]
 
     def up_to_date(
@@ -186,33 +179,6 @@ class Plan:
         if not any(results.glob(str(kept_of(Path(history.path_pattern.format(scene="*", knit="*")))))):
             return {}
         return {scene.name: said for scene in scenes if (said := why(history, scene))}
-
-    def mark_outdated(self, results: Path, marks: Path = OUTDATED) -> None:
-        """Leave a mark for every dataset of another digest than it should have, and delete all other marks.
-
-        Snakemake makes a result again that is older than one of its inputs. The mark of an outdated result is such an
-        input: it is written after the result. A result that is up to date has no mark, whoever made the result.
-        """
-        for stage, scene in self.steps(self.scenes.values()):
-            path, mark = results / stage.path(scene), marks / stage.path(scene)
-            if not stage.is_dataset:
-                continue
-            if not path.is_file():
-                mark.unlink(missing_ok=True)
-                continue
-            try:
-                wanted = self.digest(stage, scene)
-            except ConfigurationError:
-                continue  # the message appears when the result is asked for
-            found = digest_or_warning(path)
-            if found == wanted:
-                mark.unlink(missing_ok=True)
-                continue
-            # Snakemake compares contents as well as times: the content is that of this very file.
-            text = f"{wanted} instead of {found or 'none'} at {path.stat().st_mtime_ns}\n"
-            if not mark.is_file() or mark.read_text(encoding="utf-8") != text:
-                mark.parent.mkdir(parents=True, exist_ok=True)
-                mark.write_text(text, encoding="utf-8")
 
     def steps(self, scenes: Iterable[Scene]) -> list[Step]:
         """Return everything that may be made of scenes, each path once and after what it is made from."""

@@ -19,10 +19,9 @@ from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.files import provenance, read_result
 from knitstudy.loading.restart import Progress, Run, restart_of
 from knitstudy.registry import load_plugins
-from knitstudy.stages.plan import Plan, digest_of, digest_or_warning, make, result_of
+from knitstudy.stages.plan import Plan, make, result_of
 from knitstudy.stages.table import STAGES
 from knitstudy.study.configuration import folder_of, workflow_configuration
-from knitstudy.study.scene import Scene
 
 RESTARTS = Path("run")  # Folder of restart files, by stage
 
@@ -30,30 +29,25 @@ RESTARTS = Path("run")  # Folder of restart files, by stage
 def run_stage(job: Any) -> None:
     """Run the stage that has the name of a rule, unless its result is there and up to date.
 
-    The params of `job`, the ``snakemake`` object of a script, are the labels of the scene and what the stage reads of
-    the scene. The digest is that of the code and the files as they are now.
+    `job` is the ``snakemake`` object of a script. Its param is the digest that the result should have.
     """
     load_plugins(job.config.get("plugins", ()))
-    stage = STAGES[job.rule]
-    document = dict(job.params.reads)
-    scene = Scene.seen(dict(job.params.labels) | document, stage.reads)
-    files = {name: path for name, path in job.input.items() if path and name != "outdated"}
-    digests = {name: digest_or_warning(path) for name, path in files.items()}
-    wanted = digest_of(stage, document, scene, digests)
-    restart = restart_of(RESTARTS / stage.name, scene.name, wanted) if stage.long else None
-    target = Path(job.output[0])
     with frame(job) as progress:
+        plan = Plan.of(folder_of(workflow_configuration(job.config)))
+        stage, labels = STAGES[job.rule], job.wildcards
+        scene = plan.knits[labels.knit] if "knit" in labels.keys() else plan.scenes[labels.scene]
+        target, wanted = Path(job.output[0]), job.params.digest
+        if plan.digest(stage, scene) != wanted:
+            raise ConfigurationError(f"scene {scene.name} was edited meanwhile; type the same command again")
         if stage.is_dataset and target.is_file() and result_of(target, wanted) is not None:
             print(f"{target} is up to date", file=sys.stderr)
             return
         if stage.long:
             stage.require_machine(scene)
-        needed = {name: read_result(path) for name, path in files.items()}
-        plan = Plan.of(folder_of(workflow_configuration(job.config)))
-        whole = plan.scenes.get(scene.name, scene)
-        if stage.document(whole) != document:
-            raise ConfigurationError(f"scene {scene.name} was edited meanwhile; type the same command again")
-        make(stage, scene, needed, target, wanted, Run(restart, progress), plan.record(stage, whole))
+        needed = {name: read_result(path) for name, path in job.input.items()}
+        restart = restart_of(RESTARTS / stage.name, scene.name, wanted) if stage.long else None
+        seen = scene.only(stage.document(scene), stage.reads)
+        make(stage, seen, needed, target, wanted, Run(restart, progress), plan.record(stage, scene))
 
 
 INTERRUPTED = 130  # Exit status after Ctrl-C: whoever started the study says the rest
@@ -79,8 +73,8 @@ def frame(job: Any) -> Iterator[Progress]:
     """Run the body of a Snakemake script with everything it prints in the log file of its rule; yield its progress.
 
     Standard streams go to the log at the level of file descriptors, so that messages of compiled libraries are there
-    too. The console gets a line at the start and the end, the progress, and on failure one message and the name of the
-    log; the script then ends with status 1.
+    too. The console gets the progress of long jobs, and on failure one message and the name of
+    the log; the script then ends with status 1.
     """
     end_with_parent()
     label = " ".join([job.rule, *job.wildcards])
@@ -91,7 +85,6 @@ def frame(job: Any) -> Iterator[Progress]:
         versions = ", ".join(f"{name} {version}" for name, version in provenance().items())
         print(f"{label}, {time.strftime('%Y-%m-%d %H:%M:%S')}, {job.threads} threads", file=sys.stderr)
         print(f"Python {sys.version.split()[0]}, {versions}", file=sys.stderr)
-        print(f"{label}  ...", file=console)
         try:
             yield Progress(label, streams=(console, sys.stderr))
         except KeyboardInterrupt:
@@ -100,12 +93,12 @@ def frame(job: Any) -> Iterator[Progress]:
         except (Exception, SystemExit) as error:  # a plugin may exit
             traceback.print_exc()
             kind = "" if isinstance(error, KnitstudyError) else f"{type(error).__name__}: "
-            print(f"error in {label}: {kind}{error}\n  traceback in {path}", file=console)
+            for stream in (sys.stderr, console):
+                print(f"error in {label}: {kind}{error}\n  traceback in {path}", file=stream)
             sys.exit(1)
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # kB on Linux
         seconds = time.monotonic() - started
         print(f"done in {seconds:.1f} s, largest resident memory {peak:.0f} MiB", file=sys.stderr)
-        print(f"{label}  done in {seconds:.0f} s", file=console)
 
 
 @contextmanager

@@ -21,6 +21,8 @@ from knitstudy.study.scene import Scene
 
 log = logging.getLogger(__name__)
 
+OF_STUDY = Path("results")  # Where studies leave results, which are read and never written here
+
 BeginProgress = Callable[[str], ReportProgress]
 """Returns what the progress of a stage is reported to, for example `knitstudy.loading.restart.Progress`."""
 
@@ -59,8 +61,8 @@ def simulate(
         under a name of the configuration get a name of their own. If the geometry of a reduced model has changed, so
         has that of the simulations that its joints and springs come from; their other keys are their own.
     folder : Path or str, optional
-        Where results are kept, and taken from if they are up to date, for example ``results`` of the checkout; restart
-        files of runs that were ended lie in its folder ``restart``. Without it, all stays in memory.
+        Where results are kept, and taken from if they are up to date; restart files of runs that were ended lie in its
+        folder ``restart``. Results of a study in the working folder are taken as well. Without it, all stays in memory.
     config, plan
         Configuration folder that names of other scenes refer to; its plan, where it has been read already.
     progress : callable, optional
@@ -103,10 +105,12 @@ class _Maker:
         found = None
         if path is not None and anew:
             kept_of(path).unlink(missing_ok=True)
-        elif path is not None and path.is_file():
-            found = result_of(path, wanted)
-            what = "taken from %s" if found is not None else "%s is not up to date and will be replaced"
-            log.info(f"{label}: {what}", path)
+        elif path is not None:
+            for there in filter(Path.is_file, (path, OF_STUDY / name)):
+                if (found := result_of(there, wanted)) is not None:
+                    log.info(f"{label}: taken from %s", there)
+                    break
+                log.info(f"{label}: %s is not up to date", there)
         if found is None:
             if stage.long:
                 stage.require_machine(scene)  # before anything is made for it

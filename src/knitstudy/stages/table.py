@@ -20,12 +20,10 @@ from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.exchange import inp, series, vtu
 from knitstudy.files import fault_of
 from knitstudy.geometry.lay_out import lay_out
-from knitstudy.mechanics.contact import friction
-from knitstudy.mechanics.elements import ELEMENTS
-from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mesh import mesher
 from knitstudy.models import endless_beams, stress
-from knitstudy.models.simulate import MODELS, simulate
+from knitstudy.models.simulate import simulate
+from knitstudy.stages.code import MESH, MODEL
 from knitstudy.stages.cost import expected_memory, expected_seconds, machine_memory
 from knitstudy.study.scene import Scene
 
@@ -57,15 +55,17 @@ class Stage:
 
     name: str  # of the stage and of its rule
     path_pattern: str  # under the folder of results, with {scene} or {knit}
+    message: str  # that a study shows when it makes the result
     function: Callable
     reads: tuple[str, ...]  # sections and dotted keys that the result depends on; the function sees no others
     of: Callable[[Scene], bool]  # whether a scene has this stage
     needs: Callable[[Scene, Named], Needs] = lambda scene, named: {}
-    code: Callable[[Scene], tuple[str, ...]] | None = None  # modules; by default that of the function
+    code: tuple[str, ...] = MODEL  # rooms whose code makes the result (`stages.code`)
     outputs: tuple[str, ...] = ()  # entries of the scene's outputs that the result depends on
     # Whether a study asks for it, beside what stages need
     wanted: Callable[[Scene], bool] = lambda scene: True
     long: bool = False  # whether it takes a restart file and progress
+    queued: bool = False  # whether a cluster's queue runs it; others take seconds
     memory: Callable[[Scene], int] = lambda scene: 1000  # expected [MB]
     seconds: Callable[[Scene], float] = lambda scene: 60.0  # expected at most, of one processor
 
@@ -74,9 +74,10 @@ class Stage:
         """Whether its result is a netCDF file, which says what it was made from."""
         return self.path_pattern.endswith(".nc")
 
-    def modules(self, scene: Scene) -> tuple[str, ...]:
-        """Return the names of the modules whose code makes the result of a scene."""
-        return self.code(scene) if self.code else (self.function.__module__,)
+    @property
+    def label(self) -> str:
+        """The wildcard of its file, which names the file of its log: {scene} or {knit}."""
+        return "{knit}" if "{knit}" in self.path_pattern else "{scene}"
 
     def make(self, scene: Scene, **needed: Any) -> xr.Dataset:
         """Return its result as a dataset, with the processor time of all threads; refuse an incomplete history."""
@@ -116,20 +117,6 @@ def has_mesh(scene: Scene) -> bool:
 def starts_from_rest(scene: Scene) -> bool:
     """Whether the load of a scene begins with a shape at rest."""
     return scene.value("load.start") not in (None, "drawn")
-
-
-def _model_code(scene: Scene) -> tuple[str, ...]:
-    """Return the modules of the model of a scene, of its elements and its material."""
-    found = [MODELS[scene.fidelity].__module__]
-    if scene.kind.fidelity.solid:
-        found += [MATERIALS.module(scene.yarn.material)]
-        found += [ELEMENTS.module(scene.mesh.element)] if scene.value("mesh.element") else []
-    return tuple(found)
-
-
-def unused_code(scene: Scene) -> tuple[str, ...]:
-    """Return the modules that no result of a scene depends on, whoever imports them: of ties, the law of friction."""
-    return () if scene.kind.interaction.touches else (friction.__name__,)
 
 
 def _model_needs(scene: Scene, named: Named) -> Needs:
@@ -175,7 +162,7 @@ def _solids(scene: Scene, named: Named) -> Needs:
     return {"geometry": ("geometry", scene), "mesh": ("mesh", scene)}
 
 
-def _export(name: str, path: str, function: Callable, outputs: str, **known: Any) -> Stage:
+def _export(name: str, path: str, what: str, function: Callable, outputs: str, **known: Any) -> Stage:
     """Return a stage that writes a file for another program, of scenes that ask for some outputs.
 
     Unless `known` says otherwise, scenes with a mesh have the stage that may have these outputs.
@@ -183,57 +170,66 @@ def _export(name: str, path: str, function: Callable, outputs: str, **known: Any
     asked = set(outputs.split())
     known = {
         "reads": MODEL_KEYS,
+        "code": ("exchange", *MODEL),
         "of": lambda scene: has_mesh(scene) and asked <= set(scene.kind.outputs),
         "needs": _solids,
         "wanted": lambda scene: asked <= set(scene.outputs),
     } | known
-    return Stage(name, path, function, **known)
+    return Stage(name, path, f"Write {what} of {{wildcards.scene}}", function, **known)
 
 
 _STAGES = (
     Stage(
         name="geometry",
         path_pattern="geometry/{knit}.nc",
+        message="Lay out {wildcards.knit}",
         function=lay_out,
         reads=OF_GEOMETRY,
         of=lambda scene: True,
+        code=("geometry",),
         wanted=lambda scene: False,
         memory=lambda scene: 500,
     ),
     Stage(
         name="mesh",
         path_pattern="mesh/{scene}.nc",
+        message="Mesh {wildcards.scene}",
         function=mesher.mesh,
         reads=("load.direction", "mesh.size", "mesh.growth", "mesh.refinement"),
         of=has_mesh,
         needs=lambda scene, named: {"geometry": ("geometry", scene)},
+        code=MESH,
         wanted=lambda scene: False,
     ),
     Stage(
         name="rest",
         path_pattern="rest/{scene}.nc",
+        message="Relax {wildcards.scene}",
         function=endless_beams.relax,
         reads=(*KIND, "yarn", "mesh", "contact.friction", "beam", "solver", "load.start"),
         of=starts_from_rest,
         needs=lambda scene, named: {"geometry": ("geometry", scene)},
+        queued=True,
         wanted=lambda scene: False,
     ),
     Stage(
         name="simulation",
         path_pattern="simulation/{scene}.nc",
+        message="Simulate {wildcards.scene}",
         function=simulate,
         reads=(*MODEL_KEYS, "gates", "rom", "beam"),
         outputs=("fields",),
         of=lambda scene: True,
         needs=_model_needs,
-        code=_model_code,
         long=True,
+        queued=True,
         memory=expected_memory,
         seconds=expected_seconds,
     ),
     Stage(
         name="contacts",
         path_pattern="contacts/{scene}.nc",
+        message="Find the contacts of {wildcards.scene}",
         function=contacts,
         reads=(),
         of=lambda scene: scene.kind.fidelity.solid and scene.specimen != "cell",
@@ -242,20 +238,29 @@ _STAGES = (
     Stage(
         name="stress",
         path_pattern="stress/{scene}.nc",
+        message="Average the stress of {wildcards.scene}",
         function=stress.stress,
         reads=MODEL_KEYS,
         of=lambda scene: has_mesh(scene) and scene.is_knit and "fields" in scene.outputs,
         needs=_fields,
-        code=lambda scene: (stress.__name__, *_model_code(scene)),
         memory=lambda scene: 1000 + expected_memory(scene) // 2,
     ),
-    _export("mesh_vtu", "mesh/{scene}.vtu", vtu.write_mesh, "vtu", reads=("mesh.element",)),
-    _export("series", "simulation/{scene}.pvd", series.write_series, "vtu", of=lambda _: True, needs=_series),
-    _export("deck_abaqus", "mesh/{scene}.abaqus.inp", inp.write_abaqus, "deck"),
-    _export("deck_calculix", "mesh/{scene}.calculix.inp", inp.write_calculix, "deck"),
+    _export("mesh_vtu", "mesh/{scene}.vtu", "the mesh", vtu.write_mesh, "vtu", reads=("mesh.element",)),
+    _export(
+        "series",
+        "simulation/{scene}.pvd",
+        "all increments",
+        series.write_series,
+        "vtu",
+        of=lambda _: True,
+        needs=_series,
+    ),
+    _export("deck_abaqus", "mesh/{scene}.abaqus.inp", "the Abaqus deck", inp.write_abaqus, "deck"),
+    _export("deck_calculix", "mesh/{scene}.calculix.inp", "the CalculiX deck", inp.write_calculix, "deck"),
     _export(
         "shell_section",
         "simulation/{scene}.abaqus.inp",
+        "the Abaqus shell section",
         inp.write_shell,
         "deck",
         reads=(),

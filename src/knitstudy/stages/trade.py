@@ -25,11 +25,10 @@ from knitstudy.measures.cost import MEGABYTE, memory_growth
 from knitstudy.measures.estimate import Estimate, limit_of_degrees
 from knitstudy.measures.questions import QUESTIONS, answers, known
 from knitstudy.measures.reference import Reference
-from knitstudy.stages.code import code_digest
+from knitstudy.stages.code import MODEL, code_digest
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.script import end_with_parent
 from knitstudy.stages.simulate import simulate
-from knitstudy.stages.table import STAGES
 from knitstudy.study.choice import COLUMNS, ERROR, MEMORY, OWN, SECONDS
 from knitstudy.study.sample import Case, Inputs, Trade, load_trade, same_knit
 from knitstudy.study.scene import Scene, digest
@@ -48,8 +47,7 @@ def code_of(problem: Scene, keys: Mapping) -> str:
         scene = problem.vary(keys)
     except ConfigurationError:
         return ""
-    modules = {name for stage in STAGES.values() if stage.of(scene) for name in stage.modules(scene)}
-    return digest([code_digest("knitstudy.measures.questions", *sorted(modules)), scene.hash])
+    return digest([code_digest("measures", *MODEL), scene.hash])
 
 
 def run(problem: Scene, rung: str, keys: Mapping, limit: float, folder: Path, say: bool = False) -> Record:
