@@ -169,7 +169,7 @@ def test_modulus_of_a_tied_cell_by_the_commands(tmp_path, monkeypatch):
     assert float(rows["distance"]) == pytest.approx(20, rel=1e-5)
     said = knitstudy("fit", "rom3d-tie-course", "lab.csv", *changes).stderr  # the width is kept
     assert "friction cannot be told: no yarns of the scene slide with friction" in said
-    found = read_table("results/fit/cell-lab.csv").iloc[0]
+    found = read_table("runs/fit/cell-lab.csv").iloc[0]
     assert found["note"].startswith("friction cannot be told")
     for column in ("value", "95 % from", "to"):
         assert found[column] == pytest.approx(1.25 * 1.3e9, rel=1e-9)
