@@ -47,8 +47,8 @@ from knitstudy.stages.simulate import simulate
 from knitstudy.study.configuration import CONFIG, FAMILIES, load_scenes
 from knitstudy.study.documents import RESOURCES, read_yaml
 from knitstudy.study.keys import Section, declared, validated
-from knitstudy.study.kinds import all_keys
 from knitstudy.study.scene import Scene, digest
+from knitstudy.study.scene_type import all_keys
 
 FILE = "extremes.yaml"
 

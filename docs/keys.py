@@ -10,7 +10,7 @@ from knitstudy.files import write_text
 from knitstudy.registry import listed
 from knitstudy.study.choice import AUTO, Ask
 from knitstudy.study.keys import ROLES, Section, allowed_values, describe_with_source, lists
-from knitstudy.study.kinds import FIDELITIES, INTERACTIONS, SPECIMENS, Labels, all_kinds, all_sections
+from knitstudy.study.scene_type import FIDELITIES, INTERACTIONS, SPECIMENS, Labels, all_kinds, all_sections
 
 COMMAND = "python docs/keys.py"
 

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
-from knitstudy.mechanics.crossing_force import Power
+from knitstudy.mechanics.beams.crossing_force import Power
 
 
 def overlap(law: Power, force: float) -> float:

@@ -12,7 +12,6 @@ from contextlib import contextmanager
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import netCDF4
 import numpy as np
@@ -22,10 +21,6 @@ import xarray as xr
 import knitstudy
 from knitstudy.errors import DataFileError, said_by
 from knitstudy.interruption import uninterrupted
-
-if TYPE_CHECKING:
-    from knitstudy.study.scene import Scene
-
 
 # Files written whole or not at all
 
@@ -152,14 +147,14 @@ FINITE = ("load", "strain", "displacement", "force", "reaction", "energy")
 
 
 def write_dataset(
-    dataset: xr.Dataset, path: Path | str, scene: Scene | None = None, digest: str | None = None
+    dataset: xr.Dataset, path: Path | str, scene: str | None = None, digest: str | None = None
 ) -> None:
     """Write a dataset in SI units as netCDF 4 with provenance and a checksum of its content.
 
     The name of the scene and the digest of all that the result depends on are recorded if they are given.
     Raises DataFileError when the file cannot be written.
     """
-    named = {} if scene is None else {"scene": scene.name}
+    named = {} if scene is None else {"scene": scene}
     known = {} if digest is None else {"digest": digest}
     dataset = dataset.assign_attrs(provenance() | named | known)
     dataset = dataset.assign_attrs(checksum=checksum(dataset))

@@ -8,11 +8,11 @@ import pytest
 from half_spaces import hertz
 
 from knitstudy.errors import ConvergenceError, GeometryError
-from knitstudy.mechanics.beam_contact import BeamContact
-from knitstudy.mechanics.beam_model import BeamState
-from knitstudy.mechanics.contact_points import Axes, ContactPoints
-from knitstudy.mechanics.crossing_force import CrossedCylinders, Power
-from knitstudy.mechanics.line_contact import LineContact, Repulsion
+from knitstudy.mechanics.beams.beam_contact import BeamContact
+from knitstudy.mechanics.beams.contact_points import Axes, ContactPoints
+from knitstudy.mechanics.beams.crossing_force import CrossedCylinders, Power
+from knitstudy.mechanics.beams.line_contact import LineContact, Repulsion
+from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.models.beam_contact import joined
 
 UNEVEN = np.array([0.0, 1.0, 1.6, 2.9, 4.0, 4.5, 6.0])

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import GeometryError
-from knitstudy.mechanics import beam
-from knitstudy.mechanics.beam import Elements, Section
-from knitstudy.mechanics.curved_rod import CurvedSection
+from knitstudy.mechanics.beams import beam
+from knitstudy.mechanics.beams.beam import Elements, Section
+from knitstudy.mechanics.beams.curved_rod import CurvedSection
 from knitstudy.mechanics.rotation import exp
 
 

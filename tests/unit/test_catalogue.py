@@ -11,8 +11,8 @@ from knitstudy.registry import load_plugins
 from knitstudy.stages.displays import Displays
 from knitstudy.stages.plan import Plan
 from knitstudy.study.configuration import load_scenes
-from knitstudy.study.kinds import FIDELITIES, INTERACTIONS, SPECIMENS
 from knitstudy.study.scene import Scene
+from knitstudy.study.scene_type import FIDELITIES, INTERACTIONS, SPECIMENS
 from knitstudy.tables.catalogue import TABLES
 
 TOY = """
@@ -84,7 +84,7 @@ def test_they_are_planned_from_the_scenes_of_a_study(toy, scenes):
 
 STICKY = '''
 from knitstudy.study.keys import Section, key
-from knitstudy.study.kinds import Interaction, register
+from knitstudy.study.scene_type import Interaction, register
 
 
 class Adhesion(Section):
@@ -94,7 +94,7 @@ class Adhesion(Section):
     "A test."
 
 
-register(Interaction("sticky", "contact that sticks", friction=lambda scene: 0.0, keys=Adhesion))
+register(Interaction("sticky", "contact that sticks", friction=lambda contact: 0.0, keys=Adhesion))
 '''
 
 

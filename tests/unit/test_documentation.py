@@ -4,7 +4,7 @@ import pytest
 
 from knitstudy.measures.discretisation import HOW_FAR, physics_of
 from knitstudy.study.configuration import load_scenes
-from knitstudy.study.kinds import Labels, all_sections, role_of
+from knitstudy.study.scene_type import Labels, all_sections, role_of
 
 DESCRIBED = {name: (Labels, name) for name in Labels.model_fields} | {
     f"{section}.{name}": (described, name)

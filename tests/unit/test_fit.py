@@ -21,8 +21,8 @@ from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.survey import survey
 from knitstudy.geometry.symmetry import symmetries
+from knitstudy.study.alternative_keys import diameter_of, read_points
 from knitstudy.study.configuration import load_scene
-from knitstudy.study.given import diameter_of, read_points
 
 COURSE, WALE = 0.9e-3, 1.1e-3  # the spacings of a jersey
 

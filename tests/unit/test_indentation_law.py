@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.mechanics.contact.indentation import Crossing, indentation
-from knitstudy.mechanics.patch_compliance import ALONG, NORMAL, half
+from knitstudy.mechanics.contact.patch_compliance import ALONG, NORMAL, half
 
 POISSON, MODULUS, RADIUS = 0.4, 1300.0, 0.5
 

@@ -59,7 +59,7 @@ def test_a_full_disk_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch,
 
 def test_dataset_round_trip_with_provenance(tmp_path, config, dataset):
     scene = load_scene("dns-a", config)
-    write_dataset(dataset, tmp_path / "a.nc", scene, digest="beef")
+    write_dataset(dataset, tmp_path / "a.nc", scene.name, digest="beef")
     read = read_dataset(tmp_path / "a.nc")
     xr.testing.assert_equal(read, dataset)
     assert read.force.units == "N"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.mechanics.patch_compliance import (
+from knitstudy.mechanics.contact.patch_compliance import (
     missing,
     missing_compliance,
     surface_compliance,

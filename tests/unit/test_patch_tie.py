@@ -7,7 +7,7 @@ import pytest
 
 from knitstudy.errors import MeshError
 from knitstudy.geometry.fabric import yarn_pair
-from knitstudy.mechanics.patch_compliance import moments, polar_rule
+from knitstudy.mechanics.contact.patch_compliance import moments, polar_rule
 from knitstudy.mechanics.rotation import exp
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models import hexahedra

@@ -179,5 +179,5 @@ def test_only_simulations_that_are_up_to_date_are_kept(config, sources, tmp_path
     for digests, there in (([None, "old"], False), ([None, None], True), (["old", None], False)):
         for stage, dataset, digest in zip(steps, (history, contacts), digests, strict=True):
             of = scenes["dns-a"]
-            write_dataset(dataset, tmp_path / stage.path(of), of, digest or plan.digest(stage, of))
+            write_dataset(dataset, tmp_path / stage.path(of), of.name, digest or plan.digest(stage, of))
         assert set(keep.values_found(scenes, tmp_path, config)["scene"]) == (set(scenes) if there else set())

@@ -42,13 +42,10 @@ def room(module):
 
 
 def imported(path):
-    """Return the modules of the package that a file imports, in functions as well, but not under TYPE_CHECKING."""
+    """Return the modules of the package that a file imports, in functions and under TYPE_CHECKING as well."""
     found, waiting = set(), [ast.parse(path.read_text(encoding="utf-8"))]
     while waiting:
         node = waiting.pop()
-        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
-            waiting += node.orelse
-            continue
         waiting += ast.iter_child_nodes(node)
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}

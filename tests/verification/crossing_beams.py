@@ -6,14 +6,14 @@ import numpy as np
 from half_spaces import hertz
 
 from knitstudy.geometry.crossings import Crossings
-from knitstudy.mechanics.beam import Section
-from knitstudy.mechanics.beam_contact import BeamContact
-from knitstudy.mechanics.beam_model import BeamModel
-from knitstudy.mechanics.contact_points import ContactPoints
-from knitstudy.mechanics.crossing_force import Power
-from knitstudy.mechanics.hertz import LAYERS, Patch
+from knitstudy.mechanics.beams.beam import Section
+from knitstudy.mechanics.beams.beam_contact import BeamContact
+from knitstudy.mechanics.beams.beam_model import BeamModel
+from knitstudy.mechanics.beams.contact_points import ContactPoints
+from knitstudy.mechanics.beams.crossing_force import Power
+from knitstudy.mechanics.beams.hertz import LAYERS, Patch
+from knitstudy.mechanics.beams.line_contact import SPACINGS, LineContact, Repulsion
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.line_contact import SPACINGS, LineContact, Repulsion
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.rotation import exp

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from dead_loads import balance
 
-from knitstudy.mechanics.beam import Section
-from knitstudy.mechanics.beam_model import BeamModel, BeamState
-from knitstudy.mechanics.curved_rod import CurvedSection
+from knitstudy.mechanics.beams.beam import Section
+from knitstudy.mechanics.beams.beam_model import BeamModel
+from knitstudy.mechanics.beams.curved_rod import CurvedSection
+from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.rotation import exp
 
 CLAMPED = np.arange(6)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from crossing_beams import LAWS, curved_yarns
 
-from knitstudy.mechanics.beam_contact import NO_LATTICE
-from knitstudy.mechanics.line_friction import PairFriction
+from knitstudy.mechanics.beams.beam_contact import NO_LATTICE
+from knitstudy.mechanics.beams.line_friction import PairFriction
 from knitstudy.mechanics.rotation import exp
 
 FRICTION = {"stick": 1e4, "slip": 0.05, "rough": np.inf, "frictionless": 0.0}

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from knitstudy.mechanics.beam import LinearSprings, Section
-from knitstudy.mechanics.beam_model import BeamModel
+from knitstudy.mechanics.beams.beam import LinearSprings, Section
+from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace

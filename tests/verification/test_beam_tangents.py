@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from knitstudy.mechanics.beam import LinearSprings, Section
-from knitstudy.mechanics.beam_model import BeamModel
-from knitstudy.mechanics.curved_rod import CurvedSection
+from knitstudy.mechanics.beams.beam import LinearSprings, Section
+from knitstudy.mechanics.beams.beam_model import BeamModel
+from knitstudy.mechanics.beams.curved_rod import CurvedSection
 
 SECTION = Section(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0)
 

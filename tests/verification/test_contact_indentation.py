@@ -7,11 +7,11 @@ from scipy.optimize import brentq
 from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.indentation import Crossing, indentation
 from knitstudy.mechanics.contact.interaction import Contact
+from knitstudy.mechanics.contact.patch_compliance import ACROSS, ALONG, LENGTH, PHASE, far
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.newton import trace
-from knitstudy.mechanics.patch_compliance import ACROSS, ALONG, LENGTH, PHASE, far
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
 from knitstudy.mechanics.spline_yarn.span import span_groups

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.mechanics.curved_rod import section_compliance
+from knitstudy.mechanics.beams.curved_rod import section_compliance
 
 NU = 0.42
 AREA, INERTIA = np.pi, np.pi / 4  # of radius 1

@@ -5,7 +5,7 @@ import pytest
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.lay_out import lay_out
-from knitstudy.mechanics.hertz import Patch
+from knitstudy.mechanics.beams.hertz import Patch
 from knitstudy.models import beam_contact
 from knitstudy.models.simulate import simulate
 from knitstudy.stages.table import STAGES

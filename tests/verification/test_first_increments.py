@@ -99,7 +99,7 @@ class Starts:
         except Reached as reached:
             found = reached.history
         if stage.name in SHARED or digest in shared:
-            write_dataset(found, path, scene, digest)
+            write_dataset(found, path, scene.name, digest)
         return found
 
     def why_it_ends(self, scene):

@@ -9,14 +9,15 @@ from half_spaces import curvatures, hertz, hertz_ellipse, stick_stiffness, surfa
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 
-from knitstudy.mechanics.beam import Section
-from knitstudy.mechanics.beam_model import BeamModel, BeamState
-from knitstudy.mechanics.contact_points import ContactPoints
-from knitstudy.mechanics.crossing_force import Power
-from knitstudy.mechanics.endless_beams import EndlessBeams
-from knitstudy.mechanics.hertz import LAYERS, Patch
-from knitstudy.mechanics.line_contact import LineContact, Repulsion
-from knitstudy.mechanics.line_friction import LineHistory, PairFriction
+from knitstudy.mechanics.beams.beam import Section
+from knitstudy.mechanics.beams.beam_model import BeamModel
+from knitstudy.mechanics.beams.contact_points import ContactPoints
+from knitstudy.mechanics.beams.crossing_force import Power
+from knitstudy.mechanics.beams.endless_beams import EndlessBeams
+from knitstudy.mechanics.beams.hertz import LAYERS, Patch
+from knitstudy.mechanics.beams.line_contact import LineContact, Repulsion
+from knitstudy.mechanics.beams.line_friction import PairFriction
+from knitstudy.mechanics.beams.state import BeamState, LineHistory
 from knitstudy.mechanics.periodic import Lattice
 from knitstudy.mechanics.rotation import exp
 

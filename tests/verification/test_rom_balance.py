@@ -6,8 +6,8 @@ from dead_loads import balance
 
 from knitstudy.loading.history import load_path
 from knitstudy.loading.solve import solve_load_path
-from knitstudy.mechanics.beam import Section
-from knitstudy.mechanics.beam_model import BeamModel
+from knitstudy.mechanics.beams.beam import Section
+from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace

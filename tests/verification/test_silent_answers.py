@@ -5,8 +5,8 @@ import pytest
 
 from knitstudy.errors import ConvergenceError, MeshError
 from knitstudy.measures.summary import summarise
-from knitstudy.mechanics.beam import Section
-from knitstudy.mechanics.beam_model import BeamModel
+from knitstudy.mechanics.beams.beam import Section
+from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.models.network_3d import RING
 from knitstudy.stages.simulate import simulate
 from knitstudy.study.configuration import load_scene

@@ -19,6 +19,7 @@ from rich.text import Text
 from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.files import read_dataset
 from knitstudy.registry import is_loaded, load_plugins
+from knitstudy.study.alternative_keys import OTHER_WAYS
 from knitstudy.study.choice import Ask
 from knitstudy.study.configuration import (
     drawn_defaults,
@@ -28,9 +29,8 @@ from knitstudy.study.configuration import (
     workflow_configuration,
 )
 from knitstudy.study.documents import CONFIG, parsed, read_yaml
-from knitstudy.study.given import OTHER_WAYS
-from knitstudy.study.kinds import all_keys
 from knitstudy.study.scene import Scene
+from knitstudy.study.scene_type import all_keys
 
 FOLDER = click.Path(path_type=Path, file_okay=False)
 FILE = click.Path(path_type=Path, dir_okay=False)

@@ -16,8 +16,8 @@ from knitstudy.cli.results import log_on_console
 from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
 from knitstudy.files import read_dataset, write_table
 from knitstudy.loading.restart import Progress
-from knitstudy.study.kinds import unit_of
 from knitstudy.study.scene import Scene
+from knitstudy.study.scene_type import unit_of
 
 FRICTION = "contact.friction"
 MODULI = ("yarn.youngs_modulus", "yarn.transverse_modulus", "yarn.axial_shear_modulus")

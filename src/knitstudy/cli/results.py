@@ -20,8 +20,8 @@ from knitstudy.files import read_dataset, read_table
 from knitstudy.loading.restart import Progress
 from knitstudy.study.choice import ERROR, MEMORY, OWN, SECONDS
 from knitstudy.study.configuration import asks, default_keys, plan_of, problem_of
-from knitstudy.study.kinds import unit_of
 from knitstudy.study.scene import flat
+from knitstudy.study.scene_type import unit_of
 
 DIALECTS = ("abaqus", "calculix", "paraview")  # Programs that files are written for
 

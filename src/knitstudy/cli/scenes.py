@@ -30,8 +30,8 @@ from knitstudy.study.configuration import (
     plan_of,
 )
 from knitstudy.study.keys import describe_with_source
-from knitstudy.study.kinds import FIDELITIES, Labels
 from knitstudy.study.scene import Scene, differences, flat
+from knitstudy.study.scene_type import FIDELITIES, Labels
 
 
 @click.command("list", short_help="List the scenes.")

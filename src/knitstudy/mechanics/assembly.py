@@ -19,6 +19,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.lib.stride_tricks import as_strided
 
+from knitstudy.mechanics.elements import ElementGroup
+
 PAIRS = 32_768  # pairs of nodes a batch, 512 hexahedra of eight nodes; bounds the memory of a batch
 
 
@@ -234,6 +236,17 @@ class SpanSum:
         """Add what `put` has returned."""
         for here, there in self._runs:
             data[there] += total[here]
+
+
+def stiffness_at_rest(groups: Sequence[ElementGroup], nodes: int) -> sp.bsr_matrix:
+    """Return the stiffness (3 N, 3 N) [N/m] of groups of elements between N nodes that have not moved."""
+    assembly = Assembly([group.connectivity for group in groups], nodes)
+    total = assembly.begin_stiffness()
+    for number, batch in enumerate(assembly.batches):
+        group = groups[batch.group]
+        rest = np.zeros((batch.count, group.connectivity.shape[1], 3))
+        total.put(number, group.elements.respond(batch.part, rest, stiffness=True).stiffness)
+    return assembly.matrix(total)
 
 
 def _batches(group: int, connectivity: np.ndarray, pairs: int) -> list[Batch]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
@@ -17,12 +16,10 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.assembly import Assembly, PatternSum
 from knitstudy.mechanics.batches import SCRATCH, share, threads
 from knitstudy.mechanics.contact.friction import ContactHistory, ContactPoints
+from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.model import FADED, FreeBodies, Response, Stabilisation, summed
-
-if TYPE_CHECKING:
-    from knitstudy.mechanics.contact.interaction import Contact
 
 # Cauchy stress, and the scalars that are drawn of it
 

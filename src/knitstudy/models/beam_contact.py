@@ -6,12 +6,12 @@ import numpy as np
 
 from knitstudy.geometry.crossings import Crossings
 from knitstudy.loading.gates import require_known_contact, require_stiff_contact
-from knitstudy.mechanics.beam_model import BeamState
-from knitstudy.mechanics.contact_points import ContactPoints
-from knitstudy.mechanics.crossing_force import CrossedCylinders, Power
-from knitstudy.mechanics.hertz import LAYERS, Patch
+from knitstudy.mechanics.beams.contact_points import ContactPoints
+from knitstudy.mechanics.beams.crossing_force import CrossedCylinders, Power
+from knitstudy.mechanics.beams.hertz import LAYERS, Patch
+from knitstudy.mechanics.beams.line_contact import SPACINGS, LineContact, Repulsion
+from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.increment import Increment
-from knitstudy.mechanics.line_contact import SPACINGS, LineContact, Repulsion
 from knitstudy.study.scene import Scene
 
 STRIDE = 0.1  # largest displacement that one correction may make, over the diameter

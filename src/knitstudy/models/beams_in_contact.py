@@ -18,8 +18,9 @@ from knitstudy.geometry.crossings import Crossings
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.history import Recorder
 from knitstudy.loading.solve import Problem, Reported, settings_of
-from knitstudy.mechanics.beam_contact import NO_LATTICE, BeamContact
-from knitstudy.mechanics.beam_model import BeamModel, BeamState
+from knitstudy.mechanics.beams.beam_contact import NO_LATTICE, BeamContact
+from knitstudy.mechanics.beams.beam_model import BeamModel
+from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.increment import Increment
 from knitstudy.models import endless_beams
 from knitstudy.models.beam_contact import STRIDE, contact_of, penalty, require_known
@@ -110,7 +111,7 @@ def beam_contact(
     scene: Scene, beams: Network, yarn: np.ndarray, crossings: Crossings, tied: np.ndarray
 ) -> BeamContact:
     """Return the contact of beams whose stations belong to yarns (S,), of whose crossings some are tied (K,)."""
-    friction, s = scene.kind.interaction.friction(scene), beams.stations.arc_length
+    friction, s = scene.kind.interaction.friction(scene.contact), beams.stations.arc_length
     line, points = contact_of(scene, yarn, s, friction, tied=crossings[tied])
     carriers = beams.station_node, beams.station_offset
     return BeamContact(line, points, *carriers, crossings.yarn, crossings.arc_length)
@@ -142,7 +143,7 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
             "contact_exponent": line.repulsion.law.exponent,
             "contact_onset": line.repulsion.onset,
             "contact_stick_share": line.repulsion.law.share,
-            "friction": scene.kind.interaction.friction(scene),
+            "friction": scene.kind.interaction.friction(scene.contact),
             "contact_points": len(line.yarn),
         },
     )

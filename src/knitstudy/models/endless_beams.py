@@ -19,10 +19,10 @@ from knitstudy.loading.columns import REST
 from knitstudy.loading.gates import require_fine_beams, require_sound
 from knitstudy.loading.history import Recorder, Stations, cell_path
 from knitstudy.loading.solve import Problem, Reported, settings_of
-from knitstudy.mechanics.beam_model import BeamModel, BeamState
-from knitstudy.mechanics.endless_beams import EndlessBeams, EndlessState
+from knitstudy.mechanics.beams.beam_model import BeamModel
+from knitstudy.mechanics.beams.endless_beams import EndlessBeams, EndlessState
+from knitstudy.mechanics.beams.state import BeamState, LineHistory
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
-from knitstudy.mechanics.line_friction import LineHistory
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.periodic import Lattice
@@ -129,7 +129,7 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
     rows = divided(fabric, scene.metres("mesh.beam_size"))
     require_fine_beams(scene, rows.polygon)
     vectors = fabric.periods if rest is None else rest["lattice_vectors"].to_numpy()
-    model = _model(scene, rows, Lattice(vectors), scene.kind.interaction.friction(scene))
+    model = _model(scene, rows, Lattice(vectors), scene.kind.interaction.friction(scene.contact))
     if rest is None:  # drawn yarns may touch
         held = np.append(HELD, model.lattice_unknowns)
         model = model.starting_at(_balanced("the drawn cell", scene, model, held, increments=1).state)
@@ -176,7 +176,7 @@ def relax(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
         scene,
         rows,
         Lattice(fabric.periods),
-        scene.kind.interaction.friction(scene) if rubs else 0.0,
+        scene.kind.interaction.friction(scene.contact) if rubs else 0.0,
         drawn_for=2 * fabric.radius,
     )
     # Yarns that did not touch have come far in an increment for nothing: the next one begins where they are.

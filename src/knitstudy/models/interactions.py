@@ -28,9 +28,9 @@ from knitstudy.loading.gates import require_integrated_contact, require_seen_con
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.indentation import Indentation, indentation
 from knitstudy.mechanics.contact.interaction import Contact
+from knitstudy.mechanics.contact.patch_compliance import moments, polar_rule
 from knitstudy.mechanics.materials import material_of
 from knitstudy.mechanics.model import FreeBodies
-from knitstudy.mechanics.patch_compliance import moments, polar_rule
 from knitstudy.mechanics.solid import Penetration
 from knitstudy.models.discretisation import Discretisation, project_on_tube
 from knitstudy.study.scene import Scene
@@ -293,7 +293,7 @@ def contact_law(scene: Scene, yarns: Discretisation) -> Coulomb | Indentation:
             modulus=modulus,
             poisson=poisson,
             radius=yarns.mesh.radius,
-            friction=scene.kind.interaction.friction(scene),
+            friction=scene.kind.interaction.friction(scene.contact),
         )
     require_seen_contact(scene, yarns.size)
     require_stiff_contact(scene, "contact.tangential_stiffness", patch=np.pi)  # of a facet's size
@@ -306,7 +306,7 @@ def penalties(scene: Scene, size: float) -> Coulomb:
     return Coulomb(
         normal=scene.contact.normal_stiffness * unit,
         tangential=scene.contact.tangential_stiffness * unit,
-        friction=scene.kind.interaction.friction(scene),
+        friction=scene.kind.interaction.friction(scene.contact),
     )
 
 

@@ -13,7 +13,7 @@ from knitstudy.geometry.crossings import Crossings
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.spline import Centreline
 from knitstudy.loading.columns import CONTACTS
-from knitstudy.mechanics.patch_compliance import local_compliance
+from knitstudy.mechanics.contact.patch_compliance import local_compliance
 from knitstudy.study.model_sections import Springs as SpringKeys
 from knitstudy.study.problem_sections import Yarn
 

@@ -25,10 +25,11 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.gates import require_fine_beams, require_sound
 from knitstudy.loading.history import Motion, Stations, load_path
 from knitstudy.loading.solve import Check, Problem, Reported, settings_of
-from knitstudy.mechanics.beam import LinearSprings, Section, SectionLaw
-from knitstudy.mechanics.beam_contact import BeamContact
-from knitstudy.mechanics.beam_model import BeamModel, BeamState
-from knitstudy.mechanics.curved_rod import CurvedSection
+from knitstudy.mechanics.beams.beam import LinearSprings, Section, SectionLaw
+from knitstudy.mechanics.beams.beam_contact import BeamContact
+from knitstudy.mechanics.beams.beam_model import BeamModel
+from knitstudy.mechanics.beams.curved_rod import CurvedSection
+from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 from knitstudy.mesh.mesher import Grips
 from knitstudy.mesh.quality import require_memory

@@ -1,6 +1,6 @@
 """The models of a fabric, by the fidelity of a scene, and the simulation of a scene with one of them.
 
-A plugin adds a model as an entry of `MODELS` and of the fidelities (`knitstudy.study.kinds.register`).
+A plugin adds a model as an entry of `MODELS` and of the fidelities (`knitstudy.study.scene_type.register`).
 """
 
 from __future__ import annotations

@@ -14,9 +14,9 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import NO_ARCS, Fabric, Grip
 from knitstudy.geometry.spline import Centreline
 from knitstudy.loading.solve import Problem
+from knitstudy.mechanics.contact.patch_compliance import missing
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import material_of
-from knitstudy.mechanics.patch_compliance import missing
 from knitstudy.mechanics.spline_yarn.space import Sampling, Space, YarnSpace, locate, yarn_space
 from knitstudy.mechanics.spline_yarn.span import span_groups
 from knitstudy.mesh.mesher import ACROSS, Grips, check_shape, load_of, sampled_sections

@@ -73,12 +73,12 @@ def make(
     except ConvergenceError as error:
         if path is None or error.history is None:
             raise
-        write_dataset(record.describe(error.history), kept_of(path), scene, wanted)
+        write_dataset(record.describe(error.history), kept_of(path), scene.name, wanted)
         run.forget()
         _require_open_end(path, wanted)
     dataset = record.describe(dataset)
     if path is not None:
-        write_dataset(dataset, path, scene, wanted)
+        write_dataset(dataset, path, scene.name, wanted)
         kept_of(path).unlink(missing_ok=True)
         run.forget()
     return dataset

@@ -22,11 +22,11 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.registry import find
 from knitstudy.study.documents import RESOURCES
 from knitstudy.study.keys import Section, output
-from knitstudy.study.kinds import FIDELITIES, role_of
 from knitstudy.study.problem_sections import BeamYarn, Yarn
 from knitstudy.study.promises import law_of
 from knitstudy.study.sample import ANY, Case, Inputs, Trade, endless, load_trade, same_knit
 from knitstudy.study.scene import Scene, set_dotted
+from knitstudy.study.scene_type import FIDELITIES, role_of
 
 TRADE_KEPT = RESOURCES / "trade.csv"  # What `make trade` measured: a row a knit, rung and question
 OWN = Path("measured.csv")  # The same of knits of one's own, in the working folder

@@ -19,8 +19,8 @@ from knitstudy.study.choice import AUTO, Ask, Choice, choose, is_open, of_model,
 from knitstudy.study.documents import CONFIG, read_yaml
 from knitstudy.study.families import STUDIES, Member, family_files, read_families
 from knitstudy.study.keys import Section, output, validated
-from knitstudy.study.kinds import Kind, Labels, all_keys, all_kinds, defaults_of_fields, unknown_key
 from knitstudy.study.scene import Scene, flat, set_dotted
+from knitstudy.study.scene_type import Kind, Labels, all_keys, all_kinds, defaults_of_fields, unknown_key
 
 FAMILIES = "scenes"  # The folder of families in a configuration folder
 

@@ -16,9 +16,9 @@ from pydantic import Field
 
 from knitstudy.study.documents import CONFIG, read_yaml
 from knitstudy.study.keys import Count, Section, declared, lists, validated
-from knitstudy.study.kinds import FIDELITIES
 from knitstudy.study.promises import Quantile
 from knitstudy.study.scene import Scene, digest, set_dotted
+from knitstudy.study.scene_type import FIDELITIES
 
 DECLARED = CONFIG / "trade.yaml"
 
@@ -97,7 +97,7 @@ class Inputs:
             (pattern.loop_length or peirce * d) / (peirce * d),
             scene.yarn.poisson_ratio,
             load.strain,
-            friction(scene) if friction else 0.0,
+            friction(scene.contact) if friction else 0.0,
             1 if endless else pattern.loops,
             1 if endless else pattern.rows,
             load.deformation if endless else load.direction,

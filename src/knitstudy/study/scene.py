@@ -18,9 +18,9 @@ import numpy as np
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.materials import MATERIALS
-from knitstudy.study.given import in_base_keys, without_yarn
+from knitstudy.study.alternative_keys import in_base_keys, without_yarn
 from knitstudy.study.keys import Section, describe, lists, tuples, validated
-from knitstudy.study.kinds import Kind, Labels, all_sections, labels_of, not_of_kind, unknown_key
+from knitstudy.study.scene_type import Kind, Labels, all_sections, labels_of, not_of_kind, unknown_key
 from knitstudy.study.yarns import OF
 
 SOLID = ("hexahedra", "spline_yarns")  # Fidelities whose material may have an axis

@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 from knitstudy.mechanics.contact.friction import Coulomb
-from knitstudy.mechanics.patch_compliance import ACROSS, ALONG, far, patched_yarn
+from knitstudy.mechanics.contact.patch_compliance import ACROSS, ALONG, far, patched_yarn
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import find, meanings, near_names
@@ -48,9 +48,6 @@ from knitstudy.study.problem_sections import (
     Yarn,
 )
 
-if TYPE_CHECKING:
-    from knitstudy.study.scene import Scene
-
 Sections = Mapping[str, type[Section]]
 
 
@@ -75,8 +72,8 @@ class Interaction:
 
     name: str
     meaning: str
-    # Coefficient of friction of a scene, inf where nothing slips; None where yarns are tied instead
-    friction: Callable[[Scene], float] | None
+    # Coefficient of friction from the section `contact`, inf where nothing slips; None where yarns are tied instead
+    friction: Callable[[Any], float] | None
     keys: type[Section] | None = None  # what the section ``contact`` has beside the keys of the fidelity
 
     @property
@@ -146,11 +143,11 @@ SPECIMENS = _by_name(
 
 INTERACTIONS = _by_name(
     Interaction("tie", "no motion where yarns cross", friction=None),
-    Interaction("rough", "contact without slip", friction=lambda scene: math.inf),
+    Interaction("rough", "contact without slip", friction=lambda contact: math.inf),
     Interaction(
         "isotropic",
         "contact with Coulomb friction",
-        friction=lambda scene: scene.contact.friction,
+        friction=lambda contact: contact.friction,
         keys=Sliding,
     ),
 )

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from knitstudy.errors import GeometryError
-from knitstudy.mechanics.beam import SLENDERNESS
+from knitstudy.mechanics.beams.beam import SLENDERNESS
 from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.spline_yarn import basis as disc
 

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from knitstudy.mechanics.patch_compliance import local_compliance
+from knitstudy.mechanics.contact.patch_compliance import local_compliance
 
 
 @dataclass(frozen=True)

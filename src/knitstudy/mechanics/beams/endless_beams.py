@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.beam_model import BeamModel, BeamState
-from knitstudy.mechanics.contact_points import ContactPoints
-from knitstudy.mechanics.line_contact import LineContact
-from knitstudy.mechanics.line_friction import LineHistory
+from knitstudy.mechanics.beams.beam_model import BeamModel
+from knitstudy.mechanics.beams.contact_points import ContactPoints
+from knitstudy.mechanics.beams.line_contact import LineContact
+from knitstudy.mechanics.beams.state import BeamState, LineHistory
 from knitstudy.mechanics.model import Response, summed
 from knitstudy.mechanics.periodic import Lattice
 

@@ -11,9 +11,9 @@ from functools import cache, lru_cache
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from knitstudy.mechanics.assembly import stiffness_at_rest
 from knitstudy.mechanics.linear import factorise
 from knitstudy.mechanics.materials.isotropic import Hencky
-from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace, yarn_space
 from knitstudy.mechanics.spline_yarn.span import span_groups
@@ -315,11 +315,12 @@ class PatchedYarn:
         poisson: float,
     ) -> None:
         self._space, nodes = Space((space,)), _straight(space)
-        model = SolidModel(nodes, span_groups(self._space, nodes, Hencky(1.0, poisson)), 1.0)
-        stiffness = model.respond(model.start(), stiffness=True).stiffness.tocsc()
+        stiffness = stiffness_at_rest(
+            span_groups(self._space, nodes, Hencky(1.0, poisson)), len(nodes)
+        ).tocsc()
         first = space.first_node
         held = np.concatenate([np.arange(first[1]), np.arange(*first[-2:])])
-        self._free = np.setdiff1d(np.arange(model.size), 3 * held[:, None] + np.arange(3))
+        self._free = np.setdiff1d(np.arange(nodes.size), 3 * held[:, None] + np.arange(3))
         self._factors = factorise(stiffness[self._free][:, self._free].tocsc())
 
     def shown(

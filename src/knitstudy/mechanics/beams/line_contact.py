@@ -26,20 +26,23 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
-from knitstudy.mechanics.batches import Chosen, by_parts, parts, share
-from knitstudy.mechanics.contact_points import Axes
-from knitstudy.mechanics.crossing_force import CrossedCylinders, Power
-from knitstudy.mechanics.hertz import LAYERS, Expansion, Patch
-from knitstudy.mechanics.line_friction import LineHistory, PairFriction, closest_points, friction_tangent
-
-if TYPE_CHECKING:
-    from knitstudy.mechanics.beam_model import BeamState
+from knitstudy.mechanics.batches import by_parts, parts, share
+from knitstudy.mechanics.beams.contact_points import Axes
+from knitstudy.mechanics.beams.hertz import Expansion
+from knitstudy.mechanics.beams.line_friction import (
+    ClosePairs,
+    PairFriction,
+    closest_points,
+    friction_tangent,
+    remember,
+)
+from knitstudy.mechanics.beams.repulsion import PointPairs, Repulsion
+from knitstudy.mechanics.beams.state import BeamState, LineHistory
 
 NEAR = 1.1  # distance up to which pairs are near each other, and remembered, over the diameter
 SPACINGS = 2.5  # length of contact from which on the law is exact in the mean, over the spacing of points
@@ -50,83 +53,6 @@ CHORD = 0.25
 ROUGH = 100.0
 BATCH = 8000  # pairs at once: their second derivatives take 120 MB
 MARGIN = 0.1  # further distance within which pairs are searched, over the reach: they serve until points have moved
-
-
-@dataclass(frozen=True)
-class Repulsion:
-    """The potential of two short pieces, from the force of two yarns that cross."""
-
-    law: Power | CrossedCylinders  # of that force, over the gap
-    diameter: float  # distance at which it begins, D [m]
-    onset: float  # e [m]
-    patch: Patch = LAYERS
-
-    def shear(self, tangents: np.ndarray, bends: np.ndarray, normal: np.ndarray) -> np.ndarray:
-        """Return the stiffness (k, 3, 3) against elastic slip over that against approach; see `Patch.shear`."""
-        share = self.law.share if self.patch.poisson_ratio is None else 1.0
-        return share * self.patch.shear(tangents, bends, normal)
-
-    def _depth(self, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the approach (k,) at distances (k,) [m], with its soft begin, and its two derivatives."""
-        e = self.onset
-        delta = np.maximum(self.diameter - distance, 1e-9 * e)
-        x, soft = delta / e, delta < e
-        return (
-            np.where(soft, e * (2 - x) * x**2, delta),
-            -np.where(soft, (4 - 3 * x) * x, 1.0),
-            np.where(soft, (4 - 6 * x) / e, 0.0),
-        )
-
-    def _spread(self, shape: np.ndarray | Expansion) -> np.ndarray | Expansion:
-        """Return the factor f of half spaces by the shape of their contact, and 1 of layers.
-
-        A contact of f times the force F(delta) spreads as a circle does at f^2 delta: what a yarn yields beyond a half
-        space counts as much. So F, without the factor itself, is F(f^2 delta) / f^3.
-        """
-        return shape if self.patch.poisson_ratio is not None else shape * 0.0 + 1.0
-
-    def closing(self, y: np.ndarray, shape: np.ndarray) -> np.ndarray:
-        """Return F'' (k,) [N/m2] after an approach y (k,) [m] since first contact, its mean up to the onset."""
-        f, late = self._spread(shape), np.maximum(y, self.onset)
-        early = self.law.stiffness(-(f**2) * self.onset) / (f * self.onset)
-        return np.where(y > self.onset, -f * self.law.stiffening(-(f**2) * late), early)
-
-    def of(
-        self, distance: np.ndarray, shape: np.ndarray | float = 1.0
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return V (k,) [N/m] at distances (k,) [m] within reach, and its two derivatives."""
-        (r,) = Expansion.variables(distance[:, None])
-        V = self.potential(r, r * 0.0 + shape)
-        return V.value, V.slope[:, 0], V.bend[:, 0, 0]
-
-    def potential(self, r: Expansion, shape: Expansion) -> Expansion:
-        """Return V as a function of what the distance and the factor by the shape are functions of."""
-        f = self._spread(shape)
-        x = f * f * r.through(*self._depth(r.value))
-        law, gap = self.law, -x.value
-        F = x.through(law.force(gap), law.stiffness(gap), -law.stiffening(gap))
-        return (1 / (2 * np.pi)) * (F * f.power(-3.0) * r.power(-1.0))
-
-
-@dataclass(frozen=True, eq=False)
-class PointPairs(Chosen):
-    """Pairs of points in one configuration: of point i, and of the image of point j."""
-
-    i: np.ndarray  # int (k,)
-    j: np.ndarray  # int (k,)
-    image: np.ndarray  # int (k, 2), how many periods away
-    way: np.ndarray  # (k, 3), from i to the image of j [m]
-    key: np.ndarray  # int (k,), ascending
-
-    @property
-    def distance(self) -> np.ndarray:
-        """Distances (k,) [m]."""
-        return np.linalg.norm(self.way, axis=1)
-
-    @property
-    def both(self) -> np.ndarray:
-        """Points (k, 2)."""
-        return np.stack([self.i, self.j], axis=1)
 
 
 # z of a pair, and the scalar products that all depends on, with their second derivatives
@@ -295,7 +221,7 @@ class LineContact:
         z, *U = by_parts(energy, len(pairs.i), BATCH)
         U = Expansion(*U) if second else Expansion(*U, None)
         slope = np.einsum("kv,kvz->kz", U.slope, products_by(z)).reshape(-1, 5, 3)
-        rubs = PairFriction.of(self, state, pairs, history)
+        rubs = PairFriction.of(self.repulsion, self.friction, state, pairs, history)
         on_j = slope[:, W].copy()
         on_j[rubs.pair] -= rubs.traction
         return Loads(pairs, z, U, slope, rubs, on_j)
@@ -381,7 +307,9 @@ class LineContact:
 
     def commit(self, state: BeamState, vectors: np.ndarray, history: LineHistory) -> LineHistory:
         """Return the history that a converged increment leaves."""
-        rubs = PairFriction.of(self, state, self.pairs(state.position, vectors), history)
+        rubs = PairFriction.of(
+            self.repulsion, self.friction, state, self.pairs(state.position, vectors), history
+        )
         return self.remembered(state, vectors, history, rubs)
 
     def remembered(
@@ -389,5 +317,9 @@ class LineContact:
     ) -> LineHistory:
         """Return the history that a converged increment with such friction leaves."""
         pairs = self.pairs(state.position, vectors, near=True)
-        bends = self.bends(pairs, self.axes.at(state.position, vectors))
-        return LineHistory.after(self, state, pairs, bends, rubs, history)
+        z, bends = self.bends(pairs, self.axes.at(state.position, vectors))
+        _, *weights = self.shaped(pairs, bends)
+        density, shape = (each.value for each in weights)
+        angles = np.stack([each.value for each in bends[:3]], axis=1)
+        close = ClosePairs(pairs, z, angles, density, shape)
+        return remember(self.repulsion, self.friction, state, close, rubs, history.dissipated)

@@ -24,17 +24,13 @@ well: they rub in the very increment in which they meet.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knitstudy.mechanics.batches import Chosen
+from knitstudy.mechanics.beams.repulsion import PointPairs, Repulsion
+from knitstudy.mechanics.beams.state import BeamState, LineHistory
 from knitstudy.mechanics.rotation import hat
-
-if TYPE_CHECKING:
-    from knitstudy.mechanics.beam_model import BeamState
-    from knitstudy.mechanics.hertz import Expansion
-    from knitstudy.mechanics.line_contact import LineContact, PointPairs
 
 # Yarns along each other have no closest points: smallest second derivative of r^2 / 2 along them
 LEAST_BEND = 0.02
@@ -48,78 +44,14 @@ def stored_energy(traction: np.ndarray, spring: np.ndarray, shear: np.ndarray) -
 
 
 @dataclass(frozen=True, eq=False)
-class LineHistory:
-    """What pairs that were near each other in the last converged increment remember."""
+class ClosePairs:
+    """Pairs of points that are near each other, and the shape of their contact (`LineContact.bends` and `shaped`)."""
 
-    key: np.ndarray  # int (m,), ascending; which pairs
-    arm: np.ndarray  # (m, 2, 3), from the centres to the points that met, in the sections' axes [m]
-    normal: np.ndarray  # (m, 2, 3), at the closest points of both yarns, in the axes of both sections
-    share: np.ndarray  # (m,), part of the pairs' force along it
+    pairs: PointPairs
+    z: np.ndarray  # (m, 5, 3)
+    angles: np.ndarray  # (m, 3), k_a R, k_b R and the cosine of the angle
     density: np.ndarray  # (m,), c times the lengths of both pieces [m2]
-    shape: np.ndarray  # (m,), what the shape of the contact makes of F(delta)
-    distance: np.ndarray  # (m,), r [m]
-    force: np.ndarray  # (m,), their part of the force [N]
-    shear: np.ndarray  # (m, 2, 3, 3), S in the axes of both sections
-    spring: np.ndarray  # (m,), k [N/m]
-    traction: np.ndarray  # (m, 2, 3), friction on j in the axes of both sections [N]
-    stored: np.ndarray  # (m,), energy of elastic slip [J]
-    dissipated: float = 0.0  # work of friction so far [J]
-
-    @classmethod
-    def none(cls) -> LineHistory:
-        """Return that of yarns that have not touched."""
-        one, both = np.zeros(0), np.zeros((0, 2, 3))
-        key, square = np.zeros(0, dtype=np.int64), np.zeros((0, 2, 3, 3))
-        return cls(key, both, both, one, one, one, one, one, square, one, both, one)
-
-    @classmethod
-    def after(
-        cls,
-        contact: LineContact,
-        state: BeamState,
-        pairs: PointPairs,
-        bends: tuple[np.ndarray, list[Expansion]],
-        rubs: PairFriction,
-        history: LineHistory,
-    ) -> LineHistory:
-        """Return the history of near pairs, with their `LineContact.bends`, after an increment with such friction."""
-        (z, variables), law, r = bends, contact.repulsion, pairs.distance
-        _, *weights = contact.shaped(pairs, variables)
-        density, shape = (each.value for each in weights)
-        normal, closest, tangent = closest_points(z, 0.5 * law.diameter)
-        # Where yarns overlap by more than their bends the parabolas may pass each other: only the plane counts.
-        share = np.abs(np.einsum("ki,ki->k", normal, pairs.way)) / r
-        angles = np.stack([each.value for each in variables[:3]], axis=1)
-        shear = law.shear(tangent, angles, normal)
-        force = _push(contact, share * density, shape, r)[0]
-        spring = density * law.closing(r - closest, shape) / (2 * np.pi * r)
-        traction, past = np.zeros((len(r), 3)), np.zeros(len(r))
-        old = np.searchsorted(pairs.key, rubs.key)
-        traction[old], past[old] = rubs.traction, rubs.stored
-        traction -= normal * np.einsum("ki,ki->k", normal, traction)[:, None]
-        stiff = shear + normal[:, :, None] * normal[:, None, :]
-        most = _ratio(contact.friction * force, np.linalg.norm(traction, axis=1))
-        most = np.minimum(most, np.sqrt(_ratio(past, stored_energy(traction, spring, stiff))))
-        traction = traction * np.minimum(most, 1.0)[:, None]
-        stored = stored_energy(traction, spring, stiff)
-        turned = state.rotation[pairs.both]
-        half = 0.5 * np.stack([pairs.way, -pairs.way], axis=1)
-        lost = rubs.dissipated.sum() + rubs.left_behind + rubs.stored.sum() - stored.sum()
-        return cls(
-            key=pairs.key,
-            arm=np.einsum("kaji,kaj->kai", turned, half),
-            normal=np.einsum("kaji,kj->kai", turned, normal),
-            share=share,
-            density=density,
-            shape=shape,
-            distance=r,
-            force=force,
-            shear=turned.swapaxes(2, 3) @ shear[:, None] @ turned,
-            spring=spring,
-            traction=np.einsum("kaji,kj->kai", turned, traction),
-            stored=stored,
-            dissipated=history.dissipated + float(lost),
-        )
+    shape: np.ndarray  # (m,), factor of F by the shape
 
 
 def closest_points(z: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -153,15 +85,6 @@ def _ratio(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.divide(one, other, out=np.ones_like(one), where=other > 0)
 
 
-def _push(
-    contact: LineContact, share: np.ndarray, shape: np.ndarray, r: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return parts (k,) of the force of pairs [N], and their derivatives by the distance [N/m]."""
-    within = r < contact.repulsion.diameter
-    _, V1, V2 = contact.repulsion.of(r, shape)
-    return np.where(within, -share * V1, 0.0), np.where(within, -share * V2, 0.0)
-
-
 @dataclass(frozen=True, eq=False)
 class PairFriction(Chosen):
     """Friction of pairs that were near each other before, in one configuration."""
@@ -186,7 +109,7 @@ class PairFriction(Chosen):
 
     @classmethod
     def of(
-        cls, contact: LineContact, state: BeamState, pairs: PointPairs, history: LineHistory
+        cls, law: Repulsion, friction: float, state: BeamState, pairs: PointPairs, history: LineHistory
     ) -> PairFriction:
         """Return the friction of pairs that repel each other."""
         known = np.searchsorted(history.key, pairs.key)
@@ -201,23 +124,23 @@ class PairFriction(Chosen):
         stiff = plane + normal[:, :, None] * normal[:, None, :]
         slip = arm[:, 0] - arm[:, 1] - pairs.way[pair]
         share = history.share[known] * history.density[known]
-        force, change = _push(contact, share, history.shape[known], r)
+        force, change = law.push(share, history.shape[known], r)
         # A pair that closes within the increment rubs for the rest of it.
-        past, begun = contact.repulsion.diameter - history.distance[known], history.spring[known]
+        past, begun = law.diameter - history.distance[known], history.spring[known]
         closes = past < 0
-        span = np.where(closes, contact.repulsion.diameter - r - past, 1.0)
+        span = np.where(closes, law.diameter - r - past, 1.0)
         spring = begun * np.where(closes, 1 + past / span, 1.0)
         rate = begun * np.where(closes, past / span**2, 0.0)
         before = pulls.mean(axis=1)
         trial = before + spring[:, None] * np.einsum("kij,kj->ki", plane, slip)
-        size, most = np.linalg.norm(trial, axis=1), contact.friction * force
+        size, most = np.linalg.norm(trial, axis=1), friction * force
         slides = size > most
         ratio = np.divide(most, size, out=np.ones_like(size), where=slides)
         traction = ratio[:, None] * trial
         stored, after = history.stored[known], stored_energy(traction, begun, stiff)
         # Half of t_0 + t along t; where t_0 pointed the other way, of both of Coulomb's limits
         along = _ratio(np.einsum("ki,ki->k", before, trial), size)
-        along = np.where(along > 0, along, contact.friction * history.force[known])
+        along = np.where(along > 0, along, friction * history.force[known])
         way = (1 - ratio) * _ratio(2 * stored_energy(trial, spring, stiff), size)
         slid = 0.5 * (along + most) * way
         elastic = stored_energy(traction, spring, stiff) - stored_energy(before, spring, stiff)
@@ -225,6 +148,51 @@ class PairFriction(Chosen):
             pair, pairs.key[pair], arm, pulls, shear, slip, spring, rate, force, change, trial, slides, traction, way,
             after, elastic + stored - after + slid, float(history.stored.sum() - stored.sum()),
         )  # fmt: skip
+
+
+def remember(
+    law: Repulsion,
+    friction: float,  # mu
+    state: BeamState,
+    close: ClosePairs,
+    rubs: PairFriction,
+    dissipated: float,  # work of friction before [J]
+) -> LineHistory:
+    """Return the history of close pairs after an increment with such friction."""
+    pairs, z, density, shape, r = close.pairs, close.z, close.density, close.shape, close.pairs.distance
+    normal, closest, tangent = closest_points(z, 0.5 * law.diameter)
+    # Where yarns overlap by more than their bends the parabolas may pass each other: only the plane counts.
+    share = np.abs(np.einsum("ki,ki->k", normal, pairs.way)) / r
+    shear = law.shear(tangent, close.angles, normal)
+    force = law.push(share * density, shape, r)[0]
+    spring = density * law.closing(r - closest, shape) / (2 * np.pi * r)
+    traction, past = np.zeros((len(r), 3)), np.zeros(len(r))
+    old = np.searchsorted(pairs.key, rubs.key)
+    traction[old], past[old] = rubs.traction, rubs.stored
+    traction -= normal * np.einsum("ki,ki->k", normal, traction)[:, None]
+    stiff = shear + normal[:, :, None] * normal[:, None, :]
+    most = _ratio(friction * force, np.linalg.norm(traction, axis=1))
+    most = np.minimum(most, np.sqrt(_ratio(past, stored_energy(traction, spring, stiff))))
+    traction = traction * np.minimum(most, 1.0)[:, None]
+    stored = stored_energy(traction, spring, stiff)
+    turned = state.rotation[pairs.both]
+    half = 0.5 * np.stack([pairs.way, -pairs.way], axis=1)
+    lost = rubs.dissipated.sum() + rubs.left_behind + rubs.stored.sum() - stored.sum()
+    return LineHistory(
+        key=pairs.key,
+        arm=np.einsum("kaji,kaj->kai", turned, half),
+        normal=np.einsum("kaji,kj->kai", turned, normal),
+        share=share,
+        density=density,
+        shape=shape,
+        distance=r,
+        force=force,
+        shear=turned.swapaxes(2, 3) @ shear[:, None] @ turned,
+        spring=spring,
+        traction=np.einsum("kaji,kj->kai", turned, traction),
+        stored=stored,
+        dissipated=dissipated + float(lost),
+    )
 
 
 def friction_tangent(

@@ -2,29 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from knitstudy.mechanics import beam
 from knitstudy.mechanics.assembly import Assembly
-from knitstudy.mechanics.beam import LinearSprings
-from knitstudy.mechanics.beam_contact import BeamContact, BeamContactHistory
+from knitstudy.mechanics.beams import beam
+from knitstudy.mechanics.beams.beam import LinearSprings
+from knitstudy.mechanics.beams.beam_contact import BeamContact
+from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.model import Memoryless, Response
 from knitstudy.mechanics.rotation import exp, hat
 
 # Force over what rounding of places makes in elements, up to which a network counts as unloaded
 UNLOADED = 5e6
-
-
-@dataclass(frozen=True)
-class BeamState:
-    """Configuration of N nodes."""
-
-    position: np.ndarray  # (N, 3), positions [m]
-    rotation: np.ndarray  # (N, 3, 3), rotations from the reference, where they are the identity
-    contact: BeamContactHistory | None = None
-    released: float = 1.0  # share of the elements' natural curvature that acts
 
 
 class BeamModel(Memoryless):

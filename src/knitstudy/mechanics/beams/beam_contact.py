@@ -6,36 +6,21 @@ by the tie. Forces are reported by crossings, those of pairs of points at the ne
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.contact_points import ContactPoints
-from knitstudy.mechanics.line_contact import LineContact, PointPairs
-from knitstudy.mechanics.line_friction import LineHistory
+from knitstudy.mechanics.beams.contact_points import ContactPoints
+from knitstudy.mechanics.beams.line_contact import LineContact
+from knitstudy.mechanics.beams.repulsion import PointPairs
+from knitstudy.mechanics.beams.state import BeamContactHistory, BeamState, LineHistory
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.rotation import hat
 
-if TYPE_CHECKING:
-    from knitstudy.mechanics.beam_model import BeamState
-
 NO_LATTICE, NO_MOVES = np.zeros((2, 3)), np.zeros((2, 3, 3))
-
-
-@dataclass(frozen=True, eq=False)
-class BeamContactHistory:
-    """What contact remembers of the last converged increment, of pairs of points and of K crossings."""
-
-    points: LineHistory
-    on_stations: np.ndarray  # (S, 3), internal forces of contact [N]
-    force: np.ndarray  # (K, 3), of contact on the first yarn [N]
-    # (K + 1,), of the yarns at their closest points, at last of those without a crossing; nan where none are near [m]
-    gap: np.ndarray
-    slip: np.ndarray  # (K,), mean length slid since first contact [m]
 
 
 class BeamContact:

@@ -1,0 +1,1 @@
+"""Yarns as beams: elements, sections of bent rods, and contact of beams along their length."""

@@ -1,0 +1,55 @@
+"""State of a network of beams, and what its contact remembers of the last converged increment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class LineHistory:
+    """What pairs that were near each other in the last converged increment remember."""
+
+    key: np.ndarray  # int (m,), ascending; which pairs
+    arm: np.ndarray  # (m, 2, 3), from the centres to the points that met, in the sections' axes [m]
+    normal: np.ndarray  # (m, 2, 3), at the closest points of both yarns, in the axes of both sections
+    share: np.ndarray  # (m,), part of the pairs' force along it
+    density: np.ndarray  # (m,), c times the lengths of both pieces [m2]
+    shape: np.ndarray  # (m,), what the shape of the contact makes of F(delta)
+    distance: np.ndarray  # (m,), r [m]
+    force: np.ndarray  # (m,), their part of the force [N]
+    shear: np.ndarray  # (m, 2, 3, 3), S in the axes of both sections
+    spring: np.ndarray  # (m,), k [N/m]
+    traction: np.ndarray  # (m, 2, 3), friction on j in the axes of both sections [N]
+    stored: np.ndarray  # (m,), energy of elastic slip [J]
+    dissipated: float = 0.0  # work of friction so far [J]
+
+    @classmethod
+    def none(cls) -> LineHistory:
+        """Return that of yarns that have not touched."""
+        one, both = np.zeros(0), np.zeros((0, 2, 3))
+        key, square = np.zeros(0, dtype=np.int64), np.zeros((0, 2, 3, 3))
+        return cls(key, both, both, one, one, one, one, one, square, one, both, one)
+
+
+@dataclass(frozen=True, eq=False)
+class BeamContactHistory:
+    """What contact remembers of the last converged increment, of pairs of points and of K crossings."""
+
+    points: LineHistory
+    on_stations: np.ndarray  # (S, 3), internal forces of contact [N]
+    force: np.ndarray  # (K, 3), of contact on the first yarn [N]
+    # (K + 1,), of the yarns at their closest points, at last of those without a crossing; nan where none are near [m]
+    gap: np.ndarray
+    slip: np.ndarray  # (K,), mean length slid since first contact [m]
+
+
+@dataclass(frozen=True)
+class BeamState:
+    """Configuration of N nodes, or of points that nodes carry."""
+
+    position: np.ndarray  # (N, 3), positions [m]
+    rotation: np.ndarray  # (N, 3, 3), rotations from the reference, where they are the identity
+    contact: BeamContactHistory | None = None
+    released: float = 1.0  # share of the elements' natural curvature that acts
