@@ -34,7 +34,9 @@ def on_the_way(law, kind):
 def rubbing(model, state):
     """Friction of the pairs of points that touch."""
     line, points = model.contact.line, model.contact.at_points(state)
-    return PairFriction.of(line, points, line.pairs(points.position, NO_LATTICE), state.contact.points)
+    return PairFriction.of(
+        line.repulsion, line.friction, points, line.pairs(points.position, NO_LATTICE), state.contact.points
+    )
 
 
 def alone(model):

@@ -113,7 +113,7 @@ def test_tangent_is_the_derivative(friction, patch):
     contact = model.contact
     points = model.at_points(state)
     pairs = contact.pairs(points.position, model.vectors(state))
-    rubs = PairFriction.of(contact, points, pairs, state.contact)
+    rubs = PairFriction.of(contact.repulsion, contact.friction, points, pairs, state.contact)
     assert len(pairs.i) > 50
     assert friction == 0 or 0 < rubs.slides.mean() < 1
     assert friction == 0 or 0 < (rubs.rate != 0).mean() < 1  # some close
