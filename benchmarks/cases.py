@@ -16,6 +16,7 @@ from knitstudy.exchange.deck import specimen_deck
 from knitstudy.exchange.inp import write_inp
 from knitstudy.files import read_dataset, write_dataset
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.loading.history import DIRECTIONS
 from knitstudy.loading.restart import Run
 from knitstudy.mechanics.batches import serial_blas
@@ -46,7 +47,7 @@ def _read(folder: str, name: str) -> xr.Dataset | None:
 
 def _load(scene: Scene, folder: str) -> tuple[Fabric, SweptMesh]:
     """Read fabric and mesh."""
-    return Fabric.from_dataset(_read(folder, "geometry")), SweptMesh.from_dataset(_read(folder, "mesh"))
+    return fabric_of(_read(folder, "geometry")), SweptMesh.from_dataset(_read(folder, "mesh"))
 
 
 def run_solid(scene: dict, folder: str) -> dict:

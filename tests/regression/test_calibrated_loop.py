@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from calibrate import Candidate, read_problem, residuals, solve
 
-from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.mesh.quality import scaled_jacobian
@@ -71,7 +71,7 @@ def test_angles_hardly_depend_on_the_weights(scene, after, weight):
 
 def test_elements_of_the_mesh_are_well_shaped():
     scene = load_scene("dns-tie-course")
-    fine = mesh_fabric(Fabric.from_dataset(lay_out(scene)), scene.mesh.size, scene.mesh.growth)
+    fine = mesh_fabric(fabric_of(lay_out(scene)), scene.mesh.size, scene.mesh.growth)
     # What the section's corners allow (0.86); bending the yarn to 2.3 mm costs next to nothing.
     assert scaled_jacobian(fine.nodes, fine.hexahedra).min() > 0.84
     assert (fine.section.size, fine.section.ring.size) == (41, 16)
@@ -85,7 +85,7 @@ def test_degrees_of_freedom_in_the_plane():
     The 72 of Table 5 also have the 12 middles of legs and 6 of sinkers at which cells meet: no node is needed there.
     """
     scene = load_scene("rom2d-tie-course")
-    knit = Fabric.from_dataset(lay_out(scene))
+    knit = fabric_of(lay_out(scene))
     network = build(scene, knit, contacts=contacts_of_crossings(knit)).observer.network
     assert 6 * network.beam_nodes == 324
     assert 6 * (network.beam_nodes + 12 + 6) == 432

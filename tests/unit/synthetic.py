@@ -5,6 +5,7 @@ import xarray as xr
 
 from knitstudy.contacts.segments import KINDS, segments
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_dataset
 from knitstudy.loading.columns import STRESSES
 from knitstudy.models.joints import spring_axes
 
@@ -65,7 +66,7 @@ def geometry(knit: Fabric, flattened=0.5):
         "interlock_angle": [60.0, 66.5],
         "leg_angle": [75.0, 80.0],
     }
-    return knit.to_dataset().assign(
+    return fabric_dataset(knit).assign(
         control_points_before=(("point", "xyz"), before),
         cost=(("state", "term"), np.arange(12.0).reshape(2, 6)),
         crossing_distance=(("state", "cell_zone"), [[wanted - 4e-4] * 4, [wanted + 1e-8] * 4]),

@@ -11,7 +11,8 @@ import pytest
 from knitstudy.errors import ConfigurationError
 from knitstudy.exchange.deck import Interaction, specimen_deck
 from knitstudy.exchange.inp import write_inp
-from knitstudy.geometry.fabric import Fabric, plain_knit
+from knitstudy.geometry.fabric import plain_knit
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.geometry.lay_out import initial_loop, lay_out
 from knitstudy.mesh.mesher import mesh_scene
 from knitstudy.models.hexahedra import divide
@@ -35,11 +36,7 @@ def made(plain_scene):
     def make(specimen, changes=None):
         scene = plain_scene.vary({"knit": knit, "pair": pair}[specimen] | (changes or {}))
         if specimen not in meshes:
-            body = (
-                plain_knit(initial_loop(scene), 1, 1)
-                if specimen == "knit"
-                else Fabric.from_dataset(lay_out(scene))
-            )
+            body = plain_knit(initial_loop(scene), 1, 1) if specimen == "knit" else fabric_of(lay_out(scene))
             meshes[specimen] = body, mesh_scene(scene, body)
         body, mesh = meshes[specimen]
         return SimpleNamespace(

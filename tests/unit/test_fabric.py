@@ -7,7 +7,8 @@ import pytest
 
 from knitstudy.errors import DataFileError, GeometryError
 from knitstudy.geometry.crossings import crossings_of_loop, windows_of_loop
-from knitstudy.geometry.fabric import Fabric, Grip, cut_cells, endless_cell, of_curves, plain_knit, yarn_pair
+from knitstudy.geometry.fabric import Grip, cut_cells, endless_cell, of_curves, plain_knit, yarn_pair
+from knitstudy.geometry.fabric_file import fabric_dataset, fabric_of
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.geometry.spline import CatmullRom, Centreline
 from knitstudy.loading.solve import solve_load_path
@@ -117,7 +118,7 @@ def test_a_fabric_comes_back_from_its_dataset(loop):
         endless_cell(loop, 1, 1),
         yarn_pair(RADIUS, 60.0, 9e-3, 0.02),
     ):
-        again = Fabric.from_dataset(fabric.to_dataset())
+        again = fabric_of(fabric_dataset(fabric))
         np.testing.assert_array_equal(again.crossings.point, fabric.crossings.point)
         assert again.specimen == fabric.specimen
 
@@ -140,12 +141,10 @@ def test_what_is_not_allowed_is_refused(loop, make, message):
         make(loop)
 
 
-def test_files_that_describe_no_fabric_are_refused(loop):
-    dataset = plain_knit(loop, 1, 1).to_dataset()
-    with pytest.raises(DataFileError, match=r"\['loops'\] are missing"):
-        Fabric.from_dataset(dataset.drop_vars("loops"))
-    with pytest.raises(DataFileError, match=r"specimen is 'sock'; allowed are knit, cut_knit, cell, pair"):
-        Fabric.from_dataset(dataset.assign_attrs(specimen="sock"))
+def test_a_file_that_holds_no_fabric_is_refused(loop):
+    dataset = fabric_dataset(plain_knit(loop, 1, 1))
+    with pytest.raises(DataFileError, match=r"\['curve_points'\] are missing"):
+        fabric_of(dataset.drop_vars("curve_points"))
 
 
 @pytest.fixture(scope="module")

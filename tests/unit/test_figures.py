@@ -25,6 +25,7 @@ from knitstudy.figures.renderer import Picture, RenderingError, Surface, View
 from knitstudy.figures.style import describe, save
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import endless_cell, plain_knit
+from knitstudy.geometry.fabric_file import fabric_dataset
 from knitstudy.geometry.fit import Wanted
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.measures.centre_cell import closest_neighbour
@@ -141,7 +142,7 @@ def results(knit, plain_scene, touching, pairs, paper, cases):
         f"fabric-cotton-stockinette-{way}-{other}": synthetic.fabric_cell(other, way) for way, other in ways
     }
     own["fig_fabrics"] = {"cells": cells}
-    own["fig_stitches"] = {"knits": {"stitches-garter-course": endless_cell(garter, 1, 2).to_dataset()}}
+    own["fig_stitches"] = {"knits": {"stitches-garter-course": fabric_dataset(endless_cell(garter, 1, 2))}}
     own |= {"fig16_wale": own["fig16_out_of_plane"], "fig15_variants": own["fig15_force_strain"]}
     in_contact = ("fig07_contact", "fig08_out_of_plane", "fig10_kinematics")
 

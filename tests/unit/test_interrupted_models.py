@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.restart import Run
 from knitstudy.models.simulate import solve
@@ -28,7 +28,7 @@ def run(plain_scene, touching_cell, knit, contacts, knit_of):
             scene, fabric, data = models[model]
         else:
             scene, data = load_scene(model).vary({"solver.increments": 6}), {}
-            fabric = Fabric.from_dataset(lay_out(scene))
+            fabric = fabric_of(lay_out(scene))
         return solve(scene, fabric, run=Run(**files), **data)
 
     return load

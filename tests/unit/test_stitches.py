@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.geometry.fabric import Fabric, cut_cells, endless_cell
+from knitstudy.geometry.fabric import cut_cells, endless_cell
+from knitstudy.geometry.fabric_file import fabric_dataset, fabric_of
 from knitstudy.geometry.fit import LARGEST_CURVATURE, Wanted, fitted_loop
 from knitstudy.geometry.lay_out import all_of_repeat
 from knitstudy.geometry.stitches import sides, standard
@@ -113,7 +114,7 @@ def test_cells_and_pieces_have_the_yarn_of_their_repeats(stitches):
     np.testing.assert_allclose(cell.periods, [[2 * WALE, 0, 0], [0, 2 * COURSE, 0]])
     assert cell.cells == (2, 2)
     assert len(cell.crossings) == 16
-    again = Fabric.from_dataset(cell.to_dataset())
+    again = fabric_of(fabric_dataset(cell))
     assert again.loop.stitches == stitches
     np.testing.assert_array_equal(again.crossings.arc_length, cell.crossings.arc_length)
     pieces = cut_cells(loop, 2, 2)

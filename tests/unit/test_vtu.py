@@ -10,7 +10,7 @@ from synthetic import history_of
 
 from knitstudy.exchange.series import write_series
 from knitstudy.exchange.vtu import write_spline_yarns
-from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.mechanics.materials import material_of
 from knitstudy.models.spline_yarns import space_on, undeformed, yarn_spans
@@ -30,7 +30,7 @@ def pair(plain_scene):
         "outputs": ["fields", "vtu"],
     }
     scene = plain_scene.vary(keys | {"interaction": "isotropic", "load.path": [[0, 0, -1e-5]]})
-    return scene, Fabric.from_dataset(lay_out(scene))
+    return scene, fabric_of(lay_out(scene))
 
 
 @pytest.fixture(scope="module")

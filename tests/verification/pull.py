@@ -1,6 +1,6 @@
 """Pull a knit of hexahedra."""
 
-from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.restart import IN_MEMORY
 from knitstudy.mesh.mesher import mesh_scene
@@ -9,7 +9,7 @@ from knitstudy.models.simulate import solve
 
 def knit_and_mesh(scene):
     """Knit and mesh of a scene."""
-    knit = Fabric.from_dataset(lay_out(scene))
+    knit = fabric_of(lay_out(scene))
     return knit, mesh_scene(scene, knit)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.history import load_path
 from knitstudy.mechanics.increment import Settings
@@ -25,7 +25,7 @@ def scenes(full):
 
 @pytest.fixture(scope="module")
 def loop_knit(scenes):
-    return Fabric.from_dataset(lay_out(scenes["course"]))
+    return fabric_of(lay_out(scenes["course"]))
 
 
 YIELDING = {"beam.section": "hertz", "beam.tie": "patch"}

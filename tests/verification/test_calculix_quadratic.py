@@ -10,7 +10,7 @@ from test_solids import EXACT
 
 from knitstudy.exchange.deck import Deck, Step, specimen_deck
 from knitstudy.exchange.inp import write_inp
-from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
@@ -82,7 +82,7 @@ def cell():
             "solver.increments": 2,
         }
     )
-    knit = Fabric.from_dataset(lay_out(scene))
+    knit = fabric_of(lay_out(scene))
     return scene, knit, mesh_fabric(knit, scene.mesh.size, scene.mesh.growth)
 
 

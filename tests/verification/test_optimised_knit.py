@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.joints import contacts_of_crossings
@@ -18,7 +18,7 @@ def scene():
 
 @pytest.fixture(scope="module")
 def knit(scene):
-    return Fabric.from_dataset(lay_out(scene))
+    return fabric_of(lay_out(scene))
 
 
 def test_yarns_just_do_not_touch(knit, verify):

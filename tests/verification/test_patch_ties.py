@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pull import knit_and_mesh
 
-from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.mesh.mesher import sampled_sections
 from knitstudy.models.simulate import solve
@@ -23,7 +23,7 @@ def force_of_solid_yarns(scene, **degrees):
     chosen = scene.vary(
         {"fidelity": "spline_yarns"} | {f"mesh.{key}": value for key, value in degrees.items()}
     )
-    knit = Fabric.from_dataset(lay_out(chosen))
+    knit = fabric_of(lay_out(chosen))
     return float(solve(chosen, knit, mesh=sampled_sections(knit))["force"][-1])
 
 

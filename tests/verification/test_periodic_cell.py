@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.solve import solve_load_path
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
@@ -26,7 +26,7 @@ def scene():
 
 @pytest.fixture(scope="module")
 def knit(scene):
-    return Fabric.from_dataset(lay_out(scene))
+    return fabric_of(lay_out(scene))
 
 
 @pytest.fixture(scope="module")

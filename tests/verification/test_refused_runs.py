@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConvergenceError, MeshError
-from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.restart import Run
 from knitstudy.mesh.mesher import mesh_fabric
@@ -19,7 +19,7 @@ def pair(changes):
     scene = load_scene("pair-slid-90")
     coarse = {"pair.length": 3.7e-3, "mesh.size": 2 / 3, "solver.linear": "lu", "gates.elements_across": 2.5}
     scene = scene.vary(coarse | changes)
-    specimen = Fabric.from_dataset(lay_out(scene))
+    specimen = fabric_of(lay_out(scene))
     return scene, mesh_fabric(specimen, scene.mesh.size, scene.mesh.growth), specimen
 
 
@@ -84,7 +84,7 @@ def test_local_indentation_is_not_taken_beyond_its_law():
             "solver.increments": 4,
         }
     )
-    specimen = Fabric.from_dataset(lay_out(scene))
+    specimen = fabric_of(lay_out(scene))
     mesh = mesh_fabric(specimen, 1.0, 1.0)
     message = r"penetrate each other by .* the law of indentation is not known beyond.* smaller mesh.crossing_degree"
     with pytest.raises(ConvergenceError, match=message) as refused:

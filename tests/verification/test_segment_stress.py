@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.history import DIRECTIONS
 from knitstudy.measures.centre_cell import cut_force
@@ -36,7 +36,7 @@ def test_uniform_stretch_of_a_knit(kind):
     )
     geometry = lay_out(scene)
     mesh = mesh_stage(scene, geometry)
-    specimen = Fabric.from_dataset(geometry)
+    specimen = fabric_of(geometry)
     parts = DISCRETISE[scene.fidelity](scene, specimen, SweptMesh.from_dataset(mesh))
     nodes = parts.nodes
     moved = nodes @ (STRETCH - np.eye(3)).T
@@ -59,7 +59,7 @@ def test_uniform_stretch_of_a_knit(kind):
     whole = found["piece_volume"].sel(extent="whole").sum()
     assert float(whole) == pytest.approx(float(found["cell_volume"].sum()), rel=1e-12)
     # Sections of polynomials are drawn as polygons of the circle's area.
-    volume = np.pi * yarn.radius**2 * sum(each.length for each in Fabric.from_dataset(geometry).centrelines)
+    volume = np.pi * yarn.radius**2 * sum(each.length for each in fabric_of(geometry).centrelines)
     assert float(whole) == pytest.approx(np.linalg.det(STRETCH) * volume, rel=5e-3)
 
 

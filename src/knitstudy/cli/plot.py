@@ -13,7 +13,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from knitstudy.figures.style import FAINT, INK, PAPER, SINGLE, YARNS, figure, styled
-from knitstudy.geometry.fabric import Fabric, plain_knit
+from knitstudy.geometry.fabric import plain_knit
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.measures.summary import kind_of, require_layout, touched
 from knitstudy.mechanics.materials import FULL
 from knitstudy.mechanics.solid import principal_axes
@@ -81,7 +82,7 @@ def _rest(dataset: xr.Dataset, axes: Axes) -> None:
 
 
 def _geometry(dataset: xr.Dataset, axes: Axes) -> None:
-    specimen = Fabric.from_dataset(dataset)
+    specimen = fabric_of(dataset)
     for number, yarn in enumerate(specimen.centrelines):
         place = MILLI * yarn.position(np.linspace(0, yarn.length, 400))
         axes.plot(*place[:, :2].T, color=YARNS[number % len(YARNS)])
@@ -93,7 +94,7 @@ def _geometry(dataset: xr.Dataset, axes: Axes) -> None:
 @styled
 def draw_loop(dataset: xr.Dataset) -> Figure:
     """Draw a knit's loops, two yarns or a repeat, from the front and from the side, yarns as thick as they are."""
-    fabric = Fabric.from_dataset(dataset)
+    fabric = fabric_of(dataset)
     loop, diameter = fabric.loop, 2 * MILLI * fabric.radius
     knit = plain_knit(loop, max(2, loop.columns), loop.rows)
     points = [MILLI * yarn.position(np.linspace(0, yarn.length, 600)) for yarn in knit.centrelines]

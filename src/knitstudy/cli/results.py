@@ -17,6 +17,7 @@ from knitstudy.cli import console
 from knitstudy.cli.console import changed_scene, config_option, plain, print_table, scene_argument, set_option
 from knitstudy.errors import DataFileError
 from knitstudy.files import read_dataset, read_table
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.loading.restart import Progress
 from knitstudy.study.choice import ERROR, MEMORY, OWN, SECONDS
 from knitstudy.study.configuration import asks, default_keys, plan_of, problem_of
@@ -265,7 +266,6 @@ def export(scene: str, dialect: str, changes: tuple, output: Path | None, config
         return
     from knitstudy.exchange.deck import require_deck, specimen_deck
     from knitstudy.exchange.inp import write_inp
-    from knitstudy.geometry.fabric import Fabric
     from knitstudy.mesh.sweep import SweptMesh
     from knitstudy.stages.plan import Plan
     from knitstudy.stages.table import STAGES
@@ -276,7 +276,7 @@ def export(scene: str, dialect: str, changes: tuple, output: Path | None, config
     geometry = STAGES["geometry"].function(chosen)
     mesh = SweptMesh.from_dataset(STAGES["mesh"].function(chosen, geometry=geometry))
     path = output or Path(f"{chosen.name}.{dialect}.inp")
-    deck = specimen_deck(chosen, Fabric.from_dataset(geometry), mesh)
+    deck = specimen_deck(chosen, fabric_of(geometry), mesh)
     write_inp(deck, path, dialect)
     click.echo(f"{path}: {len(deck.nodes)} nodes, {len(mesh.hexahedra)} hexahedra; m, N, Pa")
 

@@ -17,6 +17,7 @@ from knitstudy.cli.console import (
     set_option,
 )
 from knitstudy.errors import ConfigurationError
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.registry import unknown_choice
 from knitstudy.study.choice import Choice, digits, front, without_edges
 from knitstudy.study.configuration import (
@@ -112,7 +113,6 @@ def _check_folder(folder: Path) -> None:
 def _checked_loop(scene: Scene) -> str:
     """Lay out the loop of a scene, divide its knit, and return what both are like in words."""
     # The geometry is imported here: the other commands and --help do not need it.
-    from knitstudy.geometry.fabric import Fabric
     from knitstudy.geometry.lay_out import lay_out
     from knitstudy.models.simulate import require_resolution
 
@@ -120,7 +120,7 @@ def _checked_loop(scene: Scene) -> str:
     after = geometry.isel(state=-1)
     length, gap, other = (1e3 * float(after[name]) for name in ("loop_length", "gap", "other_gap"))
     said = f"{length:.4g} mm of yarn, gaps of {gap:.3g} mm at crossings and {other:.3g} mm elsewhere"
-    return f"loop: {said}; {require_resolution(scene, Fabric.from_dataset(geometry))}"
+    return f"loop: {said}; {require_resolution(scene, fabric_of(geometry))}"
 
 
 def _print_keys(scene: Scene, sources: bool) -> None:

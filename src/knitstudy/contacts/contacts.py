@@ -20,6 +20,7 @@ from knitstudy.contacts.facets import count_zones
 from knitstudy.contacts.kinematics import Axes, kinematics
 from knitstudy.errors import DataFileError
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.loading.columns import CONTACTS
 from knitstudy.mechanics.contact.indentation import Crossing
 from knitstudy.mechanics.contact.interaction import PASS_SHARE
@@ -32,7 +33,7 @@ SMALLEST = np.radians(5.0)
 
 def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
     """Return the contacts of a scene from its geometry and its history; see `extract`."""
-    return extract(Fabric.from_dataset(geometry), history)
+    return extract(fabric_of(geometry), history)
 
 
 def extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:

@@ -18,7 +18,7 @@ import xarray as xr
 from knitstudy.errors import ConfigurationError
 from knitstudy.exchange.deck import Deck, Step, Surface, specimen_deck
 from knitstudy.files import code_version, replacing, write_text
-from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.interactions import Equations
 from knitstudy.study.scene import Scene
@@ -291,7 +291,7 @@ def write_calculix(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: x
 
 
 def _deck(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset) -> Deck:
-    return specimen_deck(scene, Fabric.from_dataset(geometry), SweptMesh.from_dataset(mesh))
+    return specimen_deck(scene, fabric_of(geometry), SweptMesh.from_dataset(mesh))
 
 
 # One square element of a fabric, to be copied into a model

@@ -16,6 +16,7 @@ import xarray as xr
 from knitstudy.exchange.vtu import write_deformed, write_grid
 from knitstudy.files import write_text
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.study.scene import Scene
 
 SHIFTED = "displacement [m]"
@@ -35,7 +36,7 @@ def write_series(
     history holds the displacement of their nodes: with output ``fields``, at the last increment.
     Raises DataFileError if a file cannot be written.
     """
-    path, fabric = Path(path), Fabric.from_dataset(geometry)
+    path, fabric = Path(path), fabric_of(geometry)
     folder, last = path.with_suffix(""), history.sizes["increment"] - 1
     times, name = times_of(history)
     entries = []

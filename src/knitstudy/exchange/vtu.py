@@ -18,6 +18,7 @@ import xarray as xr
 from knitstudy.errors import MeshError
 from knitstudy.files import replacing
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.elements.quadratic import NODES
 from knitstudy.mechanics.materials import Material, material_of
@@ -81,14 +82,14 @@ def write_vtu(
 
 def write_mesh(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset) -> None:
     """Write the mesh of a scene."""
-    write_vtu(_elements(scene, SweptMesh.from_dataset(mesh), Fabric.from_dataset(geometry)), path)
+    write_vtu(_elements(scene, SweptMesh.from_dataset(mesh), fabric_of(geometry)), path)
 
 
 def write_deformed(
     scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dataset
 ) -> None:
     """Write the undeformed yarns of a scene with their displacement at full load; see also `write_spline_yarns`."""
-    specimen = Fabric.from_dataset(geometry)
+    specimen = fabric_of(geometry)
     if scene.fidelity == "spline_yarns":
         write_spline_yarns(scene, path, specimen, history)
         return

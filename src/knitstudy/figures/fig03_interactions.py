@@ -12,6 +12,7 @@ from knitstudy.figures.picture import bounds, draw_arrow, draw_rows, scale_bar, 
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture
 from knitstudy.figures.style import ACCENT, INK, PAPER, panel_letter, shared_legend, tint
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.measures.catalogue import solid
 
 TIED = {"marker": "s", "s": 20, "facecolor": ACCENT, "edgecolor": PAPER, "label": "tied"}
@@ -33,7 +34,7 @@ PULL = 2.2  # length of the arrows of the load [mm]
 )
 def draw(geometry: xr.Dataset, course: xr.Dataset, wale: xr.Dataset) -> Figure:
     """Draw the undeformed knit with a mark at every crossing and its grips, in course and in wale tension."""
-    knit = Fabric.from_dataset(geometry)
+    knit = fabric_of(geometry)
     surfaces = yarn_tubes(knit, [tint(colour) for colour in yarn_colours(knit)])
     left, right, bottom, top = bounds(surfaces)
     picture = Picture(surfaces, FRONT, (left, right + 0.7 * PULL, bottom, top + 0.7 * PULL))

@@ -10,7 +10,7 @@ from knitstudy.figures.catalogue import FIGURES, of_solid
 from knitstudy.figures.picture import HALO, bounds, draw_rows, scale_bar, yarn_colours, yarn_of_mesh
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture
 from knitstudy.figures.style import ACCENT, INK, MODELS, PAPER, SINGLE, shared_legend, tint
-from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models import network_2d
 
@@ -25,7 +25,7 @@ ZONE = {"s": 26, "facecolor": PAPER, "edgecolor": ACCENT, "linewidth": 1.4, "zor
 )
 def draw(geometry: xr.Dataset, mesh: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw the honeycomb over the undeformed mesh, with the contact zones that are its joints."""
-    knit, swept = Fabric.from_dataset(geometry), SweptMesh.from_dataset(mesh)
+    knit, swept = fabric_of(geometry), SweptMesh.from_dataset(mesh)
     surfaces = [yarn_of_mesh(swept, i, tint(colour)) for i, colour in enumerate(yarn_colours(knit))]
     picture = Picture(surfaces, FRONT, bounds(surfaces))
     drawing, (axes,) = draw_rows([[picture]], 1.5 * SINGLE, head=0, foot=9.0)

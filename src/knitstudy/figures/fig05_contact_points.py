@@ -15,6 +15,7 @@ from knitstudy.figures.picture import arrow, bounds, draw_rows, label, scale_bar
 from knitstudy.figures.renderer import MILLIMETRE, Picture, Surface, View
 from knitstudy.figures.style import ACCENT, INK, PAPER, SINGLE
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.models.joints import contact_normal_planes, contact_normals, joint_points
 
 VIEW = View.orbit(turn=-12, tilt=-36)  # from below: here planes and normals part most in the picture
@@ -44,7 +45,7 @@ PLACES = {
 )
 def draw(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw the left side of the middle interlock, with translucent yarns."""
-    knit = Fabric.from_dataset(geometry)
+    knit = fabric_of(geometry)
     side, radius = InterlockSide.in_the_middle(knit, contacts), knit.radius
     surfaces = [tube(side.P, 0.05 * radius, ACCENT)]
     for yarn, s, colour in zip(side.yarn, side.arc_length.T, side.colours, strict=True):

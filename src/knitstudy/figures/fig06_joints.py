@@ -12,6 +12,7 @@ from knitstudy.figures.picture import arrow, bounds, draw_rows, scale_bar, spher
 from knitstudy.figures.renderer import MILLIMETRE, Picture, Surface, View
 from knitstudy.figures.style import ACCENT, INK, panel_letter
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.measures.catalogue import network
 from knitstudy.models.joints import joint_points, spring_axes
 
@@ -30,7 +31,7 @@ PLACES = {"$C_1$": (-32, -10), "$C_3$": (34, 8), "$P_1$": (0, -30)}  # offsets o
 )
 def draw(geometry: xr.Dataset, contacts: xr.Dataset, rom3d: xr.Dataset) -> Figure:
     """Draw the beams of the model between their nodes with the arms that join them, and the joint at P1."""
-    knit = Fabric.from_dataset(geometry)
+    knit = fabric_of(geometry)
     side, radius = InterlockSide.in_the_middle(knit, contacts), knit.radius
     axes = spring_axes(side.normal, "local")[0]
     whole, joint = _whole(knit, contacts, rom3d), _joint(knit, side, rom3d, axes)

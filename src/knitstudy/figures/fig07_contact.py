@@ -37,6 +37,7 @@ from knitstudy.figures.style import (
     tint,
 )
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.measures.centre_cell import Snapshot, area_of_cell, centre_cell, snapshots, zones_of_cell
 
 CURVES = 88.0  # height of (a) and (b) [mm]
@@ -53,7 +54,7 @@ ARROW = 17.0  # from a contact to the tail of the arrow to it [points]
 )
 def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw number and area of the contact zones and the force over strain, and the deformed cell at four strains."""
-    knit, cell, points = Fabric.from_dataset(geometry), centre_cell(contacts), snapshots(dns)
+    knit, cell, points = fabric_of(geometry), centre_cell(contacts), snapshots(dns)
     room = MILLIMETRE * knit.radius * np.array(MARGIN)
     window = window_around(knit.crossings.point[cell].reshape(-1, 3), room)
     passing = np.unique(contacts["yarn"].to_numpy()[cell])

@@ -19,6 +19,7 @@ from knitstudy.figures.picture import HALO, bounds, draw_arrow, draw_rows, scale
 from knitstudy.figures.renderer import MILLIMETRE, Picture, View
 from knitstudy.figures.style import ACCENT, FAINT, INCH, INK, MICROMETRE, PERCENT, panel_letter, tint
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.measures.centre_cell import centre_cell, closest_neighbour, rotation_angle
 
 CURVES = 112.0  # height of the curves [mm]
@@ -62,7 +63,7 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
             "contacts: section_rotation is missing; needed are contacts of a history with section_gradient: run the "
             "direct simulation anew"
         )
-    knit, states = Fabric.from_dataset(geometry), three_states(contacts)
+    knit, states = fabric_of(geometry), three_states(contacts)
     yarn = int(states["yarn"])
     free = deformed_yarns(knit, dns, [yarn], -1)
     views = [_crossing(knit, dns, states, k) for k in range(3)]

@@ -15,7 +15,7 @@ from matplotlib.ticker import EngFormatter
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.fig15_force_strain import draw_curves, draw_reference, force_curve, owners
 from knitstudy.figures.style import ACCENT, DIRECT, DOUBLE, MODELS, Look, figure, panel_letter, place
-from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.measures.cases import label_of
 from knitstudy.measures.catalogue import BEAM_MODELS, of_case, one, several, solid
 from knitstudy.measures.reference import reference_of
@@ -79,7 +79,7 @@ def draw(
 def _draw_size(axes: Axes, geometry: xr.Dataset, scene: Scene, paper: pd.DataFrame) -> None:
     """Draw degrees of freedom over the size, counted (lines) and the paper's (crosses)."""
     lines = []
-    for model in counted_models(Fabric.from_dataset(geometry), scene, paper):
+    for model in counted_models(fabric_of(geometry), scene, paper):
         look = MODELS[model.stem.split("-")[0]].colour
         if model.multiplied is NONE:
             lines.append((model.name.removesuffix(", ties"), model.unknowns, look, "-"))

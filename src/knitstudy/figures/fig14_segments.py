@@ -23,6 +23,7 @@ from knitstudy.figures.picture import (
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture
 from knitstudy.figures.style import INK, MODELS, PAPER, panel_letter, shared_legend
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import SEGMENT, central, centre_cell
 from knitstudy.models.network_2d import heights_by_stress, zone_places
@@ -48,7 +49,7 @@ SEGMENTS = {KINDS[kind]: ends for ends, (kind, _) in BETWEEN.items()}
 )
 def draw(geometry: xr.Dataset, contacts: xr.Dataset, **stresses: xr.Dataset) -> Figure:
     """Draw the undeformed centre cell with its segments and axes, and beside it the three honeycombs on one scale."""
-    knit = Fabric.from_dataset(geometry)
+    knit = fabric_of(geometry)
     found = {way: stresses[f"isotropic_{way}_dns_stress"] for way in TENSION}
     centroid = contacts["centroid"].to_numpy()
     window = window_around(centroid[centre_cell(contacts)], MILLIMETRE * knit.radius * np.array(MARGIN))

@@ -11,7 +11,8 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import bounds, draw_rows, scale_bar, yarn_tubes
 from knitstudy.figures.renderer import FRONT, Picture, View
 from knitstudy.figures.style import DOUBLE, YARNS, panel_letter
-from knitstudy.geometry.fabric import Fabric, plain_knit
+from knitstudy.geometry.fabric import plain_knit
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.measures.catalogue import several
 
 BACK = View((0.0, 0.0, 1.0))
@@ -26,7 +27,7 @@ STUDIED = "stitches-"  # before the name of the knit
 )
 def draw(knits: Mapping[str, xr.Dataset]) -> Figure:
     """Draw the front of every knit above its back."""
-    loops = [Fabric.from_dataset(dataset).loop for dataset in knits.values()]
+    loops = [fabric_of(dataset).loop for dataset in knits.values()]
     pictures = []
     for loop in loops:
         knit = plain_knit(loop, LOOPS + -LOOPS % loop.columns, ROWS + -ROWS % loop.rows)

@@ -7,7 +7,7 @@ samples Newton's method finds the true minimum: with samples alone F_Distance (E
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -54,6 +54,12 @@ class Crossings(Chosen):
     def normal(self) -> np.ndarray:
         """Unit vectors (K, 3) from the closest point of side 0 to that of side 1; normal to both centrelines."""
         return (self.point[:, 1] - self.point[:, 0]) / self.distance[:, None]
+
+    @classmethod
+    def of_variables(cls, data: Mapping[str, np.ndarray]) -> Crossings:
+        """Return the crossings of variables that `variables` gave."""
+        labels = [data[name].astype(int) for name in ("row", "column", "zone", "yarn")]
+        return cls(*labels, *(data[name] for name in ("arc_length", "point_of_contact", "distance")))
 
     def variables(self) -> dict[str, Any]:
         """Return the crossings as variables of a dataset, by name."""

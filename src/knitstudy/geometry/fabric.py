@@ -12,10 +12,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
-from knitstudy.errors import DataFileError, GeometryError
-from knitstudy.geometry.crossings import ALONG, SAME, Crossings, find_crossings, metre
+from knitstudy.errors import GeometryError
+from knitstudy.geometry.crossings import ALONG, SAME, Crossings, find_crossings
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.spline import CatmullRom, Centreline
 from knitstudy.geometry.stitches import PLAIN
@@ -146,61 +145,6 @@ class Fabric:
         s = self.places(yarn)[0]
         return s[s < self.centrelines[yarn].length / self.repeats]
 
-    def to_dataset(self) -> xr.Dataset:
-        """Return what the fabric was made of, and its crossings, in SI units but for angles."""
-        numbers = {name: value for name, value in self.made_of.items() if name != "stitches"}
-        variables = {name: (*_VARIABLES[name], value) for name, value in numbers.items()}
-        stitches = self.made_of.get("stitches", PLAIN)
-        said = {} if stitches == PLAIN else {"stitches": " ".join(stitches)}
-        return xr.Dataset(
-            {name: (dims, value, attributes) for name, (dims, attributes, value) in variables.items()}
-            | self.crossings.variables(),
-            coords={"xyz": ["x", "y", "z"]},
-            attrs={"specimen": self.specimen} | said,
-        )
-
-    @classmethod
-    def from_dataset(cls, dataset: xr.Dataset) -> Fabric:
-        """Return the fabric that a dataset of `to_dataset` describes; crossings are found again.
-
-        Raises DataFileError when the dataset describes no fabric, or a variable is missing.
-        """
-        kind = dataset.attrs.get("specimen")
-        if kind not in _NEEDED:
-            raise DataFileError(
-                f"geometry dataset: its attribute specimen is {kind!r}; allowed are {', '.join(_NEEDED)}"
-            )
-        missing = [name for name in _NEEDED[kind] if name not in dataset]
-        if missing:
-            raise DataFileError(
-                f"geometry dataset: variables {missing} are missing; allowed is what Fabric.to_dataset makes"
-            )
-        points, *numbers = (dataset[name].to_numpy() for name in _NEEDED[kind])
-        if kind == "pair":
-            return yarn_pair(float(points), *map(float, numbers))
-        *lengths, loops, rows = numbers
-        stitches = tuple(dataset.attrs["stitches"].split()) if "stitches" in dataset.attrs else PLAIN
-        return KNITS[kind](Loop(points, *map(float, lengths), stitches), int(loops), int(rows))
-
-
-_ONE = {"units": "1"}
-_VARIABLES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
-    "control_points": (("point", "xyz"), metre("control points of the loops of one repeat")),
-    "wale_spacing": ((), metre("distance of neighbouring loops along x")),
-    "course_spacing": ((), metre("distance of neighbouring yarns along y")),
-    "radius": ((), metre("radius of the yarn")),
-    "clearance": ((), _ONE | {"long_name": "gap aimed at where yarns cross, over the radius"}),
-    "loops": ((), _ONE),
-    "rows": ((), _ONE | {"long_name": "interlock rows; one yarn more"}),
-    "angle": ((), {"units": "degree", "long_name": "between the yarns"}),
-    "length": ((), metre("of each yarn")),
-}
-_OF_KNITS = ("control_points", "wale_spacing", "course_spacing", "radius", "clearance", "loops", "rows")
-_NEEDED = {
-    **dict.fromkeys(("knit", "cut_knit", "cell"), _OF_KNITS),
-    "pair": ("radius", "angle", "length", "clearance"),
-}
-
 
 def of_curves(
     centrelines: Sequence[Centreline],
@@ -271,9 +215,16 @@ def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
         "course": (Grip(every, np.zeros_like(ends)), Grip(every, ends)),
         "wale": (Grip(np.zeros(len(bottom), dtype=int), bottom), Grip(np.full(len(top), rows), top)),
     }
+    return replace(knit, grips=grips, sample=sample_of(loop, loops, rows, "knit"))
+
+
+def sample_of(loop: Loop, loops: int, rows: int, specimen: str) -> Fabric | None:
+    """Return a smaller knit in which yarns bend and meet as in one of so many loops; None where none is smaller.
+
+    Of a cut knit the whole one is such a sample as well.
+    """
     fewer = min(loops, 3 * loop.columns), min(rows, 2 * loop.rows)
-    sample = plain_knit(loop, *fewer) if fewer != (loops, rows) else None
-    return replace(knit, grips=grips, sample=sample)
+    return plain_knit(loop, *fewer) if fewer != (loops, rows) or specimen == "cut_knit" else None
 
 
 def _by_cells(found: Crossings, loop: Loop, loops: int, rows: int) -> Crossings:

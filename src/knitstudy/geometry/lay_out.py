@@ -17,6 +17,7 @@ from scipy.optimize import brentq
 from knitstudy.errors import GeometryError
 from knitstudy.geometry.crossings import metre
 from knitstudy.geometry.fabric import KNITS, plain_knit, yarn_pair
+from knitstudy.geometry.fabric_file import fabric_dataset
 from knitstudy.geometry.fit import Wanted, fitted_loop
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.optimise import CONTACT_TOLERANCE, optimise
@@ -35,7 +36,7 @@ def lay_out(scene):
     Returns
     -------
     xarray.Dataset
-        ``Fabric.to_dataset()``; of a knit with the initial control points and, for both states "before" and "after",
+        `fabric_dataset`; of a knit with the initial control points and, for both states "before" and "after",
         the terms of F, length, smallest radius of curvature, deepest penetration, gaps and angles.
 
     Raises
@@ -45,7 +46,7 @@ def lay_out(scene):
     """
     if scene.specimen == "pair":
         pair = scene.pair
-        return yarn_pair(scene.yarn.radius, pair.angle, pair.length, pair.clearance).to_dataset()
+        return fabric_dataset(yarn_pair(scene.yarn.radius, pair.angle, pair.length, pair.clearance))
     pattern = scene.pattern
     try:
         initial, loop, optimum = loop_of(scene)
@@ -60,7 +61,7 @@ def lay_out(scene):
             )
         raise GeometryError(f"scene {scene.name!r}: {_asked(scene)}: {error}{remedy}") from error
     knit = KNITS.get(scene.specimen, plain_knit)(loop, pattern.loops, pattern.rows)
-    return knit.to_dataset().merge(_report(initial, optimum, surveys))
+    return fabric_dataset(knit).merge(_report(initial, optimum, surveys))
 
 
 def initial_loop(scene):

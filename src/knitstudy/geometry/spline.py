@@ -185,7 +185,7 @@ class Centreline:
     """
 
     def __init__(self, curve, loops, like=None):
-        self.curve = curve
+        self.curve, self.loops = curve, loops
         self._lengths = _Lengths(curve, loops) if like is None else like._lengths
         self.start, self.length = 0.0, float(self._lengths.knots[-1])
 

@@ -13,7 +13,7 @@ import xarray as xr
 
 from knitstudy.contacts.segments import BETWEEN, KINDS, centre
 from knitstudy.errors import DataFileError
-from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.geometry.loop import Loop
 from knitstudy.loading.history import DIRECTIONS
 from knitstudy.measures.estimate import UNKNOWN, Estimate
@@ -25,7 +25,7 @@ MIRRORED = (1, 0, 3, 2)  # Zone that a zone becomes when left and right are exch
 
 def loop_of(geometry: xr.Dataset, state: str) -> Loop:
     """Return the loop "before" or "after" the optimisation."""
-    loop = Fabric.from_dataset(geometry).loop
+    loop = fabric_of(geometry).loop
     if state == "before":
         return replace(loop, control_points=geometry["control_points_before"].to_numpy())
     return loop

@@ -20,7 +20,7 @@ from scipy.interpolate import PchipInterpolator
 
 from knitstudy.errors import DataFileError, said_by
 from knitstudy.files import write_text
-from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.registry import find
 from knitstudy.study.documents import read_yaml
 
@@ -43,7 +43,7 @@ def simulated_curve(history: xr.Dataset, geometry: xr.Dataset) -> pd.Series:
     axis, strain = int(history.attrs["axis"]), history["strain"].to_numpy()
     if "force_per_width" in history:
         return pd.Series(history["force_per_width"].to_numpy()[:, axis], strain)
-    return pd.Series(history["force"].to_numpy() / Fabric.from_dataset(geometry).size[1 - axis], strain)
+    return pd.Series(history["force"].to_numpy() / fabric_of(geometry).size[1 - axis], strain)
 
 
 def at(curve: pd.Series, strain: np.ndarray) -> np.ndarray:

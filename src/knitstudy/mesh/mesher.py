@@ -9,6 +9,7 @@ import xarray as xr
 
 from knitstudy.errors import MeshError
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.mesh.quality import check_bending, check_folding, check_overlap, require_memory_to_mesh
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import UNIFORM, Grading, Spacing, place_slices
@@ -139,7 +140,7 @@ def mesh(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
 
     Yarns without elements across are sampled instead.
     """
-    fabric = Fabric.from_dataset(geometry)
+    fabric = fabric_of(geometry)
     swept = sampled_sections(fabric) if scene.value("mesh.size") is None else mesh_scene(scene, fabric)
     return swept.to_dataset()
 

@@ -15,6 +15,7 @@ import xarray as xr
 
 from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.loading.columns import REST
 from knitstudy.loading.gates import require_fine_beams, require_sound
 from knitstudy.loading.history import Recorder, Stations, cell_path
@@ -169,7 +170,7 @@ def relax(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
     diameter from that for which the loops are drawn, with friction on the way if `load.start` says so.
     Raises ConvergenceError if there is no way to rest; other errors as of `build`.
     """
-    fabric = Fabric.from_dataset(geometry)
+    fabric = fabric_of(geometry)
     rows = divided(fabric, scene.metres("mesh.beam_size"))
     rubs = scene.load.start == "rest_with_friction"
     model = _model(

@@ -14,6 +14,7 @@ import xarray as xr
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import Fabric, plain_knit
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.loading.gates import require_elements_across, require_fine_beams
 from knitstudy.loading.history import Meter
 from knitstudy.loading.restart import IN_MEMORY, Run
@@ -96,4 +97,4 @@ def simulate(
     """
     swept = None if mesh is None else SweptMesh.from_dataset(mesh)
     data = {"mesh": swept, "contacts": contacts, "springs": springs, "stresses": stresses, "rest": rest}
-    return solve(scene, Fabric.from_dataset(geometry), run, **data)
+    return solve(scene, fabric_of(geometry), run, **data)

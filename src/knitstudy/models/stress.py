@@ -21,6 +21,7 @@ from scipy.interpolate import make_interp_spline
 from knitstudy.contacts.segments import KINDS, NO_SEGMENT, Segments, segments
 from knitstudy.errors import DataFileError
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.loading.columns import STRESSES
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import VOIGT, Material, axes_along, material_of
@@ -188,7 +189,7 @@ def stress(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dat
         raise DataFileError(
             "the history holds no node_displacement, which stresses come from: the scene's outputs must hold 'fields'"
         )
-    fabric, swept = Fabric.from_dataset(geometry), SweptMesh.from_dataset(mesh)
+    fabric, swept = fabric_of(geometry), SweptMesh.from_dataset(mesh)
     moved = history["node_displacement"].to_numpy()
     cells = CELL_STRESS[scene.fidelity](scene, swept, fabric, moved)
     parts = segments(fabric.crossings, np.array([each.length for each in fabric.centrelines]))

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.measures.catalogue import SQUARES, Datasets, Scenes, one, several
 from knitstudy.measures.cost import MEGABYTE, Series, effort, force_per_width, memory_growth, series_of
 from knitstudy.measures.paper_values import number_if_printed
@@ -114,7 +114,7 @@ def tabulate_unknowns(
     Memory follows from its linear law in the unknowns where knits of several sizes were simulated; its uncertainty is
     the largest distance of these from the law.
     """
-    models = counted_models(Fabric.from_dataset(geometry), scenes["geometry"], paper)
+    models = counted_models(fabric_of(geometry), scenes["geometry"], paper)
     series = {each.stem: each for each in series_of(scenes[name] for name in squares or ())}
     rows = []
     for model in models:

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, Datasets, of_case
 from knitstudy.measures.centre_cell import (
     LEGS,
@@ -83,7 +84,7 @@ def judge_ties_growth(evidence: Evidence) -> Judgement:
     scene = (evidence.base or evidence).scenes.get(PAPERS_MESH)
     if scene is None:
         raise NotRun(f"the study has no {PAPERS_MESH}, whose mesh is the paper's")
-    knit = Fabric.from_dataset(evidence.geometry)
+    knit = fabric_of(evidence.geometry)
     law = counted_solids(knit, scene, evidence.paper)[0].unknowns
     three, thirty = (
         evidence.printed(*place, "degrees of freedom")
@@ -206,7 +207,7 @@ def judge_directions(evidence: Evidence) -> Judgement:
     latter alone does not decide.
     """
     found = _isotropic(evidence)
-    lines = honeycomb_segments(contacts_of_crossings(Fabric.from_dataset(evidence.geometry)))
+    lines = honeycomb_segments(contacts_of_crossings(fabric_of(evidence.geometry)))
     near, turned, said = [], [], []
     for direction, stresses in found.items():
         printed = numbers(evidence.paper, "4", f"mps-{direction}", "segments 1..6 angle to x")
@@ -236,7 +237,7 @@ def _apart(found: Estimate, other: float) -> Estimate:
 def judge_ligaments(evidence: Evidence) -> Judgement:
     """M3: segments by geometry lie along the maximum principal stress, in both tensions."""
     found = _isotropic(evidence)
-    lines = honeycomb_segments(contacts_of_crossings(Fabric.from_dataset(evidence.geometry)))
+    lines = honeycomb_segments(contacts_of_crossings(fabric_of(evidence.geometry)))
     places = ("segment 1", *["segment 2 and 3"] * 2, *["segment 4 and 5"] * 2, "segment 6")
     drawn = [numbers(evidence.paper, "4", "rom2d", f"{each} angles to x y z")[0] for each in places]
     near, said = [], []
@@ -264,7 +265,7 @@ def judge_ligaments(evidence: Evidence) -> Judgement:
 def judge_heights(evidence: Evidence) -> Judgement:
     """M2: the honeycomb by principal stress is compressed along the wales for course tension, stretched for wale."""
     found = _isotropic(evidence)
-    knit = Fabric.from_dataset(evidence.geometry)
+    knit = fabric_of(evidence.geometry)
     ratio = {direction: height_ratio(knit, list(each.values())) for direction, each in found.items()}
     printed = {direction: _printed_ratio(evidence, knit, direction) for direction in ratio}
     said = tuple(

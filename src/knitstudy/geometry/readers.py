@@ -1,0 +1,82 @@
+"""Fabrics from files: knits that other programs have laid out, or that this one has written.
+
+A reader is a function from a path to a `Fabric`, registered under the ending of its files. A plugin adds one with
+``READERS.register(Reader(".xyz", "what such a file holds", read))``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from knitstudy.errors import DataFileError
+from knitstudy.files import read_dataset, read_table
+from knitstudy.geometry.fabric import Fabric, of_curves
+from knitstudy.geometry.fabric_file import fabric_of
+from knitstudy.geometry.spline import CatmullRom, Centreline
+from knitstudy.registry import Registry
+
+COLUMNS = ("yarn", "x [m]", "y [m]", "z [m]", "radius [m]")
+"""Columns of a table of centrelines: points of a yarn follow each other, and all yarns have one radius."""
+
+FEWEST = 4  # points of a yarn
+
+
+@dataclass(frozen=True)
+class Reader:
+    """A way to read fabrics."""
+
+    name: str  # ending of the files
+    meaning: str
+    read: Callable[[Path], Fabric]
+
+
+READERS: Registry[Reader] = Registry("ending of a fabric file")
+
+
+def read_fabric(path: Path | str) -> Fabric:
+    """Return the fabric in a file, by the reader of its ending.
+
+    Raises ConfigurationError for an unknown ending, and DataFileError where the file holds no fabric.
+
+    Examples
+    --------
+    >>> sorted(READERS.names())
+    ['.csv', '.nc']
+    """
+    path = Path(path)
+    return READERS.find(path.suffix.lower(), str(path)).read(path)
+
+
+def centreline(points: np.ndarray) -> Centreline:
+    """Return the centreline of a yarn from its first to its last point (n, 3) [m]: a Catmull-Rom curve."""
+    ends = 2 * points[[0, -1]] - points[[1, -2]]  # beyond the ends, where the curve goes straight on
+    every = np.concatenate([ends[:1], points, ends[1:]])
+    whole = Centreline(CatmullRom(every[:-1], every[-1] - every[0]), 1)
+    first, last = whole.arc_length(np.array([1.0, len(points)]))
+    return whole.part(first, last)
+
+
+def read_centrelines(path: Path) -> Fabric:
+    """Return the fabric of a CSV table of centrelines (`COLUMNS`); strains refer to the extent of its curves."""
+    table = read_table(path, needs=COLUMNS)
+    radius = table["radius [m]"].unique()
+    points = [
+        group[list(COLUMNS[1:4])].to_numpy(dtype=float) for _, group in table.groupby("yarn", sort=False)
+    ]
+    if len(radius) != 1 or not radius[0] > 0:
+        raise DataFileError(
+            f"{path}: column radius [m] holds {radius.tolist()}; allowed is one positive number"
+        )
+    if (short := min(map(len, points))) < FEWEST:
+        raise DataFileError(f"{path}: a yarn has {short} points; allowed are {FEWEST} or more")
+    return of_curves([centreline(each) for each in points], float(radius[0]))
+
+
+READERS.register(Reader(".csv", "points of the centrelines of all yarns", read_centrelines))
+READERS.register(
+    Reader(".nc", "a fabric that this program wrote", lambda path: fabric_of(read_dataset(path)))
+)
