@@ -34,7 +34,7 @@ reference: environment  ## make what models are measured against (hours); resour
 	@$(BIN)/python benchmarks/keep.py reference
 
 .PHONY: verdicts
-verdicts: environment  ## run the full study and keep its verdicts (hours); resources/verdicts.csv, docs/results.md
+verdicts: environment  ## run the full study and keep its verdicts (hours); resources/verdicts.csv, docs/reference/results.md
 	@$(BIN)/python -m knitstudy study full
 	@$(BIN)/python benchmarks/keep.py verdicts
 
@@ -72,6 +72,10 @@ extremes: environment  ## try what breaks, at the ends of all keys; resources/ex
 interruptions: environment  ## end runs at random moments; results/tables/interruptions.csv
 	@$(BIN)/python benchmarks/interruptions.py
 
+.PHONY: docs
+docs: environment  ## build the pages as a site; site/index.html
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
+
 .PHONY: lint
 lint: environment  ## check code, rules and formatting
 	@$(BIN)/ruff check .
@@ -87,7 +91,7 @@ clean:  ## delete results, logs and restart files; keep the environment
 .PHONY: lock
 lock: environment  ## pin newest versions of all packages in requirements.lock (needs the package registry)
 	@$(BIN)/python -m pip install --quiet uv
-	@$(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes --extra dev \
+	@$(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes --extra dev --extra docs \
 	    --no-emit-index-url --custom-compile-command "make lock" --output-file requirements.lock pyproject.toml
 
 # ---- environment --------------------------------------------------------------------------------------------------

@@ -67,7 +67,7 @@ def _save_picture(drawing: Figure, path: Path, sources: Mapping, title: str) -> 
 
 # Verdicts of the full study
 
-VERDICTS_PAGE, TEMPLATE = Path("docs/results.md"), WORKFLOW / "report" / "results.md"
+VERDICTS_PAGE, TEMPLATE = Path("docs/reference/results.md"), WORKFLOW / "report" / "results.md"
 
 
 def keep_verdicts(config: Path = CONFIG) -> str:
@@ -199,7 +199,7 @@ def keep_reference(config: Path = CONFIG) -> str:
 
 def keep_predictions(config: Path = CONFIG) -> str:
     """Keep the predictions of the study `fabrics` and its figure; return what was kept."""
-    kept, picture = RESOURCES / "predictions.csv", Path("docs/fabrics.webp")
+    kept, picture = RESOURCES / "predictions.csv", Path("docs/notes/fabrics.webp")
     table = read_table(RESULTS / "tables" / kept.name)
     with replacing(picture) as temporary:
         temporary.write_bytes(ScreenPicture.of(RESULTS / "figures" / "fig_fabrics.png").content)

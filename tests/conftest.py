@@ -100,7 +100,7 @@ def docs_script():
     """Return the module of a script in docs, by its name."""
 
     def load(name):
-        path = Path(__file__).parents[1] / "docs" / f"{name}.py"
+        path = Path(__file__).parents[1] / "docs" / "reference" / f"{name}.py"
         specification = importlib.util.spec_from_file_location(f"docs_{name}", path)
         module = importlib.util.module_from_spec(specification)
         specification.loader.exec_module(module)

@@ -104,7 +104,7 @@ def test_slender_elastic_yarn_carries_what_solid_yarns_do(deformation, wanted, c
 
 
 def test_stockinette_of_acrylic_yarn_is_that_of_an_independent_program(monkeypatch):
-    """One stitch as a quintic spline with bending, stretching and the potential alone (docs/fabrics.md)."""
+    """One stitch as a quintic spline with bending, stretching and the potential alone (docs/notes/fabrics.md)."""
 
     def alone(patch, k_a, k_b, cos):
         one = k_a * 0.0 + 1.0
@@ -185,7 +185,7 @@ def test_all_purl_is_plain_knit(keys, same, within):
     np.testing.assert_allclose(other, force, atol=within, rtol=0)
 
 
-# Forces per width [N/m] of cells at 3 % strain by spline yarns (docs/stitches.md), with their degree and the bar. From
+# Forces per width [N/m] of cells at 3 % strain by spline yarns (stitches.md), with their degree and the bar. From
 # degree 3 to 6 forces without friction fall by 2 to 3 %: below that, indentation rests on a law of straight yarns.
 SOLIDS = [
     ("plain", "course", 0.0, (80.65, 64.41), 6, 0.04),

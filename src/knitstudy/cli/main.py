@@ -87,7 +87,7 @@ def main(traceback: bool) -> None:
     knitstudy export dns-tie-course --dialect calculix
 
     `knitstudy COMMAND --help` shows more examples. `knitstudy study` runs a study with its figures and its report;
-    docs/tutorial.md does the same from Python.
+    docs/tutorial/tutorial.md does the same from Python.
 
     Exit status: 0 done, 1 an error (one message names it), 2 wrong usage, 3 a load path that ended
     early and whose curve is kept, 130 stopped.

@@ -145,7 +145,7 @@ def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -
     """Print the cheapest model that answers a question about a scene accurately enough, with what is promised of its
     error, and its price. Nothing runs.
 
-    Errors and prices were measured on a sample of knits (config/trade.yaml, docs/accuracy.md). Outside of its box, or
+    Errors and prices were measured on a sample of knits (config/trade.yaml, accuracy.md). Outside of its box, or
     of a loop with control points, nothing is promised: `knitstudy measure SCENE` measures them on this knit.
 
     A scene can ask by itself, with these keys; `knitstudy run` and `make study` then see an ordinary scene of the

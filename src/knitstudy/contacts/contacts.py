@@ -37,7 +37,7 @@ def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Data
 
 
 def extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:
-    """Return the contacts dataset of docs/files.md.
+    """Return the contacts dataset of docs/reference/files.md.
 
     Raises
     ------

@@ -68,7 +68,7 @@ TABLE: dict[tuple[str, str], dict[str, Keywords]] = {
         ),
         "calculix": Keywords(
             departure="solver.hourglass is {hourglass:g}, which CalculiX cannot set: the hourglass stiffness of its "
-            "C3D8R is {hourglass_of_calculix:.5g} in the same measure, with other hourglass vectors (docs/decks.md)",
+            "C3D8R is {hourglass_of_calculix:.5g} in the same measure, with other hourglass vectors (decks.md)",
             element="C3D8R",
         ),
     },
@@ -108,7 +108,7 @@ TABLE: dict[tuple[str, str], dict[str, Keywords]] = {
         "calculix": Keywords(
             LINEAR + f"*FRICTION\n{ROUGH:.12e}, {{tangential:.12e}}\n",
             f"interaction is rough, which CalculiX does not have: a friction coefficient of {ROUGH:g} stands for it "
-            "(docs/decks.md)",
+            "(docs/how-to/decks.md)",
         ),
     },
 }
@@ -152,7 +152,7 @@ def steps(deck: Deck, dialect: str) -> tuple[Step, ...]:
     """Return the steps of a deck, in CalculiX with contact after a step in which nothing is driven.
 
     In the first step CalculiX takes the penetration at the beginning of an increment for an overlap of the mesh, which
-    acts in proportion to the time that has passed: contact pressures are too small until it ends (docs/decks.md).
+    acts in proportion to the time that has passed: contact pressures are too small until it ends (decks.md).
     """
     if dialect != "calculix" or not deck.contacts:
         return deck.steps

@@ -54,7 +54,7 @@ def fabric_dataset(fabric: Fabric) -> xr.Dataset:
     -------
     Dataset
         Control points of the curves of all yarns, one after the other, where a yarn begins and ends on its curve,
-        crossings, grips, periods, and the recipe; docs/files.md lists the variables.
+        crossings, grips, periods, and the recipe; docs/reference/files.md lists the variables.
     """
     lines, recipe = (
         fabric.centrelines,

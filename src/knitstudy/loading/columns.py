@@ -1,6 +1,6 @@
 """Variables of all result files: dimensions, unit and meaning, listed in ``columns.tsv``.
 
-Files are described by these tables, and docs/files.md prints them (`docs/columns.py`).
+Files are described by these tables, and docs/reference/files.md prints them (`docs/reference/columns.py`).
 """
 
 from __future__ import annotations

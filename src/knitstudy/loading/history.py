@@ -1,4 +1,4 @@
-"""Load path of the driven grips (section 2.3 of the paper), history of a loading (docs/files.md), and its cost."""
+"""Load path of the driven grips (section 2.3 of the paper), history of a loading (files.md), and its cost."""
 
 from __future__ import annotations
 
@@ -212,7 +212,7 @@ class Recorder:
         return ledger
 
     def to_dataset(self, once: Mapping[str, np.ndarray] | None = None, **attributes) -> xr.Dataset:
-        """Return the history as a Dataset in the format of docs/files.md, with further attributes.
+        """Return the history as a Dataset in the format of docs/reference/files.md, with further attributes.
 
         `once` are variables of `HISTORY` that are the same at all increments, or known at the last one alone.
         """

@@ -82,7 +82,7 @@ def settings_of(scene: Scene, touches: bool, stride: float = np.inf) -> Settings
 
 
 def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
-    """Drive a model to full load and return its history, in the format of docs/files.md.
+    """Drive a model to full load and return its history, in the format of docs/reference/files.md.
 
     An increment after which the ledger of energies is too coarse is repeated in halves, as one that does not converge
     is, as long as that helps.

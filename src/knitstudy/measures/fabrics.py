@@ -33,7 +33,7 @@ FORCES = (0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3)  # N/mm
 JUDGED = slice(1, 6)  # of them: 0.05 to 0.25 N/mm
 KNOTS, ELEMENTS = 30, 8
 CELLS = several("simulation", "fabric-*", fewest=5)
-LENGTH = {"cotton": 0.1}  # of strains, relative: of 3 % of its yarn in a stitch (docs/fabrics.md)
+LENGTH = {"cotton": 0.1}  # of strains, relative: of 3 % of its yarn in a stitch (docs/notes/fabrics.md)
 SMALL = 2e-3  # strain across below which forces say nothing of a stiffness
 
 

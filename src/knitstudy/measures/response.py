@@ -1,6 +1,6 @@
 """Scalars of a history: stiffness, out-of-plane motion, contraction, and forces at the crossings of the centre cell.
 
-`QUANTITIES` are those for which reference values exist. Histories are Datasets in the format of docs/files.md;
+`QUANTITIES` are those for which reference values exist. Histories are Datasets in the format of files.md;
 "at full load" means at the last increment.
 """
 

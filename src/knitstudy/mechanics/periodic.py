@@ -16,7 +16,7 @@ from knitstudy.mechanics.spline_yarn.basis import Spline
 from knitstudy.mechanics.spline_yarn.space import YarnSpace
 
 # A sheet repeats itself by two lattice vectors t in its plane. From a point X to its image X + t the macroscopic field
-# (docs/theory.md, section 11) jumps by
+# (docs/theory/theory.md, section 11) jumps by
 #
 #     E t + z K t   in the plane,    - X . K t - t . K t / 2   out of it:
 #

@@ -136,7 +136,7 @@ def mesh_scene(scene: Scene, fabric: Fabric) -> SweptMesh:
 
 
 def mesh(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
-    """Return the mesh of a scene, from its geometry; both in the formats of docs/files.md.
+    """Return the mesh of a scene, from its geometry; both in the formats of docs/reference/files.md.
 
     Yarns without elements across are sampled instead.
     """

@@ -7,7 +7,7 @@ At every tied crossing nine springs hold the relative displacement u of the uppe
 with xi, eta on a disc of radius a, which lies in the tangent plane midway between the closest points of the yarns.
 Each yarn is continued to the disc along its own radius: from its surface by the difference over a depth of one disc
 radius. That is a weighted sum of the yarn's nodes, exact for affine motions. It stays bounded as elements become small;
-a continuation by the gradient at the surface does not, and the tie would become softer without end (docs/theory.md).
+a continuation by the gradient at the surface does not, and the tie would become softer without end (theory.md).
 """
 
 from __future__ import annotations

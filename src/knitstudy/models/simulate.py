@@ -89,7 +89,7 @@ def simulate(
     rest: xr.Dataset | None = None,
     run: Run = IN_MEMORY,
 ) -> xr.Dataset:
-    """Return the history of a scene from the results of other stages, in the formats of docs/files.md.
+    """Return the history of a scene from the results of other stages, in the formats of docs/reference/files.md.
 
     Solid yarns have a mesh, cells that start from it a shape at rest. Contacts, springs and stresses are
     those of the simulations that ``rom.contacts_from``, ``rom.springs_from`` and

@@ -3,7 +3,7 @@
 The Cauchy stress is averaged over deformed volume. A segment is all of the yarns between the crossings at its two ends,
 both yarns where two share a segment. The maximum principal stress is the largest by value, and its direction an axis in
 space; `segment_rotation`, the rotation of the affine motion that fits the segment best, takes it back to the undeformed
-knit (docs/theory.md).
+knit (docs/theory/theory.md).
 
 In hexahedra with nodes x_a and internal forces f_a, sum_a f_a (x) x_a is the integral of P F^T over the undeformed
 element, that is, of the Cauchy stress over the deformed one, whatever the quadrature and the inner modes. Hourglass
@@ -181,7 +181,7 @@ CELL_STRESS = {"hexahedra": hexahedral_cell_stress, "spline_yarns": spline_cell_
 
 
 def stress(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
-    """Return the stresses of a scene, in the format of docs/files.md.
+    """Return the stresses of a scene, in the format of docs/reference/files.md.
 
     Raises DataFileError if the history holds no displacement of nodes, or that of another discretisation.
     """

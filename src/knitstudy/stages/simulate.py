@@ -29,7 +29,7 @@ BeginProgress = Callable[[str], ReportProgress]
 
 @dataclass(frozen=True, eq=False)
 class Results:
-    """All that a simulation gives, in the formats of docs/files.md.
+    """All that a simulation gives, in the formats of docs/reference/files.md.
 
     The scene has the name that its files have; `mesh` is there of solid yarns. `contacts` are those at the crossings of
     solid yarns, or those that the joints of a reduced model come from. `path` is the file of the history.

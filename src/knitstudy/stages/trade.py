@@ -1,4 +1,4 @@
-"""What accuracy costs, measured: a knit by all rungs (docs/accuracy.md).
+"""What accuracy costs, measured: a knit by all rungs (docs/notes/accuracy.md).
 
 `measure` takes one of one's own; ``benchmarks/trade.py`` takes those of the sample. The truth of a
 quantity is the limit of solid yarns of rising degree; a run that fails, or exceeds its time, has an infinite error.

@@ -56,7 +56,7 @@ class Ask(Section):
     )
     """What the model is chosen for. Checked: all four."""
     accuracy: float = output("choice", meaning="the relative error that may be made", gt=0, le=10)
-    """A model is taken that is promised to be off by at most this at full load (docs/accuracy.md). Checked: made-up
+    """A model is taken that is promised to be off by at most this at full load (accuracy.md). Checked: made-up
     samples."""
     seconds: float | None = output("choice", unit="s", default=None, gt=0)
     """What the simulation may take. Checked: prices are those of one core of the machine that measured them."""

@@ -2,7 +2,7 @@
 
 A section is a frozen pydantic model whose fields are made by `physics`, `resolution`, `numerics` and `output`. The
 text under a field is the source of the value and, after "Checked:", the range over which results were checked. Allowed
-values in words, error messages, ``knitstudy check``, ``docs/keys.md`` and the identity of a problem follow from there.
+values in words, error messages, ``knitstudy check``, ``keys.md`` and the identity of a problem follow from there.
 """
 
 from __future__ import annotations

@@ -226,19 +226,19 @@ class HexahedralNewton(SolidNewton):
     (docs/notes/sensitivity.md)."""
 
 
-# Gates: limits of what a run may leave wrong; beyond them it ends in one line (docs/gates.md)
+# Gates: limits of what a run may leave wrong; beyond them it ends in one line (docs/reference/gates.md)
 
 
 class Gates(Section):
     """Limits of every model."""
 
     ledger: float = numerics("choice", meaning="over the external work", default=0.05, gt=0)
-    """Every scene of the study stays below 0.035; pairs in 8 increments leave 0.14, docs/gates.md. Checked: 0.05."""
+    """Every scene of the study stays below 0.035; pairs in 8 increments leave 0.14, gates.md. Checked: 0.05."""
     penalty: float = numerics("choice", meaning="over the work of the leg", default=0.05, gt=0)
     """Penetration and elastic slip of penalties store at most as large a share of the work as they take from the force,
-    docs/gates.md. Checked: 0.05."""
+    docs/reference/gates.md. Checked: 0.05."""
     flow: float = numerics("choice", meaning="over the internal energy", default=0.01, ge=0)
-    """Viscous flows lead on where Newton's method makes no headway (docs/gates.md); scenes of the study need none.
+    """Viscous flows lead on where Newton's method makes no headway (gates.md); scenes of the study need none.
     Checked: 0.01."""
 
 
@@ -246,14 +246,14 @@ class BeamGates(Gates):
     """Additional limits of beams that follow bent yarns."""
 
     polygon: float = numerics("choice", meaning="of the stiffness of a ring", default=0.05, gt=0)
-    """A ring of beams that turn by phi each is phi^2 / 3 too stiff, docs/gates.md. Checked: 0.05."""
+    """A ring of beams that turn by phi each is phi^2 / 3 too stiff, docs/reference/gates.md. Checked: 0.05."""
 
 
 class TouchingBeamGates(BeamGates):
     """Additional limits of beams in contact."""
 
     point: float = numerics("choice", meaning="over the internal energy", default=0.1, gt=0)
-    """What contact stores where yarns bend, cross or overlap beyond what its law is verified for, docs/gates.md.
+    """What contact stores where yarns bend, cross or overlap beyond what its law is verified for, gates.md.
     Checked: 0.1, at which cells of beams are 5 % softer than solid yarns."""
 
 
@@ -265,7 +265,7 @@ class SolidGates(Gates):
     viscous_force: float = numerics(
         "choice", meaning="over the reaction of the driven side", default=0.05, ge=0
     )
-    """Forces are wrong by about as much, docs/gates.md. Checked: 0.05."""
+    """Forces are wrong by about as much, docs/reference/gates.md. Checked: 0.05."""
 
 
 class HexahedralGates(SolidGates):
@@ -279,7 +279,7 @@ class HexahedralGates(SolidGates):
         default=None,
         gt=0,
     )
-    """Force of a tied knit +5 % at 3.3, of a pressed pair within 8 % from 8 on, docs/gates.md. Checked: 2 to 12."""
+    """Force of a tied knit +5 % at 3.3, of a pressed pair within 8 % from 8 on, gates.md. Checked: 2 to 12."""
 
 
 # Reduced order models: where their joints come from, and of which kind they are (sections 2.4 to 2.6)

@@ -2,5 +2,5 @@
 
 They share the names of their arguments: ``scenes`` are scenes by name; ``paper``, ``reference``, ``claims`` and
 ``targets`` are the files of `knitstudy.stages.displays.reference_files`; all others are results, Datasets in the format
-of docs/files.md, or several of them by scene. Columns name their unit in brackets.
+of docs/reference/files.md, or several of them by scene. Columns name their unit in brackets.
 """

@@ -1,4 +1,4 @@
-"""Local compliance of a loaded patch on a yarn, beyond what a low-order model resolves (docs/theory.md).
+"""Local compliance of a loaded patch on a yarn, beyond what a low-order model resolves (docs/theory/theory.md).
 
 Of joints of beams (`local_compliance`), of ties of spline yarns (`missing`), of their contact (`PatchedYarn`, `far`).
 """

@@ -1,4 +1,4 @@
-"""The page of all keys, ``docs/keys.md``: ``python docs/keys.py`` writes it from their sections."""
+"""The page of all keys, ``docs/reference/keys.md``: ``python docs/reference/keys.py`` writes it from their sections."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from knitstudy.study.choice import AUTO, Ask
 from knitstudy.study.keys import ROLES, Section, allowed_values, describe_with_source, lists
 from knitstudy.study.scene_type import FIDELITIES, INTERACTIONS, SPECIMENS, Labels, all_kinds, all_sections
 
-COMMAND = "python docs/keys.py"
+COMMAND = "python docs/reference/keys.py"
 
 PAGE = Path(__file__).with_suffix(".md")
 
@@ -33,7 +33,7 @@ A spacing without control points has a loop drawn for it;
 
 
 def keys_page() -> str:
-    """Return ``docs/keys.md``: every key by its section, with the scenes that have it."""
+    """Return ``docs/reference/keys.md``: every key by its section, with the scenes that have it."""
     roles = _table(("role", "is of a key that says"), [(f"`{name}`", said) for name, said in ROLES.items()])
     parts = [TITLE, f"## Roles\n\n{roles}", "## Kinds of scenes\n"]
     for what, kinds in (("specimen", SPECIMENS), ("fidelity", FIDELITIES), ("interaction", INTERACTIONS)):

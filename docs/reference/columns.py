@@ -1,4 +1,4 @@
-"""Write the tables of columns into docs/files.md: ``python docs/columns.py``. They come from the library."""
+"""Write the tables of columns into files.md: ``python docs/reference/columns.py``. They come from the library."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def renewed(page: str) -> str:
     """
     for name, columns in TABLES.items():
         begin, end = (
-            f"<!-- columns of {name}: python docs/columns.py -->",
+            f"<!-- columns of {name}: python docs/reference/columns.py -->",
             f"<!-- end of columns of {name} -->",
         )
         place = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.DOTALL)
