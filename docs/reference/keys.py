@@ -25,10 +25,10 @@ Written by `{COMMAND}` from `src/knitstudy/study`; what is changed here is lost.
 
 A scene has the sections of its kind and no others: those of its specimen, those of its yarn, and those that its
 fidelity asks for with its interaction. A key of another kind is refused by name. Values are in SI
-units; lengths that resolve are in yarn radii. [config/README.md](../config/README.md) says what a standing means. A key
-without a default here has it in [config/defaults.yaml](../config/defaults.yaml), or must be set.
+units; lengths that resolve are in yarn radii. [config/README.md](../../config/README.md) says what a standing means. A key
+without a default here has it in [config/defaults.yaml](../../config/defaults.yaml), or must be set.
 A spacing without control points has a loop drawn for it;
-[other ways to say what a knit is](../config/README.md#a-knit-of-ones-own) stand for keys of this page.
+[other ways to say what a knit is](../../config/README.md#a-knit-of-ones-own) stand for keys of this page.
 """
 
 
