@@ -11,7 +11,7 @@ from keep import keep_drawn, stamped
 from matplotlib.figure import Figure
 
 from knitstudy.figures.style import INK, PAPER, SINGLE, figure, shared_legend, styled
-from knitstudy.geometry.fit import TIGHT, NoRoom, Wanted, fitted_loop
+from knitstudy.geometry.fit import TIGHT, InfeasibleLoop, LoopTarget, fitted_loop
 from knitstudy.geometry.survey import survey
 from knitstudy.stages.code import code_digest
 from knitstudy.study.configuration import load_scene
@@ -54,8 +54,8 @@ def _entry(scene: Scene, course: float, wale: float) -> tuple[float, ...]:
     """Return the variables of one loop of a yarn of diameter 1."""
     clearance = scene.pattern.clearance
     try:
-        _, loop, _ = fitted_loop(Wanted(course, wale, 0.5, clearance), scene.geometry)
-    except NoRoom as error:
+        _, loop, _ = fitted_loop(LoopTarget(course, wale, 0.5, clearance), scene.geometry)
+    except InfeasibleLoop as error:
         return OUTCOMES.index(error.limits[0]), error.share, *4 * (np.nan,)
     measured = survey(loop)
     error = abs(measured.gap / loop.radius / (clearance or np.nan) - 1)

@@ -43,12 +43,16 @@ def judged(rows: tuple[dict, ...], basis: int | None) -> pd.DataFrame:
             groups.setdefault((row["knit"], row["case"], row["question"]), []).append(row)
     for (knit, case, question), there in groups.items():
         problem = trade.scene(cases[case], Inputs.of_row(there[0]), defaults, knit)
-        errors, seconds = ({row["rung"]: row[column] for row in there} for column in (ERROR, SECONDS))
+        errors, seconds = (
+            {row["model setting"]: row[column] for row in there} for column in (ERROR, SECONDS)
+        )
         promising = [row for row in rows if row["knit"] in first - {knit}]
-        rungs = [rung for rung in promised(problem, question, trade, promising) if rung.name in errors]
+        settings = [
+            setting for setting in promised(problem, question, trade, promising) if setting.name in errors
+        ]
         for accuracy in ACCURACIES:
             said = {"knit": knit, "case": case, "question": question, "accuracy": accuracy, "taken": ""}
-            if good := [rung for rung in rungs if rung.error <= accuracy]:
+            if good := [setting for setting in settings if setting.error <= accuracy]:
                 taken = min(good, key=attrgetter("seconds", "error", "name")).name
                 least = min(
                     (seconds[name] for name in errors if errors[name] <= accuracy), default=float("nan")

@@ -1,4 +1,4 @@
-"""What accuracy costs, on knits of a sample: all rungs of config/trade.yaml on one knit after the other.
+"""What accuracy costs, on knits of a sample: all model settings of config/trade.yaml on one knit after the other.
 
     python benchmarks/trade.py --first 48     # or less, or more; a run that was stopped goes on
 
@@ -35,7 +35,7 @@ from knitstudy.study.sample import TIED, Case, Inputs, Trade, load_trade
 from knitstudy.study.scene import digest
 
 SAMPLE = Path("results/trade")  # Records of the sample's runs, its knits, and its table of errors and prices
-SCRATCH = Path("run/trade")  # Results of the runs of one knit, so that rungs share a geometry
+SCRATCH = Path("run/trade")  # Results of the runs of one knit, so that model settings share a geometry
 
 FOUND = "found"  # The column ``outcome`` of a knit whose loop can be made; others have the reason
 
@@ -68,7 +68,7 @@ def _outcome(trade: Trade, inputs: Inputs) -> str:
 
 
 def measure_sample(first: int, folder: Path = SAMPLE, anew: bool = False) -> pd.DataFrame:
-    """Run all rungs on the first knits of the sample, one after the other, and return their errors and prices.
+    """Run all model settings on the first knits of the sample, one after the other, and return their errors and prices.
 
     Records of other code are used as well, with a message, unless `anew` makes them again.
     """
@@ -85,14 +85,16 @@ def measure_sample(first: int, folder: Path = SAMPLE, anew: bool = False) -> pd.
         for case in trade.cases():
             problem = problems[knit, case] = trade.scene(case, inputs, defaults, f"{knit}-{case}")
             records[knit, case] = []
-            for rung, keys in trade.rungs_of(case, number).items():
+            for setting, keys in trade.settings_of(case, number).items():
                 code = code_of(problem, keys)
-                path = folder / f"{problem.name}-{rung}-{digest([asdict(inputs), keys])[:8]}.json"
+                path = folder / f"{problem.name}-{setting}-{digest([asdict(inputs), keys])[:8]}.json"
                 if anew or not path.is_file():
                     shutil.rmtree(SCRATCH / "restart", ignore_errors=True)  # a run that goes on has no price
-                    record = run(problem, rung, keys, trade.limit, SCRATCH) | {"code": code}
+                    record = run(problem, setting, keys, trade.limit, SCRATCH) | {"code": code}
                     write_text(json.dumps(record), path)
-                    print(f"{problem.name} {rung}: {record['reason'] or 'ended'}, {record['seconds']:.3g} s")
+                    print(
+                        f"{problem.name} {setting}: {record['reason'] or 'ended'}, {record['seconds']:.3g} s"
+                    )
                     fresh = True
                 records[knit, case].append(json.loads(path.read_text(encoding="utf-8")))
                 other += records[knit, case][-1]["code"] != code
@@ -106,17 +108,17 @@ def measure_sample(first: int, folder: Path = SAMPLE, anew: bool = False) -> pd.
 
 
 def bounds(table: pd.DataFrame, trade: Trade) -> pd.DataFrame:
-    """Return what the knits of a table promise of every rung, whatever the inputs: a row a case, question and rung."""
-    rows, of_rungs = [], ["case", "question", "rung"]
-    for of_rung, of in table.dropna(subset=[ERROR]).groupby(of_rungs, sort=False):
-        row = dict(zip(of_rungs, of_rung, strict=True))
+    """Return what the knits of a table promise: one row for every case, question and model setting."""
+    rows, of_settings = [], ["case", "question", "model setting"]
+    for of_setting, of in table.dropna(subset=[ERROR]).groupby(of_settings, sort=False):
+        row = dict(zip(of_settings, of_setting, strict=True))
         row |= {"knits": len(of), "failed": sum(map(isinf, of[ERROR]))}
         row |= {"median error [1]": of[ERROR].median(), ERROR: trade.quantile.of(of[ERROR].to_numpy())}
         rows.append(row | of[[SECONDS, MEMORY]].median().to_dict())
     return pd.DataFrame(rows)
 
 
-COLOURS = (*YARNS, "#56B4E9", "#7B3294", "#1A1A1A", "#8C8C8C", "#8E1B5A")  # of rungs
+COLOURS = (*YARNS, "#56B4E9", "#7B3294", "#1A1A1A", "#8C8C8C", "#8E1B5A")  # of model settings
 
 ENDS = (1e-4, 20.0)  # Errors that are drawn
 FAILED = (1200.0, 10.0)  # Seconds and error where failed runs stand
@@ -133,10 +135,10 @@ def draw(table: pd.DataFrame, bounds: pd.DataFrame) -> Figure:
     table : DataFrame
         Errors and prices of knits (``resources/trade.csv``).
     bounds : DataFrame
-        What is promised of every rung (`bounds`).
+        What is promised of every setting (`bounds`).
     """
     table = table.dropna(subset=[ERROR])
-    cases, rungs = list(dict.fromkeys(table["case"])), list(dict.fromkeys(table["rung"]))
+    cases, settings = list(dict.fromkeys(table["case"])), list(dict.fromkeys(table["model setting"]))
     page = figure(DOUBLE, HEAD + FOOT + len(cases) * (HIGH + GAP))
     for number, case in enumerate(reversed(cases)):
         for column, question in enumerate(QUESTIONS.values()):
@@ -145,14 +147,14 @@ def draw(table: pd.DataFrame, bounds: pd.DataFrame) -> Figure:
             axes = place(page, 0.11 + 0.225 * column, FOOT + number * (HIGH + GAP), 0.205, HIGH)
             axes.tick_params(labelleft=column == 0, labelbottom=number == 0)
             axes.set(xscale="log", yscale="log", xlim=(0.03, 2000), ylim=ENDS)
-            for rung, colour in zip(rungs, COLOURS, strict=False):
-                which = f"case == {case!r} and question == {question.name!r} and rung == {rung!r}"
+            for setting, colour in zip(settings, COLOURS, strict=False):
+                which = f"case == {case!r} and question == {question.name!r} and model setting == {setting!r}"
                 knits, bound = table.query(which), bounds.query(which)
                 of_knits = {"s": 5, "alpha": 0.5, "linewidths": 0}
                 seconds, errors = knits[SECONDS].fillna(FAILED[0]), knits[ERROR].clip(ENDS[0], FAILED[1])
                 axes.scatter(seconds, errors, color=colour, **of_knits)
-                of_rung = {"s": 26, "marker": "D", "edgecolors": "white", "linewidths": 0.6, "zorder": 3}
-                axes.scatter(bound[SECONDS], bound[ERROR], color=colour, label=rung, **of_rung)
+                of_setting = {"s": 26, "marker": "D", "edgecolors": "white", "linewidths": 0.6, "zorder": 3}
+                axes.scatter(bound[SECONDS], bound[ERROR], color=colour, label=setting, **of_setting)
             axes.set_title(question.words if number == len(cases) - 1 else "", fontsize=8)
             axes.set_ylabel("" if column else f"{case.replace('-', ' ')}\nerror [1]")
             axes.set_xlabel("" if number else "processor time [s]")
@@ -168,7 +170,7 @@ def keep(table: pd.DataFrame) -> str:
     counted = f"{len(first)} of {trade.knits}"
     kept = stamped(table, digest(sorted(set(table["code"].dropna()))), knits=counted)
     keep_drawn(kept, TRADE_KEPT, draw(table, bounds(table, trade)), "What accuracy costs")
-    failed = table.loc[table["reason"].fillna("") != "", ["knit", "case", "rung"]].drop_duplicates()
+    failed = table.loc[table["reason"].fillna("") != "", ["knit", "case", "model setting"]].drop_duplicates()
     return f"{counted} knits, {len(table)} errors and prices, {len(failed)} runs failed: {TRADE_KEPT}"
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from knitstudy.files import write_text
 from knitstudy.registry import listed
-from knitstudy.study.choice import AUTO, Ask
+from knitstudy.study.choice import AUTO, Requirements
 from knitstudy.study.keys import ROLES, Section, allowed_values, describe_with_source, lists
 from knitstudy.study.scene_type import FIDELITIES, INTERACTIONS, SPECIMENS, Labels, all_kinds, all_sections
 
@@ -16,7 +16,7 @@ COMMAND = "python docs/reference/keys.py"
 
 PAGE = Path(__file__).with_suffix(".md")
 
-COLUMNS = ("unit", "role", "standing", "source", "checked")
+COLUMNS = ("unit", "role", "provenance", "source", "checked")
 
 TITLE = f"""\
 # Keys of a scene
@@ -25,7 +25,7 @@ Written by `{COMMAND}` from `src/knitstudy/study`; what is changed here is lost.
 
 A scene has the sections of its kind and no others: those of its specimen, those of its yarn, and those that its
 fidelity asks for with its interaction. A key of another kind is refused by name. Values are in SI
-units; lengths that resolve are in yarn radii. [config/README.md](../../config/README.md) says what a standing means. A key
+units; lengths that resolve are in yarn radii. [config/README.md](../../config/README.md) explains provenance. A key
 without a default here has it in [config/defaults.yaml](../../config/defaults.yaml), or must be set.
 A spacing without control points has a loop drawn for it;
 [other ways to say what a knit is](../../config/README.md#a-knit-of-ones-own) stand for keys of this page.
@@ -39,7 +39,9 @@ def keys_page() -> str:
     for what, kinds in (("specimen", SPECIMENS), ("fidelity", FIDELITIES), ("interaction", INTERACTIONS)):
         parts.append(_table((what, "is"), [(f"`{name}`", kind.meaning) for name, kind in kinds.items()]))
     parts.append(f"## Labels\n\n{_section_text('', dict.fromkeys(Labels.model_fields, Labels))}")
-    parts.append(f"## `ask`\n\n{_section_text('ask.', dict.fromkeys(Ask.model_fields, Ask))}")
+    parts.append(
+        f"## `ask`\n\n{_section_text('ask.', dict.fromkeys(Requirements.model_fields, Requirements))}"
+    )
     parts += [f"## `{name}`\n\n{_section_text(f'{name}.', keys)}" for name, keys in all_sections().items()]
     return "\n".join(parts)
 
@@ -65,10 +67,10 @@ def _section_text(prefix: str, described: dict[str, type[Section]]) -> str:
     rows = []
     for name, section in described.items():
         unit, *about = (getattr(describe_with_source(section, name), column) for column in COLUMNS)
-        having = f"fidelity {AUTO}" if section is Ask else scenes_with(f"{prefix}{name}")
+        having = f"fidelity {AUTO}" if section is Requirements else scenes_with(f"{prefix}{name}")
         allowed, default = allowed_values(section, name), _default(section, name)
         rows.append((f"`{prefix}{name}`", unit, allowed, default, having, *about))
-    columns = ("key", "unit", "allowed", "default", "scenes", "role", "standing", "source", "checked")
+    columns = ("key", "unit", "allowed", "default", "scenes", "role", "provenance", "source", "checked")
     return f"{said}\n\n{_table(columns, rows)}"
 
 

@@ -113,10 +113,11 @@ def plugin_files() -> list[Path]:
     """Return the Python files of all plugins that have been imported: of a package, all that it holds."""
     found = set()
     for name in _imported.values():
-        path = Path(sys.modules[name].__file__ or "")
-        package = name.partition(".")[0]
-        top = Path(getattr(sys.modules[package], "__file__", None) or path)
-        found |= set(top.parent.rglob("*.py")) if top.name == "__init__.py" else {path}
+        package, module = sys.modules.get(name.partition(".")[0]), sys.modules.get(name)
+        if package is not None and hasattr(package, "__path__"):
+            found |= set(Path(package.__path__[0]).rglob("*.py"))
+        elif module is not None and module.__file__:
+            found.add(Path(module.__file__))
     return sorted(found)
 
 

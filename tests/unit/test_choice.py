@@ -12,11 +12,11 @@ from knitstudy.cli.main import main
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import write_table
 from knitstudy.study import choice
-from knitstudy.study.choice import Ask, choose
+from knitstudy.study.choice import Requirements, choose
 from knitstudy.study.configuration import drawn_defaults, load_scene, load_scenes, problem_of
 from knitstudy.study.sample import Case, Inputs, load_trade, same_knit
 
-MEASURED = {  # error, seconds and memory of rungs; beams fail on every third knit
+MEASURED = {  # error, seconds and memory of model settings; beams fail on every third knit
     ("cut_knit", "tied"): {
         "honeycomb": (3.0, 1, 4),
         "network": (0.04, 2, 15),
@@ -31,10 +31,10 @@ MEASURED = {  # error, seconds and memory of rungs; beams fail on every third kn
 TIED = Case("cut_knit", "tied")
 
 
-def row(case, scene, rung, measured, scatter=1.0):
+def row(case, scene, setting, measured, scatter=1.0):
     columns = (choice.ERROR, choice.SECONDS, choice.MEMORY)
     values = dict(zip(columns, np.multiply(scatter, measured), strict=True)) | asdict(Inputs.of(scene))
-    about = {"knit": scene.name, "problem": same_knit(scene), "case": str(case), "rung": rung}
+    about = {"knit": scene.name, "problem": same_knit(scene), "case": str(case), "model setting": setting}
     return dict.fromkeys(choice.COLUMNS, 0) | about | {"question": "force", "reason": ""} | values
 
 
@@ -44,15 +44,15 @@ def kept(tmp_path_factory):
 
 
 def made(path, count):
-    """Write a table of so many knits, and of one without a truth."""
+    """Write a table of so many knits, and of one without a reference value."""
     trade, random = load_trade(), np.random.default_rng(1)
     rows = []
     for number, inputs in enumerate(islice(trade.points(), count)):
-        for (specimen, yarns), rungs in MEASURED.items():
+        for (specimen, yarns), settings in MEASURED.items():
             case = Case(specimen, yarns)
             scene = trade.scene(case, inputs, drawn_defaults(), f"k{number}")
             scatter = random.uniform(0.95, 1.0)
-            rows += [row(case, scene, name, each, scatter=scatter) for name, each in rungs.items()]
+            rows += [row(case, scene, name, each, scatter=scatter) for name, each in settings.items()]
             if number % 3 == 0 and yarns == "touching":
                 rows[-2] |= {"error [1]": np.inf}
     rows.append(row(TIED, scene, "", (np.nan, np.nan, np.nan)) | {"knit": "open"})
@@ -71,24 +71,26 @@ def ask(kept, monkeypatch, tmp_path):
 
     def asked(changes=(), scene="yarns-tie-course", **asks):
         problem = load_scene(scene).vary(LOOP | dict(changes))
-        return choose(problem, Ask(question="force", **asks), drawn_defaults(), f"scene {scene!r}")
+        return choose(problem, Requirements(question="force", **asks), drawn_defaults(), f"scene {scene!r}")
 
     return asked
 
 
-@pytest.mark.parametrize(("accuracy", "rung"), [(5.0, "honeycomb"), (0.05, "network"), (0.021, "yarns2")])
-def test_the_cheapest_that_is_promised_is_taken(ask, accuracy, rung):
+@pytest.mark.parametrize(
+    ("accuracy", "setting"), [(5.0, "honeycomb"), (0.05, "network"), (0.021, "yarns2")]
+)
+def test_the_cheapest_that_is_promised_is_taken(ask, accuracy, setting):
     """Yarns of degrees 2 and 3 tie in price and error: the name decides."""
     found = ask(accuracy=accuracy)
-    assert found.rung.name == rung
-    assert 0.9 * MEASURED["cut_knit", "tied"][rung][0] < found.rung.error <= accuracy
+    assert found.setting.name == setting
+    assert 0.9 * MEASURED["cut_knit", "tied"][setting][0] < found.setting.error <= accuracy
     assert found.basis.startswith("on 75 % of the knits in the box")
     assert found.basis.endswith("by 48 that were measured and without 1 on which solid yarns did not end")
-    assert {each.name for each in found.rungs} == set(MEASURED["cut_knit", "tied"])
+    assert {each.name for each in found.settings} == set(MEASURED["cut_knit", "tied"])
 
 
 def test_what_fails_too_often_is_not_promised(ask):
-    assert [each.name for each in ask(scene="yarns-isotropic-course", accuracy=0.05).rungs] == ["yarns2"]
+    assert [each.name for each in ask(scene="yarns-isotropic-course", accuracy=0.05).settings] == ["yarns2"]
 
 
 OUTSIDE = {
@@ -124,7 +126,7 @@ def test_a_knit_of_ones_own_has_what_was_measured_on_it(ask):
     ]
     write_table(pd.DataFrame(rows), choice.OWN)
     found = ask(changes, accuracy=0.5)
-    assert (found.rung.name, found.rung.error, found.basis) == ("network", 0.3, "on this very knit")
+    assert (found.setting.name, found.setting.error, found.basis) == ("network", 0.3, "on this very knit")
     with pytest.raises(ConfigurationError, match=r"yarn\.poisson_ratio is 0\.48"):
         ask({"yarn.poisson_ratio": 0.48}, accuracy=0.5)
     choice.OWN.write_text("error [1]\nlarge\n")

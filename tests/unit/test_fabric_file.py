@@ -12,7 +12,7 @@ from knitstudy.files import write_dataset
 from knitstudy.geometry import readers
 from knitstudy.geometry.fabric import cut_cells, endless_cell, of_curves, plain_knit, yarn_pair
 from knitstudy.geometry.fabric_file import fabric_dataset, fabric_of
-from knitstudy.geometry.fit import Wanted
+from knitstudy.geometry.fit import LoopTarget
 from knitstudy.geometry.readers import centreline, read_fabric
 
 RADIUS = 0.1e-3
@@ -32,7 +32,7 @@ YARNS = [wave(0.0, 1), wave(0.5e-3, -1), weft(0.5e-3, 1), weft(1e-3, -1)]
 
 
 def garter():
-    return Wanted(0.9e-3, 1.1e-3, RADIUS, 0.01, stitches=("K", "P")).drawn()
+    return LoopTarget(0.9e-3, 1.1e-3, RADIUS, 0.01, stitches=("K", "P")).drawn()
 
 
 MADE = {

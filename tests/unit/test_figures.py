@@ -26,7 +26,7 @@ from knitstudy.figures.style import describe, save
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import endless_cell, plain_knit
 from knitstudy.geometry.fabric_file import fabric_dataset
-from knitstudy.geometry.fit import Wanted
+from knitstudy.geometry.fit import LoopTarget
 from knitstudy.geometry.lay_out import initial_loop
 from knitstudy.measures.centre_cell import closest_neighbour
 from knitstudy.mesh.mesher import mesh_fabric
@@ -136,7 +136,7 @@ def results(knit, plain_scene, touching, pairs, paper, cases):
         "fig_cut_rows": friction | {"dns": synthetic.history(force=(0, 4, 8))},
         "fig_pair_slip": pairs,
     }
-    garter = Wanted(0.9e-3, 1.1e-3, 1e-4, 0.01, stitches=("K", "P")).drawn()
+    garter = LoopTarget(0.9e-3, 1.1e-3, 1e-4, 0.01, stitches=("K", "P")).drawn()
     ways = [(way, other) for way in ("course", "wale") for other in ("free", "held")] + [("shear", "free")]
     cells = {
         f"fabric-cotton-stockinette-{way}-{other}": synthetic.fabric_cell(other, way) for way, other in ways

@@ -12,8 +12,8 @@ from knitstudy.geometry.fit import (
     ITERATIONS,
     LARGEST_CURVATURE,
     ROUNDS,
-    NoRoom,
-    Wanted,
+    InfeasibleLoop,
+    LoopTarget,
     fitted_loop,
     peirce_length,
 )
@@ -33,7 +33,7 @@ def settings():
 
 
 def jersey(diameter, length=None, scale=1.0):
-    return Wanted(scale * COURSE, scale * WALE, 0.5 * diameter, 0.01, length)
+    return LoopTarget(scale * COURSE, scale * WALE, 0.5 * diameter, 0.01, length)
 
 
 def assert_fits(loop, wanted):
@@ -75,7 +75,7 @@ def test_loop_has_the_length_that_is_asked_for(settings):
 @pytest.mark.parametrize("diameter", [0.2e-3, 0.25e-3])
 def test_length_that_does_not_fit_is_refused_with_one_that_does(settings, diameter):
     """How long the named one is depends on rounding: 5.1 to 6.3 mm of the thinner yarn."""
-    with pytest.raises(NoRoom, match=r"loop_length 8 mm: yarns of .* touch") as refused:
+    with pytest.raises(InfeasibleLoop, match=r"loop_length 8 mm: yarns of .* touch") as refused:
         fitted_loop(jersey(diameter, 8e-3), settings)
     found = re.search(r"A loop of ([\d.]+) mm fits, the free one has ([\d.]+) mm", str(refused.value))
     named, free = map(float, found.groups())
@@ -85,24 +85,26 @@ def test_length_that_does_not_fit_is_refused_with_one_that_does(settings, diamet
 
 
 def test_wales_too_wide_for_a_drawn_interlock_are_refused_with_a_remedy(settings):
-    with pytest.raises(NoRoom, match=r"no loop is drawn that interlocks: .*take a pattern.wale_spacing of"):
-        fitted_loop(Wanted(COURSE, 10 * COURSE, 0.1e-3, 0.01), settings)
+    with pytest.raises(
+        InfeasibleLoop, match=r"no loop is drawn that interlocks: .*take a pattern.wale_spacing of"
+    ):
+        fitted_loop(LoopTarget(COURSE, 10 * COURSE, 0.1e-3, 0.01), settings)
 
 
 def test_yarn_that_is_too_thick_is_refused_with_limit_and_spacings_that_fit(settings):
-    with pytest.raises(NoRoom, match="yarns of one row touch beside") as refused:
+    with pytest.raises(InfeasibleLoop, match="yarns of one row touch beside") as refused:
         fitted_loop(jersey(0.3e-3), settings)
     assert "\n" not in str(refused.value)
     four_side_by_side = WALE / (4 * 0.3e-3 * 1.005)
     assert refused.value.share == pytest.approx(four_side_by_side, rel=2e-3), "the thickest one is found"
     found = re.search(r"course_spacing ([\d.]+) and .* ([\d.]+) mm, or .* ([\d.]+) mm$", str(refused.value))
     course, wale, diameter = (1e-3 * float(each) for each in found.groups())
-    for nearest in (Wanted(course, wale, 0.15e-3, 0.01), jersey(diameter)):
+    for nearest in (LoopTarget(course, wale, 0.15e-3, 0.01), jersey(diameter)):
         assert_fits(fitted_loop(nearest, settings)[1], nearest)
 
 
 def test_loop_of_close_courses_is_found_where_yarns_nearly_lie_along_each_other(settings):
-    wanted = Wanted(2.772, 6.457, 0.5, 0.01, 17.871)
+    wanted = LoopTarget(2.772, 6.457, 0.5, 0.01, 17.871)
     _, loop, optimum = fitted_loop(wanted, settings)
     assert_fits(loop, wanted)
     assert optimum.iterations < ROUNDS * ITERATIONS / 2
@@ -114,7 +116,7 @@ def test_loop_of_close_courses_is_found_where_yarns_nearly_lie_along_each_other(
 )
 def test_loop_that_a_path_reaches_where_it_makes_no_headway_is_found(settings, course, wale, share):
     """Loops of the box of `config/trade.yaml` that were refused, though lengths alike to four digits were found."""
-    wanted = Wanted(course, wale, 0.5, 0.01, share * peirce_length(course, wale, 1.0))
+    wanted = LoopTarget(course, wale, 0.5, 0.01, share * peirce_length(course, wale, 1.0))
     _, loop, _ = fitted_loop(wanted, settings)
     assert_fits(loop, wanted)
     assert loop.length == pytest.approx(wanted.length, rel=1e-5)

@@ -100,10 +100,10 @@ def fitted(measured, model=forces, check=False):
 
 
 def covered(fits):
-    """Of 40 intervals of 95 % at least 34 cover the truth, but for one case in 700 (binomial)."""
+    """Of 40 intervals of 95 % at least 34 cover the reference value, but for one case in 700 (binomial)."""
     return [
-        sum(low <= truth <= high for _, low, high in intervals) >= 34
-        for truth, intervals in (
+        sum(low <= reference <= high for _, low, high in intervals) >= 34
+        for reference, intervals in (
             (1.3, [each.factor for each in fits]),
             (0.4, [each.friction for each in fits]),
         )

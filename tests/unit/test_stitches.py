@@ -9,7 +9,7 @@ import pytest
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import cut_cells, endless_cell
 from knitstudy.geometry.fabric_file import fabric_dataset, fabric_of
-from knitstudy.geometry.fit import LARGEST_CURVATURE, Wanted, fitted_loop
+from knitstudy.geometry.fit import LARGEST_CURVATURE, LoopTarget, fitted_loop
 from knitstudy.geometry.lay_out import all_of_repeat
 from knitstudy.geometry.stitches import sides, standard
 from knitstudy.geometry.survey import survey
@@ -24,7 +24,7 @@ SAMPLES = 80  # of a half loop, as a polygon
 def knit_of(stitches):
     """The optimised loops of the repeat that stands for stitches."""
     settings = load_scene("dns-tie-course").geometry
-    return fitted_loop(Wanted(COURSE, WALE, RADIUS, 0.01, stitches=stitches), settings)[1]
+    return fitted_loop(LoopTarget(COURSE, WALE, RADIUS, 0.01, stitches=stitches), settings)[1]
 
 
 def fitted(stitches):
@@ -90,7 +90,8 @@ def test_every_loop_is_held_by_the_one_above_and_yarns_have_room(stitches):
 def test_purl_is_knit_seen_from_behind():
     settings = load_scene("dns-tie-course").geometry
     one, other = (
-        fitted_loop(Wanted(COURSE, WALE, RADIUS, 0.01, stitches=(letter,)), settings)[1] for letter in "KP"
+        fitted_loop(LoopTarget(COURSE, WALE, RADIUS, 0.01, stitches=(letter,)), settings)[1]
+        for letter in "KP"
     )
     np.testing.assert_allclose(
         other.control_points, one.control_points * [1, 1, -1], atol=1e-9 * RADIUS, rtol=0

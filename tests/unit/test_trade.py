@@ -12,7 +12,7 @@ from trade import FOUND, measure_sample, sampled
 
 from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError
 from knitstudy.measures.questions import QUESTIONS, answers
-from knitstudy.stages.trade import rows_of, run, truths
+from knitstudy.stages.trade import reference_values, rows_of, run
 from knitstudy.study.choice import ERROR
 from knitstudy.study.configuration import drawn_defaults
 from knitstudy.study.promises import Quantile, law_of
@@ -28,11 +28,11 @@ def test_ranks_are_those_of_tables(count, rank):
     assert QUANTILE.rank(count) == rank
 
 
-def errors(random, count, rungs=1, told=1.0):
-    """Return inputs, and errors of rungs that fall from one to the next, with heavy tails."""
+def errors(random, count, settings=1, told=1.0):
+    """Return inputs, and errors of model settings that fall from one to the next, with heavy tails."""
     inputs = random.uniform(-1, 1, (count, 4))
-    common, own = random.standard_t(4, count), random.standard_t(4, (rungs, count))
-    levels = np.log(0.08) - 0.7 * np.arange(rungs)
+    common, own = random.standard_t(4, count), random.standard_t(4, (settings, count))
+    levels = np.log(0.08) - 0.7 * np.arange(settings)
     return inputs, np.exp(levels[:, None] + told * inputs @ [1, -0.5, 0.2, 0] + 0.3 * common + 0.3 * own)
 
 
@@ -53,9 +53,9 @@ def test_choosing_the_cheapest_does_not_break_promises():
     """Rungs are chosen where their bounds look good: 95 % of the accuracies that were asked for still hold."""
     random, held = np.random.default_rng(2), []
     for _ in range(40):
-        inputs, values = errors(random, 48, rungs=6)
+        inputs, values = errors(random, 48, settings=6)
         laws = [law_of(inputs, each, QUANTILE) for each in values]
-        others, there = errors(random, 60, rungs=6)
+        others, there = errors(random, 60, settings=6)
         accuracy = np.exp(random.uniform(np.log(0.01), np.log(0.2), 60))
         good = np.array([law.most(others) for law in laws]) <= accuracy
         taken = there[good.argmax(axis=0), np.arange(60)]
@@ -125,36 +125,38 @@ def test_a_knit_is_its_inputs_at_any_scale(trade):
 def test_cells_of_beams_say_nothing_of_crossings(trade):
     """Their histories have no crossings; the other questions are answered."""
     cell, inputs = Case("cell", "touching"), next(trade.points())
-    scene = trade.scene(cell, inputs, drawn_defaults()).vary(trade.rungs_of(cell)["beams"])
+    scene = trade.scene(cell, inputs, drawn_defaults()).vary(trade.settings_of(cell)["beams"])
     history = xr.Dataset({"strain": ("increment", [0.0, inputs.strain])})
     assert answers(QUESTIONS["contact"], scene, history, None, inputs.strain) == {}
 
 
 def values(records):
-    return {each["rung"]: each["values"] for each in records}
+    return {each["model setting"]: each["values"] for each in records}
 
 
-def record(rung, force, reason=""):
-    return {"rung": rung, "values": {} if reason else {"force": force}, "reason": reason} | dict.fromkeys(
-        ("seconds", "memory", "unknowns", "increments"), 1
-    )
+def record(setting, force, reason=""):
+    return {
+        "model setting": setting,
+        "values": {} if reason else {"force": force},
+        "reason": reason,
+    } | dict.fromkeys(("seconds", "memory", "unknowns", "increments"), 1)
 
 
 def test_errors_are_to_the_limit_of_the_degrees(trade):
     """8, 9 and 9.5 N tend to 10 N, open by half of the last step; what failed is infinitely wrong."""
     made = {"honeycomb": 12.0, "yarns2": 8.0, "yarns3": 9.0, "yarns4": 9.5}
     records = [record(*each) for each in made.items()] + [record("network", 0.0, "stopped")]
-    (truth,) = truths({"a": values(records)}, TIED, trade).values()
-    rows = {row["rung"]: row for row in rows_of(records, TIED, {}, trade, truth)}
+    (reference,) = reference_values({"a": values(records)}, TIED, trade).values()
+    rows = {row["model setting"]: row for row in rows_of(records, TIED, {}, trade, reference)}
     assert {row["question"] for row in rows.values()} == {"force"}
-    assert rows["honeycomb"]["uncertainty of the truth [1]"] == pytest.approx(0.025)
+    assert rows["honeycomb"]["uncertainty of the reference value [1]"] == pytest.approx(0.025)
     assert rows["honeycomb"][ERROR] == pytest.approx(12 / 9.75 - 1)
     assert rows["yarns3"][ERROR] == pytest.approx(0.1 + 9 / 9.75 - 0.9)
     assert np.isinf(rows["network"][ERROR])
     assert rows["network"]["reason"] == "stopped"
-    (truth,) = truths({"a": values(records[:2])}, TIED, trade).values()
-    (row,) = rows_of([records[0], record("yarns3", 0.0, "stopped")], TIED, {}, trade, truth)
-    assert row["rung"] == "", "one degree has no limit"
+    (reference,) = reference_values({"a": values(records[:2])}, TIED, trade).values()
+    (row,) = rows_of([records[0], record("yarns3", 0.0, "stopped")], TIED, {}, trade, reference)
+    assert row["model setting"] == "", "one degree has no limit"
     assert row["reason"].endswith("which did not end: yarns3: stopped")
 
 
@@ -164,9 +166,9 @@ def test_degree_3_is_the_truth_where_degree_4_did_not_run(trade, highest, share)
     runs = {"few": {"yarns2": {"force": 8.0}, "yarns3": {"force": 9.0}}}
     for number, step in enumerate([0.4, 0.2, 0.1][:highest]):
         series = {"yarns2": 10 - 9 * step, "yarns3": 10 - 3 * step, "yarns4": 10 - step}
-        runs[f"k{number}"] = {rung: {"force": value} for rung, value in series.items()}
-    truth = truths(runs, TIED, trade)["few"].at("force", 1.0)
-    assert (truth.value, truth.uncertainty / truth.value) == (9.0, pytest.approx(share))
+        runs[f"k{number}"] = {setting: {"force": value} for setting, value in series.items()}
+    reference = reference_values(runs, TIED, trade)["few"].at("force", 1.0)
+    assert (reference.value, reference.uncertainty / reference.value) == (9.0, pytest.approx(share))
 
 
 @pytest.mark.parametrize("case", [TIED, Case("cell", "touching")], ids=str)
@@ -184,20 +186,20 @@ def test_a_run_leaves_a_record_however_it_ends(trade, case, end, reason, monkeyp
 
     monkeypatch.setattr("knitstudy.stages.trade.simulate", simulate)
     problem = trade.scene(case, next(trade.points()), drawn_defaults())
-    record = run(problem, "yarns2", trade.rungs_of(case)["yarns2"], 60, tmp_path)
+    record = run(problem, "yarns2", trade.settings_of(case)["yarns2"], 60, tmp_path)
     assert record["reason"].startswith(reason)
-    assert (record["rung"], record["values"]) == ("yarns2", {})
+    assert (record["model setting"], record["values"]) == ("yarns2", {})
 
 
 def test_a_campaign_goes_on_where_it_was(trade, monkeypatch, tmp_path, capsys):
     """A record a run, kept when killed; those of other code are named. Every fourth knit has degree 4."""
     ran = []
 
-    def run(problem, rung, keys, limit, folder):
-        ran.append(f"{problem.name} {rung}")
+    def run(problem, setting, keys, limit, folder):
+        ran.append(f"{problem.name} {setting}")
         if len(ran) == 50:
             raise KeyboardInterrupt
-        return record(rung, 1.0)
+        return record(setting, 1.0)
 
     monkeypatch.setattr(sample, "run", run)
     monkeypatch.setattr(sample, "code_of", lambda *_: "old" if len(ran) < 50 else "new")
@@ -208,7 +210,7 @@ def test_a_campaign_goes_on_where_it_was(trade, monkeypatch, tmp_path, capsys):
     table = measure_sample(5, tmp_path)
     assert len(ran) == len(set(ran)) + 1, "only the killed run again"
     assert set(table["knit"]) == {f"knit{number:03}" for number in range(1, 6)}
-    assert set(table.loc[table["rung"] == "yarns4", "knit"]) == {"knit001", "knit005"}
+    assert set(table.loc[table["model setting"] == "yarns4", "knit"]) == {"knit001", "knit005"}
     assert (
         capsys.readouterr().out.splitlines()[-1]
         == "49 records were made by other code: --anew makes them again"

@@ -51,14 +51,14 @@ def test_a_yarn_of_which_a_model_knows_a_part_is_refused():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"diameter": "{value: 1e-3, unit: mm, standing: measured, source: a scale}"}, "must be 'm'"),
+        ({"diameter": "{value: 1e-3, unit: mm, provenance: measured, source: a scale}"}, "must be 'm'"),
         (
-            {"diametre": "{value: 1e-3, unit: m, standing: measured, source: a scale}"},
+            {"diametre": "{value: 1e-3, unit: m, provenance: measured, source: a scale}"},
             "did you mean 'diameter'",
         ),
-        ({"diameter": "{value: 1e-3, unit: m, standing: guessed, source: a scale}"}, "diameter.standing"),
-        ({"diameter": "{value: 1e-3, unit: m, standing: measured}"}, "diameter.source. is missing"),
-        ({"friction": "{value: null, unit: '1', standing: assumed, source: none}"}, "must be null where"),
+        ({"diameter": "{value: 1e-3, unit: m, provenance: guessed, source: a scale}"}, "diameter.provenance"),
+        ({"diameter": "{value: 1e-3, unit: m, provenance: measured}"}, "diameter.source. is missing"),
+        ({"friction": "{value: null, unit: '1', provenance: assumed, source: none}"}, "must be null where"),
     ],
 )
 def test_a_file_that_says_too_little_is_refused(tmp_path, knit, change, message):

@@ -11,8 +11,10 @@ SMALL = {
     "every": {},
     "coverage": 0.5,
     "confidence": 0.5,
-    "truth": ["yarns2", "yarns3"],
-    "rungs": {"tied": {"yarns2": COARSE, "yarns3": COARSE | {"mesh.degree": 3, "mesh.crossing_degree": 3}}},
+    "reference value": ["yarns2", "yarns3"],
+    "model settings": {
+        "tied": {"yarns2": COARSE, "yarns3": COARSE | {"mesh.degree": 3, "mesh.crossing_degree": 3}}
+    },
 }
 BOX = {"loops": [1, 1], "rows": [1, 1], "lateral": ["fixed", "fixed"], "strain": [0.01, 0.05]}
 KEYS = {"pattern.loops": 1, "pattern.rows": 1, "load.strain": 0.02}
@@ -38,7 +40,7 @@ def test_from_a_sample_to_a_promise(fresh):
     table = read_table(fresh.folder / "results" / "trade" / "trade.csv")
     assert set(table["case"]) == {"cut-knit-tied", "cell-tied"}
     assert len(table[table["question"] == "force"]) == 8
-    assert (table["error [1]"] < 1).all(), table[["case", "rung", "question", "error [1]", "reason"]]
+    assert (table["error [1]"] < 1).all(), table[["case", "model setting", "question", "error [1]", "reason"]]
     assert ": ended, " not in fresh.run("benchmarks/trade.py", "--first", "2").stdout
 
     assert "2 of 2 knits, " in ended.stdout

@@ -20,7 +20,7 @@ from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.files import read_dataset
 from knitstudy.registry import is_loaded, load_plugins
 from knitstudy.study.alternative_keys import OTHER_WAYS
-from knitstudy.study.choice import Ask
+from knitstudy.study.choice import Requirements
 from knitstudy.study.configuration import (
     drawn_defaults,
     load_changed,
@@ -90,7 +90,7 @@ class Change(click.ParamType):
         """Return the keys that begin like what is typed."""
         if "=" in begun:
             return []
-        keys = [*all_keys(), *OTHER_WAYS, *(f"ask.{name}" for name in Ask.model_fields)]
+        keys = [*all_keys(), *OTHER_WAYS, *(f"ask.{name}" for name in Requirements.model_fields)]
         return [CompletionItem(f"{key}=") for key in keys if key.startswith(begun)]
 
 

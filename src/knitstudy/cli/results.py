@@ -96,7 +96,7 @@ def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
     if asks(scene, changes, config):
         choice = plan_of(scene, changes, config)
         asked = f"{choice.ask.question} within {choice.ask.accuracy:.2g}"
-        click.echo(f"{asked}: take {choice.rung}, {choice.basis}", err=True)
+        click.echo(f"{asked}: take {choice.setting}, {choice.basis}", err=True)
 
 
 @click.command(short_help="Measure what all models cost and miss on this knit.")
@@ -105,10 +105,10 @@ def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
 @console.output_option
 @config_option
 def measure(scene: str, changes: tuple, output: Path, config: Path) -> None:
-    """Run all rungs of config/trade.yaml on the knit of a scene, whatever model it names, and add their errors and
-    prices to measured.csv in the working folder, which `plan` and `fidelity: auto` then use for this knit.
+    """Run all model settings of config/trade.yaml on the knit of a scene, whatever model the scene names.
 
-    The truth is the limit of solid yarns of degrees 2, 3 and 4. A command that was stopped goes on where it was.
+    Errors and prices go to measured.csv in the working folder; `plan` and `fidelity: auto` use them for this knit.
+    The reference value is the limit of solid yarns of degrees 2, 3 and 4. A stopped command goes on where it was.
 
     \b
     knitstudy measure rom3d-tie-course
@@ -119,7 +119,7 @@ def measure(scene: str, changes: tuple, output: Path, config: Path) -> None:
     problem, _, _ = problem_of(scene, dict(changes), config)
     with log_on_console(verbose=False):
         table = measured(problem, output)
-    columns = ["rung", "question", ERROR, SECONDS, MEMORY, "reason"]
+    columns = ["model setting", "question", ERROR, SECONDS, MEMORY, "reason"]
     print_table(columns, table[columns].fillna("").itertuples(index=False))
     click.echo(f"kept in {OWN}", err=True)
 

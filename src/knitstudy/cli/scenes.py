@@ -76,12 +76,12 @@ def list_scenes(study: str | None, family: str | None, fidelity: str | None, con
 @click.option("--sources", is_flag=True, help="Also print the source of every key of the scene.")
 @config_option
 def check(what: str | None, changes: tuple, sources: bool, config: Path) -> None:
-    """Check a configuration folder, or print every key of a scene with its unit and its standing.
+    """Check a configuration folder, or print every key of a scene with its unit and its provenance.
 
     The loop of a knit is laid out, and one cell of it meshed: a loop that does not fit, or that elements do not
     resolve, is an error.
 
-    An error is one message: the file, the scene, the key, its value and the values that are allowed. The standing of
+    An error is one message: the file, the scene, the key, its value and the values that are allowed. The provenance of
     a key tells whether the paper states it, or whether it was inferred, calibrated, assumed or chosen here.
 
     \b
@@ -124,7 +124,7 @@ def _checked_loop(scene: Scene) -> str:
 
 
 def _print_keys(scene: Scene, sources: bool) -> None:
-    columns = ("unit", "role", "standing", *(("source", "checked") if sources else ()))
+    columns = ("unit", "role", "provenance", *(("source", "checked") if sources else ()))
     rows = []
     for key, value in flat(scene.to_dict()).items():
         name, _, field = key.rpartition(".")
@@ -174,14 +174,14 @@ def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -
 
 def _print_plan(choice: Choice) -> None:
     """Print question, choice, what it rests on, the front, and the keys that the choice sets."""
-    problem, ask, rung = choice.problem, choice.ask, choice.rung
+    problem, ask, setting = choice.problem, choice.ask, choice.setting
     click.echo(f"{problem.name}: {ask.question} within {100 * ask.accuracy:g} %, {problem.interaction}")
-    click.echo(f"take {rung}, {choice.basis}")
+    click.echo(f"take {setting}, {choice.basis}")
     if offer := without_edges(problem, ask, drawn_defaults()):
         click.echo(offer)
     rows = []
-    for each in front(choice.rungs, lambda rung: rung.seconds, lambda rung: rung.error):
+    for each in front(choice.settings, lambda setting: setting.seconds, lambda setting: setting.error):
         price = map(digits, (100 * each.error, each.seconds, each.most_seconds, each.memory))
-        rows.append((each.name, *price, "taken" if each == rung else ""))
+        rows.append((each.name, *price, "taken" if each == setting else ""))
     print_table(("model", "error at most [%]", "seconds", "at most", "MB", ""), rows)
-    click.echo("; ".join(f"{key}: {plain(value)}" for key, value in rung.keys.items()))
+    click.echo("; ".join(f"{key}: {plain(value)}" for key, value in setting.keys.items()))

@@ -6,7 +6,7 @@ move to where the bending and length terms of Eq. (1) are smallest among the loo
 `LARGEST_CURVATURE` (sequential quadratic programming). The share of the radius that the yarn has is an unknown as well,
 and what it lacks of 1 costs more than all bending: the minimum is the wanted loop, or the thickest one that fits. A
 wanted length follows in the same way. Of stitches that differ the loops of a whole repeat are one problem, whose
-symmetries are kept. Lengths are in radii but for those of `Loop` and `Wanted`.
+symmetries are kept. Lengths are in radii but for those of `Loop` and `LoopTarget`.
 
 Peirce 1947, "Geometrical principles applicable to the design of functional fabrics", Textile Research Journal 17.
 """
@@ -63,7 +63,7 @@ def peirce_length(course: float, wale: float, diameter: float) -> float:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class LoopTarget:
     """What loops are made from: as of `Loop`, and the length of each if it is given. [m]"""
 
     course: float
@@ -104,11 +104,11 @@ class Wanted:
         return Loop(points, self.wale, self.course, self.radius, self.clearance, self.stitches)
 
 
-def fitted_loop(wanted: Wanted, settings: Any) -> tuple[Loop, Loop, Optimum]:
+def fitted_loop(wanted: LoopTarget, settings: Any) -> tuple[Loop, Loop, Optimum]:
     """Return a loop as drawn and as optimised within the limits, and the outcome of its optimisation.
 
     `settings` are those of `knitstudy.geometry.optimise.optimise`; of these beta, gamma, beta_0 and samples count.
-    Raises NoRoom when no loop fits, which names the limits, and spacings, a diameter or a length with which one does.
+    Raises InfeasibleLoop when no loop fits; it names the limits, and spacings, a diameter or a length that fit.
     """
     free, radius = replace(wanted, length=None), wanted.radius
     room, optimum, reason = start = _of_spacings(free, settings)
@@ -152,7 +152,7 @@ def _nearest(end_of: Callable[[float], _End], free: float, way: float, less: flo
         trial = float(f"{free + (1 - MARGIN) * way:.4g}")
         try:
             room, optimum, _ = end_of(trial)
-        except NoRoom:
+        except InfeasibleLoop:
             return None
         if optimum is not None:
             return trial
@@ -166,16 +166,16 @@ def _millimetres(length: float) -> str:
     return f"{1e3 * length:.4g}"
 
 
-def _of_spacings(wanted: Wanted, settings: Any) -> _End:
-    """Return the end of the path to the loop of free length. Raises NoRoom where the drawn one does not interlock."""
+def _of_spacings(wanted: LoopTarget, settings: Any) -> _End:
+    """Return the end of the path to the loop of free length; InfeasibleLoop where the drawn one does not interlock."""
     # A problem of another scale is the same one to the last bit, and so is what becomes of it.
     spacings = (float(f"{each / wanted.radius:.12g}") for each in (wanted.course, wanted.wale))
-    unit = Wanted(*spacings, 1.0, wanted.clearance, stitches=standard(wanted.stitches)[0])
+    unit = LoopTarget(*spacings, 1.0, wanted.clearance, stitches=standard(wanted.stitches)[0])
     try:
         start = _Room(unit.drawn(), _Path(unit.rest_length, (0.0, 1.0)), None, settings)
     except GeometryError as error:
         remedy = "take a pattern.wale_spacing of 0.5 to 2 course spacings"
-        raise NoRoom(
+        raise InfeasibleLoop(
             f"no loop is drawn that interlocks: {_plain(error)}; {remedy}", ["interlock"], 0.0
         ) from error
     return _follow_path(start)
@@ -188,7 +188,7 @@ def _of_length(room: _Room, length: float) -> _End:
     return _follow_path(_Room(room.unit, path, 0.0, room.settings, room.crossing))
 
 
-class NoRoom(GeometryError):
+class InfeasibleLoop(GeometryError):
     """No loop fits: the limits that the nearest one which does has reached, and its share of the diameter."""
 
     def __init__(self, message: str, limits: Iterable[str], share: float):
@@ -335,7 +335,7 @@ class _Room:
     def _start(self) -> np.ndarray:
         return np.append(np.zeros(self._motions.shape[-1]), self.share)
 
-    def refusal(self, what: str, reason: str, nearest: str, share: float) -> NoRoom:
+    def refusal(self, what: str, reason: str, nearest: str, share: float) -> InfeasibleLoop:
         """Return the error of a loop beyond this one, the last with room: by the limits it has reached, or a reason.
 
         `nearest` says with which values a loop fits, of `share` of the radius.
@@ -354,7 +354,7 @@ class _Room:
                 )
         said = said or {"interlock": reason}
         message = f"{what}: {' and '.join(said.values())}" + (f". {nearest}" if nearest else "")
-        return NoRoom(message, said, share)
+        return InfeasibleLoop(message, said, share)
 
     def _points(self, x: np.ndarray) -> np.ndarray:
         return self.unit.control_points + self._motions @ x[:-1]

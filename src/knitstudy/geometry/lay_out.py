@@ -18,7 +18,7 @@ from knitstudy.errors import GeometryError
 from knitstudy.geometry.crossings import metre
 from knitstudy.geometry.fabric import KNITS, plain_knit, yarn_pair
 from knitstudy.geometry.fabric_file import fabric_dataset
-from knitstudy.geometry.fit import Wanted, fitted_loop
+from knitstudy.geometry.fit import LoopTarget, fitted_loop
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.optimise import CONTACT_TOLERANCE, optimise
 from knitstudy.geometry.stitches import PLAIN, images_of_standard
@@ -82,7 +82,9 @@ def _wanted(scene):
     """What the loop of a scene without control points is drawn for."""
     pattern = scene.pattern
     spacings = pattern.course_spacing, pattern.wale_spacing
-    return Wanted(*spacings, drawn_radius(scene), pattern.clearance, pattern.loop_length, pattern.stitches)
+    return LoopTarget(
+        *spacings, drawn_radius(scene), pattern.clearance, pattern.loop_length, pattern.stitches
+    )
 
 
 def loop_of(scene):

@@ -1,6 +1,6 @@
-"""What accuracy costs, measured: a knit by all rungs (docs/notes/accuracy.md).
+"""What accuracy costs, measured: a knit by all model settings (docs/notes/accuracy.md).
 
-`measure` takes one of one's own; ``benchmarks/trade.py`` takes those of the sample. The truth of a
+`measure` takes one of one's own; ``benchmarks/trade.py`` takes those of the sample. The reference value of a
 quantity is the limit of solid yarns of rising degree; a run that fails, or exceeds its time, has an infinite error.
 """
 
@@ -38,7 +38,7 @@ FEW = 3  # Knits of the highest degree that say how far the next one is off
 REACHED = 1 - 1e-6  # Share of the strain that a history has to reach
 
 Record = dict[str, Any]
-"""Values by quantity, price and reason of failure of one run; inputs, case, rung and knit that it is of."""
+"""Values by quantity, price and reason of failure of one run; inputs, case, model setting and knit that it is of."""
 
 
 def code_of(problem: Scene, keys: Mapping) -> str:
@@ -50,11 +50,18 @@ def code_of(problem: Scene, keys: Mapping) -> str:
     return digest([code_digest("measures", *MODEL), scene.hash])
 
 
-def run(problem: Scene, rung: str, keys: Mapping, limit: float, folder: Path, say: bool = False) -> Record:
-    """Return the record of a problem by one rung, run in a process of its own with a limit of processor time [s]."""
-    record = {"rung": rung, "values": {}, "seconds": nan, "memory": nan, "unknowns": 0, "increments": 0}
+def run(problem: Scene, setting: str, keys: Mapping, limit: float, folder: Path, say: bool = False) -> Record:
+    """Return the record of a problem by one model setting, in a process with a limit of processor time [s]."""
+    record = {
+        "model setting": setting,
+        "values": {},
+        "seconds": nan,
+        "memory": nan,
+        "unknowns": 0,
+        "increments": 0,
+    }
     try:
-        document = problem.vary(dict(keys) | {"name": f"{problem.name}-{rung}", "outputs": []}).to_dict()
+        document = problem.vary(dict(keys) | {"name": f"{problem.name}-{setting}", "outputs": []}).to_dict()
         with ProcessPoolExecutor(1, get_context("fork"), end_with_parent) as pool:
             return record | pool.submit(_run, document, limit, folder, say).result()
     except ConfigurationError as error:
@@ -87,15 +94,15 @@ def _run(document: Mapping, limit: float, folder: Path, say: bool) -> Record:
 
 
 def rows_of(
-    records: Iterable[Record], case: Case, about: Mapping[str, Any], trade: Trade, truth: Reference
+    records: Iterable[Record], case: Case, about: Mapping[str, Any], trade: Trade, reference: Reference
 ) -> list[dict]:
-    """Return one row a rung and question of the records of one knit, or one that says why no truth is known."""
-    rows, rungs = [], trade.rungs_of(case)
+    """Return a row for every model setting and question of one knit, or one with the reason of no reference."""
+    rows, settings = [], trade.settings_of(case)
     for record in records:
         for question in QUESTIONS.values():
             off = {}
-            for quantity in question.by.get(rungs[record["rung"]]["fidelity"], ()):
-                if (true := known(truth, quantity, 1.0)).known:
+            for quantity in question.by.get(settings[record["model setting"]]["fidelity"], ()):
+                if (true := known(reference, quantity, 1.0)).known:
                     value = record["values"].get(quantity, inf)
                     error = true.of(lambda other, value=value: abs(value / other - 1))
                     off[quantity] = (inf if record["reason"] else error.value + error.uncertainty, true)
@@ -105,31 +112,37 @@ def rows_of(
             error, true = off[quantity]
             price = {SECONDS: record["seconds"], MEMORY: record["memory"]}
             size = {"unknowns [1]": record["unknowns"], "increments [1]": record["increments"]}
-            share = {"uncertainty of the truth [1]": true.uncertainty / true.value}
+            share = {"uncertainty of the reference value [1]": true.uncertainty / true.value}
             said = {"reason": record["reason"], "code": record.get("code", "")}
-            of = {"case": str(case), "rung": record["rung"], "question": question.name, "quantity": quantity}
+            of = {
+                "case": str(case),
+                "model setting": record["model setting"],
+                "question": question.name,
+                "quantity": quantity,
+            }
             rows.append({**about, **of, ERROR: error, **price, **size, **share, **said})
     if rows:
         return rows
-    failed = "; ".join(f"{each['rung']}: {each['reason']}" for each in records if each["reason"])
-    reason = f"the truth takes two of {', '.join(trade.truth)}, which did not end: {failed}"
-    return [{**about, "case": str(case), "rung": "", "question": "", "reason": reason}]
+    failed = "; ".join(f"{each['model setting']}: {each['reason']}" for each in records if each["reason"])
+    reason = f"the reference value takes two of {', '.join(trade.reference)}, which did not end: {failed}"
+    return [{**about, "case": str(case), "model setting": "", "question": "", "reason": reason}]
 
 
-def truths(
+def reference_values(
     runs: Mapping[str, Mapping[str, Mapping[str, float]]], case: Case, trade: Trade
 ) -> dict[str, Reference]:
-    """Return what is true of every knit, at strain 1 for full load, from runs {knit: {rung: values}}.
+    """Return what is true of every knit, at strain 1 for full load, from runs {knit: {model setting: values}}.
 
-    That is the limit of the rungs of the truth where two or more have ended. Where the highest degree did not run, it
-    is the next one, as uncertain as that is far from the limit at most on the knits of both, if they are `FEW` or more.
+    That is the limit of the settings `reference` of config/trade.yaml, where two or more have ended. Where the highest
+    degree did not run, it is the next one, as uncertain as that is far from the limit at most on the knits of both, if
+    they are `FEW` or more.
     """
-    degrees = {name: trade.rungs_of(case)[name].get("mesh.degree", 2) for name in trade.truth}
-    *_, next_to, highest = trade.truth
+    degrees = {name: trade.settings_of(case)[name].get("mesh.degree", 2) for name in trade.reference}
+    *_, next_to, highest = trade.reference
     limits: dict[str, dict[str, Estimate]] = {}
     far: dict[str, list[float]] = {}
     for knit, values in runs.items():
-        ended, limits[knit] = [name for name in trade.truth if values.get(name)], {}
+        ended, limits[knit] = [name for name in trade.reference if values.get(name)], {}
         for quantity in values[ended[0]] if len(ended) > 1 else ():
             series = [values[name][quantity] for name in ended]
             limit = limit_of_degrees([degrees[name] for name in ended], series)
@@ -156,8 +169,8 @@ def collect(
     rows = []
     for case in trade.cases():
         found = {knit: of for (knit, each), of in records.items() if each == case}
-        runs = {knit: {each["rung"]: each["values"] for each in of} for knit, of in found.items()}
-        for knit, true in truths(runs, case, trade).items():
+        runs = {knit: {each["model setting"]: each["values"] for each in of} for knit, of in found.items()}
+        for knit, true in reference_values(runs, case, trade).items():
             scene = problems[knit, case]
             about = {"knit": knit, "problem": same_knit(scene)} | asdict(Inputs.of(scene))
             rows += rows_of(found[knit], case, about, trade, true)
@@ -165,18 +178,18 @@ def collect(
 
 
 def measure(problem: Scene, folder: Path) -> pd.DataFrame:
-    """Run all rungs on a knit of one's own, keep their errors and prices in a table of one's own, and return them.
+    """Run all model settings on a knit of one's own, add errors and prices to a table of one's own, and return them.
 
-    Raises DataFileError where the truth is not known since fewer than two of its rungs have ended.
+    Raises DataFileError where the reference value is not known since fewer than two of its model settings have ended.
     """
     trade, case = load_trade(), Case.of(problem)
     if problem.specimen == "pair":
         raise ConfigurationError(
             f"scene {problem.name!r}: specimen is pair, but models are measured on knits"
         )
-    knit, rungs = same_knit(problem), trade.rungs_of(case)
+    knit, settings = same_knit(problem), trade.settings_of(case)
     named = problem.vary({"name": f"{problem.name}-{knit[:8]}", "knit": f"{problem.knit}-{knit[:8]}"})
-    records = [run(named, rung, keys, trade.limit, folder, say=True) for rung, keys in rungs.items()]
+    records = [run(named, setting, keys, trade.limit, folder, say=True) for setting, keys in settings.items()]
     table = collect(trade, {(problem.name, case): problem}, {(problem.name, case): records})
     if table[ERROR].isna().all():
         raise DataFileError(f"scene {problem.name!r}: {table['reason'].iloc[0]}")

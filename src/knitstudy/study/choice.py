@@ -28,15 +28,15 @@ from knitstudy.study.sample import ANY, Case, Inputs, Trade, endless, load_trade
 from knitstudy.study.scene import Scene, set_dotted
 from knitstudy.study.scene_type import FIDELITIES, role_of
 
-TRADE_KEPT = RESOURCES / "trade.csv"  # What `make trade` measured: a row a knit, rung and question
+TRADE_KEPT = RESOURCES / "trade.csv"  # What `make trade` measured: a row a knit, model setting and question
 OWN = Path("measured.csv")  # The same of knits of one's own, in the working folder
 
 AUTO = "auto"  # The fidelity of a scene that leaves the model open
 
 ERROR, SECONDS, MEMORY = "error [1]", "seconds [s]", "memory [MB]"
 NUMBERS = (*(name for name, kind in Inputs.__annotations__.items() if kind != "str"), ERROR, SECONDS, MEMORY)
-COLUMNS = ("knit", "case", "rung", "question", *Inputs.__annotations__, ERROR, SECONDS, MEMORY)
-COLUMNS += ("quantity", "uncertainty of the truth [1]", "unknowns [1]", "increments [1]", "reason")
+COLUMNS = ("knit", "case", "model setting", "question", *Inputs.__annotations__, ERROR, SECONDS, MEMORY)
+COLUMNS += ("quantity", "uncertainty of the reference value [1]", "unknowns [1]", "increments [1]", "reason")
 COLUMNS += ("problem", "code")
 
 OF_BEAMS = {*BeamYarn.model_fields} - {*Yarn.model_fields}  # what only beams know of a yarn
@@ -44,7 +44,7 @@ OF_BEAMS = {*BeamYarn.model_fields} - {*Yarn.model_fields}  # what only beams kn
 ALIKE = 0.01  # Relative difference of two errors that are the same
 
 
-class Ask(Section):
+class Requirements(Section):
     """What is asked of a scene whose fidelity is `auto`, how surely, and at which price at most.
 
     It is resolved where scenes are read: what is simulated is an ordinary scene of the cheapest model that will do.
@@ -71,7 +71,7 @@ class Ask(Section):
 
 
 @dataclass(frozen=True)
-class Rung:
+class ModelSetting:
     """A model with its settings: what is promised of it for a scene, and its price."""
 
     name: str
@@ -88,18 +88,18 @@ class Rung:
 
 @dataclass(frozen=True)
 class Choice:
-    """What was chosen for a problem, out of all rungs that have a promise, and what the promise rests on."""
+    """What was chosen for a problem, out of all model settings that have a promise, and what the promise rests on."""
 
     problem: Scene  # what is simulated, by any model
-    ask: Ask
-    rung: Rung
-    rungs: tuple[Rung, ...]
+    ask: Requirements
+    setting: ModelSetting
+    settings: tuple[ModelSetting, ...]
     basis: str
 
     @property
     def scene(self) -> Scene:
         """The problem by the model that was chosen."""
-        return self.problem.vary(self.rung.keys)
+        return self.problem.vary(self.setting.keys)
 
 
 def is_open(keys: Mapping[str, Any]) -> bool:
@@ -129,12 +129,12 @@ def problem_of_keys(name: str, keys: Mapping[str, Any], where: str, defaults: Ma
     return Scene.from_dict({"name": name, "fidelity": ANY} | own, where, defaults)
 
 
-def choose(problem: Scene, ask: Ask, drawn: Mapping, where: str) -> Choice:
+def choose(problem: Scene, ask: Requirements, drawn: Mapping, where: str) -> Choice:
     """Return the cheapest model for a scene, which says what is to be simulated, by any model.
 
     `drawn` are the defaults that the sample was made with; `where` begins messages.
-    Raises ConfigurationError where nothing is promised, or no rung is accurate, fast or small enough: what comes
-    nearest is named, and the endless cell where that would do.
+    Raises ConfigurationError where nothing is promised, or no model setting is accurate, fast or small enough: the
+    message names the nearest one, and the endless cell where that would do.
     """
     try:
         return _choose(problem, ask, drawn, where)
@@ -143,17 +143,17 @@ def choose(problem: Scene, ask: Ask, drawn: Mapping, where: str) -> Choice:
         raise ConfigurationError(f"{error}{f'; {offer}' if offer else ''}") from None
 
 
-def without_edges(problem: Scene, ask: Ask, drawn: Mapping) -> str:
+def without_edges(problem: Scene, ask: Requirements, drawn: Mapping) -> str:
     """Return what a cell of the endless fabric would cost in place of a knit, if it will do."""
     if not problem.is_knit:
         return ""
     try:
-        return f"if no edges matter, specimen: cell by {_choose(endless(problem), ask, drawn, '').rung}"
+        return f"if no edges matter, specimen: cell by {_choose(endless(problem), ask, drawn, '').setting}"
     except ConfigurationError:
         return ""
 
 
-def _choose(problem: Scene, ask: Ask, drawn: Mapping, where: str) -> Choice:
+def _choose(problem: Scene, ask: Requirements, drawn: Mapping, where: str) -> Choice:
     if problem.specimen == "pair":
         raise ConfigurationError(f"{where}: fidelity is {AUTO} but must be named where specimen is pair")
     trade, knit = load_trade(), same_knit(problem)
@@ -167,31 +167,33 @@ def _choose(problem: Scene, ask: Ask, drawn: Mapping, where: str) -> Choice:
             measured = f"{count or 'no'} knits have been measured of {case} ({TRADE_KEPT.name})"
             more = f"a promise takes {trade.fewest} or more, which `make trade` measures"
             raise ConfigurationError(f"{where}: {measured}: {more}; {remedy}")
-    rungs = promised(problem, ask.question, trade, mine or measured_rows(TRADE_KEPT), bool(mine))
+    settings = promised(problem, ask.question, trade, mine or measured_rows(TRADE_KEPT), bool(mine))
     for name in ask.among:
         find("fidelity", FIDELITIES, name, f"{where}: ask.among")
-    rungs = [rung for rung in rungs if not ask.among or rung.keys["fidelity"] in ask.among]
-    if not rungs:
+    settings = [setting for setting in settings if not ask.among or setting.keys["fidelity"] in ask.among]
+    if not settings:
         of = f" among {', '.join(ask.among)}" if ask.among else ""
         raise ConfigurationError(
             f"{where}: ask.question is {ask.question!r}, which no model of {Case.of(problem)}{of} "
             "is promised to answer; ask for another, or name a fidelity"
         )
-    good = [rung for rung in rungs if rung.error <= ask.accuracy]
+    good = [setting for setting in settings if setting.error <= ask.accuracy]
     if not good:
-        best = min(rungs, key=attrgetter("error"))
+        best = min(settings, key=attrgetter("error"))
         raise ConfigurationError(f"{where}: ask.accuracy is {ask.accuracy:g}, but nearest comes {best}")
     for key, price in (("seconds", attrgetter("most_seconds")), ("memory", attrgetter("memory"))):
         allowed = getattr(ask, key)
         least = min(good, key=price)
         if allowed is not None and price(least) > allowed:
             cheap = min(
-                (rung for rung in rungs if price(rung) <= allowed), key=attrgetter("error"), default=None
+                (setting for setting in settings if price(setting) <= allowed),
+                key=attrgetter("error"),
+                default=None,
             )
             instead = f"within it comes {cheap}" if cheap else "nothing is within it"
             within = f"within ask.accuracy {ask.accuracy:g} the least is {least}"
             raise ConfigurationError(f"{where}: ask.{key} is {allowed:g}, but {within}; {instead}")
-        good = [rung for rung in good if allowed is None or price(rung) <= allowed]
+        good = [setting for setting in good if allowed is None or price(setting) <= allowed]
     basis = "on this very knit"
     if not mine:
         share, sure = 100 * trade.coverage, 100 * trade.confidence
@@ -199,24 +201,26 @@ def _choose(problem: Scene, ask: Ask, drawn: Mapping, where: str) -> Choice:
         basis += f", by {count} that were measured"
         if without := len(measured_knits(measured_rows(TRADE_KEPT), case, known=False)):
             basis += f" and without {without} on which solid yarns did not end"
-    rung = min(good, key=lambda rung: (rung.seconds, rung.error, rung.name))
-    return Choice(problem, ask, rung, tuple(rungs), basis)
+    setting = min(good, key=lambda setting: (setting.seconds, setting.error, setting.name))
+    return Choice(problem, ask, setting, tuple(settings), basis)
 
 
 def promised(
     problem: Scene, question: str, trade: Trade, rows: Iterable[Mapping], own: bool = False
-) -> list[Rung]:
-    """Return the rungs of a problem that have a promise: by laws of the sample, or as measured of `own` knits."""
+) -> list[ModelSetting]:
+    """Return the model settings of a problem that have a promise: by laws of the sample, or measured on `own` knits."""
     case, here = Case.of(problem), np.array(Inputs.of(problem).regressors())
     quantile, found = trade.quantile, []
-    for name, keys in trade.rungs_of(case).items():
+    for name, keys in trade.settings_of(case).items():
         of = [
-            row for row in rows if (row["case"], row["rung"], row["question"]) == (str(case), name, question)
+            row
+            for row in rows
+            if (row["case"], row["model setting"], row["question"]) == (str(case), name, question)
         ]
         ended = [row for row in of if isfinite(row[ERROR])]
         if own and ended:
             error, seconds, memory = (ended[-1][column] for column in (ERROR, SECONDS, MEMORY))
-            found.append(Rung(name, keys, error, seconds, seconds, memory))
+            found.append(ModelSetting(name, keys, error, seconds, seconds, memory))
         if own or not ended:
             continue
         error = law_of(_regressors(of), [row[ERROR] for row in of], quantile).most(here)
@@ -225,12 +229,12 @@ def promised(
             seconds = law_of(inputs, [row[SECONDS] for row in ended], quantile)
             memory = law_of(inputs, [row[MEMORY] for row in ended], quantile)
             price = seconds.expected(here), seconds.most(here), memory.most(here)
-            found.append(Rung(name, keys, float(error), *map(float, price)))
+            found.append(ModelSetting(name, keys, float(error), *map(float, price)))
     return found
 
 
 def measured_knits(rows: Iterable[Mapping], case: str, known: bool = True) -> set[str]:
-    """Return the knits among rows of a case whose truth is known, or those of which it is not."""
+    """Return the knits among rows of a case whose reference value is known, or those of which it is not."""
     return {row["knit"] for row in rows if row["case"] == case and isnan(row[ERROR]) != known}
 
 

@@ -15,7 +15,7 @@ from pydantic import Field
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import find, unknown_choice
-from knitstudy.study.choice import AUTO, Ask, Choice, choose, is_open, of_model, problem_of_keys
+from knitstudy.study.choice import AUTO, Choice, Requirements, choose, is_open, of_model, problem_of_keys
 from knitstudy.study.documents import CONFIG, read_yaml
 from knitstudy.study.families import STUDIES, Member, family_files, read_families
 from knitstudy.study.keys import Section, output, validated
@@ -165,7 +165,7 @@ def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Cho
     """
     problem, keys, where = problem_of(name, changes, config)
     wish = {key.partition(".")[2]: value for key, value in keys.items() if key.startswith("ask.")}
-    return choose(problem, validated(Ask, wish, where, "ask."), drawn_defaults(), where)
+    return choose(problem, validated(Requirements, wish, where, "ask."), drawn_defaults(), where)
 
 
 def problem_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> tuple[Scene, dict, str]:

@@ -1,4 +1,4 @@
-"""Keys of a scene: type, bounds, unit, role, standing and source of each stand once, in the field of its section.
+"""Keys of a scene: type, bounds, unit, role, provenance and source of each stand once, in the field of its section.
 
 A section is a frozen pydantic model whose fields are made by `physics`, `resolution`, `numerics` and `output`. The
 text under a field is the source of the value and, after "Checked:", the range over which results were checked. Allowed
@@ -33,7 +33,7 @@ ROLES = {
 }
 """What a key is for; what other modules do with a key follows from its role."""
 
-STANDINGS = ("stated", "inferred", "assumed", "calibrated", "choice")
+PROVENANCES = ("stated", "inferred", "assumed", "calibrated", "choice")
 """What an input is worth; see config/README.md."""
 
 LARGEST = 2**63  # Larger whole numbers count nothing
@@ -68,7 +68,7 @@ class OneOf:
 
 def key(
     role: str,
-    standing: str,
+    provenance: str,
     *,
     unit: str = "1",
     meaning: str = "",
@@ -82,8 +82,8 @@ def key(
     ----------
     role : str
         One of `ROLES`.
-    standing : str
-        One of `STANDINGS`.
+    provenance : str
+        One of `PROVENANCES`.
     meaning : str
         Follows type and bounds in messages; by default the unit does.
     allowed : str or callable
@@ -95,9 +95,9 @@ def key(
     **bounds
         ``gt``, ``ge``, ``lt``, ``le``, ``min_length``, ``pattern`` as of pydantic.
     """
-    if role not in ROLES or standing not in STANDINGS:
-        raise ValueError(f"a key of role {role!r} and standing {standing!r}")
-    known = Description(role, standing, unit, meaning, allowed)
+    if role not in ROLES or provenance not in PROVENANCES:
+        raise ValueError(f"a key of role {role!r} and provenance {provenance!r}")
+    known = Description(role, provenance, unit, meaning, allowed)
     return Field(default, json_schema_extra=known, **bounds)
 
 
@@ -113,7 +113,7 @@ class Description:
     """What is known of one key; see `key`."""
 
     role: str
-    standing: str
+    provenance: str
     unit: str
     meaning: str
     allowed: Any

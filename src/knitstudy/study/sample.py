@@ -1,4 +1,4 @@
-"""The sample of knits that errors and prices of models are measured on: its box, its points, and the rungs.
+"""The sample of knits that errors and prices of models are measured on: its box, its points, and the model settings.
 
 ``config/trade.yaml`` declares all of it. A knit is described by `Inputs`, which have no dimension: a knit of another
 scale or modulus is the same one. `Case` is what is computed of a knit: cut out or endless, tied or touching.
@@ -146,9 +146,9 @@ class Trade(Section):
     confidence: Annotated[float, Field(gt=0, lt=1)] = declared(allowed="a probability")
     limit: Annotated[float, Field(gt=0)] = declared(allowed="a number > 0, in s")
     box: dict[str, list[Any]] = declared(allowed="two ends, or a list of texts, by input")
-    truth: tuple[str, ...] = declared(allowed="names of rungs")
-    every: dict[str, Count] = declared(allowed="whole numbers from 1 on, by rung", default={})
-    rungs: dict[str, dict[str, dict[str, Any]]] = declared(
+    reference: tuple[str, ...] = declared(allowed="names of model settings")
+    every: dict[str, Count] = declared(allowed="whole numbers from 1 on, by model setting", default={})
+    settings: dict[str, dict[str, dict[str, Any]]] = declared(
         allowed="keys by name, of tied and of touching yarns"
     )
 
@@ -159,13 +159,13 @@ class Trade(Section):
 
     def cases(self) -> list[Case]:
         """Return all cases."""
-        return [Case(specimen, yarns) for specimen in SPECIMENS for yarns in self.rungs]
+        return [Case(specimen, yarns) for specimen in SPECIMENS for yarns in self.settings]
 
-    def rungs_of(self, case: Case, number: int = 0) -> dict[str, dict[str, Any]]:
-        """Return the keys of the rungs that model a case, by name: all, or those of the knit of a number, from 0 on."""
+    def settings_of(self, case: Case, number: int = 0) -> dict[str, dict[str, Any]]:
+        """Return the keys of the settings that model a case, by name: all, or those of the knit of a number."""
         return {
             name: keys
-            for name, keys in self.rungs[case.yarns].items()
+            for name, keys in self.settings[case.yarns].items()
             if number % self.every.get(name, 1) == 0
             and case.specimen in FIDELITIES[keys["fidelity"]].specimens
         }

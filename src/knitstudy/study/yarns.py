@@ -36,7 +36,7 @@ class Value(Section):
 
     value: float | None = declared(allowed="a number in the unit, or null where it is not known")
     unit: str = declared()
-    standing: Literal["measured", "printed", "fitted on stockinette", "assumed", "unknown"] = declared()
+    provenance: Literal["measured", "printed", "fitted on stockinette", "assumed", "unknown"] = declared()
     source: Annotated[str, Field(min_length=1)] = declared(allowed="a text: where the value comes from")
     interval: tuple[float, float] | None = declared(
         allowed="the lowest and the highest value that go as well, or null", default=None
@@ -77,8 +77,8 @@ def read_yarn(name: str, where: str = OF) -> YarnFile:
         _, unit = find("value of a yarn", KEYS, part, where)
         if each.unit != unit:
             raise ConfigurationError(f"{where}: {part}.unit is {each.unit!r} but must be {unit!r}")
-        if (each.value is None) != (each.standing == "unknown"):
-            only = "where its standing is unknown, and only there"
+        if (each.value is None) != (each.provenance == "unknown"):
+            only = "where its provenance is unknown, and only there"
             raise ConfigurationError(f"{where}: {part}.value must be null {only}")
     lengths = tuple(validated(LoopLength, each, where, "loop_lengths.") for each in yarn.loop_lengths)
     return yarn.model_copy(update={"values": values, "loop_lengths": lengths})

@@ -295,7 +295,7 @@ FINE, RESOLVED, NEAR = 0.3, 0.5, 1.2
 
 
 @dataclass(frozen=True)
-class Shown:
+class PatchResponse:
     """Displacement over force, on a patch: at its middle, what it falls by along the axes, and its weighted mean.
 
     The displacement is ``middle - fall[0] x^2 - fall[1] y^2`` on the patch's axes.
@@ -328,7 +328,7 @@ class PatchedYarn:
         semiaxes: tuple[float, float],
         turn: float = 0.0,  # angle between the first one and the yarn
         direction: int = NORMAL,  # of the force
-    ) -> Shown:
+    ) -> PatchResponse:
         """Return the displacement under a unit force with Hertz's distribution on an ellipse in the yarn's middle."""
         place, weight = _disc()
         x, y = (place * semiaxes).T
@@ -344,7 +344,7 @@ class PatchedYarn:
         shape = np.stack([np.ones_like(x), -(x**2), -(y**2)], axis=1)
         weighted = weight[:, None] * shape
         middle, *fall = np.linalg.solve(shape.T @ weighted, weighted.T @ displacement)
-        return Shown(float(middle), tuple(map(float, fall)), float(weight @ displacement))
+        return PatchResponse(float(middle), tuple(map(float, fall)), float(weight @ displacement))
 
 
 @lru_cache(maxsize=32)
