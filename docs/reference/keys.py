@@ -10,7 +10,7 @@ from knitstudy.files import write_text
 from knitstudy.registry import listed
 from knitstudy.study.choice import AUTO, Requirements
 from knitstudy.study.keys import ROLES, Section, allowed_values, describe_with_source, lists
-from knitstudy.study.scene_type import FIDELITIES, INTERACTIONS, SPECIMENS, Labels, all_kinds, all_sections
+from knitstudy.study.scene_type import INTERACTIONS, MODELS, SPECIMENS, Labels, all_kinds, all_sections
 
 COMMAND = "python docs/reference/keys.py"
 
@@ -36,7 +36,7 @@ def keys_page() -> str:
     """Return ``docs/reference/keys.md``: every key by its section, with the scenes that have it."""
     roles = _table(("role", "is of a key that says"), [(f"`{name}`", said) for name, said in ROLES.items()])
     parts = [TITLE, f"## Roles\n\n{roles}", "## Kinds of scenes\n"]
-    for what, kinds in (("specimen", SPECIMENS), ("fidelity", FIDELITIES), ("interaction", INTERACTIONS)):
+    for what, kinds in (("specimen", SPECIMENS), ("fidelity", MODELS.all()), ("interaction", INTERACTIONS)):
         parts.append(_table((what, "is"), [(f"`{name}`", kind.meaning) for name, kind in kinds.items()]))
     parts.append(f"## Labels\n\n{_section_text('', dict.fromkeys(Labels.model_fields, Labels))}")
     parts.append(

@@ -76,9 +76,7 @@ def ask(kept, monkeypatch, tmp_path):
     return asked
 
 
-@pytest.mark.parametrize(
-    ("accuracy", "setting"), [(5.0, "honeycomb"), (0.05, "network"), (0.021, "yarns2")]
-)
+@pytest.mark.parametrize(("accuracy", "setting"), [(5.0, "honeycomb"), (0.05, "network"), (0.021, "yarns2")])
 def test_the_cheapest_that_is_promised_is_taken(ask, accuracy, setting):
     """Yarns of degrees 2 and 3 tie in price and error: the name decides."""
     found = ask(accuracy=accuracy)

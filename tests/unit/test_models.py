@@ -1,29 +1,85 @@
-"""The dictionary of models: one for every fidelity, and an entry for one from outside."""
+"""Models: one object each, also from a plugin, and the data that they get."""
+
+import subprocess
+import sys
+from dataclasses import replace
 
 import pytest
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.files import read_dataset
 from knitstudy.geometry.fabric import endless_cell
 from knitstudy.models import hexahedra, network_3d
-from knitstudy.models.simulate import MODELS, build
+from knitstudy.models.simulate import build
+from knitstudy.study.scene_type import MODELS
 
 
-def test_a_model_from_outside_is_an_entry_and_gets_the_data_that_are_given(
-    plain_scene, knit, contacts, monkeypatch
-):
+def test_a_model_gets_the_data_that_are_given(plain_scene, knit, contacts, monkeypatch):
     given = {}
 
     def own(scene, fabric, **data):
         given.update(data)
         return network_3d.build(scene, fabric, **data)
 
-    monkeypatch.setitem(MODELS, "rom3d", own)
+    monkeypatch.setitem(MODELS.all(), "rom3d", replace(MODELS.find("rom3d"), build=own))
     problem = build(plain_scene.replace("mesh.beam_size", 1.2), knit, contacts=contacts, springs=None)
     assert list(given) == ["contacts"]
     assert problem.scene.fidelity == "rom3d"
-    monkeypatch.delitem(MODELS, "rom3d")
-    with pytest.raises(ConfigurationError, match="no model for fidelity 'rom3d'; known are hexahedra"):
-        build(plain_scene, knit)
+
+
+PLUGIN = """
+from dataclasses import replace
+
+from knitstudy.models.network_3d import spatial_network, joint_points, problem
+from knitstudy.models.joints import contacts_of_crossings
+from knitstudy.study.keys import Section, key
+from knitstudy.study.scene_type import MODELS, Model
+from knitstudy.study.model_sections import BeamMesh, BeamGates, Newton
+
+
+class Wires(Section):
+    stiffness: float = key("physics", "assumed", default=1.0, unit="1", gt=0, le=1e3)
+    "A test."
+
+
+def build(scene, fabric):
+    points = joint_points(fabric, contacts_of_crossings(fabric))
+    stiffer = scene.scaled(stiffness=scene.wires.stiffness)
+    return replace(problem(stiffer, fabric, spatial_network(fabric, points, scene.mesh.beam_size)), scene=scene)
+
+
+MODELS.register(
+    Model(
+        name="wires", meaning="rigidly joined wires", label="wires", specimens=("knit", "cut_knit"),
+        sections={"mesh": BeamMesh, "solver": Newton, "gates": BeamGates, "wires": Wires}, build=build,
+    )
+)
+"""
+
+SCENES = """
+studies: []
+scenes:
+- name: wires
+  case: tie-course
+  keys: {knit: wires, fidelity: wires, pattern.loops: 1, pattern.rows: 1, mesh.beam_size: 1.5, outputs: []}
+"""
+
+
+def test_a_plugin_of_one_file_adds_a_model_with_keys_of_its_own(tmp_path):
+    """The command runs it, and its own key doubles the force."""
+    (tmp_path / "wires.py").write_text(PLUGIN)
+    (tmp_path / "own.yaml").write_text(SCENES)
+    options = {"cwd": tmp_path, "capture_output": True, "text": True}
+    force = []
+    for stiffness in ("1", "2"):
+        changes = ("--set", f"wires.stiffness={stiffness}", "--set", f"name=wires{stiffness}")
+        command = [sys.executable, "-m", "knitstudy", "run", "own.yaml", "--plugin", "wires", *changes]
+        ended = subprocess.run(command, **options)
+        assert ended.returncode == 0, ended.stderr
+        force.append(
+            float(read_dataset(tmp_path / "runs" / "simulation" / f"wires{stiffness}.nc")["force"][-1])
+        )
+    assert force[1] == pytest.approx(2 * force[0], rel=1e-9)
 
 
 def test_hexahedra_refuse_endless_yarns(plain_scene, knit):

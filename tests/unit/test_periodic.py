@@ -103,7 +103,7 @@ def test_the_deck_has_the_section_column_by_column(tmp_path):
     ("changes", "message"),
     [
         ({"load.deformation": "twist"}, "is 'twist' but must be course, wale, biaxial or shear"),
-        ({"fidelity": "rom3d"}, "'rom3d' but must be spline_yarns or beam where specimen is cell"),
+        ({"fidelity": "rom3d"}, "'rom3d' but must be beam or spline_yarns where specimen is cell"),
         ({"interaction": "rough"}, "contact.tied_edges is 'outer' but must be none where specimen is cell"),
         ({"outputs": ["fields"]}, r"outputs is \['fields'\] but must be a list out of \[vtu, deck\]"),
     ],

@@ -91,7 +91,7 @@ class Starts:
         if path.is_file():
             return read_dataset(path)
         needed = {name: self.obtain(*step) for name, step in plan().needs(stage, scene).items()}
-        seen, (shared, whole) = scene.only(stage.document(scene), stage.reads), sources()
+        seen, (shared, whole) = scene.only(stage.document(scene), stage.keys(scene)), sources()
         run = {"run": Run() if digest in whole else Run(progress=stop)} if stage.long else {}
         try:
             with serial_blas():

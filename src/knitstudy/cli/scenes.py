@@ -32,13 +32,13 @@ from knitstudy.study.configuration import (
 )
 from knitstudy.study.keys import describe_with_source
 from knitstudy.study.scene import Scene, differences, flat
-from knitstudy.study.scene_type import FIDELITIES, Labels
+from knitstudy.study.scene_type import MODELS, Labels
 
 
 @click.command("list", short_help="List the scenes.")
 @click.option("--study", type=click.Choice(STUDIES), help="Only scenes of this study.")
 @click.option("--family", help="Only scenes of this family, by the name of its file.")
-@click.option("--fidelity", type=click.Choice(sorted(FIDELITIES)), help="Only scenes of this model.")
+@click.option("--fidelity", type=click.Choice(sorted(MODELS.names())), help="Only scenes of this model.")
 @config_option
 def list_scenes(study: str | None, family: str | None, fidelity: str | None, config: Path) -> None:
     """List the scenes: family, studies, and the keys that differ from the defaults (SI units).

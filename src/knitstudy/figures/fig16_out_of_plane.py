@@ -20,7 +20,7 @@ from knitstudy.figures.picture import BAR, bounds, colour_bar, draw_rows, graded
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture, Surface
 from knitstudy.figures.style import PERCENT, panel_letter
 from knitstudy.measures.catalogue import Results, network, one, solid
-from knitstudy.measures.discretisation import INTERACTIONS, NAMES
+from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.measures.response import RMS_U_Z, Z, out_of_plane_correlation, rms_out_of_plane
 from knitstudy.study.scene import Scene
@@ -65,13 +65,13 @@ def draw(
 def _titles(kind: str, dns: xr.Dataset, rom3d: xr.Dataset, true: Reference) -> list[str]:
     """Return model, interaction, largest motion, correlation with the DNS, and amplitude over the reference's."""
     found = []
-    for fidelity, history, second in (
-        ("dns", dns, f" at {PERCENT * float(dns['strain'][-1]):.3g} % strain"),
-        ("rom3d", rom3d, f", correlation with the DNS {out_of_plane_correlation(rom3d, dns):.2f}"),
+    for label, history, second in (
+        ("DNS", dns, f" at {PERCENT * float(dns['strain'][-1]):.3g} % strain"),
+        ("3D ROM", rom3d, f", correlation with the DNS {out_of_plane_correlation(rom3d, dns):.2f}"),
     ):
         amplitude = true.ratio(history, RMS_U_Z, rms_out_of_plane(history))
         third = f"\namplitude {amplitude} of the reference's" if amplitude.known else ""
-        found.append(f"{NAMES[fidelity]}, {INTERACTIONS[kind]}\n{_largest(history)}{second}{third}")
+        found.append(f"{label}, {INTERACTIONS[kind]}\n{_largest(history)}{second}{third}")
     return found
 
 

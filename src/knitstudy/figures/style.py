@@ -23,7 +23,7 @@ from matplotlib.legend import Legend
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import code_version, replacing
 from knitstudy.measures.discretisation import INTERACTIONS as INTERACTION_NAMES
-from knitstudy.measures.discretisation import NAMES, SOLID_YARNS
+from knitstudy.study.scene_type import MODELS as ALL_MODELS
 
 # It tells at length how it cuts fonts for PDF.
 logging.getLogger("fontTools").setLevel(logging.WARNING)
@@ -101,15 +101,9 @@ class Look:
         return {"color": self.colour, "linestyle": self.dash, "marker": self.marker}
 
 
-DIRECT = Look(NAMES["dns"], INK, "-", "o")  # the direct simulation of a case, of either kind of elements
+DIRECT = Look("DNS", INK, "-", "o")  # the direct simulation of a case, of either kind of elements
 
-MODELS = {
-    "hexahedra": Look("hexahedra", INK, "-", "o"),
-    "spline_yarns": Look(SOLID_YARNS, "#0072B2", "-", "D"),
-    "rom3d": Look(NAMES["rom3d"], "#7B3294", "--", "s"),
-    "rom2d": Look(NAMES["rom2d"], "#D9740B", "-.", "^"),
-    "beam": Look("beams in contact", "#00704F", "-", "P"),
-}
+MODELS = {name: Look(model.label, *model.look) for name, model in ALL_MODELS.all().items()}
 """By fidelity."""
 
 INTERACTIONS = {

@@ -29,7 +29,6 @@ from knitstudy.measures.catalogue import (
 from knitstudy.measures.discretisation import (
     HEXAHEDRA,
     INTERACTIONS,
-    NAMES,
     discretisation,
     is_direct,
     made_of,
@@ -68,7 +67,7 @@ PLAIN = ("rigid", "rigid")  # Section and ties of the simplest model of beams in
 def label_of(scene: Scene) -> str:
     """Return the name of a model beside others of its case: its fidelity, and what makes it a variant."""
     if is_direct(scene):
-        return f"{NAMES['dns']}, {made_of(scene)}"
+        return f"{scene.kind.fidelity.label}, {made_of(scene)}"
     if scene.fidelity == "beam":
         words = [SECTIONS[scene.beam.section], TIES.get(scene.beam.tie)]
         words.append(WORDS.get(scene.mesh.section_law))
@@ -85,7 +84,7 @@ def label_of(scene: Scene) -> str:
             words.append(f"by principal stress of {source.rpartition('-')[2]} tension")
         words.append(CARRIED if scene.value("rom.springs_from") else None)
         words.append(SPRINGS.get((bool(scene.value("rom.stiffness")), scene.value("rom.axes"))))
-    name = NAMES.get(scene.fidelity) or scene.kind.fidelity.meaning
+    name = scene.kind.fidelity.label
     return ", ".join(filter(None, [name, *words]))
 
 

@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.polynomial import Polynomial
 from scipy.stats import linregress
 
-from knitstudy.measures.discretisation import INTERACTIONS, NAMES, is_direct, made_of
+from knitstudy.measures.discretisation import INTERACTIONS, is_direct, made_of
 from knitstudy.measures.estimate import Estimate
 from knitstudy.study.scene import Scene
 
@@ -75,7 +75,7 @@ class Series:
     def model(self) -> str:
         """Model in words."""
         scene = self.scenes[0]
-        return made_of(scene) if is_direct(scene) else NAMES[scene.fidelity]
+        return made_of(scene) if is_direct(scene) else scene.kind.fidelity.label
 
     @property
     def interaction(self) -> str:

@@ -6,8 +6,6 @@ from typing import Any
 
 from knitstudy.study.scene import Scene, digest
 
-# Models in figures and tables, by fidelity.
-NAMES = {"dns": "DNS", "rom3d": "3D ROM", "rom2d": "2D ROM", "beam": "beams"}
 # Interactions in figures and tables.
 INTERACTIONS = {"tie": "tie constraint", "rough": "rough contact", "isotropic": "isotropic friction"}
 # By ``mesh.element``; elements of plugins go by their own names.

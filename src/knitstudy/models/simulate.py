@@ -1,18 +1,13 @@
-"""The models of a fabric, by the fidelity of a scene, and the simulation of a scene with one of them.
-
-A plugin adds a model as an entry of `MODELS` and of the fidelities (`knitstudy.study.scene_type.register`).
-"""
+"""The simulation of a scene by its model (`knitstudy.study.scene_type.MODELS`)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import Fabric, plain_knit
 from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.loading.gates import require_elements_across, require_fine_beams
@@ -21,18 +16,10 @@ from knitstudy.loading.restart import IN_MEMORY, Run
 from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mesh.mesher import check_shape, mesh_fabric
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.models import beams_in_contact, hexahedra, network_2d, network_3d, spline_yarns
+from knitstudy.models import network_3d
 from knitstudy.models.joints import JointPoints
 from knitstudy.study.scene import Scene
-
-# Functions `build(scene, fabric, ...)`, which name the data of other stages that they take
-MODELS: dict[str, Callable[..., Problem]] = {
-    "hexahedra": hexahedra.build,
-    "spline_yarns": spline_yarns.build,
-    "rom2d": network_2d.build,
-    "rom3d": network_3d.build,
-    "beam": beams_in_contact.build,
-}
+from knitstudy.study.scene_type import MODELS
 
 
 def build(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None, **data: xr.Dataset | None) -> Problem:
@@ -45,13 +32,11 @@ def build(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None, **data: x
     **data
         What the model takes of other simulations: contacts, springs or stresses; None counts as left out.
     """
-    if scene.fidelity not in MODELS:
-        raise ConfigurationError(
-            f"scene {scene.name!r}: no model for fidelity {scene.fidelity!r}; known are {', '.join(MODELS)}"
-        )
     meter = Meter()
     given = {name: each for name, each in {"mesh": mesh, **data}.items() if each is not None}
-    return replace(MODELS[scene.fidelity](scene, fabric, **given), meter=meter)
+    return replace(
+        MODELS.find(scene.fidelity, f"scene {scene.name!r}").build(scene, fabric, **given), meter=meter
+    )
 
 
 def require_resolution(scene: Scene, fabric: Fabric) -> str:

@@ -28,9 +28,6 @@ of 3 x 3 to 30 x 30."""
 
 FOLLOWED = 300e6  # Bytes of pairs of points that polynomials in contact follow, whatever the size of the knit
 
-MEMORY_OF_BEAMS = {"rom2d": 500, "rom3d": 500, "beam": 1000}
-"""Expected memory of simulations without solid yarns [MB]."""
-
 SECONDS_AN_UNKNOWN = {
     "one_point": {False: 0.22e-3, True: 1.1e-3},
     "quadratic": {False: 1.0e-3, True: 3.4e-3},
@@ -38,9 +35,6 @@ SECONDS_AN_UNKNOWN = {
 }
 """Processor time by elements, with ties and with contact: the most that was measured in `INCREMENTS` on knits of 1 x 1
 to 10 x 10 with tied outer yarns; outer yarns without ties take up to ten times as long."""
-
-SECONDS_A_CELL = {"rom2d": 0.15, "rom3d": 0.15, "beam": 1.1}
-"""The same of beams, by the cells of the knit."""
 
 INCREMENTS = 12
 SPARE = 3  # Limit of a job over its expected time
@@ -60,8 +54,8 @@ def machine_memory() -> int:
 
 def expected_memory(scene: Scene) -> int:
     """Return what a simulation is expected to take [MB]."""
-    if scene.fidelity in MEMORY_OF_BEAMS:
-        return MEMORY_OF_BEAMS[scene.fidelity]
+    if not scene.kind.fidelity.solid:
+        return scene.kind.fidelity.memory
     element, touches = _element(scene), scene.kind.interaction.touches
     growth = unknowns(scene) * BYTES_AN_UNKNOWN[element][touches]
     return round((PROCESS + growth + FOLLOWED * (touches and element is None)) / MEGABYTE)
@@ -70,8 +64,8 @@ def expected_memory(scene: Scene) -> int:
 def expected_seconds(scene: Scene) -> float:
     """Return the processor time that a simulation is expected to take at most [s]."""
     increments = max(1.0, scene.solver.increments / INCREMENTS)
-    if scene.fidelity in SECONDS_A_CELL:
-        return increments * SECONDS_A_CELL[scene.fidelity] * scene.pattern.loops * scene.pattern.rows
+    if not scene.kind.fidelity.solid:
+        return increments * scene.kind.fidelity.seconds_a_cell * scene.pattern.loops * scene.pattern.rows
     return increments * unknowns(scene) * SECONDS_AN_UNKNOWN[_element(scene)][scene.kind.interaction.touches]
 
 

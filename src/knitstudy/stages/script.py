@@ -46,7 +46,7 @@ def run_stage(job: Any) -> None:
             stage.require_machine(scene)
         needed = {name: read_result(path) for name, path in job.input.items()}
         restart = restart_of(RESTARTS / stage.name, scene.name, wanted) if stage.long else None
-        seen = scene.only(stage.document(scene), stage.reads)
+        seen = scene.only(stage.document(scene), stage.keys(scene))
         make(stage, seen, needed, target, wanted, Run(restart, progress), plan.record(stage, scene))
 
 

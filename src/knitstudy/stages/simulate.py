@@ -119,7 +119,7 @@ class _Maker:
             }
             restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
             run = Run(restart, self.progress(label) if stage.long else silent)
-            seen = scene.only(stage.document(scene), stage.reads)
+            seen = scene.only(stage.document(scene), stage.keys(scene))
             record = self.plan.record(stage, scene)
             found = make(stage, seen, needed, path, wanted, run, record)
             if path is not None:

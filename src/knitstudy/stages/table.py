@@ -57,7 +57,8 @@ class Stage:
     path_pattern: str  # under the folder of results, with {scene} or {knit}
     message: str  # that a study shows when it makes the result
     function: Callable
-    reads: tuple[str, ...]  # sections and dotted keys that the result depends on; the function sees no others
+    # Sections and dotted keys that the result depends on; the function sees no others. None: all sections
+    reads: tuple[str, ...] | None
     of: Callable[[Scene], bool]  # whether a scene has this stage
     needs: Callable[[Scene, Named], Needs] = lambda scene, named: {}
     code: tuple[str, ...] = MODEL  # rooms whose code makes the result (`stages.code`)
@@ -101,9 +102,13 @@ class Stage:
         """Return the path of its result under the folder of results."""
         return Path(self.path_pattern.format(scene=scene.name, knit=scene.knit))
 
+    def keys(self, scene: Scene) -> tuple[str, ...]:
+        """Return the sections and dotted keys of a scene that it reads."""
+        return (*KIND, *scene.sections) if self.reads is None else self.reads
+
     def document(self, scene: Scene) -> dict:
         """Return what it reads of a scene, as plain data."""
-        document = scene.read(self.reads)
+        document = scene.read(self.keys(scene))
         if self.outputs:
             document["outputs"] = [name for name in self.outputs if name in scene.outputs]
         return document
@@ -217,7 +222,7 @@ _STAGES = (
         path_pattern="simulation/{scene}.nc",
         message="Simulate {wildcards.scene}",
         function=simulate,
-        reads=(*MODEL_KEYS, "gates", "rom", "beam"),
+        reads=None,
         outputs=("fields",),
         of=lambda scene: True,
         needs=_model_needs,

@@ -19,14 +19,13 @@ import numpy as np
 from pydantic import Field
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.registry import find
 from knitstudy.study.documents import RESOURCES
 from knitstudy.study.keys import Section, output
 from knitstudy.study.problem_sections import BeamYarn, Yarn
 from knitstudy.study.promises import law_of
 from knitstudy.study.sample import ANY, Case, Inputs, Trade, endless, load_trade, same_knit
 from knitstudy.study.scene import Scene, set_dotted
-from knitstudy.study.scene_type import FIDELITIES, role_of
+from knitstudy.study.scene_type import MODELS, role_of
 
 TRADE_KEPT = RESOURCES / "trade.csv"  # What `make trade` measured: a row a knit, model setting and question
 OWN = Path("measured.csv")  # The same of knits of one's own, in the working folder
@@ -169,7 +168,7 @@ def _choose(problem: Scene, ask: Requirements, drawn: Mapping, where: str) -> Ch
             raise ConfigurationError(f"{where}: {measured}: {more}; {remedy}")
     settings = promised(problem, ask.question, trade, mine or measured_rows(TRADE_KEPT), bool(mine))
     for name in ask.among:
-        find("fidelity", FIDELITIES, name, f"{where}: ask.among")
+        MODELS.find(name, f"{where}: ask.among")
     settings = [setting for setting in settings if not ask.among or setting.keys["fidelity"] in ask.among]
     if not settings:
         of = f" among {', '.join(ask.among)}" if ask.among else ""

@@ -18,7 +18,7 @@ from knitstudy.study.documents import CONFIG, read_yaml
 from knitstudy.study.keys import Count, Section, declared, lists, validated
 from knitstudy.study.promises import Quantile
 from knitstudy.study.scene import Scene, digest, set_dotted
-from knitstudy.study.scene_type import FIDELITIES
+from knitstudy.study.scene_type import MODELS
 
 DECLARED = CONFIG / "trade.yaml"
 
@@ -167,7 +167,7 @@ class Trade(Section):
             name: keys
             for name, keys in self.settings[case.yarns].items()
             if number % self.every.get(name, 1) == 0
-            and case.specimen in FIDELITIES[keys["fidelity"]].specimens
+            and case.specimen in MODELS.find(keys["fidelity"]).specimens
         }
 
     def points(self) -> Iterator[Inputs]:

@@ -13,32 +13,12 @@ from functools import cache, cached_property
 from typing import Any
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.registry import find, meanings, near_names
+from knitstudy.registry import Registry, find, meanings, near_names
 from knitstudy.study.keys import SceneName, Section, describe, lists, numerics, output, physics, validated
 from knitstudy.study.model_sections import (
-    Beam,
-    BeamGates,
-    BeamMesh,
-    Gates,
-    HexahedralGates,
-    HexahedralNewton,
-    Newton,
-    PlanarJoints,
-    PolynomialContact,
-    PolynomialMesh,
     Sliding,
-    SolidContact,
-    SolidGates,
-    SolidMesh,
-    SolidNewton,
-    SpatialJoints,
-    Springs,
-    Tie,
-    TiedEdges,
-    TouchingBeamGates,
 )
 from knitstudy.study.problem_sections import (
-    BeamYarn,
     CellStrain,
     Geometry,
     KnitTension,
@@ -92,19 +72,27 @@ def _joined(keys: type[Section], base: type[Section]) -> type[Section]:
 
 
 @dataclass(frozen=True)
-class Fidelity:
-    """A model of a specimen."""
+class Model:
+    """A model of a fabric: what it can simulate, the keys that it reads, how it is called and what it costs."""
 
-    name: str
+    name: str  # value of the key `fidelity`
     meaning: str
+    label: str  # in figures and tables
     specimens: tuple[str, ...]  # what it can model
     sections: Sections  # beside those of the specimen and of the yarn
+    build: Callable[
+        ..., Any
+    ]  # (scene, fabric, ...) -> Problem; other parameters name the data of other stages
     touching: Sections = field(default_factory=dict)  # those of scenes whose yarns are in contact besides
     # Those of scenes whose yarns are all tied besides; None where it cannot model these
     tied: Sections | None = field(default_factory=dict)
     solid: bool = False  # whether all yarns are solids
     sources: tuple[str, ...] = ()  # dotted keys that name direct simulations which it takes something from
     outputs: tuple[str, ...] = ("vtu",)  # what a scene may ask to be written besides
+    look: tuple[str, str, str] = ("#1A1A1A", "-", "o")  # colour, dash and marker of its lines in figures
+    # Expected memory [MB], and processor time of a cell in twelve increments [s]; of solids by their unknowns
+    memory: int = 1000
+    seconds_a_cell: float = 1.0
 
     def sections_with(self, interaction: Interaction) -> dict[str, type[Section]]:
         """Return the sections of a scene with some interaction."""
@@ -152,62 +140,13 @@ INTERACTIONS = _by_name(
     ),
 )
 
-FIDELITIES = _by_name(
-    Fidelity(
-        "hexahedra",
-        "solid yarns of hexahedra",
-        specimens=("knit", "cut_knit", "pair"),
-        sections={"mesh": SolidMesh, "tie": Tie, "solver": HexahedralNewton, "gates": HexahedralGates},
-        touching={"contact": SolidContact},
-        solid=True,
-        outputs=("fields", "vtu", "deck"),
-    ),
-    Fidelity(
-        "spline_yarns",
-        "solid yarns of polynomials times splines",
-        specimens=("knit", "cut_knit", "pair", "cell"),
-        sections={"mesh": PolynomialMesh, "tie": Tie, "solver": SolidNewton, "gates": SolidGates},
-        touching={"contact": PolynomialContact},
-        solid=True,
-        outputs=("fields", "vtu"),
-    ),
-    Fidelity(
-        "rom3d",
-        "a spatial network of beams",
-        specimens=("knit", "cut_knit"),
-        sections={"mesh": BeamMesh, "solver": Newton, "gates": BeamGates},
-        touching={"rom": Springs},
-        tied={"tie": Tie, "rom": SpatialJoints},
-        sources=("rom.contacts_from", "rom.springs_from"),
-    ),
-    Fidelity(
-        "rom2d",
-        "a planar honeycomb of beams",
-        specimens=("knit", "cut_knit"),
-        sections={"solver": Newton, "gates": Gates, "rom": PlanarJoints},
-        sources=("rom.contacts_from", "rom.stress_from"),
-    ),
-    Fidelity(
-        "beam",
-        "beams in contact",
-        specimens=("knit", "cut_knit", "cell"),
-        sections={
-            "yarn": BeamYarn,
-            "mesh": BeamMesh,
-            "tie": Tie,
-            "solver": Newton,
-            "gates": TouchingBeamGates,
-            "beam": Beam,
-        },
-        touching={"contact": TiedEdges},
-        tied=None,
-    ),
-)
+MODELS: Registry[Model] = Registry("fidelity", "knitstudy.models")
+"""The models by the value of the key `fidelity`; every one is registered in a file of its own."""
 
 
-def register(kind: Specimen | Interaction | Fidelity) -> None:
+def register(kind: Specimen | Interaction | Model) -> None:
     """Add a kind from outside of the package; ConfigurationError if its name is taken."""
-    kinds: dict[str, Any] = {Specimen: SPECIMENS, Interaction: INTERACTIONS, Fidelity: FIDELITIES}[type(kind)]
+    kinds: dict[str, Any] = {Specimen: SPECIMENS, Interaction: INTERACTIONS, Model: MODELS.all()}[type(kind)]
     if kind.name in kinds:
         raise ConfigurationError(f"{type(kind).__name__.lower()} {kind.name!r} is registered twice")
     kinds[kind.name] = kind
@@ -226,7 +165,7 @@ class Labels(Section):
     """Names files."""
     specimen: str = physics("inferred", allowed=lambda: meanings(SPECIMENS))
     """Section 3.1: unit cells; Tables 3 and 5 divide by nine of them, cut out of a knit. Checked: all."""
-    fidelity: str = numerics("choice", allowed=lambda: meanings(FIDELITIES))
+    fidelity: str = numerics("choice", allowed=lambda: meanings(MODELS.all()))
     """Sections 2.3 to 2.6 of the paper: DNS, 3D ROM, 2D ROM; section 3.3: beams in contact. Checked: all."""
     interaction: str = physics("stated", allowed=lambda: meanings(INTERACTIONS))
     """Section 2.2, Fig. 2 and Table 1: tie constraint, rough contact, isotropic Coulomb friction. Checked: all."""
@@ -248,7 +187,7 @@ class Kind:
 
     specimen: Specimen
     interaction: Interaction
-    fidelity: Fidelity
+    fidelity: Model
 
     @classmethod
     def of(cls, labels: Labels, where: str) -> Kind:
@@ -259,9 +198,9 @@ class Kind:
         """
         specimen = find("specimen", SPECIMENS, labels.specimen, where)
         interaction = find("interaction", INTERACTIONS, labels.interaction, where)
-        fidelity = find("fidelity", FIDELITIES, labels.fidelity, where)
+        fidelity = MODELS.find(labels.fidelity, where)
         if specimen.name not in fidelity.specimens:
-            others = [each.name for each in FIDELITIES.values() if specimen.name in each.specimens]
+            others = [each.name for each in MODELS.all().values() if specimen.name in each.specimens]
             wanted = f"{' or '.join(others)} where specimen is {specimen.name}"
             raise ConfigurationError(f"{where}: fidelity is {fidelity.name!r} but must be {wanted}")
         if not interaction.touches and fidelity.tied is None:
@@ -306,7 +245,7 @@ def all_kinds() -> list[Kind]:
     """Return every kind of scene that there may be."""
     return [
         Kind(SPECIMENS[specimen], interaction, fidelity)
-        for fidelity in FIDELITIES.values()
+        for fidelity in MODELS.all().values()
         for interaction in INTERACTIONS.values()
         if interaction.touches or fidelity.tied is not None
         for specimen in fidelity.specimens
@@ -315,7 +254,7 @@ def all_kinds() -> list[Kind]:
 
 def all_sections() -> dict[str, dict[str, type[Section]]]:
     """Return the keys of every section of any kind of scene, each with the class that describes it."""
-    return _sections_of(tuple(SPECIMENS), tuple(INTERACTIONS), tuple(FIDELITIES))
+    return _sections_of(tuple(SPECIMENS), tuple(INTERACTIONS), MODELS.names())
 
 
 @cache

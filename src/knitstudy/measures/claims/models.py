@@ -12,7 +12,7 @@ from knitstudy.measures.cases import Case, Simulation, is_plain
 from knitstudy.measures.catalogue import CASES
 from knitstudy.measures.claims.evidence import NOT_RUN, Evidence, Judgement, Measured, NotRun, verdict
 from knitstudy.measures.cost import MEGABYTE, memory_growth
-from knitstudy.measures.discretisation import NAMES, made_of
+from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.estimate import UNKNOWN, Estimate, all_hold
 from knitstudy.measures.paper_values import REPORTED
 from knitstudy.measures.reference import transferred_uncertainty
@@ -171,15 +171,14 @@ def judge_cost(evidence: Evidence) -> Judgement:
     unknowns, memory, time = _savings(direct, case)
     counts, grew, close, grown, printed = [], [], [], {}, {}
     for name, model in {"dns": direct, "rom3d": case.main["rom3d"], "rom2d": case.main["rom2d"]}.items():
+        label = model.scene.kind.fidelity.label
         ours, theirs = model.history.attrs["dof"], _reported(evidence, name, "degrees of freedom")
-        counts.append(Measured(f"degrees of freedom, {NAMES[name]}", f"{ours:,}", f"{theirs:,.0f}"))
+        counts.append(Measured(f"degrees of freedom, {label}", f"{ours:,}", f"{theirs:,.0f}"))
         if name != "rom2d":  # The sentence gives the counts of DNS and 3D network.
             close.append(abs(ours / theirs - 1) <= SAME_COUNT)
         grown[name] = model.history.attrs["memory_growth"] / MEGABYTE
         printed[name] = _reported(evidence, name, "memory")
-        grew.append(
-            Measured(f"memory growth, {NAMES[name]}", f"{grown[name]:.1f} MB", f"{printed[name]:g} MB")
-        )
+        grew.append(Measured(f"memory growth, {label}", f"{grown[name]:.1f} MB", f"{printed[name]:g} MB"))
     fewer, less = (
         _reported(evidence, "dns", of) / _reported(evidence, "rom3d", of)
         for of in ("degrees of freedom", "memory")
