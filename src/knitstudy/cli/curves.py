@@ -68,7 +68,7 @@ def _write(stem: Path, table: pd.DataFrame, curves: dict[str, pd.Series], title:
     click.echo(f"{stem}.csv, .png: {title}", err=True)
 
 
-@click.command(short_help="Compare a result with a measured curve.")
+@click.command()
 @click.argument("result", type=THERE)
 @_curve_options
 def compare(result: Path, measured: Path, **said: Any) -> None:
@@ -122,7 +122,7 @@ def compare(result: Path, measured: Path, **said: Any) -> None:
     _write(result.with_name(f"{result.stem}-{name}"), pd.DataFrame(points), curves, title)
 
 
-@click.command(short_help="Find modulus and friction from a measured curve.")
+@click.command()
 @console.scene_argument()
 @_curve_options
 @click.option(

@@ -32,7 +32,7 @@ def _key_options(command: Any) -> Any:
     return command
 
 
-@click.command(short_help="Draw and optimise a loop for spacings and a yarn.")
+@click.command()
 @scene_argument(required=False)
 @_key_options
 @click.option("--points", type=console.FILE, help="CSV file of control points.")

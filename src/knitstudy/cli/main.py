@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Any
 
 import click
 
-from knitstudy.cli.console import printable
-from knitstudy.cli.curves import compare, fit
-from knitstudy.cli.loop import loop
-from knitstudy.cli.membrane import membrane, strip
-from knitstudy.cli.results import export, measure, run, show
-from knitstudy.cli.scenes import check, list_scenes, plan
-from knitstudy.cli.study import study
 from knitstudy.errors import EndedEarly, KnitstudyError, said_by
-from knitstudy.files import code_version
 from knitstudy.registry import plugin_behind
+
+COMMANDS = {
+    "list": ("scenes.list_scenes", "List the scenes."),
+    "check": ("scenes.check", "Check a configuration; show all keys of a scene."),
+    "loop": ("loop.loop", "Draw and optimise a loop for spacings and a yarn."),
+    "plan": ("scenes.plan", "Choose a model for a question, and show its price."),
+    "measure": ("results.measure", "Measure what all models cost and miss on this knit."),
+    "run": ("results.run", "Simulate a scene and all that it needs."),
+    "study": ("study.study", "Run a whole study, with its figures, tables and report."),
+    "show": ("results.show", "Show, compare or draw result files."),
+    "compare": ("curves.compare", "Compare a result with a measured curve."),
+    "fit": ("curves.fit", "Find modulus and friction from a measured curve."),
+    "membrane": ("membrane.membrane", "Fit the law of a fabric to its cells."),
+    "strip": ("membrane.strip", "Pull a strip between clamps by the law of its fabric."),
+    "export": ("results.export", "Write a scene for Abaqus or CalculiX, a history for ParaView."),
+}
+"""Module and function of every subcommand, imported when it is asked for, and its line of the help."""
 
 STOPPED = 130  # Exit status after Ctrl-C, that of the shell's own commands
 INCOMPLETE = 3  # Exit status of a load path that ended early
@@ -23,6 +33,22 @@ INCOMPLETE = 3  # Exit status of a load path that ended early
 
 class Commands(click.Group):
     """Subcommands that end with one message where a user can mend what is wrong."""
+
+    def list_commands(self, context: click.Context) -> list[str]:
+        """Return the names of all subcommands, in the order in which a user needs them."""
+        return list(COMMANDS)
+
+    def get_command(self, context: click.Context, name: str) -> click.Command | None:
+        """Return a subcommand, whose module is imported now: the help needs none of them."""
+        if name not in COMMANDS:
+            return None
+        module, function = COMMANDS[name][0].split(".")
+        return getattr(import_module(f"knitstudy.cli.{module}"), function)
+
+    def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the list of subcommands."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, said) for name, (_, said) in COMMANDS.items()])
 
     def invoke(self, context: click.Context) -> Any:
         """Run a subcommand; with ``--traceback`` its errors pass as they are."""
@@ -44,6 +70,8 @@ class Commands(click.Group):
                 raise
             said, status = said_by(error), 1
             said = f"plugin {plugin!r} ended the command: {said}; --traceback shows where"
+        from knitstudy.cli.console import printable
+
         for line in f"error: {said}".split("\n"):
             click.echo(printable(line), err=True)
         context.exit(status)
@@ -52,6 +80,8 @@ class Commands(click.Group):
 def print_version(context: click.Context, option: click.Parameter, wanted: bool) -> None:
     """Print the version and end; asked for only then, since it takes a call of git."""
     if wanted and not context.resilient_parsing:
+        from knitstudy.files import code_version
+
         click.echo(f"knitstudy {code_version()}")
         context.exit()
 
@@ -92,8 +122,3 @@ def main(traceback: bool) -> None:
     Exit status: 0 done, 1 an error (one message names it), 2 wrong usage, 3 a load path that ended
     early and whose curve is kept, 130 stopped.
     """
-
-
-COMMANDS = (list_scenes, check, loop, plan, measure, run, study, show, compare, fit, membrane, strip, export)
-for command in COMMANDS:
-    main.add_command(command)

@@ -18,7 +18,7 @@ from knitstudy.loading.history import DIRECTIONS
 SHARES = (0.1, 0.25, 0.5, 0.75, 1.0)  # of the largest force, at which strains are printed
 
 
-@click.command(short_help="Fit the law of a fabric to its cells.")
+@click.command()
 @click.argument("results", type=THERE, nargs=-1, required=True)
 @click.option("-o", "--output", type=FILE, default="membrane.nc", show_default=True, help="File of the law.")
 @click.option("--error", type=SIZE, default=0.01, show_default=True, help="Error of the law that is wanted.")
@@ -66,7 +66,7 @@ def _require_one_fabric(results: tuple[Path, ...]) -> None:
                 raise DataFileError(f"{path}: {key} is {value} but {known[key]} {of}")
 
 
-@click.command(short_help="Pull a strip between clamps by the law of its fabric.")
+@click.command()
 @click.argument("law", type=THERE)
 @click.option("--length", type=SIZE, required=True, help="Length between the clamps [m].")
 @click.option("--width", type=SIZE, required=True, help="Width of the clamped edge at rest [m].")

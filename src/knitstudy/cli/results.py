@@ -30,7 +30,7 @@ STAGES = ("knitstudy.stages.simulate", "knitstudy.loading.solve.resumed")
 """Loggers whose messages a user sees: which stages ran, and from which increment a run goes on."""
 
 
-@click.command(short_help="Simulate a scene and all that it needs.")
+@click.command()
 @scene_argument()
 @set_option
 @console.output_option
@@ -99,7 +99,7 @@ def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
         click.echo(f"{asked}: take {choice.setting}, {choice.basis}", err=True)
 
 
-@click.command(short_help="Measure what all models cost and miss on this knit.")
+@click.command()
 @click.argument("scene")
 @set_option
 @console.output_option
@@ -152,7 +152,7 @@ def _naming(file: Path) -> Iterator[None]:
         raise DataFileError(f"{file}: {what}; make it again") from error
 
 
-@click.command(short_help="Show, compare or draw result files.")
+@click.command()
 @click.argument("file", type=click.Path(path_type=Path))
 @click.argument("other", type=click.Path(path_type=Path), required=False)
 @click.option(
@@ -239,7 +239,7 @@ def _print_differences(first: xr.Dataset, second: xr.Dataset, file: Path, other:
     print_table(("quantity", str(file), str(other), "ratio", "unit"), rows)
 
 
-@click.command(short_help="Write a scene for Abaqus or CalculiX, a history for ParaView.")
+@click.command()
 @scene_argument()
 @click.option("--dialect", type=click.Choice(DIALECTS), required=True, help="The other program.")
 @set_option

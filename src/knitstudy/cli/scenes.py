@@ -35,7 +35,7 @@ from knitstudy.study.scene import Scene, differences, flat
 from knitstudy.study.scene_type import MODELS, Labels
 
 
-@click.command("list", short_help="List the scenes.")
+@click.command("list")
 @click.option("--study", type=click.Choice(STUDIES), help="Only scenes of this study.")
 @click.option("--family", help="Only scenes of this family, by the name of its file.")
 @click.option("--fidelity", type=click.Choice(sorted(MODELS.names())), help="Only scenes of this model.")
@@ -70,7 +70,7 @@ def list_scenes(study: str | None, family: str | None, fidelity: str | None, con
     print_table(("scene", "family", "studies", "differs from defaults"), rows)
 
 
-@click.command(short_help="Check a configuration; show all keys of a scene.")
+@click.command()
 @scene_argument("what", metavar="[FOLDER | FILE | SCENE]", required=False)
 @set_option
 @click.option("--sources", is_flag=True, help="Also print the source of every key of the scene.")
@@ -133,7 +133,7 @@ def _print_keys(scene: Scene, sources: bool) -> None:
     print_table(("key", "value", *columns), rows)
 
 
-@click.command(short_help="Choose a model for a question, and show its price.")
+@click.command()
 @scene_argument()
 @click.option("--question", help="force, out_of_plane, contact or stress.")
 @click.option("--accuracy", type=float, help="Largest relative error, for example 0.05.")

@@ -19,7 +19,6 @@ LOCK = Path("run/study.lock")
 
 
 @click.command(
-    short_help="Run a whole study, with its figures, tables and report.",
     context_settings={"ignore_unknown_options": True},
 )
 @click.argument("name", default="reduced", metavar="[STUDY]")
