@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
+from knitstudy.errors import DataFileError
 from knitstudy.figures.style import FAINT, INK, PAPER, SINGLE, YARNS, figure, styled
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.fabric_file import fabric_of
@@ -23,28 +24,42 @@ PERCENT, MILLI, MEGA = 100.0, 1e3, 1e-6
 
 
 @styled
-def draw(dataset: xr.Dataset) -> Figure:
+def draw(dataset: xr.Dataset, *others: xr.Dataset) -> Figure:
     """Draw a result: force over strain, forces of crossings over strain, or the yarns from the front.
 
-    Raises DataFileError when it is not a result of this study.
+    Histories may have `others` beside them. Raises DataFileError when a dataset is no result of this study, or results
+    of other kinds should be drawn together.
     """
     kind = kind_of(dataset)
-    require_layout(dataset, kind)
-    drawing = figure(1.35 * SINGLE, SINGLE)
-    axes = drawing.add_axes((0.14, 0.13, 0.82, 0.82))
-    _DRAWN[kind](dataset, axes)
-    incomplete = " (incomplete)" if "incomplete" in dataset.attrs else ""
-    axes.set_title(f"{dataset.attrs.get('scene', '')}{incomplete}", loc="left")
+    for each in (dataset, *others):
+        require_layout(each, kind)
+    if others and kind != "history":
+        raise DataFileError(
+            f"results of the kind {kind!r} cannot be drawn in one picture; draw one after the other"
+        )
+    drawing = figure(1.35 * SINGLE, SINGLE, layout="constrained")
+    axes = drawing.subplots()
+    for each, colour in zip((dataset, *others), (INK, *YARNS), strict=False):
+        _DRAWN[kind](each, axes, **({"colour": colour, "label": _name(each)} if others else {}))
+    if others:
+        axes.legend()
+    else:
+        axes.set_title(_name(dataset), loc="left", wrap=True)
     return drawing
 
 
-def _history(dataset: xr.Dataset, axes: Axes) -> None:
+def _name(dataset: xr.Dataset) -> str:
+    return f"{dataset.attrs.get('scene', '')}{' (incomplete)' if 'incomplete' in dataset.attrs else ''}"
+
+
+def _history(dataset: xr.Dataset, axes: Axes, colour: str = INK, label: str = "") -> None:
     if "smallest_gap" in dataset and not touched(dataset):
         axes.text(0.5, 0.95, "nothing touched", transform=axes.transAxes, ha="center", va="top", color=FAINT)
-    x, labels = PERCENT * dataset["strain"], {"xlabel": "strain (%)", "ylabel": "reaction force (N)"}
+    unit = dataset["force"].attrs.get("units", "N")
+    x, labels = PERCENT * dataset["strain"], {"xlabel": "strain (%)", "ylabel": f"reaction force ({unit})"}
     if int(dataset.attrs.get("axis", 0)) == 2:  # a pair: its way may go back and forth
         x, labels = dataset["load"], {"xlabel": "load factor (1)", "ylabel": "force along z (N)"}
-    axes.plot(x, dataset["force"], "o-", color=INK)
+    axes.plot(x, dataset["force"], "o-", color=colour, label=label)
     axes.set(**labels)
 
 

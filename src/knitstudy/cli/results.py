@@ -159,7 +159,9 @@ def _naming(file: Path) -> Iterator[None]:
     "--keys", is_flag=True, help="Print all keys of its scene, those that differ from defaults first."
 )
 @click.option(
-    "--plot", type=console.FILE, help="Draw it too, as .png or .pdf: forces over strain, or centrelines."
+    "--plot",
+    type=console.FILE,
+    help="Draw as well (.png, .pdf): forces over strain, of both files, or centrelines.",
 )
 @config_option
 def show(file: Path, other: Path | None, keys: bool, plot: Path | None, config: Path) -> None:
@@ -173,6 +175,7 @@ def show(file: Path, other: Path | None, keys: bool, plot: Path | None, config: 
     knitstudy show runs/simulation/dns-tie-course.nc --keys
     knitstudy show runs/simulation/dns-tie-course.nc runs/simulation/rom3d-tie-course.nc
     knitstudy show runs/simulation/dns-tie-course.nc --plot force.png
+    knitstudy show runs/simulation/dns-tie-course.nc runs/simulation/rom3d-tie-course.nc --plot both.png
     knitstudy show results/tables/simulation_tie.csv
     """
     if file.suffix == ".csv":
@@ -198,8 +201,9 @@ def show(file: Path, other: Path | None, keys: bool, plot: Path | None, config: 
             quantities = summarise(dataset)
         print_table(("quantity", "value", "unit"), quantities)
     if plot is not None:
+        both = [dataset, *([read_dataset(other)] if other is not None else [])]
         with _naming(file):
-            kind, drawing = kind_of(dataset), draw(dataset)
+            kind, drawing = kind_of(dataset), draw(*both)
         save(drawing, [plot], {kind: dataset}, f"{kind} of {dataset.attrs.get('scene', file.stem)}")
         click.echo(f"drawn: {plot}", err=True)
 
