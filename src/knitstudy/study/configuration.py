@@ -218,13 +218,9 @@ def default_keys(config: Path = CONFIG) -> dict[str, Any]:
 
 
 def _least(kind: Kind) -> dict:
-    """Return the labels of a scene of a kind, with what its specimen requires."""
+    """Return the labels of a scene of a kind."""
     found: dict = {"name": "defaults", "knit": "defaults", "outputs": []}
-    found |= {label: getattr(kind, label).name for label in ("fidelity", "interaction", "specimen")}
-    for name, value in kind.specimen.requires.items():
-        if kind.has(name):
-            set_dotted(found, name, value, "defaults")
-    return found
+    return found | {label: getattr(kind, label).name for label in ("fidelity", "interaction", "specimen")}
 
 
 def _defaults(config: Path) -> dict:

@@ -70,8 +70,9 @@ class Scene:
             if not kind.has(key):
                 raise ConfigurationError(f"{where}: {not_of_kind(kind, key)}")
         sections = {}
+        required = nested(kind.specimen.requires, where)  # over defaults: no scene need say them
         for name, section in kind.sections.items():
-            own, below = document.get(name, {}), defaults.get(name, {})
+            own, below = document.get(name, {}), {**defaults.get(name, {}), **required.get(name, {})}
             if isinstance(own, Mapping):
                 own = {key: below[key] for key in section.model_fields if key in below} | dict(own)
             sections[name] = validated(section, own, where, f"{name}.")
@@ -193,7 +194,7 @@ class Scene:
         document["outputs"] = [name for name in self.outputs if name in kind.outputs]
         stays: dict = {}
         for key, value in (flat(document) | dict(changes)).items():
-            if kind.has(key) or key in changes:
+            if key in changes or (kind.has(key) and key not in kind.specimen.requires):
                 set_dotted(stays, key, value, where)
         return Scene.from_dict(stays, where, self._defaults)
 
