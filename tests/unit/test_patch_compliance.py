@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from knitstudy.mechanics.contact.patch_compliance import (
-    missing,
     missing_compliance,
+    missing_tie_compliance,
     surface_compliance,
 )
 from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
@@ -52,7 +52,9 @@ def test_patches_of_yarns_miss_what_their_spans_do():
     radius, modulus = 0.9e-3, 1.3e9
     own = yarn_space(radius * 0.5 * np.arange(13), np.array([3] * 6 + [4] * 6))
     place = radius * np.array([0.5, 1.5, 5.25, 4.8])
-    found = missing(Space((own,)), radius, modulus, NU, np.zeros(4, dtype=int), place, PATCH * radius)
+    found = missing_tie_compliance(
+        Space((own,)), radius, modulus, NU, np.zeros(4, dtype=int), place, PATCH * radius
+    )
     for (p, share), each in zip([(3, 0.0), (3, 0.0), (4, 0.5), (4, 0.6)], found, strict=True):
         full = np.diag(missing_compliance(p, 3, 0.5, share, PATCH, NU)) / (modulus * radius)
         np.testing.assert_allclose(each, [full[:3].mean(), full[3:].mean()], rtol=6e-3)

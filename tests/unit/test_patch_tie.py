@@ -107,7 +107,9 @@ def test_equations_hold_the_same_moments(tie, parts):
 
 def test_what_the_yarns_cannot_show_makes_the_tie_softer(parts, pair):
     own = 1 / (STIFFNESS * MODULUS * pair.radius)
-    soft = replace(parts, missing=lambda yarn, place, radius: np.tile([2 * own, 5 * own], (len(yarn), 1)))
+    soft = replace(
+        parts, missing_compliance=lambda yarn, place, radius: np.tile([2 * own, 5 * own], (len(yarn), 1))
+    )
     tie = tie_crossings(soft, pair, np.ones(1, dtype=bool), 0.183, MODULUS)
     np.testing.assert_allclose(1 / tie.stiffness, [[5 * own, 11 * own, 11 * own]])
 

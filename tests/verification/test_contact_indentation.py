@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.indentation import Crossing, indentation
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.contact.patch_compliance import ACROSS, ALONG, LENGTH, PHASE, far
+from knitstudy.mechanics.contact.patch_compliance import ACROSS, ALONG, LENGTH, PHASE, far_compliance
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.materials.isotropic import Hencky
@@ -67,7 +67,7 @@ class CrossedYarns:
 
 def converged(angle, poisson, approach):
     """Force of the converged solid: Hertz's indentation, and what yarns give way besides."""
-    hertz, elastic, beyond = Crossing.at(np.radians(angle)), 0.5 / (1 - poisson**2), far(poisson)
+    hertz, elastic, beyond = Crossing.at(np.radians(angle)), 0.5 / (1 - poisson**2), far_compliance(poisson)
     return brentq(lambda p: hertz.approach * (p / elastic) ** (2 / 3) + 2 * beyond * p - approach, 0, 1)
 
 
@@ -78,7 +78,9 @@ def stuck(angle, poisson, approach, slide):
     compliance = 0.5 * (2 - poisson) / (1 - poisson) * local * np.eye(2)
     for axis in ([1.0, 0.0], [np.cos(turn), np.sin(turn)]):
         along = np.outer(axis, axis)
-        compliance += far(poisson, ALONG) * along + far(poisson, ACROSS) * (np.eye(2) - along)
+        compliance += far_compliance(poisson, ALONG) * along + far_compliance(poisson, ACROSS) * (
+            np.eye(2) - along
+        )
     return np.linalg.solve(compliance, slide)
 
 

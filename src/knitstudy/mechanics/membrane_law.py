@@ -90,7 +90,13 @@ class StretchLaw(MembraneLaw):
 
 
 def green(stretch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return Green's strains (..., 3) of stretches e = U - 1 (..., 3), shear doubled, and dE/de (..., 3, 3)."""
+    """Return Green's strains (..., 3) of stretches e = U - 1 (..., 3), shear doubled, and dE/de (..., 3, 3).
+
+    Examples
+    --------
+    >>> green(np.array([0.1, 0.0, 0.0]))[0].round(12)  # (1.1^2 - 1) / 2
+    array([0.105, 0.   , 0.   ])
+    """
     one, two, half = 1 + stretch[..., 0], 1 + stretch[..., 1], 0.5 * stretch[..., 2]
     both, none = one + two, np.zeros_like(one)
     strain = np.stack([(one**2 + half**2 - 1) / 2, (two**2 + half**2 - 1) / 2, half * both], axis=-1)

@@ -34,7 +34,13 @@ _DG, _DB = _G.deriv(), _B.deriv()
 
 
 def hat(v: np.ndarray) -> np.ndarray:
-    """Return the skew matrices (..., 3, 3) of vectors (..., 3): ``hat(v) @ u = v x u``."""
+    """Return the skew matrices (..., 3, 3) of vectors (..., 3): ``hat(v) @ u = v x u``.
+
+    Examples
+    --------
+    >>> hat([0, 0, 1]) @ [1, 0, 0]  # the cross product of z and x is y
+    array([0., 1., 0.])
+    """
     v = np.asarray(v, dtype=float)
     skew = np.zeros((*v.shape, 3))
     skew[..., 0, 1], skew[..., 0, 2], skew[..., 1, 2] = -v[..., 2], v[..., 1], -v[..., 0]
@@ -43,7 +49,13 @@ def hat(v: np.ndarray) -> np.ndarray:
 
 
 def exp(v: np.ndarray) -> np.ndarray:
-    """Return the rotations (..., 3, 3) of rotation vectors (..., 3) [rad], by Rodrigues' formula."""
+    """Return the rotations (..., 3, 3) of rotation vectors (..., 3) [rad], by Rodrigues' formula.
+
+    Examples
+    --------
+    >>> (exp([0, 0, np.pi / 2]) @ [1, 0, 0]).round(12) + 0.0  # a quarter turn about z takes x to y
+    array([0., 1., 0.])
+    """
     v = np.asarray(v, dtype=float)
     angle = np.linalg.norm(v, axis=-1)[..., None, None]
     skew = hat(v)
@@ -56,6 +68,11 @@ def log(rotation: np.ndarray) -> np.ndarray:
 
     Meant for angles below pi: the axis comes from the skew part, whose rounding error grows as
     1e-16 / (pi - angle).
+
+    Examples
+    --------
+    >>> log(exp([0.1, 0.2, 0.3])).round(12)
+    array([0.1, 0.2, 0.3])
     """
     skew = 0.5 * (rotation - np.swapaxes(rotation, -1, -2))
     sine = np.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1)  # sin(theta) n

@@ -96,7 +96,7 @@ class Discretisation:
     # Compliance (k, 2) [m/N] of the mean and of the linear moments of a patch that the nodes cannot show, one
     # yarn's alone: from yarns (k,), arc lengths (k,) [m] and the patch's radius [m]. None where refinement
     # shows it all
-    missing: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None
+    missing_compliance: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None
     space: Space | None = None  # of polynomials and splines
 
     def sampled(self, values: np.ndarray) -> np.ndarray:

@@ -219,7 +219,7 @@ def tie_crossings(
     discs = Discs.of(fabric, crossing, radius * fabric.radius)
     _require_room(fabric, discs, radius)
     least = NARROWEST * parts.size / fabric.radius
-    if parts.missing is None and len(crossing) and radius < least:
+    if parts.missing_compliance is None and len(crossing) and radius < least:
         raise MeshError(
             f"tie.radius is {radius:g} radii, but elements of {parts.size:.4g} m show no patches of less than "
             f"{least:.3g}: use that at least, a smaller mesh.size or a larger mesh.refinement"
@@ -232,9 +232,9 @@ def tie_crossings(
     joined = sp.csr_matrix(mean @ (upper - lower))
     joined.eliminate_zeros()
     compliance = np.full((len(crossing), 2), 1 / (STIFFNESS * youngs_modulus * fabric.radius))
-    if parts.missing is not None:
+    if parts.missing_compliance is not None:
         yarn, place = fabric.crossings.yarn[crossing], fabric.crossings.arc_length[crossing]
-        compliance += sum(parts.missing(yarn[:, i], place[:, i], discs.radius) for i in range(2))
+        compliance += sum(parts.missing_compliance(yarn[:, i], place[:, i], discs.radius) for i in range(2))
     return Ties(discs, joined, 1 / compliance[:, [0, 1, 1]], len(tied))
 
 

@@ -14,7 +14,7 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric import NO_ARCS, Fabric, Grip
 from knitstudy.geometry.spline import Centreline
 from knitstudy.loading.solve import Problem
-from knitstudy.mechanics.contact.patch_compliance import missing
+from knitstudy.mechanics.contact.patch_compliance import missing_tie_compliance
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import material_of
 from knitstudy.mechanics.spline_yarn.space import Sampling, Space, YarnSpace, locate, yarn_space
@@ -136,7 +136,7 @@ def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None) -> D
         ends=_grips(scene, fabric, space, spans),
         locate=lambda points, yarn: space.weights(yarn, *locate(space, nodes, points, yarn)),
         size=2 * mesh.radius / ACROSS,
-        missing=partial(missing, space, mesh.radius, *material.across),
+        missing_compliance=partial(missing_tie_compliance, space, mesh.radius, *material.across),
         sampling=Sampling(space, mesh.yarn_of_slice, mesh.arc_length, mesh.section.points),
         space=space,
     )

@@ -61,6 +61,26 @@ class Section:
         The shear factor 0.89 and the slenderness compensation factor 0.25 are that element's defaults. Cowper
         (1966) gives 6 (1 + nu) / (7 + 6 nu) = 0.895 at nu = 0.42; the difference is without effect on
         slender yarns.
+
+        Parameters
+        ----------
+        diameter : float
+            Diameter of a yarn [m].
+        youngs_modulus, poisson_ratio : float
+            Young's modulus [Pa] and Poisson's ratio of the yarn.
+        count : float or numpy.ndarray of shape (E,)
+            Number of yarns in the section.
+
+        Raises
+        ------
+        ConfigurationError
+            If the diameter or the modulus is not positive.
+
+        Examples
+        --------
+        >>> section = Section.circular(diameter=1e-3, youngs_modulus=1e8, poisson_ratio=0.42)
+        >>> float(round(section.EA, 3))  # [N]
+        78.54
         """
         if not diameter > 0 or not youngs_modulus > 0:
             raise ConfigurationError(

@@ -56,6 +56,12 @@ def compliances(bends: np.ndarray, poisson_ratio: float) -> np.ndarray:
     """Return the compliances S (k, 6, 6) of rods of radius 1 and modulus 1 with curvatures (k,) up to `TIGHTEST`.
 
     Rows and columns are (n_N, n_B, n_t, m_N, m_B, m_t).
+
+    Examples
+    --------
+    >>> S = compliances([0.0], poisson_ratio=0.3)[0]
+    >>> float(round(1 / S[2, 2], 6)), float(round(1 / S[3, 3], 6))  # EA = pi and EI = pi / 4 of a straight rod
+    (3.141593, 0.785398)
     """
     at = np.asarray(bends) / TIGHTEST
     return np.moveaxis(chebyshev.chebval(at, _table(float(poisson_ratio))), -1, 0)

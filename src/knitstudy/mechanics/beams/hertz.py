@@ -111,7 +111,13 @@ class Expansion:
 
 
 def eccentricity_squared(ratio: np.ndarray) -> np.ndarray:
-    """Return e^2 (k,) of patches between surfaces whose relative curvatures have the ratio l >= 1 (k,)."""
+    """Return e^2 (k,) of patches between surfaces whose relative curvatures have the ratio l >= 1 (k,).
+
+    Examples
+    --------
+    >>> float(eccentricity_squared(np.array([1.0]))[0].round(12)) + 0.0  # yarns that cross at right angles
+    0.0
+    """
     return -np.expm1(_flattening()(np.log(ratio)))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.mechanics.batches import by_parts
-from knitstudy.mechanics.contact.friction import ContactHistory, Survey, same_pair
+from knitstudy.mechanics.contact.friction import ContactHistory, ContactStatus, same_pair
 from knitstudy.mechanics.contact.search import Search
 from knitstudy.mechanics.contact.surface import Surfaces
 from knitstudy.mechanics.contact.tangent import CHUNK
@@ -176,14 +176,19 @@ class Following:
         Those cannot whose surfaces have moved too little since their gap was last known to close it. Of the others it
         is known where they were, and at what angles.
         """
-        if self._source is ContactHistory.empty() and history.survey is not None:  # from a restart file
+        if (
+            self._source is ContactHistory.empty() and history.search_status is not None
+        ):  # from a restart file
             self._follow(before, history, history)
         again = self._source is history and np.array_equal(self._before, before)
-        if not (again and self._neighbourhoods.keeps_apart(carriers, self._survey.searched, self._margin)):
+        if not (
+            again and self._neighbourhoods.keeps_apart(carriers, self._search_status.searched, self._margin)
+        ):
             # What was found for trial states, however wild, is forgotten.
             self._begin(carriers, before, history)
         every = self.history
-        least = self._neighbourhoods.motion(carriers, self._survey.seen).least(self._survey.least, self._box)
+        known = self._search_status
+        least = self._neighbourhoods.motion(carriers, known.seen).least(known.least, self._box)
         number = np.flatnonzero(~((least > reach) & (every.pressure <= 0) & (every.multiplier == 0)))
         new = number[np.isneginf(every.gap[number])]
         position = self._search.positions(every.point[new], before)
@@ -196,7 +201,7 @@ class Following:
 
     def saw(self, carriers: np.ndarray, least: np.ndarray) -> None:
         """Take over what the gaps (c,) of all pairs are at least [m] where carriers (M, 3) are."""
-        self._survey.seen, self._survey.least = carriers, least
+        self._search_status.seen, self._search_status.least = carriers, least
 
     def go_on(
         self,
@@ -208,7 +213,7 @@ class Following:
         """Go on with the pairs of one search under the history that follows, and return it."""
         if self.history is not history:
             return successor
-        self._source = self.history = successor = replace(successor, survey=self._survey)
+        self._source = self.history = successor = replace(successor, search_status=self._search_status)
         if before is not None:
             self._before, self.angle = before, np.full(len(successor.xi), np.nan)
         return successor
@@ -226,15 +231,20 @@ class Following:
         # In one order, so that sums are the same whenever was searched, after a restart too.
         order = np.lexsort((every.xi[:, 0], every.surface, every.point))
         least = np.append(least[stays], gap[new])[order]
-        survey = Survey(carriers, carriers, least)
-        self._follow(before, history, replace(every[order], survey=survey))
+        status = ContactStatus(carriers, carriers, least)
+        self._follow(before, history, replace(every[order], search_status=status))
 
     def _follow(self, before: np.ndarray, history: ContactHistory, every: ContactHistory) -> None:
         """Follow all pairs that a search has found."""
-        self._source, self._before, self.history, self._survey = history, before, every, every.survey
+        self._source, self._before, self.history, self._search_status = (
+            history,
+            before,
+            every,
+            every.search_status,
+        )
         self.angle = np.full(len(every.point), np.nan)
         self._neighbourhoods = Neighbourhoods(
-            self._search.surfaces, every.survey.searched, self._search.reach
+            self._search.surfaces, every.search_status.searched, self._search.reach
         )
         cell = every.point // self._search.quadrature.per_cell
         self._box = self._neighbourhoods.of_ring[self._search.ring(cell)]  # (c,), box that a pair lies in

@@ -56,7 +56,7 @@ class ContactPoints:
 
 
 @dataclass(eq=False)
-class Survey:
+class ContactStatus:
     """What decides which pairs are looked at, and from which guesses: a run that goes on has to know it to the bit."""
 
     searched: np.ndarray  # (M, 3), carriers of the surfaces when pairs were searched for [m]
@@ -82,7 +82,7 @@ class ContactHistory(Chosen):
     slip: np.ndarray  # (c,), length slipped since it first touched [m]
     status: np.ndarray  # int (c,) OPEN, STICK or SLIP
     dissipated: np.ndarray  # (), work of friction so far [J]
-    survey: Survey | None = None  # of the search that these pairs were found by
+    search_status: ContactStatus | None = None  # of the search that these pairs were found by
 
     @classmethod
     def of_open(

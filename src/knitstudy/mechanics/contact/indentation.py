@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 from knitstudy.mechanics.contact.friction import Coulomb
-from knitstudy.mechanics.contact.patch_compliance import ACROSS, ALONG, far, patched_yarn
+from knitstudy.mechanics.contact.patch_compliance import ACROSS, ALONG, far_compliance, patched_yarn
 
 
 @dataclass(frozen=True)
@@ -249,8 +249,8 @@ def _curve(
     hertz, yarn = Crossing.at(angle), patched_yarn(degree, span, spline_degree, poisson)
     elastic = 0.5 / (1 - poisson**2)  # E* over E
     mindlin = 0.5 * (2 - poisson) / (1 - poisson)
-    beyond = far(poisson)
-    aside = far(poisson, ALONG) + far(poisson, ACROSS)
+    beyond = far_compliance(poisson)
+    aside = far_compliance(poisson, ALONG) + far_compliance(poisson, ACROSS)
     start = elastic / hertz.approach**1.5 / (2 * np.pi * hertz.radius)
     depths, energies, sticks = [0.0], [0.0], [0.0]
     for semiaxis in LOADS:
@@ -259,9 +259,9 @@ def _curve(
         approach = indented + 2 * beyond * force
         patch = semiaxis, semiaxis * hertz.ratio
         for _ in range(3):
-            shown = yarn.shown(patch, 0.5 * angle)
-            depth = approach - 2 * force * shown.middle
-            curvature = np.array(hertz.curvature) - 2 * force * np.array(shown.fall)
+            response = yarn.response(patch, 0.5 * angle)
+            depth = approach - 2 * force * response.middle
+            curvature = np.array(hertz.curvature) - 2 * force * np.array(response.fall)
             if depth <= depths[-1] or np.any(curvature < FLATTENED * np.array(hertz.curvature)):
                 break
             patch = tuple(np.sqrt(depth / curvature))
@@ -269,7 +269,7 @@ def _curve(
                 break
         else:
             area = np.sqrt(curvature.prod()) / np.pi  # 1 / (2 pi R_e')
-            slid = sum(yarn.shown(patch, 0.5 * angle, way).mean for way in (ALONG, ACROSS))
+            slid = sum(yarn.response(patch, 0.5 * angle, way).mean for way in (ALONG, ACROSS))
             local = mindlin * indented / (1.5 * force)
             missing = max(local + aside - slid, REMAINDER * local)
             depths.append(depth)

@@ -1,6 +1,7 @@
 """Local compliance of a loaded patch on a yarn, beyond what a low-order model resolves (docs/theory/theory.md).
 
-Of joints of beams (`local_compliance`), of ties of spline yarns (`missing`), of their contact (`PatchedYarn`, `far`).
+Of joints of beams (`local_compliance`), of ties of spline yarns (`missing_tie_compliance`), of their contact
+(`PatchedYarn`, `far_compliance`).
 """
 
 from __future__ import annotations
@@ -138,7 +139,7 @@ WAVES = 4096  # waves at a time; bounds the memory
 DIGITS = 2  # of the length of a span over the radius: spans that differ by less are one
 
 
-def missing(
+def missing_tie_compliance(
     space: Space,
     radius: float,  # of the yarns [m]
     youngs_modulus: float,
@@ -323,7 +324,7 @@ class PatchedYarn:
         self._free = np.setdiff1d(np.arange(nodes.size), 3 * held[:, None] + np.arange(3))
         self._factors = factorise(stiffness[self._free][:, self._free].tocsc())
 
-    def shown(
+    def response(
         self,
         semiaxes: tuple[float, float],
         turn: float = 0.0,  # angle between the first one and the yarn
@@ -368,16 +369,31 @@ def _rich(poisson: float) -> PatchedYarn:
 
 
 @lru_cache(maxsize=8)
-def far(poisson: float, direction: int = NORMAL) -> float:
+def far_compliance(poisson: float, direction: int = NORMAL) -> float:
     """Return C_far: what a yarn gives way besides the half space, under a force in a direction."""
-    shown = _rich(poisson).shown((RESOLVED, RESOLVED), direction=direction)
-    return shown.mean - half(RESOLVED, poisson, direction)
+    response = _rich(poisson).response((RESOLVED, RESOLVED), direction=direction)
+    return response.mean - half_space_compliance(RESOLVED, poisson, direction)
 
 
-def half(radius: float, poisson: float, direction: int = NORMAL) -> float:
+def half_space_compliance(radius: float, poisson: float, direction: int = NORMAL) -> float:
     """Return C_half: the weighted mean displacement of a half space under Hertz's distribution on a circle.
 
-    A force along the surface finds (2 - nu) / (2 (1 - nu)) times the compliance (Johnson 1985, section 7.2).
+    Under a force along the surface the compliance is (2 - nu) / (2 (1 - nu)) times as large (Johnson 1985,
+    section 7.2).
+
+    Parameters
+    ----------
+    radius : float
+        Radius of the circle, over the radius of the yarn.
+    poisson : float
+        Poisson's ratio.
+    direction : int
+        Direction of the force: `NORMAL`, `ALONG` or `ACROSS`.
+
+    Examples
+    --------
+    >>> half_space_compliance(0.5, 0.0)
+    1.2
     """
     normal = 0.6 * (1 - poisson**2) / radius
     return normal if direction == NORMAL else normal * (2 - poisson) / (2 * (1 - poisson))

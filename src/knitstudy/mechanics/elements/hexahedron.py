@@ -22,7 +22,13 @@ Functions = Callable[[np.ndarray], np.ndarray]  # shape functions (k, a) at natu
 
 
 def shape(natural: np.ndarray) -> np.ndarray:
-    """Return the trilinear shape functions (k, 8) at natural coordinates (k, 3)."""
+    """Return the trilinear shape functions (k, 8) at natural coordinates (k, 3).
+
+    Examples
+    --------
+    >>> shape(np.zeros((1, 3)))  # the nodes count alike in the middle of an element
+    array([[0.125, 0.125, 0.125, 0.125, 0.125, 0.125, 0.125, 0.125]])
+    """
     return 0.125 * (1 + CORNERS * natural[:, None]).prod(axis=2)
 
 

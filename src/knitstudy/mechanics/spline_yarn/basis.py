@@ -51,7 +51,13 @@ def modes(degree: int) -> Modes:
 
 
 def values(degree: int, x: np.ndarray) -> np.ndarray:
-    """Return phi (k, n_p) at points x (k, 2), also outside of the disc."""
+    """Return phi (k, n_p) at points x (k, 2), also outside of the disc.
+
+    Examples
+    --------
+    >>> values(1, np.array([[0.5, 0.0]]))  # 1, 2 x and 2 y: orthonormal on the unit disc
+    array([[1., 1., 0.]])
+    """
     return gradients(degree, x)[0]
 
 
@@ -77,6 +83,12 @@ def quadrature(degree: int) -> tuple[np.ndarray, np.ndarray]:
 
     Two degrees more than products of two functions have, for the Jacobian of a bent yarn and for strains that are not
     linear in displacements. The weights add up to pi.
+
+    Examples
+    --------
+    >>> points, weights = quadrature(2)
+    >>> float((weights * points[:, 0] ** 2).sum().round(12))  # the integral of x^2, pi / 4
+    0.785398163397
     """
     points, weight = on_rings((degree + 3) // 2, 2 * degree + 3)
     return points, np.pi * weight
