@@ -11,8 +11,8 @@ SMALL = {
     "every": {},
     "coverage": 0.5,
     "confidence": 0.5,
-    "reference value": ["yarns2", "yarns3"],
-    "model settings": {
+    "reference": ["yarns2", "yarns3"],
+    "settings": {
         "tied": {"yarns2": COARSE, "yarns3": COARSE | {"mesh.degree": 3, "mesh.crossing_degree": 3}}
     },
 }
