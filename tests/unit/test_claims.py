@@ -18,7 +18,6 @@ from knitstudy.measures.claims.evidence import BY_OTHERS, Evidence, decide
 from knitstudy.measures.claims.fabric import PAPERS_MESH
 from knitstudy.measures.claims.verdicts import RULES
 from knitstudy.measures.discretisation import problem_of
-from knitstudy.measures.history_checks import hourglass_share
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
 from knitstudy.study.configuration import load_scenes
 
@@ -72,8 +71,9 @@ def in_contact(knit):
     )
     contacts = synthetic.with_kinematics(extract(knit, base))
     contacts = jumping(contacts, 2, 5)
-    slip = contacts["slip"].where((contacts["row"] == 1), 1e-4)
-    return histories, {"isotropic": contacts, "untied": contacts.assign(slip=slip)}
+    slides = contacts["relative_displacement"] * xr.where(contacts["row"] == 1, 1.0, 3.0)
+    untied = contacts.assign(relative_displacement=slides.transpose(*contacts["relative_displacement"].dims))
+    return histories, {"isotropic": contacts, "untied": untied}
 
 
 def jumping(contacts, turned, slid):
@@ -128,8 +128,8 @@ UNLIKE_THE_PAPER = {"M3", "R7", "S1", "S3"}
 @pytest.mark.parametrize("claim", sorted(RULES.keys() - UNLIKE_THE_PAPER))
 def test_what_the_paper_has_is_reproduced(evidence, claim):
     judged = RULES[claim](evidence)
-    assert judged.verdict == "reproduced"
-    assert judged.measured
+    assert judged.verdict == "reproduced", judged.rows
+    assert any(row.grade for row in judged.rows)
 
 
 def test_discretisations_that_disagree_do_not_decide(evidence):
@@ -139,21 +139,24 @@ def test_discretisations_that_disagree_do_not_decide(evidence):
     assert decided.verdict == "reproduced"
     assert decided.uncertainty.startswith("fine: reproduced, 4")
     judged = decide(RULES["K2"], replace(evidence, again={"fine": alike, "finest": other}), BY_OTHERS)
-    assert judged.verdict == "not decidable"
-    assert "finest: not reproduced" in judged.uncertainty
+    assert judged.verdict == "undecidable"
+    assert "finest: contradicted" in judged.uncertainty
 
 
 @pytest.mark.parametrize("case", ["tie-course", "isotropic-wale"])
-def test_3d_model_must_be_four_times_as_near_in_every_case(evidence, case):
-    """The 2D model is 1.0 away: 0.22 is near enough, 0.3 is not."""
+@pytest.mark.parametrize(
+    ("factor", "verdict", "margin"),
+    [(1.4, "reproduced", 1.25), (1.6, "direction holds, size does not", 0.833), (2.1, "contradicted", 0.455)],
+)
+def test_3d_model_must_be_nearer_by_a_factor_of_two_in_every_case(evidence, case, factor, verdict, margin):
+    """The 2D model is 1.0 away: 0.4 is much nearer, 0.6 is nearer, and 1.1 is not nearer."""
     full = study.FORCE[case.split("-")[0]]
-    for factor, expected in ((1.22, "reproduced"), (1.3, "not reproduced")):
-        judged = RULES["R1"](
-            with_history(evidence, f"rom3d-{case}", force=(0, factor * full / 2, factor * full))
-        )
-        assert judged.verdict == expected
-    assert judged.note.startswith("the main models hold in 3 of 4 cases")
-    assert judged.measured[0][1:] == ("0.30", "much closer"), "what does not hold comes first"
+    changed = with_history(evidence, f"rom3d-{case}", force=(0, factor * full / 2, factor * full))
+    judged = RULES["R1"](changed)
+    assert judged.verdict == verdict
+    tightest = judged.rows[0]
+    assert tightest.quantity.endswith(case.split("-")[1]), "the tightest test comes first"
+    assert tightest.margin == pytest.approx(margin, abs=1e-3)
 
 
 def test_largest_bend_is_where_the_slope_changes():
@@ -181,33 +184,33 @@ def test_without_a_reference_nothing_is_decided(evidence, claim):
 @pytest.mark.parametrize(
     ("claim", "scene", "changes"),
     [
-        ("R1", "rom3d-tie-wale", {"force": (0, 7.495, 14.99)}),  # 0.25 away, and the 2D model 1.0
-        ("R2", "rom3d-tie-course", {"lift": 3.95e-4}),  # 1.97 times the amplitude: 2 counts as captured
+        ("R1", "rom3d-tie-wale", {"force": (0, 8.995, 17.99)}),  # 0.5 away, and the 2D model 1.0
+        ("R2", "rom3d-tie-course", {"lift": 2.97e-4}),  # 1.48 times the amplitude: 1.5 counts as captured
         ("B1", "beam-isotropic-course", {"force": (0, 4.95, 9.9)}),
     ],
 )
 def test_what_is_decided_by_less_than_the_uncertainty_is_open(evidence, claim, scene, changes):
     judged = RULES[claim](with_history(evidence, scene, **changes))
-    assert judged.verdict == "not decidable", judged.measured
+    assert judged.verdict == "undecidable", judged.rows
     certain = replace(evidence, reference=study.reference(evidence.scenes, uncertainty=1e-4))
     assert RULES[claim](with_history(certain, scene, **changes)).verdict == "reproduced"
 
 
-def test_stabilisation_beyond_the_bar_is_not_reproduced(evidence):
+def test_stabilisation_counts_at_full_load(evidence):
     history = evidence.histories["isotropic"]
     energy = history["energy"].copy(deep=True)
     energy.loc[{"form": "stabilisation"}] = 0.04 * energy.sel(form="internal")
+    energy.loc[{"form": "stabilisation", "increment": 1}] = 0.06 * energy.sel(form="internal")[1]
     assert RULES["E1"](with_direct(evidence, "isotropic", energy=energy)).verdict == "reproduced"
-    energy.loc[{"form": "stabilisation", "increment": 3}] = 0.06 * energy.sel(form="internal")[3]
-    assert hourglass_share(history.assign(energy=energy), "stabilisation") == pytest.approx(0.06)
-    assert RULES["E1"](with_direct(evidence, "isotropic", energy=energy)).verdict == "not reproduced"
+    energy.loc[{"form": "stabilisation"}] = 0.06 * energy.sel(form="internal")
+    assert RULES["E1"](with_direct(evidence, "isotropic", energy=energy)).verdict == "contradicted"
 
 
-def with_still(evidence, name):
-    """Return the evidence with one crossing of the centre cell that does not move."""
+def with_still(evidence, name, rest=0.0):
+    """Return the evidence with one crossing of the centre cell that moves little or not at all."""
     contacts = evidence.contacts["isotropic"]
     values = contacts[name].copy(deep=True)
-    values[:, centre_cell(contacts)[2]] = 0.0
+    values[:, centre_cell(contacts)[2]] = rest
     return with_contacts(evidence, contacts.assign({name: values}))
 
 
@@ -270,56 +273,65 @@ def with_harmless_ties(evidence, name):
     return with_direct(evidence, "untied", **{name: evidence.histories["isotropic"][name]})
 
 
-NO, OPEN, YES = "not reproduced", "not decidable", "reproduced"
+NO, SIZE, OPEN, YES = "contradicted", "direction holds, size does not", "undecidable", "reproduced"
+MOTIONS = ("section_rotation", "segment_contraction", "sliding", "contact_spin")
 OPENED, CLOSED = [(0, 0, 0, 0)] * 3, [(1, 1, 0, 0), (1, 1, 1, 1)]
 
 CHANGED = [
     ("G1", NO, with_geometry, {"penetration": ("state", [4e-4, 1e-6])}),
     ("R2", NO, with_history, "rom2d-tie-course", {"lift": 1e-5}),
-    *(("R2", NO, with_history, "rom3d-tie-course", {"lift": lift}) for lift in (0.8e-4, 4.4e-4, -2e-4)),
+    *(("R2", SIZE, with_history, "rom3d-tie-course", {"lift": lift}) for lift in (1.2e-4, 3.2e-4)),
+    ("R2", NO, with_history, "rom3d-tie-course", {"lift": -2e-4}),
     ("R3", NO, with_history, "rom3d-isotropic-course", {"lift": 1e-4}),
     ("R3", NO, with_reference, "isotropic", LARGEST_U_Z, 0.25),
-    ("R4", NO, with_springs, "course", 60e3, 70e3, 950e3),
-    ("R4", NO, with_springs, "wale", 73e3, 233e3, 400e3),
+    ("R4", SIZE, with_springs, "course", 60e3, 70e3, 950e3),
+    ("R4", SIZE, with_springs, "wale", 73e3, 233e3, 400e3),
+    ("R4", NO, with_springs, "wale", 73e3, 233e3, 200e3),
     ("R4", NO, with_springs, "wale", -1e3, 233e3, 600e3),
-    ("R5", NO, with_history, "rom3d-tie-course", {"dof": 7_000}),
-    ("R6", NO, with_history, "rom3d-isotropic-course", {"memory_growth": 60e6}),
+    ("R9", YES, with_springs, "course", 70e3, 90e3, 700e3),
+    ("R9", NO, with_springs, "course", 50e3, 67e3, 950e3),
+    ("R5", NO, with_history, "rom3d-tie-course", {"dof": 10_000}),
+    ("R5", SIZE, with_history, "rom3d-tie-course", {"memory_growth": 100e6}),
+    ("R5", YES, with_history, "rom2d-tie-course", {"dof": 900}),
+    ("R6", SIZE, with_history, "rom3d-isotropic-course", {"memory_growth": 60e6}),
     # The model of one point and rigid sections judges, as the paper's has neither more.
     ("B1", NO, with_history, "beam-isotropic-course", {"force": (0, 5.5, 11)}),
     ("B1", YES, with_history, "beam-hertz-isotropic-course", {"force": (0, 6, 12)}),
     *(("K2", NO, with_zones, [*OPENED, *CLOSED, end]) for end in ((1, 1, 1, 0), (2, 1, 1, 1))),
     # First symmetric contact is at 0.45 %, known to be after 0.33 %.
-    *(("K3", said, with_bend, at) for at, said in ((0.0005, NO), (0.0045, YES), (0.0195, NO))),
-    ("K4", NO, with_motion, [1.0, 1.0, 0.2]),
+    *(("K3", grade, with_bend, at) for at, grade in ((0.0005, NO), (0.0045, YES), (0.0195, NO))),
+    ("K4", SIZE, with_motion, [1.0, 1.0, 0.01]),
     ("K4", NO, with_motion, [1.0, -1.0, 1.0]),
     ("K4", NO, with_motion, 2, [0]),
     # 10 N with friction and 11 N with rough contact, each within 2 %: 10.8 N would be too near.
-    *(("K5", said, with_reference, "isotropic", FORCE, factor) for factor, said in ((1.08, OPEN), (1.2, NO))),
-    # 9 N with the smaller coefficient and 11 N with rough contact, each within 2 %.
-    *(("K7", said, with_slippery, factor) for factor, said in ((1.1, YES), (1.2, OPEN), (1.4, NO))),
     *(
-        ("K8", NO, with_still, name)
-        for name in ("section_rotation", "segment_contraction", "sliding", "contact_spin")
+        ("K5", grade, with_reference, "isotropic", FORCE, factor)
+        for factor, grade in ((1.08, OPEN), (1.2, NO))
     ),
+    # 9 N with the smaller coefficient and 11 N with rough contact, each within 2 %.
+    *(("K7", grade, with_slippery, factor) for factor, grade in ((1.1, YES), (1.2, OPEN), (1.4, NO))),
+    *(("K8", NO, with_still, name) for name in MOTIONS),
+    *(("K8", SIZE, with_still, name, 1e-6) for name in ("sliding", "contact_spin")),
     ("K12", NO, with_half_way, 5, 2),
     ("K12", OPEN, with_half_way, 4, 4),
     ("S1", YES, with_paper_knit, "cut_knit"),
-    ("S1", NO, with_paper_knit, "knit"),
+    ("S1", YES, with_paper_knit, "knit"),
     *(
         (
             "S2",
-            said,
+            grade,
             with_direct,
             "domain-hexahedra-isotropic-course-3x3",
             {"attrs": {"memory_growth": memory}},
         )
-        for memory, said in ((1140e6, YES), (1065e6, OPEN), (930e6, NO))
+        for memory, grade in ((1140e6, YES), (1000e6, OPEN), (870e6, NO))
     ),
-    *(("S3", said, with_unknowns, ratio) for ratio, said in ((1.7, YES), (1.3, NO), (1, OPEN))),
+    *(("S3", grade, with_unknowns, ratio) for ratio, grade in ((1.7, YES), (1.05, SIZE), (1, OPEN))),
     # Untied rows that take as few iterations, but stabilisation, converge worse as well.
     ("K11", YES, with_damping, "isotropic"),
-    ("R5", YES, with_history, "rom2d-tie-course", {"dof": 500}),
-    ("R8", NO, with_history, "rom3d-tie-wale", {"force": (0, 8, 16)}),
+    ("R7", SIZE, with_history, "rom3d-tie-wale", {"force": (0, 8, 16)}),
+    ("R8", YES, with_history, "rom3d-tie-wale", {"force": (0, 8, 16)}),
+    ("R8", NO, with_history, "rom3d-tie-wale", {"force": (0, 10, 20)}),
     *(("K11", NO, with_harmless_ties, name) for name in ("force", "newton_iterations")),
 ]
 """Claim, the verdict with changed evidence, and what changes it: arguments, and named ones in a mapping."""
@@ -330,23 +342,24 @@ def test_verdicts_turn_with_the_numbers(evidence, claim, verdict, change):
     function, *arguments = change
     named = arguments.pop() if isinstance(arguments[-1], dict) else {}
     judged = RULES[claim](function(evidence, *arguments, **named))
-    assert judged.verdict == verdict, judged.measured
+    assert judged.verdict == verdict, judged.rows
 
 
 @pytest.mark.parametrize(
     ("claim", "course", "wale", "verdict"),
     [
-        ("M1", (40, 25), (83, 90), YES),
-        ("M1", (42, 33), (82, 82), OPEN),  # the third segment is printed as 36, the second as 31
-        ("M1", (50, 50), (82, 82), OPEN),  # turned, but further than ten degrees from the paper's
+        ("M1", (40, 25), (83, 83), YES),
+        ("M1", (50, 50), (82, 82), SIZE),  # turned, but by less than two thirds of the paper's turn
         ("M1", (88, 88), (82, 82), NO),
         ("M1", (33, 33), (20, 20), NO),
         ("M2", (82, 82), (33, 33), NO),
-        ("M2", (60, 60), (82, 82), NO),  # lower, but by less than half of the paper's
-        ("M3", (60, 70), (70, 60), YES),
-        ("M3", (33, 33), (82, 82), NO),
+        ("M2", (60, 60), (82, 82), SIZE),  # lower, but by less than the paper's
+        ("M3", (60, 64), (80, 85), YES),
+        ("M3", (33, 33), (82, 82), SIZE),
+        ("M3", (70, 70), (60, 60), NO),
     ],
 )
 def test_verdicts_turn_with_the_axes_of_stress(evidence, knit, claim, course, wale, verdict):
     turned = replace(evidence, stresses=stressed(knit, course, wale))
-    assert RULES[claim](turned).verdict == verdict
+    judged = RULES[claim](turned)
+    assert judged.verdict == verdict, judged.rows

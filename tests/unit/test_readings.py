@@ -1,5 +1,6 @@
 """Readings of the paper: which scenes judge, what is judged under each, and what verdicts follow."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -12,6 +13,8 @@ from knitstudy.errors import DataFileError
 from knitstudy.files import read_table
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
+from knitstudy.measures.claims.combinations import OPEN, combinations_of, exclusive
+from knitstudy.measures.claims.evidence import Judgement
 from knitstudy.measures.claims.verdicts import INPUT, READING, Reading, conclude, findings, readings_of
 from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.estimate import Estimate
@@ -26,10 +29,17 @@ def table(kind=READING, against=""):
     """Return readings as a table: of friction, of the clearance, and one without scenes."""
     rows = [
         Reading(
-            "slippery", kind, "less friction", "friction", against, "^yarns-iso", "inputs-friction010-iso"
+            "slippery",
+            kind,
+            "friction",
+            "less friction",
+            "friction",
+            "",
+            "^yarns-iso",
+            "inputs-friction010-iso",
         ),
-        Reading("loose", kind, "loose yarns", "tight yarns", against, "^yarns-", "inputs-clearance0040-"),
-        Reading("whole", kind, "whole yarns", "cut cells", against, "^", "reading-whole-"),
+        Reading("loose", kind, "clearance", "loose", "tight", against, "^yarns-", "inputs-clearance0040-"),
+        Reading("whole", kind, "specimen", "whole yarns", "cut cells", against, "^", "reading-whole-"),
     ]
     return pd.DataFrame([vars(each) for each in rows])
 
@@ -91,8 +101,8 @@ def test_claim_is_judged_by_the_scenes_of_the_reading(sources):
     found = found_with(sources, {loose: (0.92, 1.0), slippery: (1.3, 1.0)})
     assert {name: each.judged["K5"].verdict for name, each in found.items()} == {
         "base": "reproduced",
-        "slippery": "not reproduced",
-        "loose": "not decidable",
+        "slippery": "contradicted",
+        "loose": "undecidable",
         "whole": "not yet run",
     }
     assert found["slippery"].turned == ("K5",)
@@ -102,28 +112,50 @@ def test_claim_is_judged_by_the_scenes_of_the_reading(sources):
 
 
 @pytest.mark.parametrize(
-    ("base", "slippery", "readings", "verdict", "condition"),
+    ("base", "slippery", "verdict", "under"),
     [
-        (1.0, 1.0, table(), "reproduced", ""),
-        (1.0, 0.3, table(), "reproduced if", "friction"),
-        (1.0, 0.3, table(against="Table 1"), "reproduced", ""),
-        (1.0, 0.3, table(INPUT), "reproduced", ""),
-        (0.3, 1.0, table(), "reproduced if", "less friction"),
-        (0.3, 1.0, table(against="Table 1"), "not reproduced", ""),
-        (0.3, 1.0, table(INPUT), "not reproduced", ""),
+        (1.0, 1.0, "reproduced", "1 of 1"),
+        (1.0, 0.3, "reproduced", "1 of 2"),
+        (0.3, 1.0, "contradicted", "1 of 2"),
     ],
 )
-def test_verdict_follows_from_all_readings(sources, base, slippery, readings, verdict, condition):
+def test_verdict_says_under_how_many_readings_it_stands(sources, base, slippery, verdict, under):
     """With 0.3 of its motion friction moves less far than ties, against K6."""
+    found = [*moved(sources, base, slippery).values()]
+    concluded = conclude("K6", "", found)
+    assert (concluded.verdict, concluded.under) == (verdict, under), concluded
+    assert ("less friction" in concluded.depends_on) == (base != slippery)
+
+
+def moved(sources, base, slippery):
+    """Return findings with factors of the motion with friction, at the base and with less friction."""
     factors = {
         "yarns-isotropic-course": (1.0, base),
         "inputs-clearance0040-isotropic-course": (1.0, base),
         "inputs-friction010-isotropic-course": (1.0, slippery),
     }
     reference = sources["reference"].copy()
-    here = reference["problem"] == problem_of(sources["scenes"]["yarns-isotropic-course"])
-    reference.loc[here & (reference["quantity"] == LARGEST_U_Z), ["value", "uncertainty"]] *= base
-    found = found_with(sources | {"reference": reference}, factors, readings)
-    concluded = conclude("K6", "", list(found.values()))
-    assert (concluded.verdict, concluded.condition) == (verdict, condition), concluded
-    assert ("less friction" in concluded.hangs_on) == (base != slippery)
+    own = reference["problem"] == problem_of(sources["scenes"]["yarns-isotropic-course"])
+    reference.loc[own & (reference["quantity"] == LARGEST_U_Z), ["value", "uncertainty"]] *= base
+    return found_with(sources | {"reference": reference}, factors)
+
+
+def test_combinations_hold_the_claims_of_their_readings(sources):
+    """K6 holds with less friction alone; loose yarns touch it as well, so that both together leave it open."""
+    combined = combinations_of([*moved(sources, 0.3, 1.0).values()])
+    names = [tuple(each.reading.name for each in one.findings) for one in combined]
+    assert sorted(names) == [(), ("loose",), ("slippery",), ("slippery", "loose")]
+    by_name = dict(zip(names, combined, strict=True))
+    assert "K6" in by_name["slippery",].holding - by_name[()].holding
+    assert by_name["slippery", "loose"].verdicts["K6"] == OPEN
+    assert names[0] == ("slippery",)
+
+
+def test_claims_that_no_combination_reproduces_together_exclude_each_other(sources):
+    base, slippery, *_ = moved(sources, 1.0, 1.0).values()
+    judged = {"A": Judgement((), verdict="reproduced"), "B": Judgement((), verdict="contradicted")}
+    other = {"A": judged["B"], "B": judged["A"]}
+    found = [replace(base, judged=judged), replace(slippery, judged=other, touched=frozenset("AB"))]
+    assert list(exclusive(combinations_of(found))) == [("A", "B")]
+    kept = replace(found[1], touched=frozenset("B"))
+    assert list(exclusive(combinations_of([found[0], kept]))) == []

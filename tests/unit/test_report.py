@@ -73,14 +73,19 @@ def results():
         "quantity": "length",
         "ours": "7 mm",
         "paper": "8 mm",
-        "measured": "length | 7 mm | 8 mm\nwidth | 3 mm | ",
-        "verdict": "not reproduced",
+        "measured": "length | 7 mm | 8 mm | contradicted\nwidth | 3 mm |  | ",
+        "verdict": "contradicted",
         "note": "only so far",
     }
-    full |= {"rule": "less than 8 mm", "rule fixed": "before its numbers", "condition": "yarns are cut"}
+    full |= {"rule": "less than 8 mm", "rule fixed": "before its numbers", "margin": "1 of 2 tests hold"}
     full |= {
         "uncertainty": "by other discretisations",
-        "hangs on": "clearance of the yarns",
+        "depends on": "clearance of the yarns",
+        "readings": "2 of 3",
+        "explanation": "the paper measures otherwise",
+        "reason": "",
+        "older rule": "the same",
+        "older verdict": "",
         "sentence": "it says so",
     }
     none = {
@@ -101,7 +106,7 @@ def page(pictures, results, monkeypatch):
     TABLES.add("t", "of another package", texts={"caption": "of t"})(lambda: None)
     provenance = pd.DataFrame({"file": ["dns/a.nc"], "scene": ["dns-a"]})
     results = results | {"t": results["geometry"]}
-    kept = results["verdicts"].assign(made="2026-11-20", ours="9 mm", verdict="not decidable")
+    kept = results["verdicts"].assign(made="2026-11-20", ours="9 mm", verdict="undecidable")
     notes = ["The reference is old."]
     return render(REPORT / "template.html", CAPTIONS, pictures, results, provenance, "reduced", notes, kept)
 
@@ -141,10 +146,11 @@ def test_a_verdict_is_one_line_and_all_else_is_folded(page):
     lines = re.findall(r'<details class="claim"><summary class="line">(.*?)</summary>', page, flags=re.DOTALL)
     said = [re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", line)).strip() for line in lines]
     assert said == [
-        "G1 first not reproduced length 8 mm 7 mm",
+        "G1 first contradicted length 8 mm 7 mm",
         "K1 second not yet run 9 mm (full study)",
     ]
     assert "<td>width</td><td>3 mm</td>" in page
+    assert "<p>the paper measures otherwise</p>" in page
 
 
 def test_numbers_of_a_figure_stand_in_a_table(results):

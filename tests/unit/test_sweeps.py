@@ -64,16 +64,16 @@ def test_error_of_a_series_is_the_largest_that_is_known(scenes, reference):
     ("slopes", "verdict"),
     [
         ({"shape": 1.0}, "reproduced"),
-        ({"shape": -1.0}, "not reproduced"),
+        ({"shape": -1.0}, "contradicted"),
         ({"shape": 1.0, "length": -1.0}, "reproduced"),
-        ({"shape": 1e-3}, "not decidable"),
+        ({"shape": 1e-3}, "undecidable"),
     ],
 )
 def test_verdict_turns_with_the_slope_of_what_is_held(paper, scenes, reference, claim, slopes, verdict):
     found = judged(claim, paper, scenes, reference, slopes)
     assert found.verdict == verdict, found
     if "length" in slopes:
-        assert judged(claim, paper, scenes, reference, slopes, held="length").verdict == "not reproduced"
+        assert judged(claim, paper, scenes, reference, slopes, held="length").verdict == "contradicted"
 
 
 def test_verdict_is_withheld_without_enough_values(paper, scenes, reference):

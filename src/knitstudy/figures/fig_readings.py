@@ -13,14 +13,16 @@ from matplotlib.patches import Patch, Rectangle
 
 from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.style import DOUBLE, INK, PAPER, figure
-from knitstudy.measures.claims.evidence import NOT_REPRODUCED, NOT_RUN, OPEN, REPRODUCED, SOURCES
+from knitstudy.measures.claims.evidence import SOURCES
+from knitstudy.measures.claims.scale import CONTRADICTED, DIRECTION, NOT_RUN, REPRODUCED, UNDECIDABLE
 from knitstudy.measures.claims.verdicts import Finding, findings
 
 # Colour and letter of a verdict: colours differ in lightness as well.
 VERDICTS = {
     REPRODUCED: ("#A6DBF5", "R"),
-    NOT_REPRODUCED: ("#C1440E", "N"),
-    OPEN: ("#D9D9D9", "?"),
+    DIRECTION: ("#F2C14E", "D"),
+    CONTRADICTED: ("#C1440E", "C"),
+    UNDECIDABLE: ("#D9D9D9", "?"),
     NOT_RUN: (PAPER, "\u2013"),
 }
 UNTOUCHED = 0.3  # Opacity of cells that a reading does not change
@@ -58,7 +60,7 @@ def _draw_cell(axes: Axes, column: int, row: int, finding: Finding, claim: str) 
     look = {"facecolor": colour, "edgecolor": PAPER, "linewidth": 0.8, "alpha": 1 if own else UNTOUCHED}
     axes.add_patch(Rectangle((column, row), 1, 1, **look))
     if own:
-        ink = PAPER if finding.judged[claim].verdict == NOT_REPRODUCED else INK
+        ink = PAPER if finding.judged[claim].verdict == CONTRADICTED else INK
         axes.text(column + 0.5, row + 0.52, letter, ha="center", va="center", color=ink)
     if claim in finding.turned:
         axes.add_patch(Rectangle((column, row), 1, 1, facecolor="none", edgecolor=INK, zorder=3))

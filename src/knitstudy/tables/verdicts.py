@@ -1,4 +1,4 @@
-"""The paper's claims with the computed verdicts, and all claims under every reading of the paper."""
+"""The paper's claims with the computed verdicts, all claims under every reading, and combinations of readings."""
 
 from __future__ import annotations
 
@@ -9,24 +9,48 @@ import numpy as np
 import pandas as pd
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.measures.claims.evidence import SOURCES, Measured
+from knitstudy.measures.claims.combinations import OPEN, Combination, combinations_of, exclusive
+from knitstudy.measures.claims.evidence import SOURCES
+from knitstudy.measures.claims.scale import (
+    CONTRADICTED,
+    DIRECTION,
+    NOT_RUN,
+    REPRODUCED,
+    UNDECIDABLE,
+    Row,
+    margin_of,
+)
 from knitstudy.measures.claims.verdicts import RULES, Finding, conclude, findings
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.response import FORCE, LARGEST_U_Z, QUANTITIES
 from knitstudy.tables.catalogue import TABLES
 
-JUDGED = ["verdict", "condition", "uncertainty", "hangs_on", "note"]
 COLUMNS = [
-    *("id", "where", "short", "claim", "verdict", "condition", "quantity", "paper", "ours", "sentence"),
-    *("rule", "rule fixed", "measured", "uncertainty", "hangs on", "note", "see"),
+    *(
+        "id",
+        "where",
+        "short",
+        "claim",
+        "verdict",
+        "margin",
+        "readings",
+        "quantity",
+        "paper",
+        "ours",
+        "sentence",
+    ),
+    *("rule", "rule fixed", "reason", "older rule", "older verdict", "measured", "uncertainty", "depends on"),
+    *("note", "explanation", "see"),
 ]
+MOST = 12  # Combinations that the table shows
 
 
 @TABLES.add("verdicts", "Claims of the paper and verdicts", **SOURCES, order=15)
 def tabulate(claims: pd.DataFrame, readings: pd.DataFrame, **sources: Any) -> pd.DataFrame:
-    """Return every claim of the paper with its rule, what was measured, and the verdict, which is computed.
+    """Return every claim of the paper with its rule, the measured rows, and the verdict, which is computed.
 
-    One quantity stands in columns of its own; `measured` has all, a line each: quantity, the value here, the paper's.
+    One quantity stands in columns of its own; `measured` has all, a line each: quantity, the value here, the paper's,
+    the grade.
 
     Raises ConfigurationError when a claim has no rule.
     """
@@ -37,27 +61,62 @@ def tabulate(claims: pd.DataFrame, readings: pd.DataFrame, **sources: Any) -> pd
         )
     found = findings(readings, **sources)
     concluded = [conclude(claim.id, claim.uncertainty, found) for claim in claims.itertuples()]
-    said = {name.replace("_", " "): [getattr(each, name) for each in concluded] for name in JUDGED}
-    first = [each.measured[0] if each.measured else Measured("") for each in concluded]
-    said |= {name: [getattr(each, name) for each in first] for name in Measured._fields}
-    said["measured"] = ["\n".join(" | ".join(row) for row in each.measured) for each in concluded]
-    return claims.rename(columns={"fixed": "rule fixed"}).assign(**said)[COLUMNS]
+    first = [judged.rows[0] if judged.rows else Row("") for judged in concluded]
+    lines = [[(row.quantity, row.ours, row.paper, row.grade) for row in judged.rows] for judged in concluded]
+    columns = {
+        "verdict": [judged.verdict for judged in concluded],
+        "margin": ["" if judged.verdict == NOT_RUN else margin_of(judged.rows) for judged in concluded],
+        "readings": [judged.under for judged in concluded],
+        "uncertainty": [judged.uncertainty for judged in concluded],
+        "depends on": [judged.depends_on for judged in concluded],
+        "note": [judged.note for judged in concluded],
+        "quantity": [row.quantity for row in first],
+        "paper": [row.paper for row in first],
+        "ours": [row.ours for row in first],
+        "measured": ["\n".join(" | ".join(line) for line in table) for table in lines],
+    }
+    return claims.rename(columns={"fixed": "rule fixed"}).assign(**columns)[COLUMNS]
 
 
 @TABLES.add("readings", "Claims under every reading of the paper", **SOURCES, order=16)
 def tabulate_readings(readings: pd.DataFrame, **sources: Any) -> pd.DataFrame:
-    """Return one row a reading, the base first: force, motion, verdicts, and the claims that hang on it."""
-    found = findings(readings, **sources)
-    return pd.DataFrame([_row(each) for each in found if each.evidence])
+    """Return one row a reading, the base first: force, motion, verdicts, and the claims that depend on the reading."""
+    return pd.DataFrame([_row(each) for each in findings(readings, **sources) if each.evidence])
 
 
 def _row(finding: Finding) -> dict[str, object]:
     reading, evidence = finding.reading, finding.evidence
-    row = {"name": reading.name, "reading": reading.reading, "base": reading.base, "against": reading.against}
+    row = {of: getattr(reading, of) for of in ("name", "choice", "reading", "base", "against")}
     for quantity, kind in product((FORCE, LARGEST_U_Z), INTERACTIONS):
         unit, values = QUANTITIES[quantity]
         history = evidence.histories.get(evidence.direct.get(kind))
         value = np.nan if history is None else float(values(history, history)[-1])
         row[f"{quantity}, {INTERACTIONS[kind]} [{unit}]"] = value
     row |= {claim: judged.verdict for claim, judged in finding.judged.items()}
-    return row | {"claims that hang on the reading": ", ".join(finding.turned)}
+    return row | {"claims that depend on the reading": ", ".join(finding.turned)}
+
+
+@TABLES.add("combinations", "Readings under which most claims hold together", **SOURCES, order=17)
+def tabulate_combinations(readings: pd.DataFrame, **sources: Any) -> pd.DataFrame:
+    """Return the combinations of readings under which most claims hold, and the base, with what each gains and loses.
+
+    The last column holds, in the first row, the pairs of claims that no combination reproduces together.
+    """
+    combined = combinations_of(findings(readings, **sources))
+    base = next(each for each in combined if not each.findings)
+    rows = [_combination(each, base) for each in [*combined[:MOST], base]]
+    rows[0]["claims that exclude each other"] = ", ".join(" and ".join(pair) for pair in exclusive(combined))
+    return pd.DataFrame(rows).fillna("")
+
+
+def _combination(combined: Combination, base: Combination) -> dict[str, object]:
+    words = [f"{each.reading.choice}: {each.reading.reading}" for each in combined.findings]
+    counts = combined.counts
+    return {
+        "combination": "; ".join(words) or "base",
+        **{f"{grade} [1]": counts[grade] for grade in (REPRODUCED, DIRECTION, CONTRADICTED, UNDECIDABLE)},
+        "open [1]": counts[OPEN] + counts[NOT_RUN],
+        "gained": ", ".join(sorted(combined.holding - base.holding)),
+        "lost": ", ".join(sorted(base.holding - combined.holding)),
+        "against": "; ".join(filter(None, (each.reading.against for each in combined.findings))),
+    }

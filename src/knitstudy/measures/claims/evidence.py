@@ -1,8 +1,8 @@
-"""Evidence for the paper's claims, by the names of scenes, and how a claim is judged.
+"""Evidence for the paper's claims, by the names of scenes, and the judgement of one claim.
 
-``resources/reference/paper_claims.csv`` says of every claim which sentence of the paper it is, what has to hold (rule),
-when that was fixed, where the uncertainty of the verdict comes from, and which figures and tables show it. What was not
-simulated, or not to the paper's strain, decides nothing.
+``resources/reference/paper_claims.csv`` holds for every claim the sentence of the paper, the rule, the day on which the
+rule was fixed, the origin of the uncertainty, and the figures and tables that show the claim. A simulation that the
+study lacks, or that ends below the paper's strain, decides nothing.
 """
 
 from __future__ import annotations
@@ -10,13 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.cases import MODELS, Case, cases_of
 from knitstudy.measures.catalogue import CASES, OTHER_SOLIDS, SOLIDS, Datasets, Scenes, of_cases, one, several
+from knitstudy.measures.claims.scale import DECIDED, NOT_RUN, UNDECIDABLE, Row, worst
 from knitstudy.measures.discretisation import INTERACTIONS, made_of
 from knitstudy.measures.paper_values import number
 from knitstudy.measures.reference import Reference, reference_of, transferred_uncertainty
@@ -49,11 +49,11 @@ NO_DIRECT = "the study has no direct simulation with"
 
 
 class NotRun(Exception):
-    """The study cannot decide a claim: why, and what was measured nevertheless."""
+    """The study cannot decide a claim: the reason, and the rows that were measured nevertheless."""
 
-    def __init__(self, why: str, *measured: Measured) -> None:
-        super().__init__(why)
-        self.judgement = Judgement(measured, NOT_RUN, why)
+    def __init__(self, reason: str, *rows: Row) -> None:
+        super().__init__(reason)
+        self.judgement = Judgement(tuple(replace(row, grade="") for row in rows), reason, verdict=NOT_RUN)
 
 
 @dataclass(frozen=True)
@@ -140,59 +140,43 @@ class Evidence:
         return tuple(replace(case, reference=self.reference_for(case.dns.scene.name)) for case in found)
 
 
-REPRODUCED, NOT_REPRODUCED, OPEN = "reproduced", "not reproduced", "not decidable"
-REPRODUCED_IF = "reproduced if"  # another reading than the base's holds, or the base's alone
-NOT_RUN = "not yet run"
-MISSING = "missing is"  # begins what a claim that is not decidable lacks
-
-
-class Measured(NamedTuple):
-    """A quantity with its value here and in the paper, as texts with units."""
-
-    quantity: str
-    ours: str = ""
-    paper: str = ""
-
-
 @dataclass(frozen=True)
 class Judgement:
-    """What was measured, the verdict, its limits, the scenes that decided, and in words what follows from readings.
+    """The rows of a claim, a remark, the scenes that must reach the paper's strain, and what follows from them.
 
-    The first of `measured` stands for all of them where there is room for one only.
+    The first of the rows stands for all of them where there is room for one only. Without a `verdict` of its own the
+    judgement has the worst grade of its rows.
     """
 
-    measured: tuple[Measured, ...]
-    verdict: str
+    rows: tuple[Row, ...]
     note: str = ""
-    scenes: tuple[str, ...] = ()  # direct simulations, the main one first, that must reach the paper's strain
+    scenes: tuple[str, ...] = ()  # Direct simulations, the main one first
+    verdict: str = ""
     uncertainty: str = ""
-    condition: str = ""  # of `REPRODUCED_IF`
-    hangs_on: str = ""  # readings and inputs under which it is decided otherwise
+    depends_on: str = ""  # Readings and inputs under which the claim is decided otherwise
+    under: str = ""  # Number of readings with the same grade
 
-
-def verdict(holds: bool | None) -> str:
-    """Return the verdict on a claim; None where the uncertainty leaves it open."""
-    if holds is None:
-        return OPEN
-    return REPRODUCED if holds else NOT_REPRODUCED
+    def __post_init__(self) -> None:
+        if not self.verdict:
+            object.__setattr__(self, "verdict", worst(self.rows))
 
 
 # Uncertainty of a claim without reference values: whether other discretisations decide it likewise.
 BY_OTHERS = "by other discretisations"
 
-Judge = Callable[[Evidence], Judgement]  # Compares the evidence with the bar of a claim
+Judge = Callable[[Evidence], Judgement]  # Compares the evidence with the rule of a claim
 
 
 def withholding(judge: Judge) -> Judge:
-    """Return a function that judges, or withholds the verdict without results or at less than the paper's strain."""
+    """Return a function that judges a claim, or withholds the verdict without results up to the paper's strain."""
 
     def judged(evidence: Evidence) -> Judgement:
         try:
             found = judge(evidence)
         except NotRun as error:
             return error.judgement
-        if found.verdict == OPEN and MISSING not in found.note:
-            found = _noted(found, f"{MISSING} a smaller uncertainty")
+        if found.verdict == UNDECIDABLE and not found.note:
+            found = replace(found, note="missing is a smaller uncertainty")
         return _at_full_strain(evidence, found) if found.scenes else found
 
     return judged
@@ -206,15 +190,16 @@ def _at_full_strain(evidence: Evidence, judged: Judgement) -> Judgement:
     wanted = evidence.printed("fig7", "course isotropic", "strain at the end") / 100
     reached = min(float(evidence.histories[name]["strain"][-1]) for name in judged.scenes)
     if reached < 0.999 * wanted:
-        note = "; ".join(filter(None, [f"pulled to {reached:.2%}, the paper to {wanted:.0%}", judged.note]))
-        judged = replace(judged, verdict=NOT_RUN, note=note)
+        judged = _noted(
+            replace(judged, verdict=NOT_RUN), f"pulled to {reached:.2%}, the paper to {wanted:.0%}"
+        )
     return _noted(judged, f"DNS of {made_of(evidence.scenes[judged.scenes[0]])}")
 
 
 def decide(judge: Judge, evidence: Evidence, uncertainty: str) -> Judgement:
     """Judge a claim with the uncertainty of its rule; other discretisations have to agree if that is `BY_OTHERS`."""
     judged = judge(evidence)
-    if judged.verdict not in (REPRODUCED, NOT_REPRODUCED):
+    if judged.verdict not in DECIDED:
         return judged
     if uncertainty != BY_OTHERS:
         return replace(judged, uncertainty=uncertainty)
@@ -222,7 +207,8 @@ def decide(judge: Judge, evidence: Evidence, uncertainty: str) -> Judgement:
     others = {made: other for made, other in others.items() if other.verdict != NOT_RUN}
     if not others:
         return replace(judged, uncertainty="not known: one discretisation alone")
-    said = "; ".join(f"{made}: {other.verdict}, {other.measured[0].ours}" for made, other in others.items())
-    agreed = all(other.verdict == judged.verdict for other in others.values())
-    judged = replace(judged, uncertainty=said)
-    return judged if agreed else _noted(replace(judged, verdict=OPEN), f"{MISSING} agreement of these")
+    text = "; ".join(f"{made}: {other.verdict}, {other.rows[0].ours}" for made, other in others.items())
+    judged = replace(judged, uncertainty=text)
+    if all(other.verdict == judged.verdict for other in others.values()):
+        return judged
+    return _noted(replace(judged, verdict=UNDECIDABLE), "missing is agreement of the discretisations")

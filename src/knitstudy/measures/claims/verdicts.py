@@ -1,4 +1,4 @@
-"""All rules by claim, readings of the paper, and the verdicts on claims under every reading.
+"""The table of rules: the function that judges, by claim; readings of the paper, and the verdicts under every reading.
 
 A reading is a row of ``resources/reference/readings.csv``: what the paper may mean where the base takes something else
 (kind "reading"), or another value of an input (kind "input"), and which scenes judge a claim in place of the base's.
@@ -16,18 +16,9 @@ import pandas as pd
 
 from knitstudy.errors import DataFileError
 from knitstudy.measures.catalogue import CASES, SOLIDS, of_cases
-from knitstudy.measures.claims import contact, fabric, models
-from knitstudy.measures.claims.evidence import (
-    NOT_REPRODUCED,
-    NOT_RUN,
-    REPRODUCED,
-    REPRODUCED_IF,
-    Evidence,
-    Judge,
-    Judgement,
-    decide,
-    withholding,
-)
+from knitstudy.measures.claims import contact, fabric, models, stress
+from knitstudy.measures.claims.evidence import Evidence, Judge, Judgement, decide, withholding
+from knitstudy.measures.claims.scale import DECIDED, NOT_RUN
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
 from knitstudy.measures.sweeps import DIAMETER, SPACING
 
@@ -50,17 +41,18 @@ _JUDGES: dict[str, Judge] = {
     "K11": contact.judge_untied_rows,
     "K12": contact.judge_order_of_motions,
     "E1": contact.judge_stabilisation,
-    "M1": fabric.judge_directions,
-    "M2": fabric.judge_heights,
-    "M3": fabric.judge_ligaments,
+    "M1": stress.judge_directions,
+    "M2": stress.judge_heights,
+    "M3": stress.judge_ligaments,
     "R1": models.judge_forces,
     "R2": models.judge_out_of_plane,
     "R3": models.judge_motion_order,
     "R4": models.judge_springs,
     "R5": models.judge_cost,
     "R6": models.judge_cost_with_friction,
-    "R7": partial(models.judge_agreement, models.GOOD),
-    "R8": partial(models.judge_agreement, models.COMPARABLE),
+    "R7": partial(models.judge_agreement, "good agreement"),
+    "R8": partial(models.judge_agreement, "comparable"),
+    "R9": models.judge_spring_values,
     "B1": models.judge_beams,
 }
 
@@ -68,7 +60,6 @@ RULES = {claim: withholding(judge) for claim, judge in _JUDGES.items()}  # The f
 
 READING, INPUT = "reading", "input"  # Kinds of readings
 DIRECT = of_cases(CASES, SOLIDS)  # Scenes whose knit is the one that is judged
-DECIDED = {REPRODUCED, NOT_REPRODUCED}
 
 
 @dataclass(frozen=True)
@@ -81,6 +72,7 @@ class Reading:
 
     name: str = "base"
     kind: str = READING
+    choice: str = ""  # What the reading decides: readings of one choice exclude each other
     reading: str = "base"  # in words
     base: str = ""  # what the base has instead, in words
     against: str = ""
@@ -137,8 +129,8 @@ def readings_of(table: pd.DataFrame) -> list[Reading]:
 class Finding:
     """Judgements under one reading by claim, and the evidence.
 
-    `touched` are the claims that are judged by other numbers than at the base, `turned` those of them that are decided
-    otherwise than there.
+    `touched` are the claims that the reading judges by other numbers than the base, `turned` the touched claims that it
+    decides otherwise.
     """
 
     reading: Reading
@@ -151,43 +143,35 @@ class Finding:
 def findings(table: pd.DataFrame, **sources: Any) -> list[Finding]:
     """Return the findings under the base and every reading of a table, from attributes of `Evidence`.
 
-    Where the reference knows the base alone, the histories of a reading stand for it (`Evidence.reference_for`).
+    A reading without reference values is judged by its own histories (`Evidence.reference_for`).
     """
     evidence, (base, *others) = Evidence(**sources).named(), readings_of(table)
     usual = {claim: rule(evidence) for claim, rule in RULES.items()}
     found = [Finding(base, evidence, usual)]
     for reading in others:
-        if (here := reading.evidence(evidence)) is None:
-            none = Judgement("", NOT_RUN, f"the study has no scenes of {reading.name!r}")
+        if (own := reading.evidence(evidence)) is None:
+            none = Judgement((), f"the study has no scenes of {reading.name!r}", verdict=NOT_RUN)
             found.append(Finding(reading, None, dict.fromkeys(RULES, none), frozenset(RULES)))
             continue
-        judged = {claim: rule(here) for claim, rule in RULES.items()}
+        judged = {claim: rule(own) for claim, rule in RULES.items()}
         touched = frozenset(claim for claim in RULES if judged[claim] != usual[claim])
         verdicts = {claim: {usual[claim].verdict, judged[claim].verdict} for claim in RULES}
-        turned = tuple(claim for claim, each in verdicts.items() if each == DECIDED)
-        found.append(Finding(reading, here, judged, touched, turned))
+        turned = tuple(claim for claim, both in verdicts.items() if len(both) == 2 and both <= DECIDED)
+        found.append(Finding(reading, own, judged, touched, turned))
     return found
 
 
 def conclude(claim: str, uncertainty: str, found: Sequence[Finding]) -> Judgement:
-    """Return the verdict on a claim from the findings under the base, which come first, and all readings.
-
-    "Reproduced if" the base's holds and another reading does not, or the other way round; readings against which the
-    paper speaks are no conditions.
-    """
+    """Return the verdict on a claim under the base, which comes first, and how many readings share the verdict."""
     first, *others = found
     judged = decide(RULES[claim], first.evidence, uncertainty)
-    if judged.verdict == NOT_RUN:
+    decided = [each for each in others if claim in each.touched and each.judged[claim].verdict in DECIDED]
+    if judged.verdict == NOT_RUN or not decided:
         return judged
-    decides = [each for each in others if claim in each.touched and each.judged[claim].verdict in DECIDED]
-    turned = [each.reading for each in decides if claim in each.turned]
-    holds = judged.verdict == REPRODUCED
-    unlike = [each.reading for each in decides if (each.judged[claim].verdict == REPRODUCED) != holds]
-    may_be = [each for each in unlike if each.kind == READING and not each.against]
-    conditions = [each.base if holds else each.reading for each in may_be]
+    alike = sum(each.judged[claim].verdict == judged.verdict for each in decided)
+    turned = [each for each in decided if claim in each.turned]
     return replace(
         judged,
-        verdict=REPRODUCED_IF if conditions else judged.verdict,
-        condition="; ".join(dict.fromkeys(conditions)),
-        hangs_on=", ".join(each.reading for each in turned) or (f"none of {len(decides)}" if decides else ""),
+        under=f"{alike} of {len(decided)}",
+        depends_on="; ".join(f"{each.reading.reading}: {each.judged[claim].verdict}" for each in turned),
     )
