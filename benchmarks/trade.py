@@ -148,7 +148,9 @@ def draw(table: pd.DataFrame, bounds: pd.DataFrame) -> Figure:
             axes.tick_params(labelleft=column == 0, labelbottom=number == 0)
             axes.set(xscale="log", yscale="log", xlim=(0.03, 2000), ylim=ENDS)
             for setting, colour in zip(settings, COLOURS, strict=False):
-                which = f"case == {case!r} and question == {question.name!r} and `model setting` == {setting!r}"
+                which = (
+                    f"case == {case!r} and question == {question.name!r} and `model setting` == {setting!r}"
+                )
                 knits, bound = table.query(which), bounds.query(which)
                 of_knits = {"s": 5, "alpha": 0.5, "linewidths": 0}
                 seconds, errors = knits[SECONDS].fillna(FAILED[0]), knits[ERROR].clip(ENDS[0], FAILED[1])
