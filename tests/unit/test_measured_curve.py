@@ -132,11 +132,11 @@ def test_a_more_accurate_model_brings_the_truth_into_intervals(share):
 @pytest.mark.parametrize(
     ("model", "said"),
     [
-        (lambda friction: forces(0.4), "friction cannot be told from this curve: all such values between"),
+        (lambda friction: forces(0.4), "friction cannot be determined from this curve: all such values between"),
         (lambda friction: forces(min(friction, 0.4)), "friction is at least 0."),
         (lambda friction: forces(max(friction, 0.4)), "friction is at most 0.4"),
         (lambda friction: forces(friction) * np.exp(-10 * STRAIN), "neighbours correlate by 0."),
-        (forces, "what the model is off by is not in the intervals"),
+        (forces, "the intervals do not contain the error of the model"),
     ],
 )
 def test_what_cannot_be_told_is_said(model, said):
@@ -168,9 +168,9 @@ def test_modulus_of_a_tied_cell_by_the_commands(tmp_path, monkeypatch):
     assert float(rows["nearest Young's modulus"]) == pytest.approx(1.25 * 1.3e9, rel=1e-5)
     assert float(rows["distance"]) == pytest.approx(20, rel=1e-5)
     said = knitstudy("fit", "rom3d-tie-course", "lab.csv", *changes).stderr  # the width is kept
-    assert "friction cannot be told: no yarns of the scene slide with friction" in said
+    assert "friction cannot be determined: no yarns of the scene slide with friction" in said
     found = read_table("runs/fit/cell-lab.csv").iloc[0]
-    assert found["note"].startswith("friction cannot be told")
+    assert found["note"].startswith("friction cannot be determined")
     for column in ("value", "95 % from", "to"):
         assert found[column] == pytest.approx(1.25 * 1.3e9, rel=1e-9)
     assert (tmp_path / "runs" / "fit" / "cell-lab.png").stat().st_size > 10_000

@@ -142,11 +142,11 @@ class Case:
 
 def cases_of(histories: Datasets, scenes: Scenes, reference: pd.DataFrame) -> Iterator[Case]:
     """Yield the cases of which there is a direct simulation; histories and scenes go by the same names."""
-    known = {name: scenes[name] for name in histories}
+    simulated = {name: scenes[name] for name in histories}
 
     def found(case: str, names: Iterable[str], several: bool = True) -> tuple[Simulation, ...]:
         results = Results("simulation", of_case(case, names), several)
-        return tuple(Simulation(scene, histories[scene.name]) for scene in results.scenes(known))
+        return tuple(Simulation(scene, histories[scene.name]) for scene in results.scenes(simulated))
 
     for case in CASES:
         for dns in found(case, SOLIDS, several=False):

@@ -2,7 +2,7 @@
 
 One file makes one figure or table of the paper: a module of `knitstudy.figures` or `knitstudy.tables`, or one from
 outside that the configuration names under ``plugins``, whose function is decorated with ``FIGURES.add`` or
-``TABLES.add``. A study makes what it has the scenes for and leaves out the rest.
+``TABLES.add``. A study makes the figures and tables whose scenes it has.
 """
 
 from __future__ import annotations
@@ -81,12 +81,12 @@ class Results:
         if not self.several:
             return [study[name] for name in self.names if name in study][:1]
         matches = _pattern(self.names).match
-        found = [
+        matching = [
             scene
             for name, scene in study.items()
             if matches(name) and (self.where is None or self.where(scene))
         ]
-        return found if len(found) >= self.fewest else []
+        return matching if len(matching) >= self.fewest else []
 
 
 @cache
@@ -110,9 +110,9 @@ def network(fidelity: str, case: str, optional: bool = False) -> Results:
     return one("simulation", *of_case(case, NETWORKS[fidelity]), optional=optional)
 
 
-def several(stage: str, *patterns: str, **said: Any) -> Results:
+def several(stage: str, *patterns: str, **attributes: Any) -> Results:
     """Return the results of all scenes whose names match a pattern; keywords are attributes of `Results`."""
-    return Results(stage, patterns, several=True, **said)
+    return Results(stage, patterns, several=True, **attributes)
 
 
 @dataclass(frozen=True)
@@ -145,29 +145,29 @@ class Display:
         return (*self.needed, *optional)
 
 
-def _taken(make: Callable[..., Any], said: Mapping[str, Any]) -> dict[str, Any]:
-    """Return attributes with what follows from the arguments of a function: those that are no results are files."""
+def _taken(make: Callable[..., Any], attributes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return attributes with the arguments of a function: arguments that are no results are files."""
     named = [each for each in signature(make).parameters.values() if each.kind is not each.VAR_KEYWORD]
     names = [
         each.name
         for each in named
-        if each.default is each.empty and each.name not in (*said.get("results", ()), "scenes")
+        if each.default is each.empty and each.name not in (*attributes.get("results", ()), "scenes")
     ]
-    scenes = said.get("scenes", any(each.name == "scenes" for each in named))
-    return {"files": (*said.get("files", ()), *names), "scenes": scenes}
+    scenes = attributes.get("scenes", any(each.name == "scenes" for each in named))
+    return {"files": (*attributes.get("files", ()), *names), "scenes": scenes}
 
 
 class Catalogue(Registry[Display]):
     """All figures, or all tables, in the order of the report."""
 
-    def add(self, name: str, title: str, **said: Any) -> Callable[[Function], Function]:
+    def add(self, name: str, title: str, **attributes: Any) -> Callable[[Function], Function]:
         """Return a decorator of the function that makes a figure or table; keywords are attributes of `Display`.
 
         Raises ConfigurationError if the name is taken.
         """
 
         def added(make: Function) -> Function:
-            self.register(Display(name, title, make, **(said | _taken(make, said))))
+            self.register(Display(name, title, make, **(attributes | _taken(make, attributes))))
             return make
 
         return added

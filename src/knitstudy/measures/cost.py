@@ -98,12 +98,12 @@ class Series:
 def series_of(scenes: Iterable[Scene]) -> list[Series]:
     """Return the series (`SERIES`) among scenes, each of `FEWEST` sizes or more."""
     scenes = list(scenes)
-    found = []
+    series = []
     for stem, three in SERIES.items():
         group = [scene for scene in scenes if scene.name == three or scene.name.startswith(f"{stem}-")]
         if len(group) >= FEWEST:
-            found.append(Series(stem, tuple(sorted(group, key=lambda scene: scene.pattern.loops))))
-    return found
+            series.append(Series(stem, tuple(sorted(group, key=lambda scene: scene.pattern.loops))))
+    return series
 
 
 def force_per_width(history: xr.Dataset, scene: Scene, increment: int = -1) -> float:

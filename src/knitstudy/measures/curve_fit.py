@@ -1,7 +1,7 @@
 """Modulus and friction from a measured curve, in least squares, with the intervals of a profile likelihood.
 
-Forces are proportional to the modulus: for a friction, the best modulus is known in closed form. What remains is a
-search in one bounded variable, on curves that are interpolated between some simulated frictions.
+Forces are proportional to the modulus, so that the best modulus for a coefficient of friction has a closed form. The
+search runs over one bounded variable, the friction, on curves that are interpolated between simulated frictions.
 
 Noise has one size at all points, or is in proportion to the force, whichever is likelier: least squares of forces, or
 of their logarithms. Intervals hold values whose sum of squares is at most S_min (1 + F(1, n - p) / (n - p)): Bates and
@@ -39,39 +39,39 @@ class Fit:
     """What a measured curve of n points says."""
 
     factor: Interval  # of the modulus, over the one that the forces were simulated with
-    friction: Interval  # of one friction alone, if forces of no other are known
+    friction: Interval  # of one friction alone, if only one friction is simulated
     forces: np.ndarray  # (n,) of the best fit
     proportional: bool  # whether the noise is in proportion to the force
     noise: float  # its standard deviation, over the force or over the largest force
-    correlation: float  # of what is left at neighbouring points; 0 where that may be chance
+    correlation: float  # of the residuals at neighbouring points; 0 where chance explains the correlation
     likelihood: float  # its logarithm, but for a constant
     bounds: tuple[float, float]  # of the friction
     correction: tuple[float, float] | None = None  # smallest and largest one of a force, over the force
 
     def remarks(self) -> list[str]:
-        """Return what a reader should know of the intervals, a line each."""
-        said, (lowest, highest) = [], self.bounds
+        """Return remarks on the intervals, a line each."""
+        remarks, (lowest, highest) = [], self.bounds
         low, high = self.friction[1] <= lowest, self.friction[2] >= highest
         if lowest == highest:
-            said.append("friction cannot be told: no yarns of the scene slide with friction")
+            remarks.append("friction cannot be determined: no yarns of the scene slide with friction")
         elif low or high:
             bound = f"at most {self.friction[2]:.3g}" if low else f"at least {self.friction[1]:.3g}"
-            fact = "cannot be told from this curve" if low and high else f"is {bound}"
-            said.append(f"friction {fact}: all such values between {lowest:g} and {highest:g} fit as well")
+            fact = "cannot be determined from this curve" if low and high else f"is {bound}"
+            remarks.append(f"friction {fact}: all such values between {lowest:g} and {highest:g} fit as well")
         if self.correlation:
-            said.append(
-                f"neighbours correlate by {self.correlation:.2g}, so what is left is no noise: intervals are widened, "
+            remarks.append(
+                f"neighbours correlate by {self.correlation:.2g}, so that the residual is no noise: intervals are wider, "
                 "and the scene misses the shape of the curve (check loop, yarn, load.lateral)"
             )
         if self.correction is None:
-            said.append("what the model is off by is not in the intervals: --check KEY=VALUE adds it")
+            remarks.append("the intervals do not contain the error of the model: --check KEY=VALUE adds the error")
         else:
             low, high = (f"{100 * each:.2g}" for each in self.correction)
-            said.append(
-                f"forces are corrected by {low} to {high} % to those of the more accurate model; intervals "
-                "include as much as that changed the values, for what this model is off by"
+            remarks.append(
+                f"forces are corrected by {low} to {high} % to the more accurate model; the intervals contain the "
+                "change of the values by this correction, for the error of the model"
             )
-        return said
+        return remarks
 
 
 def fit(
@@ -86,29 +86,29 @@ def fit(
     """
     if len(measured) < LEAST:
         raise DataFileError(f"{len(measured)} measured points are too few: {LEAST} are needed")
-    known = PchipInterpolator(*_by_friction(simulated)) if len(simulated) > 1 else None
-    frictions = np.linspace(min(simulated), max(simulated), GRID if known else 1)
-    forces = known(frictions) if known else np.array([*simulated.values()])
-    first = found = _likeliest(measured, frictions, forces)
+    interpolated = PchipInterpolator(*_by_friction(simulated)) if len(simulated) > 1 else None
+    frictions = np.linspace(min(simulated), max(simulated), GRID if interpolated else 1)
+    forces = interpolated(frictions) if interpolated else np.array([*simulated.values()])
+    first = best = _likeliest(measured, frictions, forces)
     tried, checked = set(), {}
-    while check and not min(checked, default=np.inf) <= found.friction[0] <= max(checked, default=0):
-        if not (new := sorted({*found.friction} - tried)):
+    while check and not min(checked, default=np.inf) <= best.friction[0] <= max(checked, default=0):
+        if not (new := sorted({*best.friction} - tried)):
             break
         tried |= {*new}
         if checked := checked | {**check(new)}:
             places, better = _by_friction(checked)
-            ratio = better / (known(places) if known else forces)
+            ratio = better / (interpolated(places) if interpolated else forces)
             if len(places) > 1:
                 ratio = PchipInterpolator(places, ratio)(np.clip(frictions, places[0], places[-1]))
-            found = _widened(_likeliest(measured, frictions, ratio * forces), first, ratio)
-    return found
+            best = _widened(_likeliest(measured, frictions, ratio * forces), first, ratio)
+    return best
 
 
 def _by_friction(forces: Mapping[float, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     return np.array(sorted(forces)), np.array([forces[each] for each in sorted(forces)])
 
 
-def _widened(found: Fit, before: Fit, ratio: np.ndarray) -> Fit:
+def _widened(best: Fit, before: Fit, ratio: np.ndarray) -> Fit:
     """Return a corrected fit whose intervals hold the error that is left by the correction as well."""
 
     def interval(value: Interval, other: Interval, bounds: tuple[float, float]) -> Interval:
@@ -116,9 +116,9 @@ def _widened(found: Fit, before: Fit, ratio: np.ndarray) -> Fit:
         return tuple(map(float, np.clip(value[0] + ends, *bounds)))
 
     return replace(
-        found,
-        factor=interval(found.factor, before.factor, (-np.inf, np.inf)),
-        friction=interval(found.friction, before.friction, found.bounds),
+        best,
+        factor=interval(best.factor, before.factor, (-np.inf, np.inf)),
+        friction=interval(best.friction, before.friction, best.bounds),
         correction=(float(ratio.min()) - 1, float(ratio.max()) - 1),
     )
 
@@ -126,7 +126,7 @@ def _widened(found: Fit, before: Fit, ratio: np.ndarray) -> Fit:
 def _likeliest(measured: np.ndarray, frictions: np.ndarray, forces: np.ndarray) -> Fit:
     kinds = (False, True) if (measured > 0).all() and (forces > 0).all() else (False,)
     fits = [_fit(measured, frictions, forces, each) for each in kinds]
-    return max(fits, key=lambda found: found.likelihood)
+    return max(fits, key=lambda best: best.likelihood)
 
 
 def _fit(measured: np.ndarray, frictions: np.ndarray, f: np.ndarray, proportional: bool) -> Fit:

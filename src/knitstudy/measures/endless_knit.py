@@ -58,9 +58,9 @@ def limit(cells: Sequence[int], values: Sequence[float]) -> tuple[float, float]:
     the largest a is the limit, half of their distance its uncertainty. Three knits or more, in rising order.
     """
     part, values = 1 / np.asarray(cells, dtype=float)[-MOST:], np.asarray(values, dtype=float)[-MOST:]
-    found = [np.polyfit(part[-count:], values[-count:], 1)[1] for count in range(2, len(part) + 1)]
-    found.append(np.polyfit(part, values, 2)[2])
-    return (min(found) + max(found)) / 2, (max(found) - min(found)) / 2
+    limits = [np.polyfit(part[-count:], values[-count:], 1)[1] for count in range(2, len(part) + 1)]
+    limits.append(np.polyfit(part, values, 2)[2])
+    return (min(limits) + max(limits)) / 2, (max(limits) - min(limits)) / 2
 
 
 def between_grips(history: xr.Dataset, scene: Scene, increment: int) -> float:

@@ -74,13 +74,13 @@ class StripLaw(MembraneLaw):
     def of(cls, free: Pulled, held: Pulled, axis: int, shear: float) -> StripLaw:
         """Return the law of a fabric that is pulled along an axis, from its two cells."""
         apart = np.interp(held.along, free.along, free.across)
-        said = np.abs(apart) > SMALL
-        stiffness = -held.force_across[said] / apart[said]
+        strained = np.abs(apart) > SMALL
+        stiffness = -held.force_across[strained] / apart[strained]
         return cls(
             axis,
             _curve(free.along, free.force),
             _curve(free.along, free.across),
-            _curve(held.along[said], stiffness, before=0.0),
+            _curve(held.along[strained], stiffness, before=0.0),
             shear,
         )
 

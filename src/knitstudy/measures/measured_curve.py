@@ -56,7 +56,7 @@ def within(curve: pd.Series, strain: float) -> pd.Series:
     return curve[(curve.index > 0) & (curve.index <= strain * (1 + 1e-9))]
 
 
-def read_curve(path: Path, said: Mapping[str, Any], only: Mapping[str, str], direction: str) -> pd.Series:
+def read_curve(path: Path, named: Mapping[str, Any], only: Mapping[str, str], direction: str) -> pd.Series:
     """Return the curve of a CSV file, up to its largest strain.
 
     `said` has for ``strain`` and ``force`` a column and its unit, and ``width`` and ``length`` of the specimen [m]; it
@@ -69,7 +69,7 @@ def read_curve(path: Path, said: Mapping[str, Any], only: Mapping[str, str], dir
         np.shape(each) != (2,) if name in WORDS else type(each) is not float for name, each in kept.items()
     ):
         raise DataFileError(f"{beside}: is not as knitstudy wrote it; delete it and name the columns again")
-    how = kept | {name: list(each) if name in WORDS else each for name, each in said.items()}
+    how = kept | {name: list(each) if name in WORDS else each for name, each in named.items()}
     strain, force = (_values(table, name, how, path) for name in WORDS)
     curve = pd.Series(force.to_numpy(), strain).loc[lambda each: each.notna() & each.index.notna()]
     rising = curve.iloc[: curve.index.argmax() + 1] if len(curve) else curve
@@ -77,7 +77,7 @@ def read_curve(path: Path, said: Mapping[str, Any], only: Mapping[str, str], dir
         raise DataFileError(f"{path}: has {count} rows of numbers up to the largest strain; 3 are needed")
     if count < len(curve):
         log.warning("%s: %d rows behind the largest strain are left out", path, len(curve) - count)
-    if said:
+    if named:
         try:
             write_text(f"# How knitstudy reads {path.name}; sizes in m\n{yaml.safe_dump(how)}", beside)
         except (OSError, DataFileError) as error:

@@ -136,17 +136,17 @@ def fit_exponentials(
     chosen, left, errors = np.empty(0, dtype=int), goal, [np.inf] * PATIENCE
     while errors[-1] > error and not errors[-1] > errors[-PATIENCE] * HEADWAY:
         chosen = np.unique(np.append(chosen, np.argmax(left @ columns / norm)))
-        weight, found = solve(chosen)
+        weight, misfit = solve(chosen)
         chosen, left = chosen[weight > 0], goal - columns[:, chosen] @ weight
-        errors.append(found)
+        errors.append(misfit)
     allowed = max(error, SPARE * errors[-1])
     while len(chosen) > 1:
         fewer = [np.delete(chosen, place) for place in range(len(chosen))]
-        found = [solve(each) for each in fewer]
-        best = int(np.argmin([each[1] for each in found]))
-        if found[best][1] > allowed:
+        solved = [solve(terms) for terms in fewer]
+        best = int(np.argmin([misfit for _, misfit in solved]))
+        if solved[best][1] > allowed:
             break
-        chosen = fewer[best][found[best][0] > 0]
+        chosen = fewer[best][solved[best][0] > 0]
     weight, _ = solve(chosen)
     flat, curved = size[chosen] == 0, size[chosen] > 0
     slope, both = slope[chosen], [each[chosen] for each in pair]

@@ -142,8 +142,8 @@ def _at_crossings(name: str, statistic: Callable) -> Values:
     """Return a function of history and contacts: a statistic (I,) of a resultant over the centre cell."""
 
     def values(history: xr.Dataset, contacts: xr.Dataset) -> np.ndarray:
-        found = contacts[name].to_numpy()[:, centre_cell(contacts)]
-        return statistic(np.linalg.norm(found, axis=-1), axis=1)
+        resultants = contacts[name].to_numpy()[:, centre_cell(contacts)]
+        return statistic(np.linalg.norm(resultants, axis=-1), axis=1)
 
     return values
 

@@ -74,7 +74,7 @@ def sweeps_of(key: str, histories: Datasets, scenes: Scenes, reference: pd.DataF
             errors.setdefault(kind, []).extend(_errors(scenes[name], moved, reference))
             if letter in (None, LETTER[key]):
                 groups.setdefault((scenes[name].pattern.keep, *kind), []).append(scenes[name])
-    found, most = [], {}
+    sweeps, most = [], {}
     for (keep, *kind), group in groups.items():
         error = max(errors[tuple(kind)], default=nan)
         points = [
@@ -82,9 +82,9 @@ def sweeps_of(key: str, histories: Datasets, scenes: Scenes, reference: pd.DataF
             for scene in sorted(group, key=lambda scene: scene.value(key))
         ]
         if len(points) > 1:
-            found.append(Sweep(keep, kind[0], _made_of(group[0]), False, tuple(points)))
+            sweeps.append(Sweep(keep, kind[0], _made_of(group[0]), False, tuple(points)))
             most[keep, kind[0]] = max(most.get((keep, kind[0]), 0), len(points))
-    marked = [replace(each, main=len(each.points) == most[each.keep, each.interaction]) for each in found]
+    marked = [replace(each, main=len(each.points) == most[each.keep, each.interaction]) for each in sweeps]
     return sorted(marked, key=lambda each: (list(HELD).index(each.keep), not each.main))
 
 
