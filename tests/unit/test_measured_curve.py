@@ -132,7 +132,10 @@ def test_a_more_accurate_model_brings_the_truth_into_intervals(share):
 @pytest.mark.parametrize(
     ("model", "said"),
     [
-        (lambda friction: forces(0.4), "friction cannot be determined from this curve: all such values between"),
+        (
+            lambda friction: forces(0.4),
+            "friction cannot be determined from this curve: all such values between",
+        ),
         (lambda friction: forces(min(friction, 0.4)), "friction is at least 0."),
         (lambda friction: forces(max(friction, 0.4)), "friction is at most 0.4"),
         (lambda friction: forces(friction) * np.exp(-10 * STRAIN), "neighbours correlate by 0."),

@@ -163,8 +163,29 @@ def _naming(file: Path) -> Iterator[None]:
     type=console.FILE,
     help="Draw as well (.png, .pdf): forces over strain, of both files, or centrelines.",
 )
+@click.option("--picture", type=console.FILE, help="Draw the deformed knit at full load (.png, .pdf).")
+@click.option("--animation", type=console.FILE, help="Draw the deformed knit at all increments (.webp).")
+@click.option(
+    "--interactive", type=console.FILE, help="Write a page that turns the knit in a browser (.html)."
+)
+@click.option(
+    "--colour",
+    default="u_z",
+    show_default=True,
+    help="Colour of these: u_z, slip or force; of solids with outputs [fields] stress or pressure.",
+)
 @config_option
-def show(file: Path, other: Path | None, keys: bool, plot: Path | None, config: Path) -> None:
+def show(
+    file: Path,
+    other: Path | None,
+    keys: bool,
+    plot: Path | None,
+    picture: Path | None,
+    animation: Path | None,
+    interactive: Path | None,
+    colour: str,
+    config: Path,
+) -> None:
     """Show a result: its kind, its scene, the code that made it, and its main quantities with units.
 
     FILE is a netCDF file of any stage (geometry, mesh, rest, history, contacts), or a table (.csv). With the name of
@@ -176,6 +197,7 @@ def show(file: Path, other: Path | None, keys: bool, plot: Path | None, config: 
     knitstudy show runs/simulation/dns-tie-course.nc runs/simulation/rom3d-tie-course.nc
     knitstudy show runs/simulation/dns-tie-course.nc --plot force.png
     knitstudy show runs/simulation/dns-tie-course.nc runs/simulation/rom3d-tie-course.nc --plot both.png
+    knitstudy show runs/simulation/cell-course.nc --picture knit.png --animation knit.webp --interactive knit.html
     knitstudy show results/tables/simulation_tie.csv
     """
     if file.suffix == ".csv":
@@ -206,6 +228,10 @@ def show(file: Path, other: Path | None, keys: bool, plot: Path | None, config: 
             kind, drawing = kind_of(dataset), draw(*both)
         save(drawing, [plot], {kind: dataset}, f"{kind} of {dataset.attrs.get('scene', file.stem)}")
         click.echo(f"drawn: {plot}", err=True)
+    if picture or animation or interactive:
+        from knitstudy.cli.pictures import write_pictures
+
+        write_pictures(file, dataset, colour, picture, animation, interactive)
 
 
 def _keys(dataset: xr.Dataset, file: Path) -> dict[str, Any]:

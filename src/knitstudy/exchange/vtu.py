@@ -28,7 +28,7 @@ from knitstudy.mesh.quadratic import FACE_CENTRE, QuadraticMesh, QuadraticSectio
 from knitstudy.mesh.quality import scaled_jacobian
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.models.stress import stressed_points, undeformed_splines
+from knitstudy.models.stress import hexahedral_cell_stress, stressed_points, undeformed_splines
 from knitstudy.study.scene import Scene
 
 # Cells by their number of nodes, as meshio calls them
@@ -56,6 +56,7 @@ def write_vtu(
     mesh: SweptMesh | QuadraticMesh,
     path: Path | str,
     point_fields: Mapping[str, np.ndarray] | None = None,  # (N,) or (N, 3), such as {"displacement [m]": u}
+    cell_fields: Mapping[str, np.ndarray] = MappingProxyType({}),  # (E,)
 ) -> None:
     """Write a mesh of linear or quadratic hexahedra.
 
@@ -77,7 +78,7 @@ def write_vtu(
     # The centres of quadratic surface faces, which contact uses, belong to no element.
     used, number = np.unique(hexahedra, return_inverse=True)
     shown = {name: values[used] for name, values in points.items()}
-    write_grid(path, mesh.nodes[used], number.reshape(hexahedra.shape), shown, cells)
+    write_grid(path, mesh.nodes[used], number.reshape(hexahedra.shape), shown, cells | dict(cell_fields))
 
 
 def write_mesh(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset) -> None:
@@ -94,8 +95,10 @@ def write_deformed(
         write_spline_yarns(scene, path, specimen, history)
         return
     swept = SweptMesh.from_dataset(mesh)
-    fields = {"displacement [m]": history["node_displacement"].to_numpy()}
-    write_vtu(_elements(scene, swept, specimen), path, fields)
+    moved = history["node_displacement"].to_numpy()
+    stress = hexahedral_cell_stress(scene, swept, specimen, moved).mean
+    cells = {"von_mises [Pa]": von_mises(stress), "principal_stress [Pa]": principal_axes(stress)[0]}
+    write_vtu(_elements(scene, swept, specimen), path, {"displacement [m]": moved}, cells)
 
 
 def _elements(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> SweptMesh | QuadraticMesh:

@@ -75,6 +75,7 @@ class Surface:
     colour: str
     opacity: float = 1.0
     edges: bool = False  # whether the edges of the facets are drawn
+    colours: np.ndarray | None = None  # (N, 3) of the corners, 0 to 255, in place of one colour
 
 
 @dataclass(frozen=True)
@@ -137,8 +138,12 @@ def render(picture: Picture) -> np.ndarray:
     edges = {"edge_color": "#5A5A5A", "edge_opacity": 0.6, "line_width": 1.0}
     smooth = {"smooth_shading": True, "split_sharp_edges": True, "feature_angle": FEATURE_ANGLE}
     for surface in picture.surfaces:
-        mesh = pyvista.PolyData.from_regular_faces(MILLIMETRE * surface.points, surface.faces).clean()
+        mesh = pyvista.PolyData.from_regular_faces(MILLIMETRE * surface.points, surface.faces)
         look = {"color": surface.colour, "opacity": surface.opacity, "show_edges": surface.edges}
+        if surface.colours is not None:
+            mesh["colours"] = surface.colours
+            look |= {"color": None, "scalars": "colours", "rgb": True}
+        mesh = mesh.clean()
         plotter.add_mesh(mesh, **look, **light, **edges, **smooth)
     # A key light from the upper left, a weaker one from the right, both turning with the view.
     for place, intensity in (((-0.55, 0.75, 1.0), 0.85), ((0.9, -0.1, 0.7), 0.30)):

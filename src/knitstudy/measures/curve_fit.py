@@ -60,11 +60,13 @@ class Fit:
             remarks.append(f"friction {fact}: all such values between {lowest:g} and {highest:g} fit as well")
         if self.correlation:
             remarks.append(
-                f"neighbours correlate by {self.correlation:.2g}, so that the residual is no noise: intervals are wider, "
+                f"neighbours correlate by {self.correlation:.2g}, so that residuals are no noise: intervals are wider, "
                 "and the scene misses the shape of the curve (check loop, yarn, load.lateral)"
             )
         if self.correction is None:
-            remarks.append("the intervals do not contain the error of the model: --check KEY=VALUE adds the error")
+            remarks.append(
+                "the intervals do not contain the error of the model: --check KEY=VALUE adds the error"
+            )
         else:
             low, high = (f"{100 * each:.2g}" for each in self.correction)
             remarks.append(

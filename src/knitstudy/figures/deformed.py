@@ -1,0 +1,317 @@
+"""A deformed knit of any model: a picture, an animation over the load path, and a page that turns in a browser.
+
+All models record the displacement of centrelines at every increment: yarns are drawn as tubes about these. Solids with
+the output ``fields`` hold stresses and contact pressures of their surface at full load as well. A cell is drawn three
+times in both directions.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import xarray as xr
+from matplotlib import colormaps
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from scipy.spatial import cKDTree
+
+from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.exchange.vtu import write_deformed
+from knitstudy.figures.picture import BAR, bounds, colour_bar, draw_rows, scale_bar, tube
+from knitstudy.figures.renderer import MILLIMETRE, Picture, Surface, View
+from knitstudy.figures.style import SINGLE, resolution, styled
+from knitstudy.files import replacing, write_text
+from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
+from knitstudy.study.scene import Scene
+
+VIEW = View.orbit(18.0, 28.0)
+COLOURS = colormaps["viridis"]
+COPIES = 3  # Copies of a cell in either direction
+NEAR = 1.5  # Distance along a yarn from a crossing up to which a colour is that of the crossing, in radii
+PAUSE = 180  # Time for which a picture of an animation stands [ms]
+FRAMES = 24  # Most pictures of an animation
+
+# Variable of the crossings, label and scale of a colour of crossings, by name.
+CROSSINGS = {
+    "slip": ("crossing_slip", "slip at crossings (mm)", MILLIMETRE),
+    "force": ("crossing_force", "force at crossings (N)", 1.0),
+}
+# Field of nodes, label and scale of a colour of solids at full load, by name.
+FIELDS = {
+    "stress": ("von_mises [Pa]", "von Mises stress (MPa)", 1e-6),
+    "pressure": ("contact_pressure [Pa]", "contact pressure (MPa)", 1e-6),
+}
+NAMES = ("u_z", *CROSSINGS, *FIELDS)
+
+
+@dataclass(frozen=True, eq=False)
+class Deformed:
+    """Surfaces of a knit at some increments, with a value at every corner."""
+
+    points: np.ndarray  # (T, P, 3) corners [m]
+    faces: np.ndarray  # (F, 4) corners of the facets
+    values: np.ndarray  # (T, P)
+    label: str  # of the values, with their unit
+    strain: np.ndarray  # (T,)
+
+    @property
+    def scale(self) -> ScalarMappable:
+        """Colours of the values, the same at all increments."""
+        low, high = float(np.nanmin(self.values)), float(np.nanmax(self.values))
+        return ScalarMappable(Normalize(low, high if high > low else low + 1.0), COLOURS)
+
+
+def deformed(
+    scene: Scene,
+    geometry: xr.Dataset,
+    history: xr.Dataset,
+    mesh: xr.Dataset | None = None,
+    colour: str = "u_z",
+) -> Deformed:
+    """Return the deformed yarns of a history, coloured by one of `NAMES`.
+
+    Parameters
+    ----------
+    scene : Scene
+        Scene of the history.
+    geometry : Dataset
+        Undeformed yarns, the result of the stage geometry.
+    history : Dataset
+        History of any model.
+    mesh : Dataset, optional
+        Mesh of hexahedra, for the colours of `FIELDS`.
+    colour : str
+        "u_z" [mm], "slip" [mm] or "force" [N] of crossings at all increments; "stress" or "pressure" [MPa] of solids at
+        full load.
+
+    Raises
+    ------
+    ConfigurationError
+        When there is no such colour, or the history does not hold its values.
+    """
+    if colour not in NAMES:
+        raise ConfigurationError(f"colour is {colour!r} but must be one of {', '.join(NAMES)}")
+    fabric = fabric_of(geometry)
+    if colour in FIELDS:
+        solid = _solids(scene, geometry, history, mesh, colour)
+        return _repeated(solid, [shift[-1:] for shift in _shifts(fabric, history)])
+    strain, place = history["strain"].to_numpy(), history["centreline"].to_numpy()
+    moved = history["centreline_displacement"].to_numpy()
+    values, label = _of_stations(fabric, history, colour)
+    yarn = history["yarn"].to_numpy()
+    points, faces, at, first = [], [], [], 0
+    for number in np.unique(yarn):
+        own = np.flatnonzero(yarn == number)
+        tubes = [tube(place[own] + step[own], fabric.radius, "") for step in moved]
+        points.append(np.stack([each.points for each in tubes]))
+        faces.append(tubes[0].faces + first)
+        first += len(tubes[0].points)
+        around = len(tubes[0].points) // (len(own) + 2)
+        at.append(np.repeat(np.concatenate([own[:1], own, own[-1:]]), around))
+    whole = Deformed(
+        np.concatenate(points, axis=1),
+        np.concatenate(faces),
+        values[:, np.concatenate(at)],
+        label,
+        strain,
+    )
+    return _repeated(whole, list(_shifts(fabric, history)))
+
+
+def _of_stations(fabric: Fabric, history: xr.Dataset, colour: str) -> tuple[np.ndarray, str]:
+    """Return values (T, S) at the stations of the centrelines, and their label."""
+    if colour == "u_z":
+        u_z = history["centreline_displacement"].to_numpy()[:, :, 2]
+        return MILLIMETRE * u_z, "out-of-plane displacement (mm)"
+    name, label, scale = CROSSINGS[colour]
+    if name not in history:
+        held = [each for each, (variable, *_) in CROSSINGS.items() if variable in history]
+        raise ConfigurationError(
+            f"colour is {colour!r} but the history holds only {', '.join(['u_z', *held])}"
+        )
+    found = history[name].to_numpy()
+    strength = scale * np.nan_to_num(found if found.ndim == 2 else np.linalg.norm(found, axis=-1))
+    yarn, s = history["yarn"].to_numpy(), history["arc_length"].to_numpy()
+    crossings = fabric.crossings
+    values = np.zeros((len(strength), len(yarn)))
+    for side in (0, 1):
+        apart = np.abs(s[None] - crossings.arc_length[:, side, None])
+        near = (crossings.yarn[:, side, None] == yarn) & (apart <= NEAR * fabric.radius)
+        for crossing, stations in enumerate(near):
+            values[:, stations] = np.maximum(values[:, stations], strength[:, crossing, None])
+    return values, label
+
+
+def _shifts(fabric: Fabric, history: xr.Dataset) -> Iterator[np.ndarray]:
+    """Yield the shifts (T, 3) [m] of the copies of a cell; a single zero shift of other specimens.
+
+    The centreline of a yarn begins and ends at images of one point, which gives the lattice vector along the courses.
+    Copies along the wales need the drawn cell: a cell that starts from its shape at rest has no such copies.
+    """
+    steps = history.sizes["increment"]
+    if not len(fabric.periods):
+        yield np.zeros((steps, 3))
+        return
+    place = history["centreline"].to_numpy() + history["centreline_displacement"].to_numpy()
+    own = np.flatnonzero(history["yarn"].to_numpy() == 0)
+    course = place[:, own[-1]] - place[:, own[0]]
+    strain = history["cell_strain"].to_numpy()
+    wale = np.outer(np.ones(steps), fabric.periods[1])
+    wale[:, 0] += 0.5 * strain[:, 2] * fabric.periods[1, 1]
+    wale[:, 1] *= 1 + strain[:, 1]
+    drawn = fabric.centrelines[0].position(np.zeros(1))[0]
+    as_drawn = np.allclose(history["centreline"].to_numpy()[own[0]], drawn, atol=0.01 * fabric.radius)
+    for row in range(COPIES if as_drawn else 1):
+        for column in range(COPIES):
+            yield column * course + row * wale
+
+
+def _repeated(cell: Deformed, shifts: list[np.ndarray]) -> Deformed:
+    """Return copies of a cell at shifts (T, 3) [m]."""
+    count = cell.points.shape[1]
+    return Deformed(
+        np.concatenate([cell.points + shift[:, None] for shift in shifts], axis=1),
+        np.concatenate([cell.faces + number * count for number in range(len(shifts))]),
+        np.tile(cell.values, (1, len(shifts))),
+        cell.label,
+        cell.strain,
+    )
+
+
+def _solids(
+    scene: Scene, geometry: xr.Dataset, history: xr.Dataset, mesh: xr.Dataset | None, colour: str
+) -> Deformed:
+    """Return the surface of solids at full load with a field of their nodes."""
+    import pyvista
+
+    name, label, scale = FIELDS[colour]
+    if "node_displacement" not in history:
+        raise ConfigurationError(
+            f"colour is {colour!r} but the history holds no fields of solids: run the scene with --set outputs=[fields]"
+        )
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "deformed.vtu"
+        write_deformed(scene, path, geometry, mesh, history)
+        grid = pyvista.read(path)
+    if colour == "pressure" and "contact_pressure" not in history:
+        raise ConfigurationError("colour is 'pressure' but no yarns of the history are in contact")
+    if name in grid.cell_data:
+        grid = grid.cell_data_to_point_data()
+    surface = grid.extract_surface(nonlinear_subdivision=1).triangulate()
+    if name not in surface.point_data:
+        surface[name] = _nearest_pressure(np.asarray(surface.points), history)
+    triangles = surface.faces.reshape(-1, 4)[:, 1:]
+    points = np.asarray(surface.points, dtype=float) + np.asarray(surface["displacement [m]"])
+    return Deformed(
+        points[None],
+        np.column_stack([triangles, triangles[:, 2]]),
+        scale * np.asarray(surface[name])[None],
+        label,
+        history["strain"].to_numpy()[-1:],
+    )
+
+
+def _nearest_pressure(points: np.ndarray, history: xr.Dataset) -> np.ndarray:
+    """Return the mean contact pressure (P,) [Pa] of the points in contact that are nearest to each point (P, 3)."""
+    last = history["contact_increment"].to_numpy() == history.sizes["increment"] - 1
+    place, pressure = (history[f"contact_{name}"].to_numpy()[last] for name in ("reference", "pressure"))
+    _, nearest = cKDTree(points).query(place)
+    total, number = (
+        np.bincount(nearest, weights, len(points)) for weights in (pressure, np.ones_like(pressure))
+    )
+    return total / np.maximum(number, 1)
+
+
+@styled
+def draw(knit: Deformed, increment: int = -1, view: View = VIEW) -> Figure:
+    """Return a figure of one increment with its bar of colours."""
+    surface = _surface(knit, increment)
+    picture = Picture([surface], view, bounds([_surface(knit, 0), _surface(knit, -1)], view))
+    drawing, (axes,) = draw_rows([[picture]], SINGLE, head=6.0, foot=BAR)
+    axes.set_title(f"{knit.strain[increment]:.1%} strain")
+    scale_bar(axes, 10.0, view)
+    colour_bar(drawing, knit.scale, knit.label, 0.15, 0.7)
+    return drawing
+
+
+def _surface(knit: Deformed, increment: int) -> Surface:
+    colours = knit.scale.to_rgba(knit.values[increment], bytes=True)[:, :3]
+    return Surface(knit.points[increment], knit.faces, "", colours=colours)
+
+
+def animate(knit: Deformed, path: Path) -> None:
+    """Write the increments, `FRAMES` of them at most, as an animated WebP.
+
+    Raises RenderingError when VTK cannot render on this machine.
+    """
+    from PIL import Image
+
+    frames = []
+    for increment in _spread(len(knit.strain), FRAMES):
+        drawing = FigureCanvasAgg(draw(knit, increment))
+        drawing.figure.set_dpi(resolution())
+        drawing.draw()
+        frames.append(Image.fromarray(np.asarray(drawing.buffer_rgba())[..., :3]))
+    pauses = [PAUSE] * (len(frames) - 1) + [5 * PAUSE]
+    with replacing(path) as temporary:
+        frames[0].save(
+            temporary, "WEBP", save_all=True, append_images=frames[1:], duration=pauses, loop=0, quality=80
+        )
+
+
+def _spread(count: int, most: int) -> np.ndarray:
+    """Return some of the numbers below a count, evenly, the first and the last among them."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
+
+
+MOST = 250_000  # Corners of all increments that a page holds: about 2 MB
+
+
+def write_page(knit: Deformed, path: Path, title: str) -> None:
+    """Write a page of one file that turns the knit in a browser, with a slider over the increments.
+
+    Raises DataFileError when a single increment has too many corners.
+    """
+    steps, count = knit.values.shape
+    if count > MOST:
+        raise DataFileError(f"{path}: the knit has {count} corners, a page holds {MOST}; show a smaller knit")
+    kept = _spread(steps, MOST // count) if MOST >= 2 * count else np.array([steps - 1])
+    places, values = MILLIMETRE * knit.points[kept], knit.values[kept]
+    low, high = places.min(axis=(0, 1)), places.max(axis=(0, 1))
+    reach = float((high - low).max())
+    scaled = np.round((places - low) / reach * 65535).astype("<u2")
+    norm = knit.scale.norm
+    shade = np.round(255 * np.clip(norm(values), 0, 1)).astype("u1")
+    quads = knit.faces
+    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    distinct = (np.diff(np.sort(triangles, axis=1), axis=1) > 0).all(axis=1)
+    data = {
+        "title": title,
+        "label": knit.label,
+        "low": norm.vmin,
+        "high": norm.vmax,
+        "strain": knit.strain[kept].tolist(),
+        "count": count,
+        "middle": ((high - low) / 2 / reach).tolist(),
+        "colours": (COLOURS(np.linspace(0, 1, 256))[:, :3] * 255).astype(int).ravel().tolist(),
+        "places": _packed(scaled),
+        "values": _packed(shade),
+        "triangles": _packed(triangles[distinct].astype("<u4")),
+    }
+    template = files("knitstudy.figures").joinpath("viewer.html").read_text(encoding="utf-8")
+    write_text(template.replace("{{ data }}", json.dumps(data).replace("</", "<\\/")), path)
+
+
+def _packed(array: np.ndarray) -> str:
+    return base64.b64encode(zlib.compress(np.ascontiguousarray(array).tobytes(), 9)).decode()
