@@ -22,8 +22,14 @@ from scipy.optimize import least_squares
 from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError
 from knitstudy.files import replacing
 from knitstudy.geometry.loop import Loop, whole_loop
+from knitstudy.geometry.loop_metrics import (
+    approaches,
+    away_from_crossings,
+    check_yarns,
+    honeycomb_angles,
+    loop_metrics,
+)
 from knitstudy.geometry.optimise import CONTACT_TOLERANCE, CostFunction, optimise
-from knitstudy.geometry.survey import approaches, away_from_crossings, check_yarns, honeycomb_angles, survey
 from knitstudy.geometry.symmetry import symmetric_motions, symmetries
 from knitstudy.study.documents import read_yaml
 
@@ -250,7 +256,7 @@ def loop_record(candidate, problem, radius):
     quarter[-1, 0] = wale / 4
     loop = Loop(whole_loop(quarter, wale), wale, course, radius, problem.clearance)
     optimised, _ = optimise(loop, problem.settings)
-    before, after = survey(loop), survey(optimised)
+    before, after = loop_metrics(loop), loop_metrics(optimised)
     check_yarns(after, optimised, CONTACT_TOLERANCE)
     achieved = {
         "interlock_angle": after.interlock_angle,

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from knitstudy.figures.style import INK, PAPER, SINGLE, figure, shared_legend, styled
 from knitstudy.geometry.fit import TIGHT, InfeasibleLoop, LoopTarget, fitted_loop
-from knitstudy.geometry.survey import survey
+from knitstudy.geometry.loop_metrics import loop_metrics
 from knitstudy.stages.code import code_digest
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.documents import RESOURCES
@@ -57,7 +57,7 @@ def _entry(scene: Scene, course: float, wale: float) -> tuple[float, ...]:
         _, loop, _ = fitted_loop(LoopTarget(course, wale, 0.5, clearance), scene.geometry)
     except InfeasibleLoop as error:
         return OUTCOMES.index(error.limits[0]), error.share, *4 * (np.nan,)
-    measured = survey(loop)
+    measured = loop_metrics(loop)
     error = abs(measured.gap / loop.radius / (clearance or np.nan) - 1)
     bend = loop.radius / measured.radius_of_curvature
     return 0, 1.0, measured.length, bend, error, measured.other_gap / loop.radius

@@ -19,7 +19,7 @@ from knitstudy.geometry.fit import (
 )
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.loop import Loop
-from knitstudy.geometry.survey import survey
+from knitstudy.geometry.loop_metrics import loop_metrics
 from knitstudy.geometry.symmetry import symmetries
 from knitstudy.study.alternative_keys import diameter_of, read_points
 from knitstudy.study.configuration import load_scene
@@ -37,7 +37,7 @@ def jersey(diameter, length=None, scale=1.0):
 
 
 def assert_fits(loop, wanted):
-    found = survey(loop)
+    found = loop_metrics(loop)
     assert found.distance / wanted.radius == pytest.approx(2.01, abs=1e-4), "gap within 1 % of what was asked"
     assert found.other_gap / wanted.radius > 0.0098
     assert wanted.radius / found.radius_of_curvature < LARGEST_CURVATURE + 1e-3

@@ -9,8 +9,8 @@ from calibrate import UNUSABLE, first_guess, read_problem, residuals, whole_loop
 from knitstudy.errors import GeometryError
 from knitstudy.geometry.lay_out import initial_loop, lay_out
 from knitstudy.geometry.loop import Loop
+from knitstudy.geometry.loop_metrics import check_yarns, loop_metrics
 from knitstudy.geometry.optimise import optimise, squared_join_curvature
-from knitstudy.geometry.survey import check_yarns, survey
 from knitstudy.geometry.symmetry import symmetric_motions, symmetries
 from knitstudy.study.configuration import CONFIG, knits_of, load_scene, load_scenes
 
@@ -40,20 +40,20 @@ def test_weight_too_small_to_part_the_yarns_is_refused(scene):
 
 
 @pytest.fixture(scope="module")
-def surveyed(scene):
+def metrics(scene):
     loop = initial_loop(scene)
-    return loop, survey(loop)
+    return loop, loop_metrics(loop)
 
 
-def test_yarn_that_would_fold_is_refused(surveyed):
-    loop, measured = surveyed
+def test_yarn_that_would_fold_is_refused(metrics):
+    loop, measured = metrics
     with pytest.raises(GeometryError, match="radius of curvature"):
         check_yarns(replace(measured, radius_of_curvature=0.99 * loop.radius), loop, 0.0)
 
 
 @pytest.mark.parametrize(("gap", "other_gap"), [(-0.002, 0.5), (0.01, -1e-6)])
-def test_yarns_that_overlap_are_refused(surveyed, gap, other_gap):
-    loop, measured = surveyed
+def test_yarns_that_overlap_are_refused(metrics, gap, other_gap):
+    loop, measured = metrics
     overlapping = replace(measured, gap=gap * loop.radius, other_gap=other_gap * loop.radius)
     with pytest.raises(GeometryError, match="yarns overlap"):
         check_yarns(overlapping, loop, 0.001)

@@ -5,8 +5,8 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from knitstudy.geometry.loop import Loop
+from knitstudy.geometry.loop_metrics import approaches
 from knitstudy.geometry.spline import CatmullRom, Centreline
-from knitstudy.geometry.survey import approaches
 
 EPS = 1e-12  # rounding of a few dozen operations on numbers of order ten
 

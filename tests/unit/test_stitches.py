@@ -11,8 +11,8 @@ from knitstudy.geometry.fabric import cut_cells, endless_cell
 from knitstudy.geometry.fabric_file import fabric_dataset, fabric_of
 from knitstudy.geometry.fit import LARGEST_CURVATURE, LoopTarget, fitted_loop
 from knitstudy.geometry.lay_out import all_of_repeat
+from knitstudy.geometry.loop_metrics import loop_metrics
 from knitstudy.geometry.stitches import sides, standard
-from knitstudy.geometry.survey import survey
 from knitstudy.study.configuration import load_scene
 
 COURSE, WALE, RADIUS = 0.9e-3, 1.1e-3, 0.1e-3
@@ -76,7 +76,7 @@ def test_repeats_of_two_by_two_are_five_knits():
 @pytest.mark.parametrize("stitches", SMALL, ids="/".join)
 def test_every_loop_is_held_by_the_one_above_and_yarns_have_room(stitches):
     loop = fitted(stitches)
-    found, side = survey(loop), sides(stitches)
+    found, side = loop_metrics(loop), sides(stitches)
     assert found.gap / RADIUS > 0.01 - 1e-3, "the clearance"
     assert RADIUS / found.radius_of_curvature < LARGEST_CURVATURE + 1e-3
     for row, column in np.ndindex(2, 2):
@@ -104,7 +104,7 @@ def test_repeat_begun_elsewhere_is_the_same_knit(stitches, moved):
     one, other = fitted(stitches), fitted(tuple(row.translate({75: "P", 80: "K"}) for row in stitches))
     mirrored = one.control_points * [1, 1, -1]
     np.testing.assert_allclose(other.control_points, mirrored, atol=0.3 * RADIUS, rtol=0)
-    assert survey(other).gap == pytest.approx(survey(one).gap, abs=1e-9 * RADIUS)
+    assert loop_metrics(other).gap == pytest.approx(loop_metrics(one).gap, abs=1e-9 * RADIUS)
     assert other.length == pytest.approx(one.length, rel=1e-9)
 
 

@@ -23,9 +23,9 @@ from scipy.optimize import OptimizeResult, minimize
 from knitstudy.errors import GeometryError
 from knitstudy.geometry.crossings import Approach, crossings_of_loop, refine
 from knitstudy.geometry.loop import Loop, whole_loop
+from knitstudy.geometry.loop_metrics import approaches, away_from_crossings, smallest_radius_of_curvature
 from knitstudy.geometry.optimise import CostFunction, Optimum, interlocked
 from knitstudy.geometry.stitches import PLAIN, drawn_from_plain, images_of_standard, standard
-from knitstudy.geometry.survey import approaches, away_from_crossings, smallest_radius_of_curvature
 from knitstudy.geometry.symmetry import first_of_orbits, symmetric_motions, symmetries
 
 POINTS = 16  # control points of a drawn loop

@@ -1,4 +1,4 @@
-"""The geometry stage: the fabric of a scene, its loop optimised, and which loops can be made.
+"""The geometry stage: the fabric of a scene with its optimised loop.
 
 A drawn loop has one course and one wale spacing. Another course spacing or yarn needs another loop; ``pattern.keep``
 says what stays of the drawn one:
@@ -9,7 +9,11 @@ says what stays of the drawn one:
 - "length": it is also stretched across the wales, so that it keeps its yarn: a knit that is widened or narrowed.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import xarray as xr
 from scipy.optimize import brentq
@@ -20,9 +24,10 @@ from knitstudy.geometry.fabric import KNITS, plain_knit, yarn_pair
 from knitstudy.geometry.fabric_file import fabric_dataset
 from knitstudy.geometry.fit import LoopTarget, fitted_loop
 from knitstudy.geometry.loop import Loop
-from knitstudy.geometry.optimise import CONTACT_TOLERANCE, optimise
+from knitstudy.geometry.loop_metrics import LoopMetrics, check_yarns, loop_metrics
+from knitstudy.geometry.optimise import CONTACT_TOLERANCE, Optimum, optimise
 from knitstudy.geometry.stitches import PLAIN, images_of_standard
-from knitstudy.geometry.survey import check_yarns, survey
+from knitstudy.study.scene import Scene
 
 LENGTH_TOLERANCE = 1e-4  # relative error of the length that is kept
 MOST_OPTIMISATIONS = 6  # in the search of the wale spacing that keeps the length; three are usual
@@ -30,7 +35,7 @@ WIDEST = 2.0  # stretch across the wales, and one over the least, among which th
 FIRST_SLOPE = 0.5  # relative change of length over that of the width: half of a loop runs across the wales
 
 
-def lay_out(scene):
+def lay_out(scene: Scene) -> xr.Dataset:
     """Lay out the fabric of a scene; the loop of a knit is optimised first.
 
     Returns
@@ -50,36 +55,36 @@ def lay_out(scene):
     pattern = scene.pattern
     try:
         initial, loop, optimum = loop_of(scene)
-        surveys = survey(initial), survey(loop)
-        check_yarns(surveys[1], loop, CONTACT_TOLERANCE)
+        metrics = loop_metrics(initial), loop_metrics(loop)
+        check_yarns(metrics[1], loop, CONTACT_TOLERANCE)
     except GeometryError as error:
         remedy = ""
         if pattern.control_points is not None:
             remedy = (
                 "; or a pattern.course_ratio nearer to 1, or a smaller pattern.clearance (docs/notes/geometry.md lists "
-                "what is found); or pattern.control_points null: a loop is drawn for the spacings"
+                "the loops that exist); or pattern.control_points null: a loop is drawn for the spacings"
             )
-        raise GeometryError(f"scene {scene.name!r}: {_asked(scene)}: {error}{remedy}") from error
+        raise GeometryError(f"scene {scene.name!r}: {_described(scene)}: {error}{remedy}") from error
     knit = KNITS.get(scene.specimen, plain_knit)(loop, pattern.loops, pattern.rows)
-    return fabric_dataset(knit).merge(_report(initial, optimum, surveys))
+    return fabric_dataset(knit).merge(_report(initial, optimum, metrics))
 
 
-def initial_loop(scene):
-    """The loop of a scene as it is drawn, before its optimisation: Loop."""
+def initial_loop(scene: Scene) -> Loop:
+    """Return the loop of a scene as it is drawn, before its optimisation."""
     pattern, radius = scene.pattern, drawn_radius(scene)
     if pattern.control_points is None:
-        return _wanted(scene).drawn()
+        return _target(scene).drawn()
     spacings = pattern.wale_spacing, pattern.course_spacing
     return Loop(pattern.control_points, *spacings, radius, pattern.clearance)
 
 
-def drawn_radius(scene):
-    """Radius that loops are drawn for [m]."""
+def drawn_radius(scene: Scene) -> float:
+    """Return the radius that loops are drawn for [m]."""
     return 0.5 * scene.yarn.diameter * (scene.value("geometry.diameter_share") or 1.0)
 
 
-def _wanted(scene):
-    """What the loop of a scene without control points is drawn for."""
+def _target(scene: Scene) -> LoopTarget:
+    """Return what the loop of a scene without control points must have."""
     pattern = scene.pattern
     spacings = pattern.course_spacing, pattern.wale_spacing
     return LoopTarget(
@@ -87,39 +92,39 @@ def _wanted(scene):
     )
 
 
-def loop_of(scene):
-    """The loop of a scene as it is drawn and as it is optimised, and the outcome of that: Loop, Loop, Optimum."""
+def loop_of(scene: Scene) -> tuple[Loop, Loop, Optimum]:
+    """Return the loop of a scene as it is drawn, the optimised loop, and the outcome of the optimisation."""
     if scene.pattern.control_points is None:
-        return fitted_loop(_wanted(scene), scene.geometry)
+        return fitted_loop(_target(scene), scene.geometry)
     stitches = scene.pattern.stitches
     *loops, optimum = _redrawn(initial_loop(scene), scene.pattern, scene.geometry)
     return *(all_of_repeat(loop, stitches) for loop in loops), optimum
 
 
-def all_of_repeat(loop, stitches):
-    """All loops of a repeat of stitches that are the same knit as a plain one, from its loop: Loop."""
+def all_of_repeat(loop: Loop, stitches: tuple[str, ...]) -> Loop:
+    """Return the loops of a repeat of stitches that are images of the loop of a plain knit."""
     points = images_of_standard(loop.control_points, loop.wale_spacing, loop.course_spacing, stitches)
     return replace(loop, control_points=points, stitches=stitches)
 
 
-def _asked(scene):
-    """What a loop is asked to be, in words."""
+def _described(scene: Scene) -> str:
+    """Return the keys of the loop of a scene in words."""
     pattern = scene.pattern
-    said = [
+    words = [
         f"{name} {1e3 * scene.value(name):.4g} mm"
         for name in ("pattern.course_spacing", "pattern.wale_spacing", "yarn.diameter", "pattern.loop_length")
         if scene.value(name) is not None
     ]
     if pattern.stitches != PLAIN:
-        said.insert(0, f"pattern.stitches {list(pattern.stitches)}")
-    said.append(f"pattern.clearance {pattern.clearance:g} radii")
+        words.insert(0, f"pattern.stitches {list(pattern.stitches)}")
+    words.append(f"pattern.clearance {pattern.clearance:g} radii")
     if pattern.control_points is not None:
-        said.append(f"pattern.course_ratio {pattern.course_ratio:g}, pattern.keep {pattern.keep!r}")
-    return ", ".join(said)
+        words.append(f"pattern.course_ratio {pattern.course_ratio:g}, pattern.keep {pattern.keep!r}")
+    return ", ".join(words)
 
 
-def _report(initial, optimum, surveys):
-    """Dataset of what the optimisation changed, over the states "before" and "after"."""
+def _report(initial: Loop, optimum: Optimum, metrics: Sequence[LoopMetrics]) -> xr.Dataset:
+    """Return the changes by the optimisation, over the states "before" and "after"."""
     terms = list(optimum.after)
     values = [[state[term] for term in terms] for state in (optimum.before, optimum.after)]
     one, degrees = {"units": "1"}, {"units": "degree", "long_name": "angle to x in the plane"}
@@ -132,19 +137,19 @@ def _report(initial, optimum, surveys):
         "leg_angle": degrees,
     }
     points, lengths = metre("before the optimisation"), metre("arc length of yarn in a loop")
-    distances = [surveyed.distance for surveyed in surveys]
+    distances = [metrics.distance for metrics in metrics]
     return xr.Dataset(
         {
             "control_points_before": (("point", "xyz"), initial.control_points, points),
             "cost": (("state", "term"), values, one | {"long_name": "terms of F, unweighted, and F"}),
-            "loop_length": ("state", [surveyed.length for surveyed in surveys], lengths),
+            "loop_length": ("state", [metrics.length for metrics in metrics], lengths),
             "crossing_distance": (("state", "cell_zone"), distances, metre("of centrelines")),
             "iterations": ((), optimum.iterations, one | {"long_name": "of the quasi-Newton method"}),
             "gradient": ((), optimum.gradient, one | {"long_name": "what remains of F's, relative"}),
         }
         | {
-            name: ("state", [getattr(each, name) for each in surveys], said)
-            for name, said in measured.items()
+            name: ("state", [getattr(state, name) for state in metrics], attributes)
+            for name, attributes in measured.items()
         },
         coords={"state": ["before", "after"], "term": terms},
     )
@@ -153,8 +158,8 @@ def _report(initial, optimum, surveys):
 # ---- Loops at another course spacing
 
 
-def _redrawn(drawn, pattern, settings):
-    """Drawn loop at the course spacing that a pattern wants, before and after its optimisation, and Optimum."""
+def _redrawn(drawn: Loop, pattern: Any, settings: Any) -> tuple[Loop, Loop, Optimum]:
+    """Return the loop at the course spacing of a pattern, before and after its optimisation, and the outcome."""
     ratio = pattern.course_ratio
     if pattern.keep == "length":
         return _at_length(drawn, ratio, settings)
@@ -163,8 +168,8 @@ def _redrawn(drawn, pattern, settings):
     return initial, *optimise(initial, settings)
 
 
-def _stretched(loop, across, along):
-    """The loop with its points and spacings stretched across and along the wales; heights stay."""
+def _stretched(loop: Loop, across: float, along: float) -> Loop:
+    """Return the loop with points and spacings stretched across and along the wales; heights stay."""
     return replace(
         loop,
         control_points=loop.control_points * [across, along, 1.0],
@@ -173,11 +178,11 @@ def _stretched(loop, across, along):
     )
 
 
-def _at_length(drawn, ratio, settings):
-    """As `_redrawn`, of the initial loop whose optimisation has the drawn length: secants on the width."""
+def _at_length(drawn: Loop, ratio: float, settings: Any) -> tuple[Loop, Loop, Optimum]:
+    """Return as `_redrawn` does the loop whose optimisation has the drawn length, by secants on the width."""
     length = drawn.length
 
-    def excess(across):
+    def excess(across: float) -> float:
         return _stretched(drawn, across, ratio).length / length - 1
 
     bounds = 1 / WIDEST, WIDEST

@@ -1,5 +1,7 @@
 """The loops of one repeat of a knit: one of a plain knit, r rows of k loops of others."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,7 +29,7 @@ class Loop:
     clearance: float = 0.0  # gap c0 between yarns at the crossings that the optimisation aims at, in radii
     stitches: tuple[str, ...] = PLAIN  # rows of K and P, the bottom row first (`geometry.stitches`)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         object.__setattr__(self, "control_points", np.array(self.control_points, dtype=float))
         self.control_points.setflags(write=False)
         diameter = 2 * self.radius
@@ -46,65 +48,65 @@ class Loop:
         _ = self.curve  # the control points are checked where they become a curve
 
     @property
-    def rows(self):
+    def rows(self) -> int:
         """Rows r of the repeat, each of one yarn."""
         return len(self.stitches)
 
     @property
-    def columns(self):
+    def columns(self) -> int:
         """Loops k of a row of the repeat."""
         return len(self.stitches[0])
 
     @property
-    def advance(self):
+    def advance(self) -> np.ndarray:
         """Vector from a row's first loop to the one where the row repeats itself: (3,), m."""
         return np.array([self.columns * self.wale_spacing, 0.0, 0.0])
 
     @property
-    def curve(self):
+    def curve(self) -> CatmullRom:
         """Centreline of the first row as a periodic curve. [m]"""
         return self.image(0)
 
     @property
-    def curves(self):
+    def curves(self) -> list[CatmullRom]:
         """Centrelines of all rows. [m]"""
         return [self.image(row) for row in range(self.rows)]
 
-    def image(self, row):
+    def image(self, row: int) -> CatmullRom:
         """Centreline of a row, counted on through the next repeats, as a periodic curve. [m]"""
         turns, row = divmod(row, self.rows)
         points = self.control_points.reshape(self.rows, -1, 3)[row]
         return CatmullRom(points + turns * (self.rows * self.rise), self.advance)
 
     @property
-    def rise(self):
+    def rise(self) -> np.ndarray:
         """Vector from a row to the next one: (3,), m."""
         return np.array([0.0, self.course_spacing, 0.0])
 
     @property
-    def target(self):
+    def target(self) -> float:
         """Distance 2R + c0 of two centrelines at a crossing. [m]"""
         return (2 + self.clearance) * self.radius
 
     @property
-    def length(self):
+    def length(self) -> float:
         """Arc length of yarn in a loop, the mean of all. [m]"""
         return float(sum(curve.segment_lengths().sum() for curve in self.curves) / (self.rows * self.columns))
 
     @property
-    def upper_in_front(self):
+    def upper_in_front(self) -> np.ndarray:
         """Whether the upper row's yarn passes in front: (r, k, 4), by row and column of the lower loop, and zone."""
         above = np.roll(sides(self.stitches), -1, axis=0)[..., None]
         return np.where(above > 0, IN_FRONT, ~IN_FRONT)
 
-    def in_radii(self):
+    def in_radii(self) -> Loop:
         """The same loop with the radius as unit of length."""
         factor = 1 / self.radius
         spacings = self.wale_spacing * factor, self.course_spacing * factor
         return Loop(self.control_points * factor, *spacings, 1.0, self.clearance, self.stitches)
 
 
-def whole_loop(quarter, wale_spacing):
+def whole_loop(quarter: np.ndarray, wale_spacing: float) -> np.ndarray:
     """All control points (4 k, 3) of a loop from those of a quarter (k + 1, 3): sinker to middle of the leg."""
     turned = [wale_spacing / 2, 0, 0] + quarter[-2::-1] * [-1, -1, 1]
     half = np.vstack([quarter, turned])

@@ -12,13 +12,18 @@ loops to its value and gradient. Where the paper leaves a choice:
 - sigma (Eq. 5) is the mean of the two chords at the start, constant as the rest length of Breen et al. (1994) is.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize
 
 from knitstudy.errors import GeometryError
-from knitstudy.geometry.crossings import crossings_of_loop, windows_of_loop
+from knitstudy.geometry.crossings import Approach, crossings_of_loop, windows_of_loop
+from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.spline import GAUSS_POINTS, GAUSS_WEIGHTS, Rows
 from knitstudy.geometry.symmetry import symmetric_motions, symmetries
 
@@ -37,7 +42,7 @@ class CostFunction:
         Its weights and samples; see `optimise`.
     """
 
-    def __init__(self, loop, settings):
+    def __init__(self, loop: Loop, settings: Any) -> None:
         self.loop = loop
         self.target = loop.target
         self.settings = settings
@@ -49,29 +54,29 @@ class CostFunction:
         chord = np.linalg.norm(self._chords(loop.control_points), axis=1)
         self.sigma = 0.5 * (chord + self._roll(chord, 1))
 
-    def curves(self, points, row):
-        """Curves through control points (P, 3) of which place k lies on row `row[k]`: Rows."""
+    def curves(self, points: np.ndarray, row: np.ndarray) -> Rows:
+        """Return curves through control points (P, 3); place k lies on row `row[k]`."""
         return Rows(points, self.loop.advance, self.loop.rows, row % self.loop.rows)
 
-    def _operator(self, row, u, order):
-        """A derivative at u (k, m) on rows (k,) as a linear map of the control points."""
+    def _operator(self, row: np.ndarray, u: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return a derivative at u (k, m) on rows (k,) as a linear map of the control points."""
         row = np.repeat(row, u.shape[1])
         return self.curves(self.loop.control_points, row).operator(u.ravel(), order)
 
-    def _roll(self, values, by):
-        """Values (P, ...) of control points from those `by` places before on the same row."""
+    def _roll(self, values: np.ndarray, by: int) -> np.ndarray:
+        """Return the values (P, ...) of the control points `by` places before on the same row."""
         return np.roll(values.reshape(self.loop.rows, -1, *values.shape[1:]), by, axis=1).reshape(
             values.shape
         )
 
-    def _chords(self, points):
-        """Edges P_k+1 - P_k of the control polygons: (P, 3)."""
+    def _chords(self, points: np.ndarray) -> np.ndarray:
+        """Return the edges P_k+1 - P_k (P, 3) of the control polygons."""
         following = self._roll(points, -1)
         following[self.loop.curve.period - 1 :: self.loop.curve.period] += self.loop.advance
         return following - points
 
-    def value(self, points, share=1.0):
-        """F with a share of alpha, which may be 0, and its gradient: (P, 3) -> float, (P, 3)."""
+    def value(self, points: np.ndarray, share: float = 1.0) -> tuple[float, np.ndarray]:
+        """Return F with a share of alpha, which may be 0, and its gradient (P, 3), at points (P, 3) in radii."""
         w = self.settings
         alpha = share * w.alpha
         distance, d_distance = self.distance(points) if share else (0.0, 0.0)
@@ -82,8 +87,8 @@ class CostFunction:
         gradient = alpha * d_distance + w.beta * (d_continuous + w.beta_0 * d_join) + w.gamma * d_length
         return value, gradient
 
-    def terms(self, points):
-        """Each term of F without its weight, and F: (P, 3) -> dict of floats."""
+    def terms(self, points: np.ndarray) -> dict[str, float]:
+        """Return the terms of F without their weights, and F, at points (P, 3)."""
         continuous, join = self.continuous(points)[0], self.join(points)[0]
         return {
             "distance": self.distance(points)[0],
@@ -94,38 +99,38 @@ class CostFunction:
             "total": self.value(points)[0],
         }
 
-    def approach(self, points):
-        """Closest approach of the yarns at the crossings, by row, column and zone: (P, 3) -> Approach."""
+    def approach(self, points: np.ndarray) -> Approach:
+        """Return the closest approach of the yarns at the crossings, by row, column and zone, at points (P, 3)."""
         loop = replace(self.loop, control_points=points)
         return crossings_of_loop(loop, self.row, self.windows, self.settings.samples)
 
-    def distance(self, points):
-        """F_Distance, Eq. (2), summed over the crossings, and its gradient."""
-        found = self.approach(points)
-        error = found.distance - self.target
-        return error @ error, np.einsum("k,kpi->pi", 2 * error, self.distance_slope(points, found))
+    def distance(self, points: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return F_Distance, Eq. (2), summed over the crossings, and its gradient (P, 3)."""
+        near = self.approach(points)
+        error = near.distance - self.target
+        return error @ error, np.einsum("k,kpi->pi", 2 * error, self.distance_slope(points, near))
 
-    def distance_slope(self, points, found, row=None):
-        """Gradient of the shortest distances (K,): (P, 3), Approach -> (K, P, 3).
+    def distance_slope(self, points: np.ndarray, near: Approach, row: np.ndarray | None = None) -> np.ndarray:
+        """Return the gradients (K, P, 3) of the shortest distances (K,) at points (P, 3).
 
         To first order only the motion of the curves at fixed parameters changes the shortest distance. Closest points
         lie on rows (K, 2) where these are given, else at the crossings.
         """
         row = np.column_stack([self.row, self.row + 1]) if row is None else row
-        normal = (found.point[:, 1] - found.point[:, 0]) / found.distance[:, None]
+        normal = (near.point[:, 1] - near.point[:, 0]) / near.distance[:, None]
         on_lower, on_upper = (
-            self.curves(points, row[:, side]).operator(found.parameter[:, side])[0] for side in (0, 1)
+            self.curves(points, row[:, side]).operator(near.parameter[:, side])[0] for side in (0, 1)
         )
         return (on_upper - on_lower)[:, :, None] * normal[:, None]
 
-    def continuous(self, points):
-        """F_cont, Eq. (4), with t the parameter of each Bezier segment, and its gradient."""
+    def continuous(self, points: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return F_cont, Eq. (4), with t the parameter of a Bezier segment, and its gradient (P, 3)."""
         second = self._bend @ points + self._bend_offset
         share = 1 / len(CURVATURE_POINTS)
         return share * (second**2).sum(), 2 * share * self._bend.T @ second
 
-    def join(self, points):
-        """Sum of K_join^2, Eq. (5), over the control points, and its gradient."""
+    def join(self, points: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return the sum of K_join^2, Eq. (5), over the control points, and its gradient (P, 3)."""
         chord = self._chords(points)
         size = np.linalg.norm(chord, axis=1, keepdims=True)
         after = chord / size
@@ -135,15 +140,15 @@ class CostFunction:
         d_chord = (d_unit - after * (d_unit * after).sum(axis=1, keepdims=True)) / size
         return square.sum(), self._roll(d_chord, 1) - d_chord
 
-    def length(self, points):
-        """F_Length, Eq. (6), with arc lengths, and its gradient."""
+    def length(self, points: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return F_Length, Eq. (6), with arc lengths, and its gradient (P, 3)."""
         tangent, speed = self._velocity(points)
         error = self.rest_length - speed @ GAUSS_WEIGHTS
         slope = -2 * error[:, None, None] * GAUSS_WEIGHTS[:, None] * tangent / speed[..., None]
         return error @ error, self._tangent.T @ slope.reshape(-1, 3)
 
-    def arc_length(self, points):
-        """Length of yarn in every row, and the gradients: (P, 3) -> (r,), (r, P, 3)."""
+    def arc_length(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the length of yarn in every row (r,), and the gradients (r, P, 3), at points (P, 3)."""
         tangent, speed = self._velocity(points)
         slope = (GAUSS_WEIGHTS[:, None] * tangent / speed[..., None]).reshape(-1, 3)
         rows = np.arange(len(slope)) // (len(slope) // self.loop.rows)
@@ -152,14 +157,14 @@ class CostFunction:
         )
         return (speed @ GAUSS_WEIGHTS).reshape(self.loop.rows, -1).sum(axis=1), by_row
 
-    def _velocity(self, points):
-        """C' at the Gauss points of all segments, and its size: (P, g, 3), (P, g)."""
+    def _velocity(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return C' (P, g, 3) at the Gauss points of all segments, and its norm (P, g)."""
         tangent = (self._tangent @ points + self._tangent_offset).reshape(len(points), -1, 3)
         return tangent, np.linalg.norm(tangent, axis=-1)
 
 
-def squared_join_curvature(cosine, sigma):
-    """K_join^2 (P,) of Eq. (5), and its derivative (P,) with respect to the cosine.
+def squared_join_curvature(cosine: np.ndarray, sigma: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return K_join^2 (P,) of Eq. (5), and its derivative (P,) with respect to the cosine.
 
     The cosine (P,) is that of the angle by which the control polygon turns, -cos(theta); sigma (P,) is the local
     spacing of the control points.
@@ -202,8 +207,8 @@ class Optimum:
     gradient: float  # largest component that remains, over the largest of the bending terms' at the start
 
 
-def optimise(loop, settings):
-    """Move the free components of a loop's control points to where F is smallest: the optimised Loop, and Optimum.
+def optimise(loop: Loop, settings: Any) -> tuple[Loop, Optimum]:
+    """Return the loop whose free components minimise F, and the outcome of the minimisation.
 
     Parameters
     ----------
@@ -217,7 +222,7 @@ def optimise(loop, settings):
     Raises
     ------
     GeometryError
-        When no minimum is found, or a crossing misses its distance by more than `CONTACT_TOLERANCE` radii
+        When the minimisation does not converge, or a crossing misses its distance by more than `CONTACT_TOLERANCE`
         there.
     """
     start = loop.in_radii()
@@ -230,8 +235,8 @@ def optimise(loop, settings):
     return replace(loop, control_points=optimum.points * loop.radius), optimum
 
 
-def free_components(free, count):
-    """Which components (count, 3) may move, from their names: an entry a control point, of the letters x, y, z."""
+def free_components(free: Sequence[str], count: int) -> np.ndarray:
+    """Return which components (count, 3) may move, from one text of the letters x, y and z a control point."""
     if len(free) != count or not all(set(names) <= set("xyz") for names in free):
         raise GeometryError(
             f"geometry.free = {list(free)}: allowed is one entry for each of the {count} control points, "
@@ -240,7 +245,7 @@ def free_components(free, count):
     return np.array([[axis in names for axis in "xyz"] for names in free])
 
 
-def minimise(cost, points, motions):
+def minimise(cost: CostFunction, points: np.ndarray, motions: np.ndarray) -> Optimum:
     """Minimise F from points (P, 3) over motions (P, 3, n): quasi-Newton (BFGS), then Newton until rounding.
 
     Raises GeometryError when the gradient does not vanish.
@@ -253,13 +258,13 @@ def minimise(cost, points, motions):
     q = np.zeros(motions.shape[-1])
     iterations = 0
 
-    def function(q, share=1.0):
+    def function(q: np.ndarray, share: float = 1.0) -> tuple[float, np.ndarray]:
         value, gradient = cost.value(points + motions @ q, share)
         return value / unit, np.einsum("kai,ka->i", motions, gradient) / unit
 
     for share in CONTINUATION:
-        found = minimize(function, q, args=(share,), jac=True, method="BFGS", options=QUASI_NEWTON)
-        q, iterations = found.x, iterations + found.nit
+        result = minimize(function, q, args=(share,), jac=True, method="BFGS", options=QUASI_NEWTON)
+        q, iterations = result.x, iterations + result.nit
     q, gradient = _polish(function, q)
     if gradient > GRADIENT_TOLERANCE:
         raise GeometryError(
@@ -271,8 +276,10 @@ def minimise(cost, points, motions):
     return Optimum(final, before, cost.terms(final), iterations, gradient)
 
 
-def _polish(function, q):
-    """Newton steps with a Hessian by central differences of the exact gradient, while the gradient falls."""
+def _polish(
+    function: Callable[[np.ndarray], tuple[float, np.ndarray]], q: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Take Newton steps with a Hessian by central differences of the exact gradient, while the gradient falls."""
     gradient = function(q)[1]
     steps = DIFFERENCE * np.eye(len(q))
     for _ in range(NEWTON_STEPS):
@@ -286,22 +293,22 @@ def _polish(function, q):
     return q, float(np.abs(gradient).max())
 
 
-def check_contact(cost, points):
+def check_contact(cost: CostFunction, points: np.ndarray) -> None:
     """Refuse control points with which a crossing is not at its distance; raises GeometryError."""
-    found = cost.approach(points)
-    error = np.abs(found.distance - cost.target)
+    near = cost.approach(points)
+    error = np.abs(near.distance - cost.target)
     zone = int(error.argmax())
-    if error[zone] > CONTACT_TOLERANCE or not found.interior.all():
+    if error[zone] > CONTACT_TOLERANCE or not near.interior.all():
         raise GeometryError(
-            f"after the optimisation the yarns are {found.distance[zone]:.5f} radii apart in crossing "
+            f"after the optimisation the yarns are {near.distance[zone]:.5f} radii apart in crossing "
             f"zone {zone}, allowed is {cost.target:g} within {CONTACT_TOLERANCE:g} (closest points inside "
-            f"their windows: {found.interior.tolist()}): take a smaller yarn.diameter, raise geometry.alpha "
+            f"their windows: {near.interior.tolist()}): take a smaller yarn.diameter, raise geometry.alpha "
             "or free more in geometry.free"
         )
 
 
-def interlocked(cost):
-    """Whether the yarns of a cost function's loops pass in front of each other as their stitches say."""
+def interlocked(cost: CostFunction) -> bool:
+    """Return whether the yarns of a cost function's loops pass in front of each other as the stitches say."""
     lower, upper = (
         cost.curves(cost.loop.control_points, cost.row + side).value(cost.place[:, side])[:, 2]
         for side in (0, 1)
@@ -309,14 +316,14 @@ def interlocked(cost):
     return np.array_equal(upper > lower, cost.loop.upper_in_front.ravel())
 
 
-def check_interlock(cost, points):
+def check_interlock(cost: CostFunction, points: np.ndarray) -> None:
     """Refuse yarns that do not pass each other as their stitches say, or cut each other; raises GeometryError."""
-    found = cost.approach(points)
-    in_front = found.point[:, 1, 2] > found.point[:, 0, 2]
-    if (in_front != cost.loop.upper_in_front.ravel()).any() or (found.distance < SMALLEST_DISTANCE).any():
+    near = cost.approach(points)
+    in_front = near.point[:, 1, 2] > near.point[:, 0, 2]
+    if (in_front != cost.loop.upper_in_front.ravel()).any() or (near.distance < SMALLEST_DISTANCE).any():
         raise GeometryError(
             "pattern.control_points: the yarns do not interlock: the upper row's yarn passes in front of the lower "
-            f"row's at the crossing zones {np.flatnonzero(in_front).tolist()}, {found.distance.min():.2e} radii away "
+            f"row's at the crossing zones {np.flatnonzero(in_front).tolist()}, {near.distance.min():.2e} radii away "
             f"at least; allowed is in front at {np.flatnonzero(cost.loop.upper_in_front).tolist()} alone, at a "
             f"distance of more than {SMALLEST_DISTANCE:g}"
         )

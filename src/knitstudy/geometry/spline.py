@@ -6,10 +6,13 @@ with C1 continuity (Catmull and Rom 1974). It is linear in its control points, w
 gradients cheap.
 """
 
+from __future__ import annotations
+
 from copy import copy
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
+from numpy.typing import ArrayLike
 
 from knitstudy.errors import GeometryError
 
@@ -28,15 +31,21 @@ class CatmullRom:
     control_points : array_like (P, 3)
         Points that the curve passes at the parameters u = 0, 1, ..., P - 1. [m]
     advance : array_like (3,)
-        What the curve moves on by when u grows by P: C(u + P) = C(u) + advance. [m]
+        Translation of the curve when u grows by P: C(u + P) = C(u) + advance. [m]
 
     Raises
     ------
     GeometryError
         With fewer than four control points, or points that are not finite or not of shape (P, 3).
+
+    Examples
+    --------
+    >>> line = CatmullRom([[k, 0, 0] for k in range(4)], [4, 0, 0])
+    >>> line.value(np.array([1.5])).tolist(), line.segment_lengths().round(12).tolist()
+    ([[1.5, 0.0, 0.0]], [1.0, 1.0, 1.0, 1.0])
     """
 
-    def __init__(self, control_points, advance):
+    def __init__(self, control_points: ArrayLike, advance: ArrayLike) -> None:
         self.control_points = np.array(control_points, dtype=float)
         self.advance = np.array(advance, dtype=float)
         shape = self.control_points.shape
@@ -49,28 +58,28 @@ class CatmullRom:
             raise GeometryError("control points or advance are not finite: all coordinates must be numbers")
 
     @property
-    def period(self):
+    def period(self) -> int:
         """Number of Bezier segments, and of control points, in one period."""
         return len(self.control_points)
 
-    def value(self, u):
-        """Points of the curve: u (k,) -> (k, 3), m."""
+    def value(self, u: np.ndarray) -> np.ndarray:
+        """Return the points (k, 3) [m] at parameters u (k,)."""
         return self._evaluate(u, 0)
 
-    def d1(self, u):
-        """First derivative with respect to u: (k,) -> (k, 3), m."""
+    def d1(self, u: np.ndarray) -> np.ndarray:
+        """Return the first derivative (k, 3) [m] with respect to u (k,)."""
         return self._evaluate(u, 1)
 
-    def d2(self, u):
-        """Second derivative with respect to u, discontinuous at integers: (k,) -> (k, 3), m."""
+    def d2(self, u: np.ndarray) -> np.ndarray:
+        """Return the second derivative (k, 3) [m] with respect to u (k,), discontinuous at integers."""
         return self._evaluate(u, 2)
 
-    def _evaluate(self, u, order):
+    def _evaluate(self, u: np.ndarray, order: int) -> np.ndarray:
         index, weights = stencil(u, order)
         return (weights[..., None] * self.points(index)).sum(axis=-2)
 
-    def jet(self, u):
-        """Points and the first two derivatives with respect to u: (k,) -> three times (k, 3), m."""
+    def jet(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the points and the first two derivatives with respect to u (k,), (k, 3) each [m]."""
         segment = np.floor(u)
         t = (u - segment)[:, None]
         zero, one, two, three = np.moveaxis(
@@ -82,17 +91,17 @@ class CatmullRom:
             2 * two + 6 * t * three,
         )
 
-    def points(self, index):
-        """Control points of any integer index, beyond one period too: (...) -> (..., 3), m."""
+    def points(self, index: np.ndarray) -> np.ndarray:
+        """Return the control points (..., 3) [m] of integer indices (...), beyond one period as well."""
         turns, k = self._numbers(index)
         return self.control_points[k] + turns[..., None] * self.advance
 
-    def _numbers(self, index):
-        """How often a period is passed (...), and number of the control point (...)."""
+    def _numbers(self, index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the number of periods passed (...), and the number of the control point (...)."""
         return np.divmod(index, self.period)
 
-    def operator(self, u, order=0):
-        """A derivative (order 0 to 2) at u (k,) as a linear map of the control points: matrix (k, P), offset (k, 3).
+    def operator(self, u: np.ndarray, order: int = 0) -> tuple[np.ndarray, np.ndarray]:
+        """Return a derivative (order 0 to 2) at u (k,) as a linear map of control points: matrix (k, P), offset (k, 3).
 
         ``matrix @ control_points + offset`` is the derivative; the offset stems from the advance.
         """
@@ -102,18 +111,18 @@ class CatmullRom:
         np.add.at(matrix, (np.arange(len(index))[:, None], k), weights)
         return matrix, (weights * turns).sum(axis=1)[:, None] * self.advance
 
-    def segment_lengths(self):
-        """Arc length of every Bezier segment of one period: (P,), m."""
+    def segment_lengths(self) -> np.ndarray:
+        """Return the arc lengths (P,) [m] of the Bezier segments of one period."""
         u = np.arange(self.period)[:, None] + GAUSS_POINTS
         return np.linalg.norm(self.d1(u), axis=-1) @ GAUSS_WEIGHTS
 
-    def curvature(self, u):
-        """Curvature |C' x C''| / |C'|^3: (k,) -> (k,), 1/m."""
+    def curvature(self, u: np.ndarray) -> np.ndarray:
+        """Return the curvature |C' x C''| / |C'|^3 (k,) [1/m] at u (k,)."""
         d1 = self.d1(u)
         return np.linalg.norm(np.cross(d1, self.d2(u)), axis=-1) / np.linalg.norm(d1, axis=-1) ** 3
 
-    def square_speed(self):
-        """|C'|^2 of the Bezier segments of one period, powers 0 to 4 of t along the columns: (P, 5), m2."""
+    def square_speed(self) -> np.ndarray:
+        """Return |C'|^2 (P, 5) [m2] of the Bezier segments of one period, by powers 0 to 4 of t."""
         points = self.points(np.arange(self.period)[:, None] + STENCIL)
         one, two, three = np.arange(1, 4)[:, None, None] * np.moveaxis(BASIS.T[1:] @ points, 1, 0)
         powers = (one * one, 2 * one * two, 2 * one * three + two * two, 2 * two * three, three * three)
@@ -135,23 +144,23 @@ class Rows(CatmullRom):
         The curve that each of the parameters u (k,) belongs to.
     """
 
-    def __init__(self, control_points, advance, rows, row):
+    def __init__(self, control_points: ArrayLike, advance: ArrayLike, rows: int, row: np.ndarray) -> None:
         super().__init__(control_points, advance)
         self._period = len(self.control_points) // rows
         self._first = self._period * np.asarray(row, dtype=int)[:, None]
 
     @property
-    def period(self):
+    def period(self) -> int:
         """Number of control points of one curve in one period."""
         return self._period
 
-    def _numbers(self, index):
+    def _numbers(self, index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         turns, k = np.divmod(index, self._period)
         return turns, k + self._first
 
 
-def stencil(u, order):
-    """Indices and weights (..., 4) of the control points that a derivative (order 0 to 2) at u (...) is made of."""
+def stencil(u: ArrayLike, order: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return indices and weights (..., 4) of the control points behind a derivative (order 0 to 2) at u (...)."""
     u = np.asarray(u, dtype=float)
     segment = np.floor(u)
     t = u - segment
@@ -184,42 +193,42 @@ class Centreline:
         Where the yarn begins, of a part of another one, along that. [m]
     """
 
-    def __init__(self, curve, loops, like=None):
+    def __init__(self, curve: CatmullRom, loops: int, like: Centreline | None = None) -> None:
         self.curve, self.loops = curve, loops
         self._lengths = _Lengths(curve, loops) if like is None else like._lengths
         self.start, self.length = 0.0, float(self._lengths.knots[-1])
 
-    def part(self, start, end):
-        """The yarn between two arc lengths of this one, with arc lengths of its own: Centreline."""
+    def part(self, start: float, end: float) -> Centreline:
+        """Return the yarn between two arc lengths [m] of this yarn, with arc lengths of its own."""
         part = copy(self)
         part.start, part.length = self.start + start, end - start
         return part
 
     @property
-    def span(self):
-        """The curve's parameters at both ends."""
+    def span(self) -> tuple[float, float]:
+        """Parameters of the curve at both ends."""
         low, high = self.parameter(np.array([0.0, self.length]))
         return float(low), float(high)
 
-    def position(self, s):
-        """Points at the arc lengths s: (k,) -> (k, 3), m."""
+    def position(self, s: np.ndarray) -> np.ndarray:
+        """Return the points (k, 3) [m] at arc lengths s (k,) [m]."""
         return self.curve.value(self.parameter(s))
 
-    def tangent(self, s):
-        """Unit tangents at the arc lengths s: (k,) -> (k, 3)."""
+    def tangent(self, s: np.ndarray) -> np.ndarray:
+        """Return the unit tangents (k, 3) at arc lengths s (k,) [m]."""
         d1 = self.curve.d1(self.parameter(s))
         return d1 / np.linalg.norm(d1, axis=-1, keepdims=True)
 
-    def curvature(self, s):
-        """Curvature at the arc lengths s: (k,) -> (k,), 1/m."""
+    def curvature(self, s: np.ndarray) -> np.ndarray:
+        """Return the curvature (k,) [1/m] at arc lengths s (k,) [m]."""
         return self.curve.curvature(self.parameter(s))
 
-    def arc_length(self, u):
-        """Arc length from the left end to the curve's parameter u: (k,) -> (k,), m."""
+    def arc_length(self, u: ArrayLike) -> np.ndarray:
+        """Return the arc lengths (k,) [m] from the left end to parameters u (k,) of the curve."""
         return self._lengths.to(np.asarray(u, dtype=float)) - self.start
 
-    def parameter(self, s):
-        """The curve's parameter u at the arc lengths s: (k,) -> (k,).
+    def parameter(self, s: ArrayLike) -> np.ndarray:
+        """Return the parameters (k,) of the curve at arc lengths s (k,) [m].
 
         Raises GeometryError when an arc length lies outside the yarn.
         """
@@ -229,16 +238,16 @@ class Centreline:
 class _Lengths:
     """Arc length of a curve from its start, as a function of the parameter and the other way round."""
 
-    def __init__(self, curve, loops):
+    def __init__(self, curve: CatmullRom, loops: int) -> None:
         self._speed = curve.square_speed()
         self.knots = np.concatenate([[0.0], np.cumsum(np.tile(curve.segment_lengths(), loops))])
         self._last = (np.empty(0), np.empty(0))
 
-    def to(self, u):
+    def to(self, u: np.ndarray) -> np.ndarray:
         segment = np.clip(np.floor(u), 0, len(self.knots) - 2).astype(int)
         return self.knots[segment] + self._partial(self._speed[segment % len(self._speed)], u - segment)
 
-    def parameter(self, s):
+    def parameter(self, s: ArrayLike) -> np.ndarray:
         """Newton's method on the length of the part of a segment, in a bracket that is halved where Newton leaves it.
 
         Places, tangents and the images of a yarn ask for the same arc lengths one after the other: the last are kept.
@@ -265,7 +274,7 @@ class _Lengths:
         return segment + t
 
     @staticmethod
-    def _partial(speed, t):
-        """Arc length of segments (k, 5) from their start to t: (k,) -> (k,), m."""
+    def _partial(speed: np.ndarray, t: np.ndarray) -> np.ndarray:
+        """Return the arc lengths (k,) [m] of segments (k, 5) from their start to t (k,)."""
         square = polyval(t[..., None] * GAUSS_POINTS, np.moveaxis(speed[..., None, :], -1, 0), tensor=False)
         return t * (np.sqrt(square) @ GAUSS_WEIGHTS)

@@ -5,12 +5,16 @@ same shape, a half turn about the z axis through the middle of a leg maps the ya
 some of these, and may become themselves by a shift, or seen from behind.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
 from knitstudy.errors import GeometryError
+from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.stitches import PLAIN
 
 SYMMETRY_TOLERANCE = 1e-9  # distance over the wale spacing by which an image may miss its point
@@ -27,18 +31,18 @@ class Symmetry:
     rows: int
     period: int  # control points of a row in one period
 
-    def action(self, count):
-        """Matrix (3 P, 3 P) on displacements of control points."""
+    def action(self, count: int) -> np.ndarray:
+        """Return the matrix (3 P, 3 P) that maps displacements of control points."""
         row, u = np.divmod(np.arange(count), self.period)
         image = self.row(row) % self.rows * self.period + (self.sign[0] * u + self.by) % self.period
         return np.kron(np.eye(count)[:, image], np.diag(self.sign.astype(float)))
 
-    def row(self, row):
-        """Image of rows."""
+    def row(self, row: np.ndarray) -> np.ndarray:
+        """Return the images of rows."""
         return self.sign[1] * row + self.up
 
-    def pairs(self, row, u):
-        """Images of pairs of places, rows (n, 2) and parameters (n, 2), written alike for a pair and its shifts.
+    def pairs(self, row: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the images of pairs of places, rows (n, 2) and parameters (n, 2), alike for a pair and its shifts.
 
         The first place lies in the first repeat, on the lower row, or to the left if both lie on one row.
         """
@@ -49,8 +53,8 @@ class Symmetry:
         return row, u - self.period * np.floor((u[:, :1] + SAME_PLACE) / self.period)
 
 
-def symmetries(loop):
-    """All symmetries of the loops of a repeat, the identity among them: list of Symmetry.
+def symmetries(loop: Loop) -> list[Symmetry]:
+    """Return all symmetries of the loops of a repeat, the identity among them.
 
     Parameters
     ----------
@@ -67,18 +71,18 @@ def symmetries(loop):
     period = count * loop.columns
     row, k = np.divmod(np.arange(len(points)), period)
     half = count // 2 if count % 4 == 0 else count  # without a point in the middle of a leg nothing is turned
-    found, misses = [], {}
+    group, misses = [], {}
     for *sign, by, up in product((1, -1), (1, -1), (1, -1), range(0, period, half), range(loop.rows)):
         if (sign[1] < 0) != (by % count > 0):
             continue  # heads become sinkers where the knit is turned upside down, and only there
-        each = Symmetry(np.array(sign), by, up, loop.rows, period)
-        over_rows, i = np.divmod(each.row(row), loop.rows)
+        symmetry = Symmetry(np.array(sign), by, up, loop.rows, period)
+        over_rows, i = np.divmod(symmetry.row(row), loop.rows)
         over, image = np.divmod(sign[0] * k + by, period)
         there = points[i * period + image] + over[:, None] * loop.advance
         apart = there + (over_rows * loop.rows)[:, None] * loop.rise - points * sign
         misses[(*sign, by, up)] = miss = np.abs(apart - apart[0]).max()
         if miss <= SYMMETRY_TOLERANCE * wale:
-            found.append(each)
+            group.append(symmetry)
     mirrored = misses[-1, 1, 1, 0, 0]
     if loop.stitches == PLAIN and (count % 2 or mirrored > SYMMETRY_TOLERANCE * wale):
         raise GeometryError(
@@ -86,11 +90,11 @@ def symmetries(loop):
             f"by {mirrored / wale:.2e} wale spacings: allowed is an even number of points, mirrored within "
             f"{SYMMETRY_TOLERANCE:g}, the first one at the sinker's centre"
         )
-    return found
+    return group
 
 
-def first_of_orbits(group, row, u):
-    """Which pairs of places, rows (n, 2) and parameters (n, 2), are no image of an earlier one: (n,)."""
+def first_of_orbits(group: Sequence[Symmetry], row: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Return which pairs of places, rows (n, 2) and parameters (n, 2), are no image of an earlier pair: (n,)."""
     here = group[0].pairs(row, u)
     same = np.zeros((len(u), len(u)), dtype=bool)
     for symmetry in group:
@@ -100,8 +104,8 @@ def first_of_orbits(group, row, u):
     return ~np.tril(same | same.T, -1).any(axis=1)
 
 
-def symmetric_motions(free, group):
-    """Basis (P, 3, n) of the displacements of free components that keep the symmetries.
+def symmetric_motions(free: np.ndarray, group: Sequence[Symmetry]) -> np.ndarray:
+    """Return a basis (P, 3, n) of the displacements of free components that keep the symmetries.
 
     The parameter of a displacement field is the displacement of one component of one point.
 

@@ -1,10 +1,12 @@
-"""What a loop is like in its knit: lengths, gaps, curvature, and the angles of the honeycomb of its contact points.
+"""Metrics of a loop in its knit: length, gaps, curvature, and the angles of the honeycomb of its contact points.
 
 A tube of radius R about a curve overlaps itself or another one exactly where the radius of curvature is below R, or
 where two points that are closest to each other are nearer than 2R (Litherland, Simon, Durumeric and Rawdon 1999,
-"Thickness of knots"). So all local minima of the distance are listed, between one loop and everything around it in an
-endless knit: a finite one has no other pairs. "One loop" is one repeat where stitches differ.
+"Thickness of knots"). The metrics therefore need all local minima of the distance between one loop and the yarn around
+the loop in an endless knit; a finite knit has no other pairs. "One loop" is one repeat where stitches differ.
 """
+
+from __future__ import annotations
 
 from dataclasses import dataclass
 
@@ -13,6 +15,8 @@ import pandas as pd
 
 from knitstudy.errors import GeometryError
 from knitstudy.geometry.crossings import crossings_of_loop, refine, windows_of_loop
+from knitstudy.geometry.loop import Loop
+from knitstudy.geometry.spline import CatmullRom
 
 APPROACH_SAMPLES = 12  # a Bezier segment in which other local minima are looked for, before these are refined
 REACH = 8.0  # distance of centrelines in radii up to which local minima are listed
@@ -20,8 +24,8 @@ CURVATURE_SAMPLES = 200  # a Bezier segment for the largest curvature, which oft
 
 
 @dataclass(frozen=True)
-class Survey:
-    """Measures of the loops of a repeat in their knit."""
+class LoopMetrics:
+    """Metrics of the loops of a repeat in their knit."""
 
     length: float  # arc length of yarn in a loop. [m]
     radius_of_curvature: float  # the smallest one. [m]
@@ -34,24 +38,32 @@ class Survey:
     leg_angle: float
 
     @property
-    def penetration(self):
+    def penetration(self) -> float:
         """Deepest penetration of two yarns, zero if there is none. [m]"""
         return max(0.0, -self.gap)
 
 
-def survey(loop):
-    """Measure a loop: Survey."""
+def loop_metrics(loop: Loop) -> LoopMetrics:
+    """Return the metrics of the loops of one repeat.
+
+    Examples
+    --------
+    >>> from knitstudy import load_scene
+    >>> from knitstudy.geometry.lay_out import initial_loop
+    >>> round(1e3 * loop_metrics(initial_loop(load_scene("yarns-tie-course"))).length, 1)  # mm of yarn in a loop
+    54.9
+    """
     unit = loop.in_radii()
     row, _, windows = windows_of_loop(unit)
-    found = crossings_of_loop(unit, row, windows)
+    crossings = crossings_of_loop(unit, row, windows)
     near = approaches(unit)
-    others = away_from_crossings(near, row, found.parameter)["distance"].min()  # nan if there are none
-    interlock, leg = honeycomb_angles(found.point.mean(axis=1), unit.course_spacing)
-    shortest = np.fmin(found.distance.min(), near["distance"].min())
-    return Survey(
+    others = away_from_crossings(near, row, crossings.parameter)["distance"].min()  # nan if there are none
+    interlock, leg = honeycomb_angles(crossings.point.mean(axis=1), unit.course_spacing)
+    shortest = np.fmin(crossings.distance.min(), near["distance"].min())
+    return LoopMetrics(
         length=unit.length * loop.radius,
         radius_of_curvature=smallest_radius_of_curvature(*unit.curves) * loop.radius,
-        distance=found.distance * loop.radius,
+        distance=crossings.distance * loop.radius,
         gap=float(shortest - 2) * loop.radius,
         other_gap=float(np.fmin(others, np.inf) - 2) * loop.radius,
         interlock_angle=interlock,
@@ -59,36 +71,36 @@ def survey(loop):
     )
 
 
-def honeycomb_angles(contact, rise):
-    """Angles to x, 0 to 90 degrees, of the inclined segments of Fig. 4 (interlock, leg), from contact points (4, 3)."""
+def honeycomb_angles(contact: np.ndarray, rise: float) -> tuple[float, float]:
+    """Return the angles to x [deg] of the segments of Fig. 4 (interlock, leg), from the contact points (4, 3)."""
     interlock = contact[2, :2] - contact[0, :2]
     leg = contact[0, :2] + [0.0, rise] - contact[2, :2]
     return tuple(float(np.degrees(np.arctan2(abs(y), abs(x)))) for x, y in (interlock, leg))
 
 
-def check_yarns(surveyed, loop, tolerance):
+def check_yarns(metrics: LoopMetrics, loop: Loop, tolerance: float) -> None:
     """Refuse yarns that fold, or overlap by more than a tolerance [radii]; raises GeometryError."""
-    if surveyed.radius_of_curvature <= loop.radius:
+    if metrics.radius_of_curvature <= loop.radius:
         raise GeometryError(
             f"yarn.diameter = {2 * loop.radius} m: the loop's smallest radius of curvature is "
-            f"{surveyed.radius_of_curvature:.4e} m, and the yarn's radius must be below it or the yarn folds"
+            f"{metrics.radius_of_curvature:.4e} m, and the yarn's radius must be below it or the yarn folds"
         )
-    gap, allowed = surveyed.gap / loop.radius, -tolerance
-    if gap < allowed or surveyed.other_gap < 0:
+    gap, allowed = metrics.gap / loop.radius, -tolerance
+    if gap < allowed or metrics.other_gap < 0:
         raise GeometryError(
             f"yarns overlap after the optimisation: the smallest gap is {gap:.4f} radii (allowed {allowed:g}) "
-            f"and away from the crossings {surveyed.other_gap / loop.radius:.4f} (allowed 0): take a smaller "
+            f"and away from the crossings {metrics.other_gap / loop.radius:.4f} (allowed 0): take a smaller "
             "yarn.diameter, wider spacings or other pattern.control_points"
         )
 
 
-def approaches(loop, reach=REACH, samples=APPROACH_SAMPLES):
-    """All places where a loop comes near other yarn, or to itself: local minima of the distance.
+def approaches(loop: Loop, reach: float = REACH, samples: int = APPROACH_SAMPLES) -> pd.DataFrame:
+    """Return all places where a loop comes near other yarn, or itself: local minima of the distance.
 
     Parameters
     ----------
     reach : float
-        Distance of centrelines, in radii, beyond which pieces of yarn are not looked at.
+        Distance of centrelines, in radii, beyond which pairs are left out.
     samples : int
         Samples a Bezier segment.
 
@@ -111,21 +123,23 @@ def approaches(loop, reach=REACH, samples=APPROACH_SAMPLES):
         near = refine(curve, other, start, start[..., None] + [-width, width])
         columns = [np.full((len(start), 2), (row, above)), near.parameter, near.distance]
         minima.append(np.column_stack(columns)[near.interior])
-    found = pd.DataFrame(np.concatenate(minima), columns=["row", "above", "u", "v", "distance"])
-    found = found.sort_values("distance", kind="stable", ignore_index=True)
+    places = pd.DataFrame(np.concatenate(minima), columns=["row", "above", "u", "v", "distance"])
+    places = places.sort_values("distance", kind="stable", ignore_index=True)
     # Neighbouring samples may end in one minimum.
-    return found[~found[["row", "above", "u", "v"]].round(6).duplicated()]
+    return places[~places[["row", "above", "u", "v"]].round(6).duplicated()]
 
 
-def away_from_crossings(near, row, crossings):
-    """The approaches that are not among the crossings of rows (K,) with the next ones, parameters (K, 2)."""
+def away_from_crossings(near: pd.DataFrame, row: np.ndarray, crossings: np.ndarray) -> pd.DataFrame:
+    """Return the approaches that are not crossings of rows (K,) with the next row at parameters (K, 2)."""
     apart = np.abs(near[["u", "v"]].to_numpy()[:, None] - crossings).max(axis=-1)
     elsewhere = (apart > 1e-3) | (near["row"].to_numpy()[:, None] != row)
     return near[(near["above"] != 1) | elsewhere.all(axis=-1)]
 
 
-def _local_minima(curve, other, same, reach, samples, half_circle):
-    """Parameters (k, 2) of pairs of samples, on a curve and another or the same, nearer than their eight neighbours."""
+def _local_minima(
+    curve: CatmullRom, other: CatmullRom, same: bool, reach: float, samples: int, half_circle: float
+) -> np.ndarray:
+    """Return parameters (k, 2) of pairs of samples on two curves that are nearer than their eight neighbours."""
     # One more sample at both ends of the period, so that minima at its ends are seen as such.
     here = np.arange(-1, curve.period * samples + 2) / samples
     around = np.arange(-curve.period * samples, 2 * curve.period * samples + 1) / samples
@@ -142,22 +156,24 @@ def _local_minima(curve, other, same, reach, samples, half_circle):
     return np.column_stack([here[1:-1][i], around[1:-1][j]])
 
 
-def _beyond_half_circle(curve, here, around, half_circle):
-    """Pairs on one yarn, each once, that are further apart along it than half a circle of radius R.
+def _beyond_half_circle(
+    curve: CatmullRom, here: np.ndarray, around: np.ndarray, half_circle: float
+) -> np.ndarray:
+    """Return which pairs on one yarn, each pair once, are farther apart along the yarn than half a circle of radius R.
 
     Nearer ones cannot overlap, with a radius of curvature above R (Schur's theorem).
     """
     knots = np.concatenate([[0.0], np.cumsum(curve.segment_lengths())])
     u = np.arange(curve.period + 1)
 
-    def along(parameter):
+    def along(parameter: np.ndarray) -> np.ndarray:
         turns, rest = np.divmod(parameter, curve.period)
         return turns * knots[-1] + np.interp(rest, u, knots)
 
     return along(around) - along(here)[:, None] > half_circle
 
 
-def smallest_radius_of_curvature(*curves):
-    """Smallest radius of curvature of curves, from dense samples of both sides of every joint. [m]"""
+def smallest_radius_of_curvature(*curves: CatmullRom) -> float:
+    """Return the smallest radius of curvature of curves [m], from dense samples of both sides of every joint."""
     share = np.linspace(0, 1 - 1e-9, CURVATURE_SAMPLES)
     return float(1 / np.max([curve.curvature(np.arange(curve.period)[:, None] + share) for curve in curves]))
