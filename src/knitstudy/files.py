@@ -175,17 +175,17 @@ def write_dataset(
 
 def checksum(dataset: xr.Dataset) -> str:
     """Return a checksum of names, dimensions, values and global attributes, the same before and after a file."""
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     for name in sorted(map(str, dataset.variables)):
         values = np.asarray(dataset.variables[name])
-        found.update(f"{name} {dataset.variables[name].dims} {values.shape}".encode())
+        digest.update(f"{name} {dataset.variables[name].dims} {values.shape}".encode())
         if values.dtype.kind not in "fiub":
-            found.update(str(values.tolist()).encode())
+            digest.update(str(values.tolist()).encode())
         else:
-            found.update(np.ascontiguousarray(values).data if values.size else b"")
+            digest.update(np.ascontiguousarray(values).data if values.size else b"")
     attributes = ((name, np.atleast_1d(value).tolist()) for name, value in dataset.attrs.items())
-    found.update(str(sorted(each for each in attributes if each[0] != "checksum")).encode())
-    return found.hexdigest()[:16]
+    digest.update(str(sorted(each for each in attributes if each[0] != "checksum")).encode())
+    return digest.hexdigest()[:16]
 
 
 def read_dataset(path: Path | str) -> xr.Dataset:
@@ -210,8 +210,8 @@ def read_dataset(path: Path | str) -> xr.Dataset:
 
 def with_coordinates(dataset: xr.Dataset) -> xr.Dataset:
     """Return a dataset whose variables in `COORDINATES` are coordinates, for ``history.force.plot(x="strain")``."""
-    found = [name for name, dim in COORDINATES.items() if name in dataset and dataset[name].dims == (dim,)]
-    return dataset.set_coords(found)
+    named = [name for name, dim in COORDINATES.items() if name in dataset and dataset[name].dims == (dim,)]
+    return dataset.set_coords(named)
 
 
 def read_result(path: Path | str) -> xr.Dataset:

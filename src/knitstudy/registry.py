@@ -59,7 +59,7 @@ class Registry(Generic[Entry]):
         """Return all entries by name."""
         if self._package is not None:
             name, self._package = self._package, None
-            for module in sorted(iter_modules(import_module(name).__path__), key=lambda found: found.name):
+            for module in sorted(iter_modules(import_module(name).__path__), key=lambda entry: entry.name):
                 import_module(f"{name}.{module.name}")
         return self._entries
 
@@ -111,14 +111,14 @@ def load_plugins(names: Iterable[str]) -> None:
 
 def plugin_files() -> list[Path]:
     """Return the Python files of all plugins that have been imported: of a package, all that it holds."""
-    found = set()
+    paths = set()
     for name in _imported.values():
         package, module = sys.modules.get(name.partition(".")[0]), sys.modules.get(name)
         if package is not None and hasattr(package, "__path__"):
-            found |= set(Path(package.__path__[0]).rglob("*.py"))
+            paths |= set(Path(package.__path__[0]).rglob("*.py"))
         elif module is not None and module.__file__:
-            found.add(Path(module.__file__))
-    return sorted(found)
+            paths.add(Path(module.__file__))
+    return sorted(paths)
 
 
 def is_loaded(plugin: str) -> bool:
@@ -162,5 +162,5 @@ def nearest(name: str, allowed: Iterable[str]) -> list[str]:
     spelt = difflib.get_close_matches(name, forms, n=NEAR, cutoff=0.75) or difflib.get_close_matches(
         name, forms, n=1
     )
-    found = [each for form in spelt for each in last if form in (each, last[each])]
-    return list(dict.fromkeys([*inside, *found]))[:NEAR]
+    similar = [each for form in spelt for each in last if form in (each, last[each])]
+    return list(dict.fromkeys([*inside, *similar]))[:NEAR]

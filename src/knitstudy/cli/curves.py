@@ -177,7 +177,7 @@ def fit(
 
     def forces(frictions: Iterable[float], more: Mapping[str, Any]) -> dict[float, np.ndarray]:
         """Return the forces of all frictions that can be simulated."""
-        found = {}
+        curves = {}
         for friction in map(float, frictions):
             varied = chosen.vary({FRICTION: friction, **more} if slides else more)
             try:
@@ -187,28 +187,28 @@ def fit(
                     raise
                 click.echo(f"friction {friction:.3g} is left out: {error}", err=True)
                 continue
-            found[friction] = at(simulated_curve(results.history, results.geometry), curve.index)
-        return found
+            curves[friction] = at(simulated_curve(results.history, results.geometry), curve.index)
+        return curves
 
     with log_on_console(verbose=False):
         simulated = forces(np.linspace(*sorted(between), curve_fit.SIMULATED) if slides else [0.0], {})
         if slides and len(simulated) < 3:
-            found = f"{len(simulated)} of {curve_fit.SIMULATED} frictions could be simulated"
-            raise ConvergenceError(f"scene {chosen.name!r}: {found}, and 3 are needed; change --between")
+            count = f"{len(simulated)} of {curve_fit.SIMULATED} frictions could be simulated"
+            raise ConvergenceError(f"scene {chosen.name!r}: {count}, and 3 are needed; change --between")
         more_accurate = (lambda frictions: forces(frictions, dict(check))) if check else None
-        found = curve_fit.fit(curve.to_numpy(), simulated, more_accurate)
+        count = curve_fit.fit(curve.to_numpy(), simulated, more_accurate)
     moduli = {key: chosen.value(key) for key in MODULI if chosen.value(key) is not None}
-    values = {key: tuple(value * each for each in found.factor) for key, value in moduli.items()}
-    values |= {FRICTION: found.friction} if slides else {}
+    values = {key: tuple(value * each for each in count.factor) for key, value in moduli.items()}
+    values |= {FRICTION: count.friction} if slides else {}
     rows = [(key, *values[key], unit_of(key)) for key in values]
-    of = "force" if found.proportional else "largest force"
-    rows.append((f"what is left, of the {of}", 100 * found.noise, "", "", "%"))
+    of = "force" if count.proportional else "largest force"
+    rows.append((f"what is left, of the {of}", 100 * count.noise, "", "", "%"))
     table = pd.DataFrame(rows, columns=["quantity", "value", "95 % from", "to", "unit"])
     console.print_table(list(table.columns), table.to_numpy())
-    table["note"] = ["; ".join(found.remarks()), *[""] * (len(rows) - 1)]
-    for line in found.remarks():
+    table["note"] = ["; ".join(count.remarks()), *[""] * (len(rows) - 1)]
+    for line in count.remarks():
         click.echo(line, err=True)
-    curves = {"measured": whole, "fit": pd.Series(np.append(0, found.forces), np.append(0, curve.index))}
+    curves = {"measured": whole, "fit": pd.Series(np.append(0, count.forces), np.append(0, curve.index))}
     title = f"fit of {chosen.name} to {measured.name}"
     _write(output / "fit" / f"{chosen.name}-{name}", table, curves, title)
     click.echo(" ".join(f"--set {key}={console.plain(value)}" for key, (value, *_) in values.items()))

@@ -97,10 +97,10 @@ def check(what: str | None, changes: tuple, sources: bool, config: Path) -> None
         _check_folder(config if what is None else Path(what))
     else:
         scene = changed_scene(what, changes, config)
-        found = _checked_loop(scene) if "pattern" in scene.sections else None
+        loop = _checked_loop(scene) if "pattern" in scene.sections else None
         _print_keys(scene, sources)
-        if found:
-            click.echo(found)
+        if loop:
+            click.echo(loop)
 
 
 def _check_folder(folder: Path) -> None:

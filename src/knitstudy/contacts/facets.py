@@ -47,9 +47,9 @@ def count_zones(place: np.ndarray, cell: np.ndarray, around: int, places: int) -
     edges = []
     for step, turn in NEIGHBOURS:
         neighbour = number(place, layer + step, facet + turn)
-        found = np.minimum(np.searchsorted(facets, neighbour), len(facets) - 1)
-        touching = np.flatnonzero(facets[found] == neighbour)
-        edges.append(np.stack([touching, found[touching]]))
+        position = np.minimum(np.searchsorted(facets, neighbour), len(facets) - 1)
+        touching = np.flatnonzero(facets[position] == neighbour)
+        edges.append(np.stack([touching, position[touching]]))
     start, end = np.concatenate(edges, axis=1)
     graph = coo_array((np.ones(len(start), dtype=bool), (start, end)), shape=(len(facets), len(facets)))
     _, zone = connected_components(graph, directed=False)

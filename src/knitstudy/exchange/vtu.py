@@ -187,11 +187,11 @@ def _fields(
         own = slice(*space.first_node[number : number + 2].tolist())
         for low in range(0, len(stations), CHUNK):
             s = stations[low : low + CHUNK]
-            found = stressed_points(yarn, (nodes[own], moved[own]), s, cells.x, material)
-            slope, stress = found[2], found[4].reshape(-1, 3, 3)
+            parts_of_yarn = stressed_points(yarn, (nodes[own], moved[own]), s, cells.x, material)
+            slope, stress = parts_of_yarn[2], parts_of_yarn[4].reshape(-1, 3, 3)
             around = np.einsum("kqic,qc->kqi", slope[..., :2], turn)
             area = np.linalg.norm(np.cross(around, slope[..., 2]), axis=-1).ravel()
-            places = (each.reshape(-1, 3) for each in found[:2])
+            places = (each.reshape(-1, 3) for each in parts_of_yarn[:2])
             parts.append((*places, von_mises(stress), principal_axes(stress)[0], area))
     place, displacement, mises, principal, area = (np.concatenate(each) for each in zip(*parts, strict=True))
     fields = {"displacement [m]": displacement, "von_mises [Pa]": mises, "principal_stress [Pa]": principal}
@@ -213,7 +213,7 @@ def _pressure(
     angle = angles[0] + np.mod(np.arctan2(x[:, 1], x[:, 0]) - angles[0], 2 * np.pi)
     width = 0.5 * (np.roll(angles, -1) - np.roll(angles, 1)) % np.pi
     closed, count = np.append(angles, angles[0] + 2 * np.pi), len(angles)
-    found = np.zeros(len(cells.yarn))
+    pressures = np.zeros(len(cells.yarn))
     for number in np.unique(yarn):
         here = yarn == number
         stations, surface = cells.stations[number], cells.surface(number)
@@ -227,5 +227,5 @@ def _pressure(
             np.add.at(total, (at[0], at[1] % count), weight * (pressure * share)[here])
         length = np.gradient(stations)
         length[[0, -1]] *= 0.5
-        found[surface] = total / (area.take(surface) * length[:, None] * width)
-    return found
+        pressures[surface] = total / (area.take(surface) * length[:, None] * width)
+    return pressures

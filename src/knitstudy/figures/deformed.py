@@ -140,8 +140,10 @@ def _of_stations(fabric: Fabric, history: xr.Dataset, colour: str) -> tuple[np.n
         raise ConfigurationError(
             f"colour is {colour!r} but the history holds only {', '.join(['u_z', *held])}"
         )
-    found = history[name].to_numpy()
-    strength = scale * np.nan_to_num(found if found.ndim == 2 else np.linalg.norm(found, axis=-1))
+    held_values = history[name].to_numpy()
+    strength = scale * np.nan_to_num(
+        held_values if held_values.ndim == 2 else np.linalg.norm(held_values, axis=-1)
+    )
     yarn, s = history["yarn"].to_numpy(), history["arc_length"].to_numpy()
     crossings = fabric.crossings
     values = np.zeros((len(strength), len(yarn)))

@@ -121,12 +121,12 @@ class InterlockSide:
         """Return the left side of the middle interlock; DataFileError when the contacts do not hold it."""
         row, column = knit.cells[1] // 2, knit.cells[0] // 2
         here = (contacts["row"] == row) & (contacts["column"] == column)
-        found = [np.flatnonzero(here & (contacts["zone"] == zone)) for zone in LEFT_ZONES]
-        if any(len(place) != 1 for place in found):
+        places = [np.flatnonzero(here & (contacts["zone"] == zone)) for zone in LEFT_ZONES]
+        if any(len(place) != 1 for place in places):
             raise DataFileError(
                 f"contacts: row {row}, column {column} must have the zones {LEFT_ZONES}, once each"
             )
-        pair = np.concatenate(found)
+        pair = np.concatenate(places)
         points, normal = joint_points(knit, contacts), contact_normals(contacts)
         plane = contact_normal_planes(contacts)
         of_pair = (points.centroid, points.point, points.arc_length, normal, plane)

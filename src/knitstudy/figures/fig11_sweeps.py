@@ -54,7 +54,7 @@ def draw(
 
 
 def _draw_series(axes: Axes, series: Sweep, scale: Callable[[Point], float]) -> None:
-    found = [point.u_z.of(lambda value: MILLIMETRE * value) for point in series.points]
+    motions = [point.u_z.of(lambda value: MILLIMETRE * value) for point in series.points]
     dash, marker = LOOKS[series.interaction]
     look = {"color": COLOURS[series.keep], **BARS}
     if series.main:
@@ -64,5 +64,5 @@ def _draw_series(axes: Axes, series: Sweep, scale: Callable[[Point], float]) -> 
         marker = CHECKS[series.made_of.startswith(SOLID_YARNS)]
         look |= {"linestyle": "none", "marker": marker, "markersize": 5.0, "markerfacecolor": "none"}
         look["label"] = series.made_of
-    off = np.nan_to_num([each.uncertainty for each in found])
-    axes.errorbar([scale(point) for point in series.points], [each.value for each in found], off, **look)
+    off = np.nan_to_num([each.uncertainty for each in motions])
+    axes.errorbar([scale(point) for point in series.points], [each.value for each in motions], off, **look)

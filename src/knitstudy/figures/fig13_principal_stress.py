@@ -80,8 +80,8 @@ def _cell(surfaces: list[Surface], stresses: xr.Dataset) -> tuple[float, float, 
 def flow(mesh: SweptMesh, stresses: xr.Dataset) -> tuple[list[Surface], ScalarMappable]:
     """Return yarns with streaks, and the scale of their colours in MPa."""
     yarns, radius = yarn_fields(mesh, stresses), mesh.radius
-    found = [streaks(centre, surface, radius) for centre, surface in yarns]
-    place, normal, value = (np.concatenate(each) for each in zip(*found, strict=True))
+    lines = [streaks(centre, surface, radius) for centre, surface in yarns]
+    place, normal, value = (np.concatenate(each) for each in zip(*lines, strict=True))
     value = MEGAPASCAL * value
     # From no stress, hardly darker than the yarn, to the largest.
     colours = matplotlib.colormaps["magma_r"](np.linspace(0.12, 0.95, 64))
@@ -118,7 +118,7 @@ def yarn_fields(mesh: SweptMesh, stresses: xr.Dataset) -> list[tuple[np.ndarray,
     normal = place - centre[:, None]
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
     place = centre[:, None] + ABOVE * mesh.radius * normal
-    found = []
+    by_yarn = []
     for yarn in range(mesh.yarns):
         here = of_layer == yarn
         by_layer = np.gradient(place[here], axis=0)
@@ -126,8 +126,8 @@ def yarn_fields(mesh: SweptMesh, stresses: xr.Dataset) -> list[tuple[np.ndarray,
         fields = np.concatenate([place[here], normal[here], stress[here], by_layer, by_angle], axis=2)
         fields = np.pad(fields, ((0, 0), (0, 1), (0, 0)), mode="wrap")  # the first angle once more
         grid = tuple(map(np.arange, fields.shape[:2]))
-        found.append((centre[here], RegularGridInterpolator(grid, fields)))
-    return found
+        by_yarn.append((centre[here], RegularGridInterpolator(grid, fields)))
+    return by_yarn
 
 
 def streaks(
@@ -150,20 +150,20 @@ def streaks(
 def _follow(surface: RegularGridInterpolator, spot: np.ndarray, step: float) -> list[np.ndarray]:
     """Return places, normals (k, n + 1, 3) and values (k, n + 1) from spots (k, 2) along the axes, to one side."""
     layers, angles = (grid[-1] for grid in surface.grid)
-    found, ahead = [], None
+    points, ahead = [], None
     for _ in range(STEPS + 1):
         spot = np.column_stack([np.clip(spot[:, 0], 0, layers), spot[:, 1] % angles])
         place, normal, stress, *by = np.split(surface(spot), [3, 6, 15, 18], axis=1)
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         value, axes = principal_axes(stress.reshape(-1, 3, 3))
-        found.append((place, normal, value[:, 0]))
+        points.append((place, normal, value[:, 0]))
         # The axis without its part along the normal is shorter where it is steep; it has no sign.
         way = axes[:, 0] - np.einsum("ki,ki->k", axes[:, 0], normal)[:, None] * normal
         if ahead is not None:
             way *= np.where(np.einsum("ki,ki->k", way, ahead) < 0, -1.0, 1.0)[:, None]
         ahead = way
         spot = spot + step * np.einsum("kai,ki->ka", np.linalg.pinv(np.stack(by, axis=-1)), way)
-    return [np.stack(each, axis=1) for each in zip(*found, strict=True)]
+    return [np.stack(each, axis=1) for each in zip(*points, strict=True)]
 
 
 def ribbons(place: np.ndarray, normal: np.ndarray, width: np.ndarray, colour: str) -> Surface:

@@ -50,20 +50,20 @@ SEGMENTS = {KINDS[kind]: ends for ends, (kind, _) in BETWEEN.items()}
 def draw(geometry: xr.Dataset, contacts: xr.Dataset, **stresses: xr.Dataset) -> Figure:
     """Draw the undeformed centre cell with its segments and axes, and beside it the three honeycombs on one scale."""
     knit = fabric_of(geometry)
-    found = {way: stresses[f"isotropic_{way}_dns_stress"] for way in TENSION}
+    by_direction = {way: stresses[f"isotropic_{way}_dns_stress"] for way in TENSION}
     centroid = contacts["centroid"].to_numpy()
     window = window_around(centroid[centre_cell(contacts)], MILLIMETRE * knit.radius * np.array(MARGIN))
     picture = Picture(yarn_tubes(knit, yarn_colours(knit, YARNS)), FRONT, window)
     drawing, (left, right) = draw_rows([(picture, None)], foot=14.0)
     panel_letter(left, "a", "segments and axes, undeformed cell")
-    _draw_segments(left, contacts, found, knit.radius)
+    _draw_segments(left, contacts, by_direction, knit.radius)
     size = 2 * MILLIMETRE * np.sqrt(np.nan_to_num(contacts["area"].to_numpy()) / np.pi)
     place = {"offsets": MILLIMETRE * FRONT.project(centroid), "offset_transform": left.transData}
     look = {"facecolor": PAPER, "edgecolor": INK, "linewidth": 1.2, "zorder": 6}
     left.add_collection(EllipseCollection(size, size, 0 * size, units="xy", **place, **look), autolim=False)
     left.scatter([], [], s=25, **look, label="contact, true area")
     scale_bar(left, 2)
-    _draw_honeycombs(right, knit, contacts, found)
+    _draw_honeycombs(right, knit, contacts, by_direction)
     panel_letter(right, "b", "honeycombs")
     shared_legend(drawing, ncols=2, labelcolor=INK)
     return drawing
@@ -97,15 +97,15 @@ def _draw_honeycombs(axes: Axes, knit: Fabric, contacts: xr.Dataset, stresses: d
     place = MILLIMETRE * zone_places(knit, contacts)
     width, course = MILLIMETRE * knit.cell[0], MILLIMETRE * knit.cell[1]
     rise = float(place[2:, 1].mean() - place[:2, 1].mean())
-    found = {"by geometry": (rise, course, MODELS["rom2d"].colour)}
+    honeycombs = {"by geometry": (rise, course, MODELS["rom2d"].colour)}
     for way, each in stresses.items():
         try:
             rows = heights_by_stress(knit, contacts, each)
         except GeometryError as error:
             axes.text(0.5, 0.02, f"{way} tension: {error}", transform=axes.transAxes, ha="center", wrap=True)
             continue
-        found[f"{way} tension"] = (MILLIMETRE * rows.interlock, MILLIMETRE * rows.course, TENSION[way])
-    for number, (name, (interlock, step, colour)) in enumerate(found.items()):
+        honeycombs[f"{way} tension"] = (MILLIMETRE * rows.interlock, MILLIMETRE * rows.course, TENSION[way])
+    for number, (name, (interlock, step, colour)) in enumerate(honeycombs.items()):
         zone = np.column_stack([place[:, 0], [0, 0, interlock, interlock]])
         lines = _honeycomb(zone, np.array([width, step]))
         lines[..., 0] += number * (COLUMNS + 0.6) * width

@@ -34,11 +34,11 @@ CUT = 6.0  # distance of stations along a yarn, over the radius, that says that 
 
 def _results(direction: str) -> dict[str, Results]:
     """Return the results of a direction: both models with ties and with isotropic friction."""
-    found = {"geometry": solid("geometry", f"tie-{direction}")}
+    results = {"geometry": solid("geometry", f"tie-{direction}")}
     for kind in SHOWN:
-        found[f"{kind}_dns"] = solid("simulation", f"{kind}-{direction}")
-        found[f"{kind}_rom3d"] = network("rom3d", f"{kind}-{direction}")
-    return found
+        results[f"{kind}_dns"] = solid("simulation", f"{kind}-{direction}")
+        results[f"{kind}_rom3d"] = network("rom3d", f"{kind}-{direction}")
+    return results
 
 
 @FIGURES.add(
@@ -64,15 +64,15 @@ def draw(
 
 def _titles(kind: str, dns: xr.Dataset, rom3d: xr.Dataset, true: Reference) -> list[str]:
     """Return model, interaction, largest motion, correlation with the DNS, and amplitude over the reference's."""
-    found = []
+    titles = []
     for label, history, second in (
         ("DNS", dns, f" at {PERCENT * float(dns['strain'][-1]):.3g} % strain"),
         ("3D ROM", rom3d, f", correlation with the DNS {out_of_plane_correlation(rom3d, dns):.2f}"),
     ):
         amplitude = true.ratio(history, RMS_U_Z, rms_out_of_plane(history))
         third = f"\namplitude {amplitude} of the reference's" if amplitude.known else ""
-        found.append(f"{label}, {INTERACTIONS[kind]}\n{_largest(history)}{second}{third}")
-    return found
+        titles.append(f"{label}, {INTERACTIONS[kind]}\n{_largest(history)}{second}{third}")
+    return titles
 
 
 @FIGURES.add(

@@ -110,7 +110,7 @@ def find_crossings(
     }
     places = _places(in_plane)
     none = Crossings(*np.empty((3, 0), int), np.empty((0, 2), int), *map(np.empty, ((0, 2), (0, 2, 3), 0)))
-    found: list[Crossings] = []
+    crossings: list[Crossings] = []
     for key, pairs in alike.items():
         first, second = (curves[number] for number in pairs[0])
         one = _near(first, second, in_plane[key], places[key[0]], places[key[1]])
@@ -119,8 +119,8 @@ def find_crossings(
             one = one[np.diff(one.arc_length, axis=1)[:, 0] > np.pi * radius]
         for pair in pairs:
             yarn, by = np.array(pair)[one.yarn], shift[pair[0]] - shift[pairs[0][0]]
-            found.append(replace(one, row=yarn[:, 0], yarn=yarn, point=one.point + by))
-    return none.joined(*found)
+            crossings.append(replace(one, row=yarn[:, 0], yarn=yarn, point=one.point + by))
+    return none.joined(*crossings)
 
 
 def _polyline(curve: Centreline) -> tuple[np.ndarray, np.ndarray]:
@@ -134,9 +134,9 @@ def _polyline(curve: Centreline) -> tuple[np.ndarray, np.ndarray]:
 def _places(in_plane: dict[tuple[Any, ...], np.ndarray]) -> dict[int, np.ndarray]:
     """Ascending parameters at which a curve or a copy of it is crossed, by the number of the curve."""
     every: dict[int, list[np.ndarray]] = {}
-    for key, found in in_plane.items():
+    for key, crossed in in_plane.items():
         for side in (0, 1):
-            every.setdefault(key[side], []).append(found[:, side])
+            every.setdefault(key[side], []).append(crossed[:, side])
     places = {number: np.sort(np.concatenate(each)) for number, each in every.items()}
     return {number: u[np.diff(u, prepend=-np.inf) > 10 * ROUNDING] for number, u in places.items()}
 
@@ -146,13 +146,13 @@ def _near(first: Centreline, second: Centreline, u: np.ndarray, *places: np.ndar
     pair = first, second
     windows = np.stack([_half_way(u[:, i], places[i], pair[i].span) for i in (0, 1)], axis=1)
     if first is second:  # the closest samples in the windows would be neighbours
-        found = refine(first.curve, second.curve, u, windows)
+        closest = refine(first.curve, second.curve, u, windows)
     else:
-        found = closest_points(first.curve, second.curve, windows)
+        closest = closest_points(first.curve, second.curve, windows)
     none = np.zeros(len(u), dtype=int)
-    arc_length = np.column_stack([pair[i].arc_length(found.parameter[:, i]) for i in (0, 1)])
+    arc_length = np.column_stack([pair[i].arc_length(closest.parameter[:, i]) for i in (0, 1)])
     yarn = np.tile([0, 1], (len(u), 1))
-    return Crossings(none, none, np.arange(len(u)), yarn, arc_length, found.point, found.distance)
+    return Crossings(none, none, np.arange(len(u)), yarn, arc_length, closest.point, closest.distance)
 
 
 def _half_way(u: np.ndarray, places: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
@@ -191,10 +191,10 @@ def plane_crossings(
         share = np.stack([_cross(offset, db[j]) / det, _cross(offset, da[i]) / det], axis=-1)
     here = ((share > -ROUNDING) & (share < 1 + ROUNDING)).all(axis=-1)
     i, j, share = i[here], j[here], share[here]
-    found = np.column_stack([u[i] + share[:, 0] * np.diff(u)[i], v[j] + share[:, 1] * np.diff(v)[j]])
+    crossed = np.column_stack([u[i] + share[:, 0] * np.diff(u)[i], v[j] + share[:, 1] * np.diff(v)[j]])
     # A crossing at a sample is found on both sides of it.
-    _, first_of_equals = np.unique(np.rint(found / (10 * ROUNDING)), axis=0, return_index=True)
-    return found[first_of_equals]
+    _, first_of_equals = np.unique(np.rint(crossed / (10 * ROUNDING)), axis=0, return_index=True)
+    return crossed[first_of_equals]
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -232,16 +232,16 @@ def windows_of_loop(loop: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     lines = [curve.value(u)[:, :2] for curve in loop.curves]
     one, every = slice(half, -half), []
     for lower, upper in zip(lines, [*lines[1:], lines[0] + (loop.rows * loop.rise)[:2]], strict=True):
-        found = plane_crossings((u[one], lower[one]), (u, upper))
-        found = found[np.argsort(found[:, 0], kind="stable")]
-        times = f"{len(found)} times in {loop.columns} loops"
+        crossed = plane_crossings((u[one], lower[one]), (u, upper))
+        crossed = crossed[np.argsort(crossed[:, 0], kind="stable")]
+        times = f"{len(crossed)} times in {loop.columns} loops"
         said = f"pattern.control_points: the yarns of neighbouring rows cross {times}"
-        if len(found) != 4 * loop.columns:
+        if len(crossed) != 4 * loop.columns:
             raise GeometryError(f"{said}: allowed is 4 crossings a loop")
-        if (np.diff(found[:, 1]) <= 0).any():
+        if (np.diff(crossed[:, 1]) <= 0).any():
             turned = "a loop turns until its legs pass each other; take a larger pattern.wale_spacing"
             raise GeometryError(f"{said}, not in the same order along both: {turned}")
-        every.append(found.reshape(-1, 4, 2)[:, ALONG].reshape(-1, 2))
+        every.append(crossed.reshape(-1, 4, 2)[:, ALONG].reshape(-1, 2))
     windows = []
     for row, here in enumerate(every):
         # A yarn is the lower one of the row above it and the upper one of the row below: eight crossings a loop.
@@ -260,11 +260,11 @@ def crossings_of_loop(
     """Closest points of rows (K,) of a repeat's loops and the rows above in windows (K, 2, 2), from a start (K, 2)."""
     images = [loop.image(each) for each in range(loop.rows + 1)]
     if start is None:
-        found = [
+        by_row = [
             closest_points(images[lower], images[lower + 1], windows[row == lower], samples)
             for lower in range(loop.rows)
         ]
-        return found[0].joined(*found[1:])
+        return by_row[0].joined(*by_row[1:])
     points = np.concatenate([image.control_points for image in images])
     lower, upper = (Rows(points, loop.advance, len(images), row + side) for side in (0, 1))
     return refine(lower, upper, start, windows)
@@ -319,8 +319,8 @@ def refine(
         step = np.where(active[:, None], step, 0.0)
         for _ in range(HALVINGS):
             trial = np.clip(u + step, low, high)
-            found, following = _half_square(curves, shift, trial, low, high)
-            worse = found > value * (1 + LEVEL)
+            lower, following = _half_square(curves, shift, trial, low, high)
+            worse = lower > value * (1 + LEVEL)
             if not worse.any():
                 break
             step = np.where(worse[:, None], 0.5 * step, step)
@@ -328,7 +328,7 @@ def refine(
         active &= ~worse & (np.abs(step).max(axis=1) > CONVERGED)
         if not active.any():
             break
-        value, step = found, following
+        value, step = lower, following
     point = np.stack([first.value(u[:, 0]), second.value(u[:, 1]) + shift], axis=1)
     interior = ((u > low + 1e-9) & (u < high - 1e-9)).all(axis=1)
     return Approach(u, point, np.linalg.norm(point[:, 1] - point[:, 0], axis=-1), interior)

@@ -117,15 +117,15 @@ class Fabric:
     @cached_property
     def _places(self) -> dict[int, tuple[np.ndarray, np.ndarray]]:
         """Arc lengths (m,) and points (m, 3) at which a yarn or a copy of it is crossed, by the yarn copied."""
-        crossings, found = self.crossings, {}
+        crossings, places = self.crossings, {}
         yarn, s = crossings.yarn.ravel(), crossings.arc_length.ravel()
         middle = np.repeat(crossings.point.mean(axis=1), 2, axis=0) - self.shift[yarn]
         for number in np.unique(self.copy_of).tolist():
             here = np.flatnonzero(self.copy_of[yarn] == number)
             here = here[np.argsort(s[here], kind="stable")]
             here = here[np.diff(s[here], prepend=-np.inf) > SAME * self.radius]
-            found[number] = s[here], middle[here]
-        return found
+            places[number] = s[here], middle[here]
+        return places
 
     def places(self, yarn: int) -> tuple[np.ndarray, np.ndarray]:
         """Return where a yarn would be crossed if it had the neighbours of all of its copies.
@@ -227,23 +227,25 @@ def sample_of(loop: Loop, loops: int, rows: int, specimen: str) -> Fabric | None
     return plain_knit(loop, *fewer) if fewer != (loops, rows) or specimen == "cut_knit" else None
 
 
-def _by_cells(found: Crossings, loop: Loop, loops: int, rows: int) -> Crossings:
+def _by_cells(crossings: Crossings, loop: Loop, loops: int, rows: int) -> Crossings:
     """Return the crossings of a knit by row, column and zone."""
-    row = found.yarn[:, 0]
-    order = np.lexsort((found.arc_length[:, 0], row))
-    neighbours = np.array_equal(found.yarn[order], np.repeat(np.arange(rows), 4 * loops)[:, None] + [0, 1])
-    upper = found.arc_length[order, 1]
+    row = crossings.yarn[:, 0]
+    order = np.lexsort((crossings.arc_length[:, 0], row))
+    neighbours = np.array_equal(
+        crossings.yarn[order], np.repeat(np.arange(rows), 4 * loops)[:, None] + [0, 1]
+    )
+    upper = crossings.arc_length[order, 1]
     if not neighbours or (np.diff(upper.reshape(rows, -1), axis=1) <= 0).any():
         message = (
-            f"pattern.control_points: the yarns of {rows} rows of {loops} loops cross {len(found)} times: allowed are "
-            "4 crossings of neighbouring rows a loop, in the same order along both, and no others"
+            f"pattern.control_points: the yarns of {rows} rows of {loops} loops cross {len(crossings)} times: allowed "
+            "are 4 crossings of neighbouring rows a loop, in the same order along both, and no others"
         )
         if loop.stitches != PLAIN:
             message += "; one may lie beyond the cut between two repeats: take a larger pattern.wale_spacing"
         raise GeometryError(message)
     order = order.reshape(-1, 4)[:, ALONG].ravel()
     row, column, zone = np.indices((rows, loops, 4)).reshape(3, -1)
-    return replace(found[order], row=row, column=column, zone=zone)
+    return replace(crossings[order], row=row, column=column, zone=zone)
 
 
 def _places_of_loops(knit: Fabric, yarn: int) -> np.ndarray:
@@ -296,7 +298,7 @@ def cut_cells(loop: Loop, loops: int, rows: int) -> Fabric:
     yarn = np.repeat(np.arange(rows + 1), counts)
     inner = np.column_stack([np.zeros(rows - 1), whole[1:-1]])
     arc = np.concatenate([legs, inner, sinkers])
-    found = pieces_of(knit, Arcs(np.arange(len(knit.crossings)), yarn, arc))
+    cells = pieces_of(knit, Arcs(np.arange(len(knit.crossings)), yarn, arc))
     lengths = arc[:, 1] - arc[:, 0]
     first, last = arc[:, 0] == 0, arc[:, 1] == whole[yarn]
 
@@ -311,7 +313,7 @@ def cut_cells(loop: Loop, loops: int, rows: int) -> Fabric:
         "course": (ends(first, none), ends(none, last)),
         "wale": (ends(lowest & ~first, lowest & ~last), ends(highest & ~first, highest & ~last)),
     }
-    return replace(found, grips=grips, specimen="cut_knit")
+    return replace(cells, grips=grips, specimen="cut_knit")
 
 
 KNITS = {"knit": plain_knit, "cut_knit": cut_cells, "cell": endless_cell}

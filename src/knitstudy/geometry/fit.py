@@ -278,8 +278,8 @@ class _Room:
         group = symmetries(unit)
         every = np.column_stack([cost.row, cost.row + 1])
         if at is None:
-            found = crossings_of_loop(unit, cost.row, cost.windows)
-            at = np.flatnonzero(first_of_orbits(group, every, found.parameter)), None
+            crossings = crossings_of_loop(unit, cost.row, cost.windows)
+            at = np.flatnonzero(first_of_orbits(group, every, crossings.parameter)), None
         first, start = at
         crossing = crossings_of_loop(unit, cost.row[first], cost.windows[first], start=start)
         self.crossing = first, crossing.parameter
@@ -376,8 +376,8 @@ class _Room:
             parts = [self._lack, self._distances, self._curvature]
             if self.path.length is not None:
                 parts.insert(1, self._length)
-            found = zip(*(part(points, share) for part in parts), strict=True)
-            value, slope, by_share = (np.concatenate(each) for each in found)
+            values = zip(*(part(points, share) for part in parts), strict=True)
+            value, slope, by_share = (np.concatenate(each) for each in values)
             along = np.tensordot(slope, self._motions, axes=[[1, 2], [0, 1]])
             self._kept = x.tobytes(), (value, np.column_stack([along, by_share]))
         return self._kept[1]

@@ -179,7 +179,7 @@ def require_integrated_contact(scene: Scene) -> None:
 
 def loosened(scene: Scene) -> str:
     """Return in words the gates that a scene opens wider than they are by default, "" if there are none."""
-    found = []
+    limits = []
     for name, field in type(scene.gates).model_fields.items():
         value, usual = getattr(scene.gates, name), field.default
         if name == "elements_across":  # the fewest
@@ -188,8 +188,8 @@ def loosened(scene: Scene) -> str:
         else:
             wider = value > usual
         if wider:
-            found.append(f"gates.{name} {value:g} instead of {usual:g}")
-    return ", ".join(found)
+            limits.append(f"gates.{name} {value:g} instead of {usual:g}")
+    return ", ".join(limits)
 
 
 def require_small_hourglass(scene: Scene, increment: Increment) -> None:
@@ -229,9 +229,9 @@ def require_small_stabilisation(scene: Scene, increment: Increment, reaction: np
         ),
         "viscous_force": (increment.response.viscous_force, pull, f"are {{}} the reaction, {pull:.3g} N"),
     }
-    for key, (part, whole, found) in shares.items():
+    for key, (part, whole, values) in shares.items():
         require_share(
-            scene, key, part, whole, f"{what} {found}", "Use a smaller solver.stabilisation, or none"
+            scene, key, part, whole, f"{what} {values}", "Use a smaller solver.stabilisation, or none"
         )
 
 

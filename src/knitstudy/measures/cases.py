@@ -132,8 +132,8 @@ class Case:
     def by_hexahedra(self) -> Simulation | None:
         """The direct simulation with one-point hexahedra, the paper's element, on the finest mesh."""
         direct = (self.dns, *self.others)
-        found = [model for model in direct if discretisation(model.scene) == HEXAHEDRA["one_point"]]
-        return min(found, key=lambda model: model.scene.mesh.size, default=None)
+        meshes = [model for model in direct if discretisation(model.scene) == HEXAHEDRA["one_point"]]
+        return min(meshes, key=lambda model: model.scene.mesh.size, default=None)
 
     def name_of(self, model: Simulation) -> str:
         """Return the name of a model: "DNS" of the main direct simulation."""
@@ -144,20 +144,20 @@ def cases_of(histories: Datasets, scenes: Scenes, reference: pd.DataFrame) -> It
     """Yield the cases of which there is a direct simulation; histories and scenes go by the same names."""
     simulated = {name: scenes[name] for name in histories}
 
-    def found(case: str, names: Iterable[str], several: bool = True) -> tuple[Simulation, ...]:
+    def simulations(case: str, names: Iterable[str], several: bool = True) -> tuple[Simulation, ...]:
         results = Results("simulation", of_case(case, names), several)
         return tuple(Simulation(scene, histories[scene.name]) for scene in results.scenes(simulated))
 
     for case in CASES:
-        for dns in found(case, SOLIDS, several=False):
-            main = {name: found(case, names, several=False) for name, names in NETWORKS.items()}
+        for dns in simulations(case, SOLIDS, several=False):
+            main = {name: simulations(case, names, several=False) for name, names in NETWORKS.items()}
             yield Case(
                 *case.split("-"),
                 dns=dns,
-                others=tuple(each for each in found(case, OTHER_SOLIDS) if each.scene is not dns.scene),
-                reduced=found(case, REDUCED),
+                others=tuple(each for each in simulations(case, OTHER_SOLIDS) if each.scene is not dns.scene),
+                reduced=simulations(case, REDUCED),
                 main={name: models[0] for name, models in main.items() if models},
-                beams=found(case, BEAM_MODELS),
+                beams=simulations(case, BEAM_MODELS),
                 reference=reference_of(reference, dns.scene),
             )
 

@@ -46,5 +46,5 @@ def differing_variables(first: xr.Dataset, second: xr.Dataset) -> list[str]:
         values = np.asarray(a), np.asarray(b)
         return a.dims == b.dims and len({(v.shape, v.dtype.kind, v.tobytes()) for v in values}) == 1
 
-    found = pairs(dict(first.variables), dict(second.variables))
-    return [name for name, a, b in found if getattr(a, "attrs", {}).get("units") != "s" and not same(a, b)]
+    both = pairs(dict(first.variables), dict(second.variables))
+    return [name for name, a, b in both if getattr(a, "attrs", {}).get("units") != "s" and not same(a, b)]

@@ -62,12 +62,12 @@ class Estimate:
 UNKNOWN = Estimate(nan, nan)
 
 
-def all_hold(found: Iterable[bool | None]) -> bool | None:
+def all_hold(parts: Iterable[bool | None]) -> bool | None:
     """Whether all hold: False where one does not, else None where one is open."""
-    found = list(found)
-    if False in found:
+    parts = list(parts)
+    if False in parts:
         return False
-    return None if None in found else True
+    return None if None in parts else True
 
 
 @dataclass(frozen=True)
@@ -113,12 +113,12 @@ def _in_order(
     what: str, resolutions: Sequence[float], values: Sequence[float], falling: bool = False
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return resolutions (n,) that differ, and their values (n,)."""
-    found = dict(sorted(zip(resolutions, values, strict=True), reverse=falling))
-    if len(found) < 2:
+    ordered = dict(sorted(zip(resolutions, values, strict=True), reverse=falling))
+    if len(ordered) < 2:
         raise DataFileError(
             f"extrapolation: {what} are {list(resolutions)} but must be two different ones or more"
         )
-    return np.array(list(found)), np.array(list(found.values()), dtype=float)
+    return np.array(list(ordered)), np.array(list(ordered.values()), dtype=float)
 
 
 def _limit(value: float, spread: float, order: float) -> Limit:

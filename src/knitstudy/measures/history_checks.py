@@ -68,21 +68,21 @@ def unbalanced_contact(history: xr.Dataset) -> float:
 def faults(history: xr.Dataset, scene: Scene) -> list[str]:
     """Return what is wrong with a history that ended, one phrase each, by the limits of the scene's gates."""
     values = {name: history[name].to_numpy() for name in FINITE}
-    found = [
+    phrases = [
         f"{name} holds what is no number" for name, value in values.items() if not np.isfinite(value).all()
     ]
-    if found:
-        return found
+    if phrases:
+        return phrases
     if (load := values["load"][-1]) != history.attrs.get("full_load", 1.0):
-        found.append(f"ends at load factor {load:.6g}")
+        phrases.append(f"ends at load factor {load:.6g}")
     if (left := float(history["residual"].max())) > scene.solver.residual_tolerance:
-        found.append(f"residual {left:.2e}")
+        phrases.append(f"residual {left:.2e}")
     if not is_unloaded(history, scene):
         if (gap := ledger_gaps(history)[-1]) > scene.gates.ledger:
-            found.append(f"ledger open by {gap:.1%}")
+            phrases.append(f"ledger open by {gap:.1%}")
         limit = scene.value("gates.hourglass")
         if limit is not None and (share := hourglass_share_when_loaded(history)) > limit:
-            found.append(f"hourglass energy {share:.1%}")
+            phrases.append(f"hourglass energy {share:.1%}")
     if "smallest_gap" in history:
         known = "penetration_limit" in history.attrs
         deep, allowed = (
@@ -90,5 +90,5 @@ def faults(history: xr.Dataset, scene: Scene) -> list[str]:
             allowed_penetration(history) if known else DEEPEST * scene.yarn.radius,
         )
         if deep > allowed:
-            found.append(f"penetration {deep:.2e} m, allowed {allowed:.2e} m")
-    return found
+            phrases.append(f"penetration {deep:.2e} m, allowed {allowed:.2e} m")
+    return phrases

@@ -132,14 +132,14 @@ def _numbers(texts: pd.Series) -> pd.Series:
 
 def _recognised(table: pd.DataFrame, name: str, path: Path) -> tuple[str, str]:
     """Return the column of strain or force, and its unit, by the names of the columns."""
-    found = [each for each in table if re.search(WORDS[name], each.lower()) and not SCATTER.search(each)]
+    columns = [each for each in table if re.search(WORDS[name], each.lower()) and not SCATTER.search(each)]
     add = f"add --{name} COLUMN UNIT, with a unit of {', '.join(UNITS[name])}"
-    if len(found) != 1:
-        are = f"{len(found) or 'no'} columns are named like a {name}: {', '.join(map(repr, found or table))}"
+    if len(columns) != 1:
+        are = f"{len(columns) or 'no'} columns are named like a {name}: {', '.join(map(repr, columns or table))}"
         raise DataFileError(f"{path}: {are}; {add}")
     for unit in sorted(UNITS[name], key=len, reverse=True):  # force [N], force (N/mm), force_N_mm
-        if re.search(rf"[\s_(\[,/]{re.escape(unit).replace('/', '[/_]')}[\])]?$", found[0]):
-            return found[0], unit
-    if name == "strain" and _numbers(table[found[0]]).max() <= LARGEST:
-        return found[0], "1"
-    raise DataFileError(f"{path}: {found[0]!r} does not say its unit; {add}")
+        if re.search(rf"[\s_(\[,/]{re.escape(unit).replace('/', '[/_]')}[\])]?$", columns[0]):
+            return columns[0], unit
+    if name == "strain" and _numbers(table[columns[0]]).max() <= LARGEST:
+        return columns[0], "1"
+    raise DataFileError(f"{path}: {columns[0]!r} does not say its unit; {add}")

@@ -78,7 +78,7 @@ def answers(
     for name in wanted:
         if name in _OF_BEAMS and _OF_BEAMS[name] in history:  # cells of beams do not say
             values[name] = _of_beams(history[_OF_BEAMS[name]].to_numpy(), scene)
-    return {name: at_strain(history, strain, found) for name, found in values.items()}
+    return {name: at_strain(history, strain, series) for name, series in values.items()}
 
 
 def known(reference: Reference, quantity: str, strain: float) -> Estimate:
@@ -107,12 +107,12 @@ def _pressure(history: xr.Dataset, contacts: xr.Dataset) -> np.ndarray:
     return np.divide(force, area, out=np.zeros_like(force), where=area > 0)
 
 
-def _of_beams(found: np.ndarray, scene: Scene) -> np.ndarray:
+def _of_beams(values: np.ndarray, scene: Scene) -> np.ndarray:
     """Return the mean size (I,) of what beams have at all crossings (I, k, ...), over those of the centre cell."""
     loops, rows = scene.pattern.loops, scene.pattern.rows
     middle = (rows // 2) * loops + loops // 2
-    found = found[:, ZONES * middle : ZONES * (middle + 1)]
-    return (np.linalg.norm(found, axis=-1) if found.ndim == 3 else np.nan_to_num(found)).mean(axis=1)
+    values = values[:, ZONES * middle : ZONES * (middle + 1)]
+    return (np.linalg.norm(values, axis=-1) if values.ndim == 3 else np.nan_to_num(values)).mean(axis=1)
 
 
 _VALUES: dict[str, Answer] = {name: values for name, (_, values) in QUANTITIES.items()} | {

@@ -50,11 +50,11 @@ class Reference:
     def curve(self, up_to: float = np.inf) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return strains, forces [N] and their uncertainties [N], from the unloaded state on."""
         strains = self.strains(response.FORCE, up_to)
-        found = [Estimate(0.0, 0.0), *(self.at(response.FORCE, strain) for strain in strains)]
+        estimates = [Estimate(0.0, 0.0), *(self.at(response.FORCE, strain) for strain in strains)]
         return (
             np.array([0.0, *strains]),
-            np.array([each.value for each in found]),
-            np.array([each.uncertainty for each in found]),
+            np.array([each.value for each in estimates]),
+            np.array([each.uncertainty for each in estimates]),
         )
 
     def ratio(self, history: xr.Dataset, quantity: str, values: np.ndarray) -> Estimate:
@@ -128,7 +128,7 @@ def transferred_uncertainty(known: Reference, base: xr.Dataset, history: xr.Data
     `base` and `history` are of one discretisation and interaction and differ by an input. The relative error of the
     base, plus the relative uncertainty of the reference, is taken to be the same, at the strains that both reach.
     """
-    reached, found = response.common_strain([base, history]), {}
+    reached, estimates = response.common_strain([base, history]), {}
     for quantity in TRANSFERRED:
         _, values = response.QUANTITIES[quantity]
         here, there = (values(each, each) for each in (history, base))
@@ -136,8 +136,8 @@ def transferred_uncertainty(known: Reference, base: xr.Dataset, history: xr.Data
             true = known.at(quantity, strain)
             off = (abs(response.at_strain(base, strain, there) - true.value) + true.uncertainty) / true.value
             value = response.at_strain(history, strain, here)
-            found[quantity, strain] = Estimate(value, off * value)
-    return Reference(found)
+            estimates[quantity, strain] = Estimate(value, off * value)
+    return Reference(estimates)
 
 
 # Assumed order of convergence of forces in the element size. Quadratic elements do better on smooth problems,
@@ -172,10 +172,10 @@ class RefinementSeries:
 
     def limit(self, values: Mapping[str, float]) -> Limit:
         """Return the limit of values by scene."""
-        found = [values[scene.name] for scene in self.scenes]
+        ordered = [values[scene.name] for scene in self.scenes]
         if self.name == SOLID_YARNS:
-            return limit_of_degrees(self.resolutions, found)
-        return limit_of_sizes(self.resolutions, found, self.order)
+            return limit_of_degrees(self.resolutions, ordered)
+        return limit_of_sizes(self.resolutions, ordered, self.order)
 
 
 def refinement_series_of(scenes: Iterable[Scene]) -> dict[str, list[RefinementSeries]]:
@@ -189,8 +189,8 @@ def refinement_series_of(scenes: Iterable[Scene]) -> dict[str, list[RefinementSe
         alike = groups.setdefault(problem_of(scene), {}).setdefault(shared, {})
         alike.setdefault(resolution(scene), scene)
     return {
-        problem: [_series(alike) for alike in found.values() if len(alike) > 1]
-        for problem, found in groups.items()
+        problem: [_series(alike) for alike in groups_of.values() if len(alike) > 1]
+        for problem, groups_of in groups.items()
     }
 
 

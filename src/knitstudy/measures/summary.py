@@ -136,14 +136,14 @@ def _contacts(dataset: xr.Dataset) -> list[Quantity]:
 
 
 def _stresses(dataset: xr.Dataset) -> list[Quantity]:
-    found = {kind: stress_angles(dataset, kind) for kind in SEGMENT}
+    angles_of = {kind: stress_angles(dataset, kind) for kind in SEGMENT}
     return [
         Quantity("tension", dataset.attrs["direction"]),
         Quantity("strain", _plain(dataset.attrs["strain"]), "1"),
         Quantity("force of the grips", _plain(dataset.attrs["force"]), "N"),
         *(
             Quantity(f"angle of the maximum principal stress to x, {kind}", float(angles[:, 0].mean()), "deg")
-            for kind, angles in found.items()
+            for kind, angles in angles_of.items()
             if len(angles)
         ),
         Quantity("largest mean stress of a segment", float(dataset["segment_principal"].max()), "Pa"),

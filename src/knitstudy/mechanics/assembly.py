@@ -74,9 +74,13 @@ class Assembly:
         if spans:
             self._sums = [SpanSum(groups[b.group][b.part], self.indptr, self.indices) for b in self.batches]
         else:
-            found = [self._pairs(local[b.group], b) for b in self.batches]
-            batches = np.bincount(np.concatenate([touched for touched, _ in found]), minlength=self.entries)
-            self._sums = [PairSum(touched, weights, batches[touched] == 1) for touched, weights in found]
+            pairs_of_batch = [self._pairs(local[b.group], b) for b in self.batches]
+            batches = np.bincount(
+                np.concatenate([touched for touched, _ in pairs_of_batch]), minlength=self.entries
+            )
+            self._sums = [
+                PairSum(touched, weights, batches[touched] == 1) for touched, weights in pairs_of_batch
+            ]
         self._links = None if linked is None else self._linked(linked)
 
     @property

@@ -159,10 +159,10 @@ def by_parts(
 ) -> Any:
     """Return the arrays that ``work(part)`` returns, of `size` of so many at a time: that bounds the memory."""
     slices = parts(count, size)
-    found = share(lambda number: work(slices[number]), len(slices))
-    if isinstance(found[0], tuple):
-        return tuple(map(np.concatenate, zip(*found, strict=True)))
-    return _joined(found)
+    results = share(lambda number: work(slices[number]), len(slices))
+    if isinstance(results[0], tuple):
+        return tuple(map(np.concatenate, zip(*results, strict=True)))
+    return _joined(results)
 
 
 @lru_cache(maxsize=1)

@@ -266,8 +266,8 @@ class _Path:
             viscosity = level * self._unit
             path = _Path(Viscous(self.model, viscosity), self.prescribed, settings, self.solver)
             try:
-                found = path.increment(anchor, target, guess)
-                step = found.rates[0].step * change
+                reached = path.increment(anchor, target, guess)
+                step = reached.rates[0].step * change
                 far = 0.0 if guess is None else self._size(step) / (STRIDE * self.model.length)
                 if far > RISING:
                     raise _Failed("the step is too long")
@@ -282,21 +282,21 @@ class _Path:
             before, pull = pull, viscosity * step
             work += 0.5 * float((before + pull) @ step)
             total = total + step
-            pulled = found.response.force[fixed] if guess is None else pulled
+            pulled = reached.response.force[fixed] if guess is None else pulled
             past, size = size, float(np.linalg.norm(pull / self.model.scale))
             grows = guess is not None and size > GROWTH * past
             if level == 0.0:
-                released = max(work - 0.5 * float((pulled - found.response.force[fixed]) @ moved), 0.0)
-                energy = summed(found.response.energy, {"stabilisation": released})
+                released = max(work - 0.5 * float((pulled - reached.response.force[fixed]) @ moved), 0.0)
+                energy = summed(reached.response.energy, {"stabilisation": released})
                 return replace(
-                    found,
+                    reached,
                     rates=(Rate(change, total / change), *now.rates)[: self.settings.predictor],
-                    response=replace(found.response, energy=energy),
+                    response=replace(reached.response, energy=energy),
                     damped=now.damped + released,
                     newton_iterations=spent[0],
                     krylov_iterations=spent[1],
                 )
-            anchor = replace(found, load=now.load, index=now.index, rates=(), updates=())
+            anchor = replace(reached, load=now.load, index=now.index, rates=(), updates=())
             guess = np.zeros(self.model.size) if guess is None else step / max(far, 1.0)
             fading = 1.0 if grows else max(FADING, SOONER * fading)
             level = level * max(fading, min(far, RISING)) if level > LEAST else 0.0
@@ -495,10 +495,10 @@ class _Path:
             return Trial(share, share * step, moved, reply, float(step @ reply.force), self._residual(reply))
 
         slope, before = float(step @ response.force), self._residual(response)
-        found = line_search(trial, slope, before, self.settings.residual_tolerance)
-        if found is None:
+        result = line_search(trial, slope, before, self.settings.residual_tolerance)
+        if result is None:
             raise _Failed("the line search found no shorter step that lowers the residual")
-        return found if cut == 1 else replace(found, share=cut * found.share)
+        return result if cut == 1 else replace(result, share=cut * result.share)
 
     def _size(self, step: np.ndarray) -> float:
         """Return the largest displacement of a step."""

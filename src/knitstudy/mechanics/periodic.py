@@ -53,11 +53,11 @@ class Lattice:
         t = self.vectors[number, :2]
         way = np.array([[t[0], 0, 0.5 * t[1]], [0, t[1], 0.5 * t[0]]])  # E t, and K t, by components of E, K
         height = nodes[:, 2] - self.reference * unity
-        found = np.zeros((len(nodes), 3, 6))
-        found[:, :2, :3] = unity[:, None, None] * way
-        found[:, :2, 3:] = height[:, None, None] * way
-        found[:, 2, 3:] = -(nodes[:, :2] + 0.5 * np.multiply.outer(unity, t)) @ way
-        return found
+        jump = np.zeros((len(nodes), 3, 6))
+        jump[:, :2, :3] = unity[:, None, None] * way
+        jump[:, :2, 3:] = height[:, None, None] * way
+        jump[:, 2, 3:] = -(nodes[:, :2] + 0.5 * np.multiply.outer(unity, t)) @ way
+        return jump
 
 
 class PeriodicModel:
@@ -133,8 +133,8 @@ def condensed(
     pull = sp.csr_matrix(stiffness) @ fields
     across = kept.T @ pull
     answer = factorise(kept.T @ stiffness @ kept).solve(across)
-    found = fields.T @ pull - across.T @ answer
-    return 0.5 * (found + found.T)
+    condensed_stiffness = fields.T @ pull - across.T @ answer
+    return 0.5 * (condensed_stiffness + condensed_stiffness.T)
 
 
 # The seam of a yarn that goes on as its own image: B-splines that wrap around, out of those with two ends
@@ -214,6 +214,6 @@ def conversion(spline: Spline) -> sp.csr_matrix:
     share = 0.5 - 0.5 * np.cos(np.pi * (np.arange(d + 1) + 0.5) / (d + 1))
     s = (low[:, None] + (high - low)[:, None] * share).ravel()
     goal = along.matrix(s)[:, first : first + spline.size].toarray()
-    found = np.linalg.lstsq(spline.matrix(s).toarray(), goal, rcond=None)[0]
-    found[np.abs(found) < ROUNDING] = 0.0
-    return sp.csr_matrix(found)
+    solution = np.linalg.lstsq(spline.matrix(s).toarray(), goal, rcond=None)[0]
+    solution[np.abs(solution) < ROUNDING] = 0.0
+    return sp.csr_matrix(solution)

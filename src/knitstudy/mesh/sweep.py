@@ -178,12 +178,12 @@ class SweptMesh:
 
     def slice_below(self, yarn: np.ndarray, arc_length: np.ndarray) -> np.ndarray:
         """Return the slices (...) that layers begin with in which arc lengths (...) [m] on yarns (...) lie."""
-        found = np.empty(yarn.shape, dtype=np.int64)
+        slices = np.empty(yarn.shape, dtype=np.int64)
         for number, stations in enumerate(self.stations):
             here = yarn == number
             layer = np.searchsorted(stations, arc_length[here], side="right") - 1
-            found[here] = self.first_slice[number] + np.clip(layer, 0, len(stations) - 2)
-        return found
+            slices[here] = self.first_slice[number] + np.clip(layer, 0, len(stations) - 2)
+        return slices
 
     @property
     def stations(self) -> tuple[np.ndarray, ...]:

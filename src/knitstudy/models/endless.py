@@ -210,8 +210,8 @@ def wrapped_shape(
         splines @ each[own.first_node[:-1]][:, first] for each in (around.wrapped, around.beyond)
     )
     centre = curve.position(s) - np.multiply.outer(beyond @ np.ones(beyond.shape[1]), period)
-    found = splu(sp.csc_matrix(along.T @ along)).solve(along.T @ np.concatenate([centre, *turned], axis=1))
+    solution = splu(sp.csc_matrix(along.T @ along)).solve(along.T @ np.concatenate([centre, *turned], axis=1))
     nodes = np.zeros((len(around.order), 3))
-    found[:, 3:] *= 0.5 * radius  # centres, and the two directors
-    nodes[np.flatnonzero(first)[:, None] + np.arange(3)] = found.reshape(-1, 3, 3)
+    solution[:, 3:] *= 0.5 * radius  # centres, and the two directors
+    nodes[np.flatnonzero(first)[:, None] + np.arange(3)] = solution.reshape(-1, 3, 3)
     return nodes

@@ -53,13 +53,13 @@ def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
 
 def _ends(mesh: QuadraticMesh, corners: Grips) -> Grips:
     """Return gripped nodes, from gripped corners: a middle is gripped where both ends of its edge are."""
-    found = []
+    ends = []
     for nodes in (corners.held, corners.driven):
         gripped = np.zeros(len(mesh.nodes), dtype=bool)
         gripped[mesh.corner_nodes[nodes]] = True
         gripped[mesh.elements[:, 8:][gripped[mesh.elements[:, EDGES]].all(axis=2)]] = True
-        found.append(np.flatnonzero(gripped))
-    return Grips(*found)
+        ends.append(np.flatnonzero(gripped))
+    return Grips(*ends)
 
 
 def _dependence(mesh: QuadraticMesh) -> sp.csr_matrix:

@@ -94,10 +94,10 @@ def _continued(
 
 def _sums(parts: Discretisation, points: np.ndarray, yarn: np.ndarray, factor: np.ndarray) -> sp.csr_matrix:
     """Return the weights (k, N) of nodes at points (k, 3), times factors (k,)."""
-    found, weight = parts.locate(points, yarn)
-    rows = np.arange(len(points) + 1) * found.shape[1]
+    nodes, weight = parts.locate(points, yarn)
+    rows = np.arange(len(points) + 1) * nodes.shape[1]
     values = (factor[:, None] * weight).ravel()
-    matrix = sp.csr_matrix((values, found.ravel(), rows), shape=(len(points), len(parts.nodes)))
+    matrix = sp.csr_matrix((values, nodes.ravel(), rows), shape=(len(points), len(parts.nodes)))
     matrix.sum_duplicates()
     return matrix
 

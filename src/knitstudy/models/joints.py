@@ -48,8 +48,8 @@ def contact_normals(contacts: xr.Dataset, reading: str = MAIN) -> np.ndarray:
         raise DataFileError(
             f"the contacts hold no {name}: rom.normal {reading} needs rom.contacts_from a scene of solid yarns"
         )
-    found = contacts[name].to_numpy() if name in contacts else line
-    last = found.reshape(-1, *line.shape)[-1]
+    directions = contacts[name].to_numpy() if name in contacts else line
+    last = directions.reshape(-1, *line.shape)[-1]
     normal = np.where(np.isfinite(last), last, line)
     if shared:
         normal = normal + normal[partners(contacts)]
@@ -222,8 +222,8 @@ def joint_points(fabric: Fabric, contacts: xr.Dataset, reading: str = MAIN) -> J
     for number, line in enumerate(fabric.centrelines):
         on_yarn = yarn == number
         crossing = np.nonzero(on_yarn)[0]
-        found = _cut(line, near[on_yarn], plane[crossing], centroid[crossing], 2 * fabric.radius)
-        arc_length[on_yarn], point[on_yarn] = found, line.position(found)
+        cut = _cut(line, near[on_yarn], plane[crossing], centroid[crossing], 2 * fabric.radius)
+        arc_length[on_yarn], point[on_yarn] = cut, line.position(cut)
     off = np.abs(np.einsum("ksi,ki->ks", point - centroid[:, None], plane))
     return JointPoints(yarn, arc_length, point, centroid, off)
 
@@ -306,12 +306,12 @@ def contacts_of_crossings(fabric: Fabric, tied: float = 0.0) -> xr.Dataset:
             "the centrelines of its two yarns meet, which leaves no contact normal; they must be apart"
         )
     labels = {name: getattr(crossings, name) for name in ("row", "column", "zone", "yarn", "arc_length")}
-    found = {
+    variables = {
         "centroid": crossings.point.mean(axis=1),
         "normal": apart / distance[:, None],
         "area": np.full(len(distance), np.pi * (tied * fabric.radius) ** 2),
     }
-    return xr.Dataset(CONTACTS.variables(labels | found), coords={"xyz": list("xyz")})
+    return xr.Dataset(CONTACTS.variables(labels | variables), coords={"xyz": list("xyz")})
 
 
 # Radius of a patch over that of the yarn: waves to resolve a smaller one are many, a larger one is not local

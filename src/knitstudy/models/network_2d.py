@@ -91,13 +91,13 @@ def zone_places(fabric: Fabric, contacts: xr.Dataset) -> np.ndarray:
     return np.stack([within[zone == each].mean(axis=0) for each in range(4)])
 
 
-def moved(fabric: Fabric, contacts: xr.Dataset, found: Heights) -> xr.Dataset:
+def moved(fabric: Fabric, contacts: xr.Dataset, height: Heights) -> xr.Dataset:
     """Return contacts whose centroids are the joints of a honeycomb of some heights; x is each zone's mean."""
     row, column, zone = (contacts[name].to_numpy().astype(int) for name in ("row", "column", "zone"))
     place = zone_places(fabric, contacts)
     centroid = contacts["centroid"].to_numpy().copy()
     centroid[:, 0] = column * fabric.cell[0] + place[zone, 0]
-    centroid[:, 1] = place[:2, 1].mean() + row * found.course + np.where(zone >= 2, found.interlock, 0.0)
+    centroid[:, 1] = place[:2, 1].mean() + row * height.course + np.where(zone >= 2, height.interlock, 0.0)
     return contacts.assign(centroid=(contacts["centroid"].dims, centroid, contacts["centroid"].attrs))
 
 

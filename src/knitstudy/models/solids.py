@@ -73,12 +73,12 @@ class SolidYarns:
 
     def attributes(self) -> dict[str, float]:
         """Return the attributes of a history for ties and contact."""
-        found = self.ties.attributes()
+        attributes = self.ties.attributes()
         if self.touches:
             contact, limit = self.model.contact, self.model.penetration.limit
-            found |= {"facets_around": int(contact.surfaces.cells[0, 1]), **contact.law.attributes()}
-            found |= {"friction": contact.law.friction, "penetration_limit": limit}
-        return found
+            attributes |= {"facets_around": int(contact.surfaces.cells[0, 1]), **contact.law.attributes()}
+            attributes |= {"friction": contact.law.friction, "penetration_limit": limit}
+        return attributes
 
     def fields(self, state: SolidState) -> dict[str, np.ndarray]:
         """Return the variables of a history that are known at its last increment alone."""

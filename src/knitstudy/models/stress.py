@@ -258,7 +258,7 @@ def _of_pieces(
         [cells.volume[:, None], cells.integral.reshape(-1, 9), moments.reshape(-1, 28)], axis=1
     )
     layers = flat.reshape(-1, len(mesh.section.quads), flat.shape[1]).sum(axis=1)
-    found = np.empty((len(parts.yarn), len(EXTENTS), flat.shape[1]))
+    means = np.empty((len(parts.yarn), len(EXTENTS), flat.shape[1]))
     last = np.cumsum(np.diff(mesh.first_slice) - 1)
     for yarn, (stations, end) in enumerate(zip(mesh.stations, last, strict=True)):
         own = layers[end - len(stations) + 1 : end]
@@ -268,8 +268,8 @@ def _of_pieces(
         low, high = parts.arc_length[here].T
         for i, share in enumerate(EXTENTS.values()):
             half, middle = 0.5 * share * (high - low), 0.5 * (low + high)
-            found[here, i] = upto(middle + half) - upto(middle - half)
-    return found[..., 0], found[..., 1:10].reshape(*found.shape[:2], 3, 3), found[:, 0, 10:].reshape(-1, 4, 7)
+            means[here, i] = upto(middle + half) - upto(middle - half)
+    return means[..., 0], means[..., 1:10].reshape(*means.shape[:2], 3, 3), means[:, 0, 10:].reshape(-1, 4, 7)
 
 
 def _rotations(moments: np.ndarray) -> np.ndarray:

@@ -33,12 +33,12 @@ def read_sources(files: Iterable[tuple[str, Any]]) -> dict[str, Any]:
         When a file is missing or cannot be read.
     """
 
-    def read(found: Any) -> Any:
-        if isinstance(found, str | Path):
-            return READERS[Path(found).suffix](Path(found))
-        return {dataset.attrs["scene"]: dataset for dataset in map(read, found)}
+    def read(source: Any) -> Any:
+        if isinstance(source, str | Path):
+            return READERS[Path(source).suffix](Path(source))
+        return {dataset.attrs["scene"]: dataset for dataset in map(read, source)}
 
-    return {name: read(found) for name, found in files}
+    return {name: read(source) for name, source in files}
 
 
 @dataclass(frozen=True)

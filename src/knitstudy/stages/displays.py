@@ -52,7 +52,7 @@ class Displays:
     @cached_property
     def sources(self) -> dict[str, dict[str, Source]]:
         """Sources by argument of each figure or table that the study can make."""
-        found = {}
+        sources = {}
         for name, display in self.catalogue.all().items():
             known: dict[str, Source] = dict(self.reference)
             for argument, results in display.results.items():
@@ -60,8 +60,8 @@ class Displays:
                 if steps:
                     known[argument] = steps if results.several else steps[0]
             if set(display.needed) <= {*known, "scenes"}:
-                found[name] = {argument: known[argument] for argument in display.takes if argument in known}
-        return found
+                sources[name] = {argument: known[argument] for argument in display.takes if argument in known}
+        return sources
 
     def _steps(self, results: Results) -> list[Step]:
         """Return the results that the study has, of scenes that have the stage."""
@@ -98,8 +98,8 @@ class Displays:
         scenes: dict[str, Scene] = {}
         if display.scenes:
             for argument, results in display.results.items():
-                found = [scene for _, scene in self._steps(results)]
-                scenes |= {scene.name if results.several else argument: scene for scene in found}
+                named = [scene for _, scene in self._steps(results)]
+                scenes |= {scene.name if results.several else argument: scene for scene in named}
         return scenes
 
     def digest(self, name: str) -> str:

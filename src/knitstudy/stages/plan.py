@@ -139,8 +139,8 @@ class Plan:
 
         A scene that names another one that does not exist or does not fit raises a ConfigurationError.
         """
-        found = stage.needs(scene, lambda key: self.named(scene, key))
-        return {name: (STAGES[other], of) for name, (other, of) in found.items()}
+        needed = stage.needs(scene, lambda key: self.named(scene, key))
+        return {name: (STAGES[other], of) for name, (other, of) in needed.items()}
 
     def digest(self, stage: Stage, scene: Scene) -> str:
         """Return the digest of a result that is up to date: of the keys and code that it depends on, and of its needs.

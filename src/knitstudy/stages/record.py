@@ -77,7 +77,7 @@ def scenes_of(dataset: xr.Dataset, path: Path | str, defaults: Mapping = NOTHING
     keys, sources = keys_of(dataset, path)
     where = f"{path}, made by knitstudy {dataset.attrs.get('code_version', '?')}"
     try:
-        found = {name: Scene.from_dict(own, where, defaults) for name, own in sources.items()}
-        return Scene.from_dict(keys, where, defaults), found
+        scenes = {name: Scene.from_dict(own, where, defaults) for name, own in sources.items()}
+        return Scene.from_dict(keys, where, defaults), scenes
     except (AttributeError, TypeError) as error:
         raise ConfigurationError(f"{where}: its attributes {KEYS}, {SOURCES} hold no keys") from error

@@ -102,16 +102,16 @@ class _Maker:
         if name in self.made:
             return self.made[name]
         path, wanted = self.folder and self.folder / name, self.plan.digest(stage, scene)
-        found = None
+        result = None
         if path is not None and anew:
             kept_of(path).unlink(missing_ok=True)
         elif path is not None:
             for there in filter(Path.is_file, (path, OF_STUDY / name)):
-                if (found := result_of(there, wanted)) is not None:
+                if (result := result_of(there, wanted)) is not None:
                     log.info(f"{label}: taken from %s", there)
                     break
                 log.info(f"{label}: %s is not up to date", there)
-        if found is None:
+        if result is None:
             if stage.long:
                 stage.require_machine(scene)  # before anything is made for it
             needed = {
@@ -121,8 +121,8 @@ class _Maker:
             run = Run(restart, self.progress(label) if stage.long else silent)
             seen = scene.only(stage.document(scene), stage.keys(scene))
             record = self.plan.record(stage, scene)
-            found = make(stage, seen, needed, path, wanted, run, record)
+            result = make(stage, seen, needed, path, wanted, run, record)
             if path is not None:
                 log.info(f"{label}: written to %s", path)
-        self.made[name] = found
-        return found
+        self.made[name] = result
+        return result

@@ -131,15 +131,15 @@ def _model_needs(scene: Scene, named: Named) -> Needs:
         "springs": ("contacts", "rom.springs_from"),
         "stresses": ("stress", "rom.stress_from"),
     }
-    found: dict[str, tuple[str, Scene]] = {"geometry": ("geometry", scene)}
+    needed: dict[str, tuple[str, Scene]] = {"geometry": ("geometry", scene)}
     if has_mesh(scene):
-        found["mesh"] = ("mesh", scene)
+        needed["mesh"] = ("mesh", scene)
     if starts_from_rest(scene):
-        found["rest"] = ("rest", scene)
-    found |= {name: (stage, named(key)) for name, (stage, key) in sources.items() if scene.value(key)}
-    if "stresses" in found:
-        _require_fields(found["stresses"][1])
-    return found
+        needed["rest"] = ("rest", scene)
+    needed |= {name: (stage, named(key)) for name, (stage, key) in sources.items() if scene.value(key)}
+    if "stresses" in needed:
+        _require_fields(needed["stresses"][1])
+    return needed
 
 
 def _require_fields(scene: Scene) -> None:

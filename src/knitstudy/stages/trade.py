@@ -74,15 +74,15 @@ def _run(document: Mapping, limit: float, folder: Path, say: bool) -> Record:
     resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5))
     scene = Scene.from_dict(document)
     try:
-        found = simulate(scene, folder, plan=Plan({}), progress=Progress if say else None)
+        results = simulate(scene, folder, plan=Plan({}), progress=Progress if say else None)
     except Exception as error:  # whatever it is: the run has no result
         return {"reason": said_by(error)}
-    history, strain = found.history, scene.load.strain
+    history, strain = results.history, scene.load.strain
     if float(history["strain"][-1]) < REACHED * strain:
         return {"reason": f"ended at a strain of {float(history['strain'][-1]):g}, not {strain:g}"}
     values: dict[str, float] = {}
     for question in QUESTIONS.values():
-        values |= answers(question, scene, history, found.contacts, strain)
+        values |= answers(question, scene, history, results.contacts, strain)
     return {
         "values": values,
         "seconds": float(history.attrs["processor_seconds"]),
@@ -153,12 +153,13 @@ def reference_values(
             if ended[-2:] == [next_to, highest] and true.value:
                 off = abs(series[-2] - true.value) + true.uncertainty
                 far.setdefault(quantity, []).append(off / abs(true.value))
-    for knit, found in limits.items():
-        for quantity, limit in found.items():
+    for knit, limit_of_knit in limits.items():
+        for quantity, limit in limit_of_knit.items():
             if not runs[knit].get(highest) and len(far.get(quantity, ())) >= FEW:
-                found[quantity] = Estimate(limit.value, max(far[quantity]) * abs(limit.value))
+                limit_of_knit[quantity] = Estimate(limit.value, max(far[quantity]) * abs(limit.value))
     return {
-        knit: Reference({(name, 1.0): each for name, each in found.items()}) for knit, found in limits.items()
+        knit: Reference({(name, 1.0): each for name, each in limit_of_knit.items()})
+        for knit, limit_of_knit in limits.items()
     }
 
 
@@ -168,12 +169,12 @@ def collect(
     """Return the table of errors and prices from the problems and the records of runs, by knit and case."""
     rows = []
     for case in trade.cases():
-        found = {knit: of for (knit, each), of in records.items() if each == case}
-        runs = {knit: {each["model setting"]: each["values"] for each in of} for knit, of in found.items()}
+        measured = {knit: of for (knit, each), of in records.items() if each == case}
+        runs = {knit: {each["model setting"]: each["values"] for each in of} for knit, of in measured.items()}
         for knit, true in reference_values(runs, case, trade).items():
             scene = problems[knit, case]
             about = {"knit": knit, "problem": same_knit(scene)} | asdict(Inputs.of(scene))
-            rows += rows_of(found[knit], case, about, trade, true)
+            rows += rows_of(measured[knit], case, about, trade, true)
     return pd.DataFrame(rows, columns=COLUMNS)
 
 

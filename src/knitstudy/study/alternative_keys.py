@@ -45,28 +45,32 @@ def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
 
     Raises ConfigurationError where one thing is said twice or by half, or a value is not allowed.
     """
-    found = dict(keys)
+    keys_of_base = dict(keys)
     for name, base in PER_METRE.items():
-        if name in found:
-            _only(found, name, base, where)
-            found[base] = 1 / _positive(name, found.pop(name), where)
-    if TEX in found or DENSITY in found:
+        if name in keys_of_base:
+            _only(keys_of_base, name, base, where)
+            keys_of_base[base] = 1 / _positive(name, keys_of_base.pop(name), where)
+    if TEX in keys_of_base or DENSITY in keys_of_base:
         for name in (TEX, DENSITY):
-            _only(found, name, DIAMETER, where)
-            if name not in found:
+            _only(keys_of_base, name, DIAMETER, where)
+            if name not in keys_of_base:
                 raise ConfigurationError(f"{where}: {name} is missing; {TEX} and {DENSITY} belong together")
-        tex, density = (_positive(name, found.pop(name), where) for name in (TEX, DENSITY))
-        found[DIAMETER] = diameter_of(tex, density)
-    if POINTS_FILE in found:
+        tex, density = (_positive(name, keys_of_base.pop(name), where) for name in (TEX, DENSITY))
+        keys_of_base[DIAMETER] = diameter_of(tex, density)
+    if POINTS_FILE in keys_of_base:
         for base in (POINTS, WALE):
-            _only(found, POINTS_FILE, base, where)
-        path = Path(str(found.pop(POINTS_FILE)))
+            _only(keys_of_base, POINTS_FILE, base, where)
+        path = Path(str(keys_of_base.pop(POINTS_FILE)))
         points, wale = _said_points(path, path.stat().st_mtime_ns if path.is_file() else 0)
-        found |= {POINTS: points.tolist(), WALE: wale, FREE: found.get(FREE, ["xyz"] * len(points))}
-    mixed = len(set("".join(map(str, found.get(STITCHES) or "")))) > 1
-    if POINTS not in found and (mixed or any(name in found for name in DRAWS)):
-        found[POINTS] = None
-    return found
+        keys_of_base |= {
+            POINTS: points.tolist(),
+            WALE: wale,
+            FREE: keys_of_base.get(FREE, ["xyz"] * len(points)),
+        }
+    mixed = len(set("".join(map(str, keys_of_base.get(STITCHES) or "")))) > 1
+    if POINTS not in keys_of_base and (mixed or any(name in keys_of_base for name in DRAWS)):
+        keys_of_base[POINTS] = None
+    return keys_of_base
 
 
 def without_yarn(keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], dict[str, float]]:

@@ -209,7 +209,7 @@ def promised(
 ) -> list[ModelSetting]:
     """Return the model settings of a problem that have a promise: by laws of the sample, or measured on `own` knits."""
     case, here = Case.of(problem), np.array(Inputs.of(problem).regressors())
-    quantile, found = trade.quantile, []
+    quantile, settings = trade.quantile, []
     for name, keys in trade.settings_of(case).items():
         of = [
             row
@@ -219,7 +219,7 @@ def promised(
         ended = [row for row in of if isfinite(row[ERROR])]
         if own and ended:
             error, seconds, memory = (ended[-1][column] for column in (ERROR, SECONDS, MEMORY))
-            found.append(ModelSetting(name, keys, error, seconds, seconds, memory))
+            settings.append(ModelSetting(name, keys, error, seconds, seconds, memory))
         if own or not ended:
             continue
         error = law_of(_regressors(of), [row[ERROR] for row in of], quantile).most(here)
@@ -228,8 +228,8 @@ def promised(
             seconds = law_of(inputs, [row[SECONDS] for row in ended], quantile)
             memory = law_of(inputs, [row[MEMORY] for row in ended], quantile)
             price = seconds.expected(here), seconds.most(here), memory.most(here)
-            found.append(ModelSetting(name, keys, float(error), *map(float, price)))
-    return found
+            settings.append(ModelSetting(name, keys, float(error), *map(float, price)))
+    return settings
 
 
 def measured_knits(rows: Iterable[Mapping], case: str, known: bool = True) -> set[str]:
@@ -271,11 +271,11 @@ def front(
     `price` and `error` are numbers of a point; the less the better. Errors that differ by less than `ALIKE` are alike:
     what is left of a tolerance buys no place on a front.
     """
-    found: list[Each] = []
+    points_on_front: list[Each] = []
     for point in sorted(points, key=lambda each: (price(each), error(each))):
-        if not found or error(point) < (1 - ALIKE) * error(found[-1]):
-            found.append(point)
-    return found
+        if not points_on_front or error(point) < (1 - ALIKE) * error(points_on_front[-1]):
+            points_on_front.append(point)
+    return points_on_front
 
 
 def digits(value: float) -> str:

@@ -135,10 +135,10 @@ def own_scenes(config: Path) -> tuple[str, ...]:
 
 def knits_of(scenes: Mapping[str, Scene]) -> dict[str, Scene]:
     """Return for every knit or pair the first scene of it: the geometry of all that share the label is the same."""
-    found: dict[str, Scene] = {}
+    knits: dict[str, Scene] = {}
     for scene in scenes.values():
-        found.setdefault(scene.knit, scene)
-    return found
+        knits.setdefault(scene.knit, scene)
+    return knits
 
 
 def load_changed(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Scene:
@@ -219,8 +219,8 @@ def default_keys(config: Path = CONFIG) -> dict[str, Any]:
 
 def _least(kind: Kind) -> dict:
     """Return the labels of a scene of a kind."""
-    found: dict = {"name": "defaults", "knit": "defaults", "outputs": []}
-    return found | {label: getattr(kind, label).name for label in ("fidelity", "interaction", "specimen")}
+    least: dict = {"name": "defaults", "knit": "defaults", "outputs": []}
+    return least | {label: getattr(kind, label).name for label in ("fidelity", "interaction", "specimen")}
 
 
 def _defaults(config: Path) -> dict:

@@ -107,8 +107,8 @@ def family_files(folder: Path) -> list[Path]:
         if path.suffix != ".yaml" and path.suffix.lower() in (".yaml", ".yml"):
             better = path.with_suffix(".yaml").name
             raise ConfigurationError(f"{path}: is not read as a family; call it {better}")
-    found = (path for path in folder.glob("*.yaml") if path.name != CONFIGURATION)
-    paths = sorted(found, key=_place)
+    files = (path for path in folder.glob("*.yaml") if path.name != CONFIGURATION)
+    paths = sorted(files, key=_place)
     if not paths:
         raise ConfigurationError(f"{folder}: must hold a family of scenes or more, each a file *.yaml")
     return paths
@@ -184,8 +184,8 @@ def _studies(wanted: Any, where: str) -> tuple[str, ...]:
     if wanted is None:
         missing = "is missing, in the family as well; [] is for scenes that run only by name"
         raise ConfigurationError(f"{where}: the key 'studies' {missing}")
-    found = _texts(wanted, STUDIES, "study", f"{where}: studies", "")
-    return tuple(name for name in STUDIES if name in found)
+    named = _texts(wanted, STUDIES, "study", f"{where}: studies", "")
+    return tuple(name for name in STUDIES if name in named)
 
 
 def _texts(wanted: Any, allowed: Sequence[str], what: str, said: str, also: str) -> list[str]:
@@ -204,7 +204,7 @@ def _texts(wanted: Any, allowed: Sequence[str], what: str, said: str, also: str)
 
 def _together(layers: Mapping[str, Any], taken: Mapping[str, str], where: str) -> dict[str, Any]:
     """Return the keys that layers set together for the choices of a scene; two may not disagree."""
-    found: dict[str, Any] = {}
+    merged: dict[str, Any] = {}
     said_by: dict[str, str] = {}
     for layer, keys in layers.items():
         for key, value in _values(keys, taken, f"{where}: {layer}"):
@@ -215,11 +215,11 @@ def _together(layers: Mapping[str, Any], taken: Mapping[str, str], where: str) -
             if isinstance(value, dict):
                 wanted = f"a value; keys of a group are written {key}.{next(iter(value), 'key')}"
                 raise ConfigurationError(f"{where}: {layer}: {key} is {value!r} but must be {wanted}")
-            if key in found and found[key] != value:
-                both = f"{found[key]!r} of {said_by[key]} but {value!r} of {layer}"
+            if key in merged and merged[key] != value:
+                both = f"{merged[key]!r} of {said_by[key]} but {value!r} of {layer}"
                 raise ConfigurationError(f"{where}: {key} is {both}; neither overrides the other")
-            found[key], said_by[key] = value, layer
-    return found
+            merged[key], said_by[key] = value, layer
+    return merged
 
 
 def _values(keys: Any, taken: Mapping[str, str], said: str) -> Iterator[tuple[str, Any]]:

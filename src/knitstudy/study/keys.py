@@ -143,14 +143,14 @@ def describe_with_source(section: type[Section], name: str) -> Description:
 @cache
 def _texts(section: type[Section]) -> dict[str, str]:
     """Return the texts under the keys of a section, which nothing but pages and ``check --sources`` asks for."""
-    found: dict[str, str] = {}
+    texts: dict[str, str] = {}
     for each in reversed(section.__mro__[: section.__mro__.index(Section)]):
         if get_annotations(each):  # combinations of sections have no key of their own, and no source
             (defined,) = ast.parse(dedent(getsource(each))).body
             for field, text in pairwise(defined.body):
                 if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):
-                    found[field.target.id] = ast.literal_eval(text.value)
-    return found
+                    texts[field.target.id] = ast.literal_eval(text.value)
+    return texts
 
 
 def allowed_values(section: type[Section], name: str) -> str:
@@ -170,18 +170,18 @@ def allowed_values(section: type[Section], name: str) -> str:
 
 
 def _bounded(number: str, field: FieldInfo) -> str:
-    found = {
+    bounds = {
         name: f"{getattr(each, name):g}".replace("e+0", "e").replace("e+", "e")
         for each in field.metadata
         for name in SIGNS
         if hasattr(each, name)
     }
-    match found:
+    match bounds:
         case {"ge": low, "le": high}:
             return f"{number} from {low} to {high}"
         case {"gt": low, "lt": high}:
             return f"{number} between {low} and {high} (both excluded)"
-    return f"{number} " + " and ".join(f"{SIGNS[name]} {limit}" for name, limit in found.items())
+    return f"{number} " + " and ".join(f"{SIGNS[name]} {limit}" for name, limit in bounds.items())
 
 
 def validated(section: type[Section], values: Any, where: str, prefix: str = "") -> Section:

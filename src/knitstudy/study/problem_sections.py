@@ -279,16 +279,16 @@ class Tension(Section):
         """Return stops with the even steps that pairs [end, largest step] stand for."""
         if not isinstance(stops, list | tuple):
             return stops
-        found: list = []
+        graded: list = []
         for stop in stops:
             match stop:
                 case [float() | int() as end, float() | int() as step] if 0 < step <= end:
-                    last = max((each for each in found if isinstance(each, float | int)), default=0.0)
+                    last = max((each for each in graded if isinstance(each, float | int)), default=0.0)
                     parts = max(ceil((end - last) / step - 1e-9), 1)
-                    found += [last + (end - last) * part / parts for part in range(1, parts + 1)]
+                    graded += [last + (end - last) * part / parts for part in range(1, parts + 1)]
                 case _:
-                    found.append(stop)
-        return tuple(found)
+                    graded.append(stop)
+        return tuple(graded)
 
     @field_validator("strain")
     @classmethod

@@ -79,6 +79,6 @@ def law_of(inputs: np.ndarray, values: Sequence[float], quantile: Quantile) -> L
         left_out = np.full(len(logs), np.inf)
         left_out[known] = (logs[known] - terms[known] @ fitted[used]) / np.maximum(1 - leverage, SMALLEST)
         laws.append((fitted, left_out))
-    found = [(law, terms[known] @ law[used], quantile.of(residuals)) for law, residuals in laws]
-    law, expected, margin = min(found, key=lambda each: each[1].mean() + each[2])
+    candidates = [(law, terms[known] @ law[used], quantile.of(residuals)) for law, residuals in laws]
+    law, expected, margin = min(candidates, key=lambda each: each[1].mean() + each[2])
     return Law(law, (float(expected.min()), float(expected.max())), float(np.exp(margin)))

@@ -110,10 +110,10 @@ class Scene:
 
     def value(self, key: str) -> Any:
         """Return the value of a dotted key or a section; None where a scene of this kind has none."""
-        found: Any = self
+        value: Any = self
         for part in key.split("."):
-            found = getattr(found, part, None)
-        return found
+            value = getattr(value, part, None)
+        return value
 
     def metres(self, key: str) -> float | None:
         """Return the value of a dotted key in yarn radii as a length [m]; None where the scene has no such key."""
@@ -136,18 +136,18 @@ class Scene:
         changes nothing; sections that the scene does not have are left out as well.
         """
         document = self._document
-        found: dict = {}
+        read: dict = {}
         for name in keys:
             section, _, inner = name.partition(".")
             if section in Labels.model_fields:
-                found[section] = document[section]
+                read[section] = document[section]
             elif section in self.sections:
                 fields = type(self.sections[section]).model_fields
                 for key in (inner,) if inner else fields:
                     value = document[section].get(key)
                     if key in fields and (fields[key].is_required() or value != lists(fields[key].default)):
-                        found.setdefault(section, {})[key] = value
-        return found
+                        read.setdefault(section, {})[key] = value
+        return read
 
     def only(self, document: Mapping, keys: Iterable[str]) -> Scene:
         """Return the scene as a stage sees it that has `read` a document by some keys; see `seen`."""
@@ -251,11 +251,11 @@ def set_dotted(document: dict, key: str, value: Any, where: str) -> None:
 
 def flat(document: Mapping[str, Any]) -> dict[str, Any]:
     """Return the values of nested mappings by dotted key."""
-    found: dict[str, Any] = {}
+    keys: dict[str, Any] = {}
     for key, value in document.items():
         parts = {f"{key}.{part}": each for part, each in value.items()} if isinstance(value, dict) else {}
-        found |= parts if isinstance(value, dict) else {key: value}
-    return found
+        keys |= parts if isinstance(value, dict) else {key: value}
+    return keys
 
 
 def _require_all_of_yarn(kind: Kind, given: Mapping[str, float], where: str) -> None:
@@ -268,10 +268,10 @@ def _require_all_of_yarn(kind: Kind, given: Mapping[str, float], where: str) -> 
 
 def nested(said: Mapping[str, Any], where: str) -> dict[str, Any]:
     """Return nested keys from dotted ones; ConfigurationError where one does not exist."""
-    found: dict[str, Any] = {}
+    document: dict[str, Any] = {}
     for key, value in said.items():
-        set_dotted(found, key, value, where)
-    return found
+        set_dotted(document, key, value, where)
+    return document
 
 
 def differences(scene: Scene, defaults: Mapping[str, Any]) -> dict[str, Any]:

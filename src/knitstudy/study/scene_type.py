@@ -96,10 +96,10 @@ class Model:
 
     def sections_with(self, interaction: Interaction) -> dict[str, type[Section]]:
         """Return the sections of a scene with some interaction."""
-        found = {**self.sections, **(self.touching if interaction.touches else self.tied or {})}
-        if "contact" in found:
-            found["contact"] = interaction.contact(found["contact"])
-        return found
+        sections = {**self.sections, **(self.touching if interaction.touches else self.tied or {})}
+        if "contact" in sections:
+            sections["contact"] = interaction.contact(sections["contact"])
+        return sections
 
 
 def _by_name(*kinds: Any) -> dict[str, Any]:
@@ -260,13 +260,13 @@ def all_sections() -> dict[str, dict[str, type[Section]]]:
 @cache
 def _sections_of(*names: tuple[str, ...]) -> dict[str, dict[str, type[Section]]]:
     """Return `all_sections`, formed once for all that is there under these names."""
-    found: dict[str, dict[str, type[Section]]] = {}
+    sections: dict[str, dict[str, type[Section]]] = {}
     for kind in all_kinds():
         for section, described in kind.sections.items():
-            keys = found.setdefault(section, {})
+            keys = sections.setdefault(section, {})
             for name in described.model_fields:
                 keys.setdefault(name, described)
-    return found
+    return sections
 
 
 def defaults_of_fields() -> dict[str, Any]:

@@ -45,8 +45,8 @@ def tabulate(histories: Datasets, contacts: Datasets, scenes: Scenes) -> pd.Data
 def tabulate_series(histories: Datasets, contacts: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row a problem, strain, quantity and discretisation, from the coarsest to the finest values."""
     rows = []
-    for said, found in _found(values_of(histories, contacts), scenes):
-        for series, values in found:
+    for said, refined in _found(values_of(histories, contacts), scenes):
+        for series, values in refined:
             limit = series.limit(values)
             row = {
                 "way": series.name,
@@ -67,11 +67,11 @@ def values_of(histories: Datasets, contacts: Datasets) -> pd.DataFrame:
     for name in (name for name in histories if name in contacts):
         places = {strain: increment_at(histories[name], strain) for strain in STRAINS}
         for quantity, (unit, values) in QUANTITIES.items():
-            found = values(histories[name], contacts[name])
+            quantity_values = values(histories[name], contacts[name])
             rows += [
-                (name, strain, quantity, unit, float(found[at]))
+                (name, strain, quantity, unit, float(quantity_values[at]))
                 for strain, at in places.items()
-                if at is not None and isfinite(found[at])
+                if at is not None and isfinite(quantity_values[at])
             ]
     return pd.DataFrame(rows, columns=VALUES)
 
@@ -82,27 +82,27 @@ def limits(values: pd.DataFrame, scenes: Scenes) -> pd.DataFrame:
     Nothing says how far from a single discretisation another would be: as far as those of other problems at most.
     """
     single, rows = [], []
-    for said, found in _found(values, scenes):
-        if len(found) > 1:
-            rows.append(_row(said, common_limit(_limits(found)), found))
+    for said, series in _found(values, scenes):
+        if len(series) > 1:
+            rows.append(_row(said, common_limit(_limits(series)), series))
         else:
-            single.append((said, found))
+            single.append((said, series))
     apart: dict[tuple, float] = {}
     for row in rows:
         of = row["strain [1]"], row["quantity"]
         apart[of] = max(apart.get(of, 0.0), row["uncertainty from disagreement"] / abs(row["value"] or inf))
-    for said, found in single:
+    for said, series in single:
         if share := apart.get((said["strain [1]"], said["quantity"])):
-            (limit,) = _limits(found)
-            rows.append(_row(said, Common(limit.value, limit.uncertainty, share * abs(limit.value)), found))
+            (limit,) = _limits(series)
+            rows.append(_row(said, Common(limit.value, limit.uncertainty, share * abs(limit.value)), series))
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def _limits(found: Found) -> list[Limit]:
-    return [series.limit(values) for series, values in found]
+def _limits(refined: Found) -> list[Limit]:
+    return [series.limit(values) for series, values in refined]
 
 
-def _row(said: dict, common: Common, found: Found) -> dict:
+def _row(said: dict, common: Common, refined: Found) -> dict:
     return said | {
         "value": common.value,
         "uncertainty": common.uncertainty,
@@ -110,7 +110,7 @@ def _row(said: dict, common: Common, found: Found) -> dict:
         "uncertainty from extrapolation": common.extrapolation,
         "uncertainty from disagreement": common.disagreement,
         "mostly from": common.origin,
-        "ways": "; ".join(f"{series.name} {series.said}" for series, _ in found),
+        "ways": "; ".join(f"{series.name} {series.said}" for series, _ in refined),
     }
 
 
@@ -123,13 +123,13 @@ def _found(values: pd.DataFrame, scenes: Scenes) -> Iterator[tuple[dict, Found]]
     simulated = set(values["scene"])
     problems = refinement_series_of(scenes[name] for name in scenes if name in simulated)
     for (problem, every), quantity, strain in product(problems.items(), QUANTITIES, STRAINS):
-        known, found = by_row.get((quantity, strain), {}), []
+        known, refined = by_row.get((quantity, strain), {}), []
         for series in every:
             names = [scene.name for scene in series.scenes]
             if known.keys() >= set(names):
-                found.append((series, {name: known[name] for name in names}))
-        if any(any(of.values()) for _, of in found):
-            scene, (unit, _) = found[0][0].scenes[0], QUANTITIES[quantity]
+                refined.append((series, {name: known[name] for name in names}))
+        if any(any(of.values()) for _, of in refined):
+            scene, (unit, _) = refined[0][0].scenes[0], QUANTITIES[quantity]
             yield (
                 {
                     "problem": problem,
@@ -140,5 +140,5 @@ def _found(values: pd.DataFrame, scenes: Scenes) -> Iterator[tuple[dict, Found]]
                     "quantity": quantity,
                     "unit": unit,
                 },
-                found,
+                refined,
             )

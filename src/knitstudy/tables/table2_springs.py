@@ -50,7 +50,7 @@ def tabulate(contacts: Datasets, paper: pd.DataFrame, scenes: Scenes) -> pd.Data
     DataFileError if all crossings of a simulation are tied.
     """
     return pd.DataFrame(
-        [row for name, found in contacts.items() for row in _rows(scenes[name], found, paper)]
+        [row for name, dataset in contacts.items() for row in _rows(scenes[name], dataset, paper)]
     )
 
 
@@ -62,8 +62,8 @@ def _rows(scene: Scene, contacts: xr.Dataset, paper: pd.DataFrame) -> Iterator[d
     direction = scene.load.direction
     measures = [measure for measure, variable in MEASURES.items() if variable in contacts]
     for measure, (normal, axes) in product(measures, READINGS):
-        found = springs(contacts, measure, axes, normal)
-        secants = np.ma.masked_invalid(found.stiffness)
+        measured = springs(contacts, measure, axes, normal)
+        secants = np.ma.masked_invalid(measured.stiffness)
         over = {name: np.ma.filled(getattr(secants, of)(axis=0), np.nan) for name, of in SECANTS.items()}
         for place, axis in enumerate("xyz"):
             printed = (paper, "2", direction, f"spring stiffness k{axis}")
@@ -77,14 +77,14 @@ def _rows(scene: Scene, contacts: xr.Dataset, paper: pd.DataFrame) -> Iterator[d
                 "normal": normal,
                 "axes": axes,
                 "axis": axis,
-                AVERAGED: found.averaged[place],
+                AVERAGED: measured.averaged[place],
                 "paper [N/m]": theirs,
-                "averaged, over the paper's [1]": found.averaged[place] / theirs,
+                "averaged, over the paper's [1]": measured.averaged[place] / theirs,
                 **{name: values[place] for name, values in over.items()},
-                "crossings [1]": found.used[place],
-                "negative [1]": found.negative[place],
-                "undefined [1]": found.undefined[place],
-                "open [1]": int(found.open.sum()),
+                "crossings [1]": measured.used[place],
+                "negative [1]": measured.negative[place],
+                "undefined [1]": measured.undefined[place],
+                "open [1]": int(measured.open.sum()),
             }
 
 

@@ -69,8 +69,8 @@ def tabulate(
         _row("geometry", kind, angles_to_axes(vectors), numbers(paper, "4", "rom2d", REPORTED[kind]))
         for kind, vectors in honeycomb_segments(contacts).items()
     ]
-    for name, found in (stresses or {}).items():
-        rows += _by_stress(scenes[name], found, paper)
+    for name, dataset in (stresses or {}).items():
+        rows += _by_stress(scenes[name], dataset, paper)
     order = list(dict.fromkeys(row["honeycomb"] for row in rows))
     rows.sort(key=lambda row: (order.index(row["honeycomb"]), row["segment"]))
     return pd.DataFrame(rows)
@@ -121,13 +121,13 @@ def tabulate_stress(stresses: Datasets, scenes: Scenes) -> pd.DataFrame:
                 "kind": kind,
                 "scene": name,
                 "discretisation": made_of(scenes[name]),
-                "row": int(found["segment_row"][segment]),
-                "column": int(found["segment_column"][segment]),
-                **_stress(found.sel(extent="whole").isel(segment=segment)),
+                "row": int(dataset["segment_row"][segment]),
+                "column": int(dataset["segment_column"][segment]),
+                **_stress(dataset.sel(extent="whole").isel(segment=segment)),
             }
-            for name, found in stresses.items()
+            for name, dataset in stresses.items()
             for kind, number in SEGMENT.items()
-            for segment in central(found, kind)
+            for segment in central(dataset, kind)
         ]
     )
 
@@ -152,9 +152,9 @@ def _stress(segment: xr.Dataset) -> dict[str, float]:
 def tabulate_cut_forces(stresses: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row a simulation: the forces through the knit from stresses, beside those of the grips."""
     rows = []
-    for name, found in stresses.items():
-        grips = found.attrs["force"]
-        through = [cut_force(found, share) / grips for share in CUTS]
+    for name, dataset in stresses.items():
+        grips = dataset.attrs["force"]
+        through = [cut_force(dataset, share) / grips for share in CUTS]
         rows.append(
             {
                 "scene": name,

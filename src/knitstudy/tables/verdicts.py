@@ -59,8 +59,8 @@ def tabulate(claims: pd.DataFrame, readings: pd.DataFrame, **sources: Any) -> pd
             f"claim {lacking[0]!r} has no rule by which it is judged; known are {', '.join(RULES)}: take it out of "
             "resources/reference/paper_claims.csv, or give it one in knitstudy.measures.claims"
         )
-    found = findings(readings, **sources)
-    concluded = [conclude(claim.id, claim.uncertainty, found) for claim in claims.itertuples()]
+    judged_by = findings(readings, **sources)
+    concluded = [conclude(claim.id, claim.uncertainty, judged_by) for claim in claims.itertuples()]
     first = [judged.rows[0] if judged.rows else Row("") for judged in concluded]
     lines = [[(row.quantity, row.ours, row.paper, row.grade) for row in judged.rows] for judged in concluded]
     columns = {

@@ -49,9 +49,9 @@ class Combination:
         return Counter(self.verdicts.values())
 
 
-def combinations_of(found: Sequence[Finding]) -> list[Combination]:
+def combinations_of(findings: Sequence[Finding]) -> list[Combination]:
     """Return the combinations of all readings that a study has, those under which most claims hold first."""
-    base, *others = found
+    base, *others = findings
     choices: dict[str, list[tuple[Finding, ...]]] = {}
     for finding in others:
         if finding.reading.kind == READING and finding.evidence is not None:

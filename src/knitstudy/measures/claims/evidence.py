@@ -80,13 +80,13 @@ class Evidence:
 
     def named(self) -> Evidence:
         """Return the evidence with `direct` by the names of `SOLIDS`, and `again` by those of `AGAIN`."""
-        found = {name: self._direct(name) for name in (*SOLIDS, *AGAIN)}
-        main = next((name for name in SOLIDS if found[name]), SOLIDS[0])
-        others = [found[name] for name in AGAIN if name != main and found[name]]
+        direct = {name: self._direct(name) for name in (*SOLIDS, *AGAIN)}
+        main = next((name for name in SOLIDS if direct[name]), SOLIDS[0])
+        others = [direct[name] for name in AGAIN if name != main and direct[name]]
         again = {
             made_of(self.scenes[next(iter(each.values()))]): replace(self, direct=each) for each in others
         }
-        return replace(self, direct=found[main], again=again)
+        return replace(self, direct=direct[main], again=again)
 
     def _direct(self, name: str) -> dict[str, str]:
         names = {kind: name.format(case=f"{kind}-course") for kind in INTERACTIONS}
@@ -136,8 +136,8 @@ class Evidence:
     @cached_property
     def cases(self) -> tuple[Case, ...]:
         """Direct simulations with the models that are compared with them, in course and wale tension."""
-        found = cases_of(self.histories, self.scenes, self.reference)
-        return tuple(replace(case, reference=self.reference_for(case.dns.scene.name)) for case in found)
+        cases = cases_of(self.histories, self.scenes, self.reference)
+        return tuple(replace(case, reference=self.reference_for(case.dns.scene.name)) for case in cases)
 
 
 @dataclass(frozen=True)
@@ -172,12 +172,12 @@ def withholding(judge: Judge) -> Judge:
 
     def judged(evidence: Evidence) -> Judgement:
         try:
-            found = judge(evidence)
+            judgement = judge(evidence)
         except NotRun as error:
             return error.judgement
-        if found.verdict == UNDECIDABLE and not found.note:
-            found = replace(found, note="missing is a smaller uncertainty")
-        return _at_full_strain(evidence, found) if found.scenes else found
+        if judgement.verdict == UNDECIDABLE and not judgement.note:
+            judgement = replace(judgement, note="missing is a smaller uncertainty")
+        return _at_full_strain(evidence, judgement) if judgement.scenes else judgement
 
     return judged
 

@@ -186,12 +186,12 @@ def _printed_springs(evidence: Evidence, direction: str) -> list[float]:
 
 def _by_penalty(evidence: Evidence, direction: str) -> list[Row]:
     """Return kz with penalties alone, along local axes, by the contact stiffness."""
-    found = {
+    stiffness_of = {
         evidence.scenes[name].contact.normal_stiffness: _springs(evidence, name)[2]
         for name in fnmatch.filter(evidence.contacts, PENALTIES.format(direction))
     }
     about = f"kz, {direction} tension, penalties alone, E / h times"
-    return [Row(f"{about} {stiffness:g}", f"{kz:.3g} kN/m") for stiffness, kz in sorted(found.items())]
+    return [Row(f"{about} {stiffness:g}", f"{kz:.3g} kN/m") for stiffness, kz in sorted(stiffness_of.items())]
 
 
 def _springs(evidence: Evidence, name: str, axes: str | None = None) -> np.ndarray:

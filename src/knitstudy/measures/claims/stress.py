@@ -31,9 +31,9 @@ DIRECTIONS = ("course", "wale")
 
 def judge_directions(evidence: Evidence) -> Judgement:
     """M1: the maximum principal stress of the legs turns from the yarn towards the load, as far as in Table 4."""
-    found, drawn = _isotropic(evidence), _drawn(evidence)
+    stressed, drawn = _isotropic(evidence), _drawn(evidence)
     tests, shown = [], []
-    for direction, stresses in found.items():
+    for direction, stresses in stressed.items():
         printed = numbers(evidence.paper, "4", f"mps-{direction}", "segments 1..6 angle to x")
         towards = -1 if direction == "course" else 1
         turns, theirs = [], []
@@ -62,15 +62,15 @@ def judge_directions(evidence: Evidence) -> Judgement:
         paper = float(np.mean(theirs))
         name = f"mean turn of these, {direction} tension"
         tests.append(comparable(name, mean, paper, f"{mean}°", f"{paper:.0f}°", direction=mean.above(0.0)))
-    return Judgement((*tests, *shown), _compared(evidence, found), _names(found))
+    return Judgement((*tests, *shown), _compared(evidence, stressed), _names(stressed))
 
 
 def judge_ligaments(evidence: Evidence) -> Judgement:
     """M3: legs by geometry lie between the principal stresses of both tensions, and all segments along these."""
-    found, drawn = _isotropic(evidence), _drawn(evidence)
+    stressed, drawn = _isotropic(evidence), _drawn(evidence)
     angles = {
         way: {kind: angle_to_x([*stresses.values()], kind) for kind in drawn}
-        for way, stresses in found.items()
+        for way, stresses in stressed.items()
     }
     between = [
         all_hold((angles["course"][kind].below(drawn[kind]), angles["wale"][kind].above(drawn[kind])))
@@ -79,7 +79,7 @@ def judge_ligaments(evidence: Evidence) -> Judgement:
     places = ("segment 1", *["segment 2 and 3"] * 2, *["segment 4 and 5"] * 2, "segment 6")
     lines = [numbers(evidence.paper, "4", "rom2d", f"{place} angles to x y z")[0] for place in places]
     near, shown = [], []
-    for direction in found:
+    for direction in stressed:
         printed = numbers(evidence.paper, "4", f"mps-{direction}", "segments 1..6 angle to x")
         for kind, line in drawn.items():
             apart = angles[direction][kind].of(lambda value, line=line: abs(value - line))
@@ -96,20 +96,22 @@ def judge_ligaments(evidence: Evidence) -> Judgement:
         all_hold(between),
         all_hold(near),
     )
-    return Judgement((test, *rows), _compared(evidence, found), _names(found))
+    return Judgement((test, *rows), _compared(evidence, stressed), _names(stressed))
 
 
 def judge_heights(evidence: Evidence) -> Judgement:
     """M2: the honeycomb by principal stress is compressed along the wales for course tension, stretched for wale."""
-    found, knit = _isotropic(evidence), fabric_of(evidence.geometry)
+    stressed, knit = _isotropic(evidence), fabric_of(evidence.geometry)
     rows = []
-    for direction, stresses in found.items():
+    for direction, stresses in stressed.items():
         ratio, printed = height_ratio(knit, stresses), _printed_ratio(evidence, knit, direction)
         sense = ratio.below(1.0) if direction == "course" else ratio.above(1.0)
         name = f"height over that by geometry, {direction} tension"
         rows.append(comparable(name, ratio, printed, f"{ratio}", f"{printed:.2f}", direction=sense))
-    note = f"distances along x are kept; comparable: a factor of {COMPARABLE:g}; {_compared(evidence, found)}"
-    return Judgement(tuple(rows), note, _names(found))
+    note = (
+        f"distances along x are kept; comparable: a factor of {COMPARABLE:g}; {_compared(evidence, stressed)}"
+    )
+    return Judgement(tuple(rows), note, _names(stressed))
 
 
 def _printed_ratio(evidence: Evidence, knit: Fabric, direction: str) -> float:
@@ -142,7 +144,7 @@ def _drawn(evidence: Evidence) -> dict[str, float]:
 
 def _isotropic(evidence: Evidence) -> dict[str, dict[str, xr.Dataset]]:
     """Return the stresses with isotropic friction by direction and scene, the deciding one first."""
-    found = {
+    stressed = {
         direction: {
             name: evidence.stresses[name]
             for name in of_case(f"isotropic-{direction}", (*SOLIDS, *OTHER_SOLIDS))
@@ -150,17 +152,17 @@ def _isotropic(evidence: Evidence) -> dict[str, dict[str, xr.Dataset]]:
         }
         for direction in DIRECTIONS
     }
-    if not all(found.values()):
+    if not all(stressed.values()):
         raise NotRun("the study has no stresses with isotropic friction in course and in wale tension")
-    return found
+    return stressed
 
 
-def _names(found: Mapping[str, Datasets]) -> tuple[str, ...]:
-    return tuple(name for stresses in found.values() for name in stresses)
+def _names(stressed: Mapping[str, Datasets]) -> tuple[str, ...]:
+    return tuple(name for stresses in stressed.values() for name in stresses)
 
 
-def _compared(evidence: Evidence, found: Mapping[str, Datasets]) -> str:
+def _compared(evidence: Evidence, stressed: Mapping[str, Datasets]) -> str:
     """Return the origins of the uncertainty in words."""
-    others = {made_of(evidence.scenes[name]) for stresses in found.values() for name in list(stresses)[1:]}
+    others = {made_of(evidence.scenes[name]) for stresses in stressed.values() for name in list(stresses)[1:]}
     beside = f", {', '.join(sorted(others))} beside it" if others else ""
     return f"uncertainty by equivalent segments{beside}"

@@ -103,9 +103,9 @@ class Reading:
         if not knits <= known.keys():
             return None
         results = {
-            stage: {name: found[new] for name, new in instead.items() if new in found}
+            stage: {name: datasets[new] for name, new in instead.items() if new in datasets}
             for stage in ("histories", "contacts", "stresses")
-            for found in [getattr(base, stage)]
+            for datasets in [getattr(base, stage)]
         }
         scenes = {
             name: base.scenes[new].replace("name", name) for name, new in instead.items() if new != name
@@ -147,23 +147,23 @@ def findings(table: pd.DataFrame, **sources: Any) -> list[Finding]:
     """
     evidence, (base, *others) = Evidence(**sources).named(), readings_of(table)
     usual = {claim: rule(evidence) for claim, rule in RULES.items()}
-    found = [Finding(base, evidence, usual)]
+    judged_by = [Finding(base, evidence, usual)]
     for reading in others:
         if (own := reading.evidence(evidence)) is None:
             none = Judgement((), f"the study has no scenes of {reading.name!r}", verdict=NOT_RUN)
-            found.append(Finding(reading, None, dict.fromkeys(RULES, none), frozenset(RULES)))
+            judged_by.append(Finding(reading, None, dict.fromkeys(RULES, none), frozenset(RULES)))
             continue
         judged = {claim: rule(own) for claim, rule in RULES.items()}
         touched = frozenset(claim for claim in RULES if judged[claim] != usual[claim])
         verdicts = {claim: {usual[claim].verdict, judged[claim].verdict} for claim in RULES}
         turned = tuple(claim for claim, both in verdicts.items() if len(both) == 2 and both <= DECIDED)
-        found.append(Finding(reading, own, judged, touched, turned))
-    return found
+        judged_by.append(Finding(reading, own, judged, touched, turned))
+    return judged_by
 
 
-def conclude(claim: str, uncertainty: str, found: Sequence[Finding]) -> Judgement:
+def conclude(claim: str, uncertainty: str, judged_by: Sequence[Finding]) -> Judgement:
     """Return the verdict on a claim under the base, which comes first, and how many readings share the verdict."""
-    first, *others = found
+    first, *others = judged_by
     judged = decide(RULES[claim], first.evidence, uncertainty)
     decided = [each for each in others if claim in each.touched and each.judged[claim].verdict in DECIDED]
     if judged.verdict == NOT_RUN or not decided:

@@ -90,10 +90,10 @@ class EndlessBeams:
 
     def starting_at(self, state: EndlessState) -> EndlessBeams:
         """Return the model with another state in which the load begins; energies count from there on."""
-        found = copy(self)
-        found._stored = {}
-        found._begins, found._stored = state, found.respond(state, stiffness=False).energy
-        return found
+        model = copy(self)
+        model._stored = {}
+        model._begins, model._stored = state, model.respond(state, stiffness=False).energy
+        return model
 
     @property
     def lattice_unknowns(self) -> np.ndarray:
@@ -136,21 +136,21 @@ class EndlessBeams:
 
     def respond(self, state: EndlessState, stiffness: bool) -> Response:
         """Return forces, energies and, if asked, the tangent."""
-        found = self.inner.respond(self._all(state), stiffness)
+        inner = self.inner.respond(self._all(state), stiffness)
         force, energy, tangent = self._contact(state).respond(
             self.at_points(state), self.vectors(state), self.moves, state.contact, stiffness
         )
         force = self._from_points @ force
         if stiffness:
-            own = self._collect @ sp.csr_matrix(found.stiffness) @ self.spread
+            own = self._collect @ sp.csr_matrix(inner.stiffness) @ self.spread
             tangent = self._from_points @ tangent @ self._to_points
             tangent = sp.csr_matrix(own + tangent + sp.diags(self._drag))
             tangent.sort_indices()
         return replace(
-            found,
-            force=self._collect @ found.force + force + self._drag * state.moved,
+            inner,
+            force=self._collect @ inner.force + force + self._drag * state.moved,
             energy=summed(
-                found.energy | energy | {"stabilisation": self._dragged(state)},
+                inner.energy | energy | {"stabilisation": self._dragged(state)},
                 {form: -stored for form, stored in self._stored.items()},
             ),
             stiffness=tangent,

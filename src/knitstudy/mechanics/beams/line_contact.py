@@ -135,18 +135,18 @@ class LineContact:
 
     def thinner(self, by: float) -> LineContact:
         """Return the contact of yarns whose diameter is smaller by a length [m]."""
-        found = copy(self)
-        found.repulsion = replace(self.repulsion, diameter=self.repulsion.diameter - by)
-        return found
+        contact = copy(self)
+        contact.repulsion = replace(self.repulsion, diameter=self.repulsion.diameter - by)
+        return contact
 
     def pairs(self, position: np.ndarray, vectors: np.ndarray, near: bool = False) -> PointPairs:
         """Return the pairs that touch, or those `near` each other, of points (n, 3) and lattice vectors (2, 3) [m]."""
         reach = (NEAR if near else 1.0) * self.repulsion.diameter
-        found = self._found.get(near)
-        if found is None or not _serves(*found, position, vectors, reach):
+        kept = self._found.get(near)
+        if kept is None or not _serves(*kept, position, vectors, reach):
             far = (1 + MARGIN) * reach
-            found = self._found[near] = self._search(position, vectors, far), far, position, vectors
-        pairs = found[0]
+            kept = self._found[near] = self._search(position, vectors, far), far, position, vectors
+        pairs = kept[0]
         way = position[pairs.j] + pairs.image @ vectors - position[pairs.i]
         return replace(pairs, way=way)[np.einsum("ki,ki->k", way, way) < reach**2]
 
@@ -161,8 +161,8 @@ class LineContact:
         # The others are these seen from the other point.
         image = image[(image[:, 1] > 0) | (image[:, 0] >= 0)]
         moved = (position + (image @ vectors)[:, None]).reshape(-1, 3)
-        found = cKDTree(position).sparse_distance_matrix(cKDTree(moved), reach, output_type="coo_matrix")
-        i, other = found.row.astype(np.int64), found.col.astype(np.int64)
+        near = cKDTree(position).sparse_distance_matrix(cKDTree(moved), reach, output_type="coo_matrix")
+        i, other = near.row.astype(np.int64), near.col.astype(np.int64)
         which, j = other // n, other % n
         a, b = image[which].T
         apart = self.arc_length[j] - self.arc_length[i]

@@ -118,7 +118,7 @@ class Cylinders:
         wide = before[indptr[1:]] - before[indptr[:-1]]  # columns of a row of blocks
         size = 3 * self._total.shape[1]
         lines = np.concatenate([[0], np.cumsum(np.repeat(wide, many))])
-        found = np.empty((lines[-1], 3, 3))
+        compliance = np.empty((lines[-1], 3, 3))
         columns = np.empty(lines[-1], dtype=np.int32)
         start = lines[self._first[row]] + before[:-1] - before[indptr[row]]  # of a pair's first line
         for n, m in np.unique(np.stack([many[row], many[indices]], axis=1), axis=0):
@@ -130,9 +130,9 @@ class Cylinders:
             for low in range(0, len(pairs), CHUNK):
                 part = slice(low, low + CHUNK)
                 blocks = data[pairs[part]][:, entry] * scale[..., None]
-                found[place[part]] = blocks.reshape(*blocks.shape[:-1], 3, 3)
+                compliance[place[part]] = blocks.reshape(*blocks.shape[:-1], 3, 3)
                 columns[place[part]] = self._first[indices[pairs[part]], None, None] + column + 0 * line
-        return sp.bsr_matrix((found, columns, lines), shape=(size, size))
+        return sp.bsr_matrix((compliance, columns, lines), shape=(size, size))
 
     def centres(self, carriers: np.ndarray) -> np.ndarray:
         """Return the middles (R, 3) of all rings, yarn by yarn."""
@@ -177,8 +177,8 @@ class Cylinders:
 
     def _span(self, surface: np.ndarray, s: np.ndarray) -> np.ndarray:
         """Return the spans (k,) of all yarns that arc lengths (k,) of surfaces (k,) lie in."""
-        found = np.searchsorted(self._starts, s + self._start[surface], side="right") - 1
-        return np.clip(found, self._first_span[surface], self._first_span[surface + 1] - 1)
+        span = np.searchsorted(self._starts, s + self._start[surface], side="right") - 1
+        return np.clip(span, self._first_span[surface], self._first_span[surface + 1] - 1)
 
     def _values_at(self, along: list[np.ndarray]) -> sp.csr_matrix:
         """Return the splines (R, stations) at the rings of all yarns."""
@@ -193,21 +193,21 @@ class Cylinders:
 
 def _waves(block: int, angle: np.ndarray, orders: int = 2) -> np.ndarray:
     """Return 1, cos t, sin t, cos 2 t, ... and derivatives (orders + 1, k, block) at angles (k,)."""
-    found = np.empty((orders + 1, len(angle), block))
-    found[0, :, 0] = 1.0
+    waves = np.empty((orders + 1, len(angle), block))
+    waves[0, :, 0] = 1.0
     cosine, sine = np.cos(angle), np.sin(angle)
     if block > 1:
-        found[0, :, 1], found[0, :, 2] = cosine, sine
+        waves[0, :, 1], waves[0, :, 2] = cosine, sine
     for last in range(1, block - 2, 2):
-        even, odd = found[0, :, last], found[0, :, last + 1]
-        found[0, :, last + 2] = even * cosine - odd * sine
-        found[0, :, last + 3] = odd * cosine + even * sine
+        even, odd = waves[0, :, last], waves[0, :, last + 1]
+        waves[0, :, last + 2] = even * cosine - odd * sine
+        waves[0, :, last + 3] = odd * cosine + even * sine
     wave = (np.arange(block) + 1) // 2
     if orders > 0:
         # The derivative of a cosine is the sine beside it, and the other way round.
         beside = np.where(np.arange(block) % 2 == 1, 1, -1)
         partner = np.arange(block) + np.where(wave > 0, beside, 0)
-        np.multiply(found[0][:, partner], -wave * beside, out=found[1])
+        np.multiply(waves[0][:, partner], -wave * beside, out=waves[1])
     if orders > 1:
-        np.multiply(found[0], -(wave**2), out=found[2])
-    return found
+        np.multiply(waves[0], -(wave**2), out=waves[2])
+    return waves

@@ -220,14 +220,14 @@ class Following:
 
     def _begin(self, carriers: np.ndarray, before: np.ndarray, history: ContactHistory) -> None:
         """Search for all pairs that may touch now; those that a history knows keep what it remembers."""
-        found, arc, gap = self._search.find(carriers, self._margin)
-        same = same_pair(found, arc, history, self._search.arc(history.surface, history.xi[:, 0]))
+        pairs, arc, gap = self._search.find(carriers, self._margin)
+        same = same_pair(pairs, arc, history, self._search.arc(history.surface, history.xi[:, 0]))
         least = np.full(len(history.point), -np.inf)
         least[same[same >= 0]] = gap[same >= 0]
         stays = history.pressure > 0
         stays[same[same >= 0]] = True
         stays, new = np.flatnonzero(stays), np.flatnonzero(same < 0)
-        every = history[stays].joined(found[new])
+        every = history[stays].joined(pairs[new])
         # In one order, so that sums are the same whenever was searched, after a restart too.
         order = np.lexsort((every.xi[:, 0], every.surface, every.point))
         least = np.append(least[stays], gap[new])[order]

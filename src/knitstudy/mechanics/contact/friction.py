@@ -112,12 +112,14 @@ class ContactHistory(Chosen):
         return cls.of_open(none, none, np.empty((0, 2)), np.zeros(()))
 
 
-def same_pair(found: ContactHistory, arc: np.ndarray, old: ContactHistory, old_arc: np.ndarray) -> np.ndarray:
+def same_pair(
+    history: ContactHistory, arc: np.ndarray, old: ContactHistory, old_arc: np.ndarray
+) -> np.ndarray:
     """Return for pairs found anew the same pair of an older history, or -1: the same point on the same piece.
 
     Arc lengths (k,) and (c,) are those of their closest points, over what two pieces of a surface are apart at least.
     """
-    point, surface = found.point, found.surface
+    point, surface = history.point, history.surface
     if not len(old.point) or not len(point):
         return np.full(len(point), -1)
     count = 1 + max(surface.max(), old.surface.max())

@@ -153,7 +153,7 @@ def missing_tie_compliance(
     The same for every direction of the force, and for both linear moments: means over what differs, so that a tie
     with this compliance does not notice how the yarns have turned.
     """
-    found = np.empty((len(yarn), 2))
+    compliance = np.empty((len(yarn), 2))
     for number in np.unique(yarn):
         here = np.flatnonzero(yarn == number)
         own = space.yarns[number]
@@ -168,8 +168,8 @@ def missing_tie_compliance(
         for p, of_span in set(zip(degree.tolist(), length.tolist(), strict=True)):
             these = (degree == p) & (length == of_span)
             shape = _along_a_span(p, spline.degree, of_span, size, poisson_ratio)
-            found[here[these]] = np.cos(2 * np.pi * place[these, None] * np.arange(3)) @ shape
-    return found / (youngs_modulus * radius)
+            compliance[here[these]] = np.cos(2 * np.pi * place[these, None] * np.arange(3)) @ shape
+    return compliance / (youngs_modulus * radius)
 
 
 @cache

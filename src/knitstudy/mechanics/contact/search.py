@@ -95,8 +95,8 @@ class Search:
         self, pairs: ContactHistory, position: np.ndarray, carriers: np.ndarray
     ) -> tuple[Projection, np.ndarray]:
         """Return the closest places and the gaps (c,) [m] of pairs whose points are at positions (c, 3) [m]."""
-        found = project(self.surfaces, carriers, pairs.surface, position, pairs.xi)
-        return found, self.gap(self.quadrature.surface(pairs.point), pairs.surface, found)
+        projected = project(self.surfaces, carriers, pairs.surface, position, pairs.xi)
+        return projected, self.gap(self.quadrature.surface(pairs.point), pairs.surface, projected)
 
     def gap(self, own: np.ndarray, surface: np.ndarray, closest: Projection) -> np.ndarray:
         """Return the gaps (k,) [m] of points of surfaces (k,) over others (k,); inf where there is no closest place."""

@@ -201,7 +201,7 @@ def _project(
 ) -> Projection:
     xi = surfaces.clamp(surface, guess)
     moving = np.arange(len(xi))
-    found = np.zeros(len(xi), dtype=bool)
+    converged = np.zeros(len(xi), dtype=bool)
     for _ in range(ITERATIONS):
         if not len(moving):
             break
@@ -214,7 +214,7 @@ def _project(
         # A step that goes on pushing over an edge never comes to rest.
         beyond = np.abs(xi[moving] - aim).max(axis=1) > ACCURACY
         still &= ~(beyond & exact)
-        found[moving[still]] = True
+        converged[moving[still]] = True
         stuck = beyond & (np.abs(xi[moving] - (aim - step)).max(axis=1) < ACCURACY)
         moving = moving[~(still | stuck)]
     place, tangent, curvature = surfaces.places(surface, xi, carriers)
@@ -222,7 +222,7 @@ def _project(
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     return Projection(
         xi=xi,
-        found=found,
+        found=converged,
         tangent=tangent,
         curvature=curvature,
         normal=normal,

@@ -66,7 +66,7 @@ class Quadrature:
             size = np.stack([np.diff(edge)[place] for edge, place in zip(edges, cell.T, strict=True)], axis=1)
             parts.append((np.full(len(cell), number), cell, corner, size))
         surface, cell, corner, size = (np.concatenate(values) for values in zip(*parts, strict=True))
-        found = cls(
+        quadrature = cls(
             cell_surface=surface,
             cell=cell,
             corner=corner,
@@ -77,11 +77,11 @@ class Quadrature:
         )
 
         def stretch(part: slice) -> np.ndarray:
-            point = found.points(part)
-            return _stretch(surfaces, found.surface(point), found.xi(point), carriers)
+            point = quadrature.points(part)
+            return _stretch(surfaces, quadrature.surface(point), quadrature.xi(point), carriers)
 
-        found.area[:] *= by_parts(stretch, len(found.area), CHUNK)
-        return found
+        quadrature.area[:] *= by_parts(stretch, len(quadrature.area), CHUNK)
+        return quadrature
 
 
 def _stretch(surfaces: Surfaces, surface: np.ndarray, xi: np.ndarray, carriers: np.ndarray) -> np.ndarray:

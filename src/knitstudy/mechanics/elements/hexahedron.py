@@ -218,21 +218,21 @@ Map = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 def inverted(mapped: Map, points: np.ndarray, start: np.ndarray, close: np.ndarray) -> np.ndarray:
     """Return the coordinates (k, 3) of points (k, 3), to within distances (k,); nan where it gets nowhere."""
-    found = start.copy()
+    solution = start.copy()
     moving = np.arange(len(points))
     for _ in range(MAP_STEPS):
-        place, slope = mapped(moving, found[moving])
+        place, slope = mapped(moving, solution[moving])
         apart = points[moving] - place
         far = np.abs(apart).max(axis=1) > close[moving]
         moving = moving[far]
         if not len(moving):
-            return found
+            return solution
         with np.errstate(divide="ignore", invalid="ignore"):
             step = np.einsum("kij,kj->ki", inverse(slope[far])[0], apart[far])
         # Far outside of an element its map can fold; steps of bounded length come back from there.
-        found[moving] += np.clip(np.nan_to_num(step), -1, 1)
-    found[moving] = np.nan
-    return found
+        solution[moving] += np.clip(np.nan_to_num(step), -1, 1)
+    solution[moving] = np.nan
+    return solution
 
 
 def require_near(near: np.ndarray, points: np.ndarray, yarn: np.ndarray) -> None:
@@ -263,14 +263,14 @@ class InverseMap:
 
         Raises MeshError if a place is too far from its yarn.
         """
-        found = np.empty((len(points), self.elements.shape[1]), dtype=np.int64)
+        nearest = np.empty((len(points), self.elements.shape[1]), dtype=np.int64)
         natural = np.empty((len(points), 3))
         owner = self.yarn[self.elements[:, 0]]
         for number in np.unique(yarn):
             here = yarn == number
-            found[here], natural[here] = self._nearest(self.elements[owner == number], points[here])
+            nearest[here], natural[here] = self._nearest(self.elements[owner == number], points[here])
         require_near(np.abs(natural).max(axis=1) <= FARTHEST, points, yarn)
-        return found, self.shape(natural)
+        return nearest, self.shape(natural)
 
     def _nearest(self, elements: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return nodes (k, a) of the elements that points lie in, or least far out of, and where in them (k, 3)."""

@@ -202,8 +202,8 @@ class Spline:
         rest = inner.T @ (values - matrix[:, [0, self.size - 1]] @ ends)
         if not np.all(normal.diagonal() > 0) or len(s) < self.size:
             raise MeshError(f"{len(s)} places of a yarn are too few to fit {self.size} splines")
-        found = splu(normal).solve(np.ascontiguousarray(rest)) if inner.shape[1] else rest
-        return np.concatenate([ends[:1], found, ends[1:]])
+        coefficients = splu(normal).solve(np.ascontiguousarray(rest)) if inner.shape[1] else rest
+        return np.concatenate([ends[:1], coefficients, ends[1:]])
 
 
 def _powers(knots: np.ndarray, degree: int) -> np.ndarray:

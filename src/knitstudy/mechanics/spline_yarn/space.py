@@ -148,10 +148,10 @@ class Space:
             first, along = space.spline.basis(s[here], orders=1)
             value, gradient = disc.gradients(space.degree, x[here])
             across = value if derivative in (None, 2) else gradient[..., derivative]
-            found, weight = space.weights(first, along[int(derivative == 2)], across)
-            nodes[here] = found[:, :1] + self.first_node[number]
-            nodes[here, : found.shape[1]] = found + self.first_node[number]
-            weights[here, : found.shape[1]] = weight
+            node, weight = space.weights(first, along[int(derivative == 2)], across)
+            nodes[here] = node[:, :1] + self.first_node[number]
+            nodes[here, : node.shape[1]] = node + self.first_node[number]
+            weights[here, : node.shape[1]] = weight
         return nodes, weights
 
     def matrix(self, yarn: np.ndarray, x: np.ndarray, s: np.ndarray) -> sp.csr_matrix:
@@ -249,23 +249,23 @@ def locate(
         own = space.yarns[number]
         start[here], size[here] = _start(own, nodes[space.first_node[number] :][: own.size], points[here])
 
-    def mapped(number: np.ndarray, found: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return shape(space, nodes, yarn[number], found[:, :2], found[:, 2])
+    def mapped(number: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return shape(space, nodes, yarn[number], places[:, :2], places[:, 2])
 
-    found = inverted(mapped, points, start, CLOSE * size)
-    require_near(np.isfinite(found[:, 0]), points, yarn)
-    return found[:, :2], found[:, 2]
+    places = inverted(mapped, points, start, CLOSE * size)
+    require_near(np.isfinite(places[:, 0]), points, yarn)
+    return places[:, :2], places[:, 2]
 
 
 def shape(
     space: Space, nodes: np.ndarray, yarn: np.ndarray, x: np.ndarray, s: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return places (k, 3) [m] and their derivatives (k, 3, 3), columns by x1, x2 [m] and s, of coordinates."""
-    found = []
+    shapes = []
     for derivative in (None, 0, 1, 2):
         at, weights = space.weights(yarn, x, s, derivative)
-        found.append(np.einsum("kc,kci->ki", weights, nodes[at]))
-    return found[0], np.stack(found[1:], axis=-1)
+        shapes.append(np.einsum("kc,kci->ki", weights, nodes[at]))
+    return shapes[0], np.stack(shapes[1:], axis=-1)
 
 
 def _start(yarn: YarnSpace, nodes: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -294,9 +294,9 @@ class Sampling:
     def __matmul__(self, nodes: np.ndarray) -> np.ndarray:
         """Return the values (S q, ...) of nodes (N, ...)."""
         flat = nodes.reshape(len(nodes), -1)
-        found = np.empty((len(self.s), len(self.points), flat.shape[1]))
+        values = np.empty((len(self.s), len(self.points), flat.shape[1]))
         for number, own in enumerate(self.space.yarns):
             here = self.yarn == number
             value, _ = along(own, flat[self.space.first_node[number] :][: own.size], self.s[here])
-            found[here] = disc.values(own.degree, self.points) @ value
-        return found.reshape(-1, *nodes.shape[1:])
+            values[here] = disc.values(own.degree, self.points) @ value
+        return values.reshape(-1, *nodes.shape[1:])

@@ -88,8 +88,8 @@ class Spans:
     def node_volume(self) -> np.ndarray:
         """Return the integrals (E, a) of N_j phi_k^2, of which those with k = 0 add up to the volume [m3]."""
         across = self._weight.transpose(1, 2, 0) @ self._table[2] ** 2  # (E, g, k)
-        found = (np.swapaxes(self._along[0], 1, 2) @ across).reshape(len(across), -1)
-        return found if self._kept is None else found[:, self._kept]
+        volume = (np.swapaxes(self._along[0], 1, 2) @ across).reshape(len(across), -1)
+        return volume if self._kept is None else volume[:, self._kept]
 
     def respond(
         self,
@@ -153,10 +153,10 @@ class Spans:
         sums = (rows @ nodes.reshape(e, d, -1)).reshape(e, 2, g, self._full, 3)
         value, slope = np.ascontiguousarray(sums.transpose(1, 4, 3, 0, 2)).reshape(2, 3, self._full, e * g)
         m = self._table.shape[1]
-        found = np.empty((3, 3, m, e * g))
-        np.matmul(self._table[:2].reshape(2 * m, -1), value, out=found[:, :2].reshape(3, 2 * m, -1))
-        np.matmul(self._table[2], slope, out=found[:, 2])
-        return found.reshape(3, 3, -1)
+        gradient = np.empty((3, 3, m, e * g))
+        np.matmul(self._table[:2].reshape(2 * m, -1), value, out=gradient[:, :2].reshape(3, 2 * m, -1))
+        np.matmul(self._table[2], slope, out=gradient[:, 2])
+        return gradient.reshape(3, 3, -1)
 
     def _sum_force(self, spans: slice, flux: np.ndarray) -> np.ndarray:
         """Return forces (e, a, 3) of weighted stresses (i, alpha, points)."""
@@ -201,8 +201,8 @@ class Spans:
             np.copyto(part, moduli)
             part.reshape(9, *part.shape[2:])[::4] += stress[alpha, beta]
             size = table.shape[1]
-            found = sums[:, first : first + 9 * size].reshape(e * g, 9, size).swapaxes(0, 1)
-            np.matmul(part.reshape(9, -1, e * g).swapaxes(1, 2), table, out=found)
+            summed = sums[:, first : first + 9 * size].reshape(e * g, 9, size).swapaxes(0, 1)
+            np.matmul(part.reshape(9, -1, e * g).swapaxes(1, 2), table, out=summed)
             first += 9 * size
         # Products of the splines and derivatives that go with them.
         splines = along.transpose(1, 2, 0, 3)
@@ -267,17 +267,17 @@ def _pair_tables(table: np.ndarray) -> tuple[list, np.ndarray]:
     across, along = slice(0, 2), slice(2, 3)
     half = np.triu_indices(n)
     every = tuple(np.indices((n, n)).reshape(2, -1))
-    found, first = [], 0
+    tables, first = [], 0
     places = np.empty((2, 2, n, n, 3, 3), dtype=np.intp)
     for rows, columns, (a, b) in ((across, across, half), (across, along, every), (along, along, half)):
         product = table[rows][:, None, :, a] * table[columns][None, :, :, b]
-        found.append(((rows, columns), np.ascontiguousarray(product.reshape(-1, len(a)))))
+        tables.append(((rows, columns), np.ascontiguousarray(product.reshape(-1, len(a)))))
         here = first + np.arange(9 * len(a)).reshape(3, 3, -1)
         row, column = rows.start // 2, columns.start // 2
         places[column, row, b, a] = here.transpose(2, 1, 0)
         places[row, column, a, b] = here.transpose(2, 0, 1)
         first += 9 * len(a)
-    return found, places.reshape(-1)
+    return tables, places.reshape(-1)
 
 
 def span_groups(
