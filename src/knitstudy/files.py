@@ -126,8 +126,10 @@ def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
     except FileNotFoundError as error:
         raise DataFileError(f"{path}: there is no such file; make it with `make study`") from error
     except (OSError, ValueError) as error:
-        said = said_by(error, OSError, ValueError)
-        raise DataFileError(f"{path}: is not a CSV table ({said}); delete it and run `make study`") from error
+        reason = said_by(error, OSError, ValueError)
+        raise DataFileError(
+            f"{path}: is not a CSV table ({reason}); delete it and run `make study`"
+        ) from error
     missing = [name for name in needs if name not in table.columns]
     if missing:
         there = ", ".join(map(repr, table.columns))

@@ -87,8 +87,8 @@ def find(what: str, entries: Mapping[str, Entry], name: str, where: str = "") ->
 
 def meanings(entries: Mapping[str, Entry]) -> str:
     """Return all names with what they mean, where entries say it."""
-    said = {name: getattr(entry, "meaning", "") for name, entry in entries.items()}
-    return listed([f"{name} ({meaning})" if meaning else name for name, meaning in sorted(said.items())])
+    by_name = {name: getattr(entry, "meaning", "") for name, entry in entries.items()}
+    return listed([f"{name} ({meaning})" if meaning else name for name, meaning in sorted(by_name.items())])
 
 
 def load_plugins(names: Iterable[str]) -> None:
@@ -105,8 +105,8 @@ def load_plugins(names: Iterable[str]) -> None:
             import_module(module)
             _imported[name] = module
         except (Exception, SystemExit) as error:  # whatever it is that a module of someone else's raises
-            said = said_by(error, ImportError)
-            raise ConfigurationError(f"plugins: {name!r} cannot be imported: {said}") from error
+            reason = said_by(error, ImportError)
+            raise ConfigurationError(f"plugins: {name!r} cannot be imported: {reason}") from error
 
 
 def plugin_files() -> list[Path]:

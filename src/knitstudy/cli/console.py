@@ -106,8 +106,8 @@ def load_plugins_of(config: Path) -> None:
         return
     for name in plugins:
         if not is_loaded(name):
-            said = f"{path}: plugin {name!r} was not run; to run its code, add --plugin {name}"
-            click.echo(printable(said), err=True)
+            message = f"{path}: plugin {name!r} was not run; to run its code, add --plugin {name}"
+            click.echo(printable(message), err=True)
 
 
 def _plugins(context: click.Context, option: click.Parameter, names: tuple[str, ...]) -> None:
@@ -156,9 +156,9 @@ def _scenes(context: click.Context, argument: click.Parameter, begun: str) -> li
     return [name for name in families if name.startswith(begun)]
 
 
-def scene_argument(name: str = "scene", **said: Any) -> Any:
+def scene_argument(name: str = "scene", **options: Any) -> Any:
     """Return the argument of a command that names a scene, or a file that defines one."""
-    return click.argument(name, is_eager=True, shell_complete=_scenes, **said)
+    return click.argument(name, is_eager=True, shell_complete=_scenes, **options)
 
 
 set_option = click.option(

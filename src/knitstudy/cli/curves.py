@@ -45,7 +45,7 @@ def _stiffnesses(scene: Scene) -> list[str]:
     return [key for key in STIFFNESSES if scene.value(key) is not None]
 
 
-def _read(measured: Path, scene: Scene, said: dict[str, Any]) -> tuple[Any, str]:
+def _read(measured: Path, scene: Scene, named: dict[str, Any]) -> tuple[Any, str]:
     """Return the measured curve for the direction of a scene, and its name."""
     from knitstudy.measures.measured_curve import read_curve
 
@@ -53,8 +53,8 @@ def _read(measured: Path, scene: Scene, said: dict[str, Any]) -> tuple[Any, str]
     if direction not in ("course", "wale") or scene.load.strain < 0:
         wanted = "a knit or a cell that is pulled in course or wale direction"
         raise ConfigurationError(f"scene {scene.name!r}: must be {wanted} to be compared with a curve")
-    only = dict(each.partition("=")[::2] for each in said.pop("only"))
-    given = {name: each for name, each in said.items() if each is not None}
+    only = dict(each.partition("=")[::2] for each in named.pop("only"))
+    given = {name: each for name, each in named.items() if each is not None}
     return read_curve(measured, given, only, direction), "-".join((measured.stem, *only.values()))
 
 
@@ -71,7 +71,7 @@ def _write(stem: Path, table: pd.DataFrame, curves: dict[str, pd.Series], title:
 @click.command()
 @click.argument("result", type=THERE)
 @_curve_options
-def compare(result: Path, measured: Path, **said: Any) -> None:
+def compare(result: Path, measured: Path, **named: Any) -> None:
     """Compare RESULT, the history of a knit or a cell (.nc), with MEASURED, a curve of force over strain (.csv).
 
     Columns and units are read from names such as "strain (%)" and "force_per_width_N_mm". Others are said once, by
@@ -92,7 +92,7 @@ def compare(result: Path, measured: Path, **said: Any) -> None:
 
     history = read_dataset(result)
     scene = console.recorded(str(result), {})[0]
-    whole, name = _read(measured, scene, said)
+    whole, name = _read(measured, scene, named)
     if "axis" not in history.attrs:
         raise DataFileError(f"{result}: is no history; name a file of runs/simulation")
     simulated = simulated_curve(history, STAGES["geometry"].function(scene))
@@ -140,7 +140,7 @@ def fit(
     changes: tuple,
     output: Path,
     config: Path,
-    **said: Any,
+    **named: Any,
 ) -> None:
     """Find the Young's modulus and the friction with which SCENE comes nearest to MEASURED, a curve (.csv).
 
@@ -167,7 +167,7 @@ def fit(
     for key in _stiffnesses(chosen):
         why = f"{key} is given in {unit_of(key)}, so that forces are not proportional to the modulus"
         raise ConfigurationError(f"scene {chosen.name!r}: {why}; leave it out, or compare results of several")
-    whole, name = _read(measured, chosen, said)
+    whole, name = _read(measured, chosen, named)
     curve = within(whole, chosen.load.strain)
     counted = f"{len(curve)} of {len(whole)} points"
     click.echo(f"{measured}: {counted}, up to load.strain, {chosen.load.strain:g}", err=True)

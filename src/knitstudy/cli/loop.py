@@ -27,8 +27,8 @@ KEYS = {
 
 
 def _key_options(command: Any) -> Any:
-    for name, (_, said) in reversed(KEYS.items()):
-        command = click.option(f"--{name}", type=float, help=said)(command)
+    for name, (_, meaning) in reversed(KEYS.items()):
+        command = click.option(f"--{name}", type=float, help=meaning)(command)
     return command
 
 
@@ -68,12 +68,12 @@ def loop(
     from knitstudy.geometry.lay_out import lay_out
     from knitstudy.measures.summary import summarise
 
-    said = {KEYS[name][0]: value for name, value in known.items() if value is not None}
+    keys = {KEYS[name][0]: value for name, value in known.items() if value is not None}
     if points is not None:
-        said["pattern.points_file"] = str(points)
+        keys["pattern.points_file"] = str(points)
     if scene is None:  # the first one with loops
         scene = next(name for name, each in load_scenes(config).items() if "pattern" in each.sections)
-    chosen = changed_scene(scene, (*said.items(), *changes), config)
+    chosen = changed_scene(scene, (*keys.items(), *changes), config)
     if "pattern" not in chosen.sections:
         raise ConfigurationError(
             f"scene {chosen.name!r}: specimen is {chosen.specimen} but must be made of loops"
@@ -85,5 +85,5 @@ def loop(
     print_table(("quantity", "value", "unit"), [(each.name, each.value, each.unit) for each in quantities])
     save(draw_loop(geometry), [output], {}, f"Loop of {chosen.name}")
     click.echo(f"{output}: the loop from the front and from the side")
-    if said:
-        click.echo(" ".join(f"--set {key}={plain(value)}" for key, value in said.items()))
+    if keys:
+        click.echo(" ".join(f"--set {key}={plain(value)}" for key, value in keys.items()))

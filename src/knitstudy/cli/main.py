@@ -48,7 +48,7 @@ class Commands(click.Group):
     def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of subcommands."""
         with formatter.section("Commands"):
-            formatter.write_dl([(name, said) for name, (_, said) in COMMANDS.items()])
+            formatter.write_dl([(name, meaning) for name, (_, meaning) in COMMANDS.items()])
 
     def invoke(self, context: click.Context) -> Any:
         """Run a subcommand; with ``--traceback`` its errors pass as they are."""
@@ -59,20 +59,20 @@ class Commands(click.Group):
         except (KnitstudyError, OSError, MemoryError, KeyboardInterrupt) as error:
             if context.params["traceback"]:
                 raise
-            said, status = str(error), INCOMPLETE if isinstance(error, EndedEarly) else 1
+            message, status = str(error), INCOMPLETE if isinstance(error, EndedEarly) else 1
             if isinstance(error, KeyboardInterrupt):
-                said, status = said or "stopped; what was there before is as it was", STOPPED
+                message, status = message or "stopped; what was there before is as it was", STOPPED
             if isinstance(error, MemoryError):
-                said = f"out of memory ({said or 'no more details'}); use larger elements"
+                message = f"out of memory ({message or 'no more details'}); use larger elements"
         except (Exception, SystemExit) as error:
             plugin = plugin_behind(error)
             if context.params["traceback"] or not plugin:
                 raise
-            said, status = said_by(error), 1
-            said = f"plugin {plugin!r} ended the command: {said}; --traceback shows where"
+            message, status = said_by(error), 1
+            message = f"plugin {plugin!r} ended the command: {message}; --traceback shows where"
         from knitstudy.cli.console import printable
 
-        for line in f"error: {said}".split("\n"):
+        for line in f"error: {message}".split("\n"):
             click.echo(printable(line), err=True)
         context.exit(status)
 

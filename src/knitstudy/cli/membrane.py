@@ -59,8 +59,8 @@ def _require_one_fabric(results: tuple[Path, ...]) -> None:
     known: dict[str, Any] = {}
     for path in results:
         scene = console.recorded(str(path), {})[0]
-        said = {"interaction": scene.interaction} | scene.values_of("physics")
-        for key, value in said.items():
+        keys = {"interaction": scene.interaction} | scene.values_of("physics")
+        for key, value in keys.items():
             if not key.startswith("load.") and known.setdefault(key, value) != value:
                 of = "in the others: not one fabric"
                 raise DataFileError(f"{path}: {key} is {value} but {known[key]} {of}")
@@ -111,6 +111,6 @@ def strip(law: Path, length: float, width: float, strain: float, direction: str,
     if strain > known * (1 + 1e-9):
         click.echo(f"the law was fitted up to a strain of {known:.3g}: beyond it is extrapolated", err=True)
     if (share := float(-pulled["least_force"][-1] / pulled["largest_force"][-1])) > WRINKLES:
-        said = f"compressed by {100 * share:.2g} % of the largest force: a fabric wrinkles there"
-        click.echo(said, err=True)
+        remark = f"compressed by {100 * share:.2g} % of the largest force: a fabric wrinkles there"
+        click.echo(remark, err=True)
     click.echo(f"{path}: {law.stem} between clamps, {length:g} x {width:g} m", err=True)

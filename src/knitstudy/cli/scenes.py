@@ -119,8 +119,8 @@ def _checked_loop(scene: Scene) -> str:
     geometry = lay_out(scene)
     after = geometry.isel(state=-1)
     length, gap, other = (1e3 * float(after[name]) for name in ("loop_length", "gap", "other_gap"))
-    said = f"{length:.4g} mm of yarn, gaps of {gap:.3g} mm at crossings and {other:.3g} mm elsewhere"
-    return f"loop: {said}; {require_resolution(scene, fabric_of(geometry))}"
+    text = f"{length:.4g} mm of yarn, gaps of {gap:.3g} mm at crossings and {other:.3g} mm elsewhere"
+    return f"loop: {text}; {require_resolution(scene, fabric_of(geometry))}"
 
 
 def _print_keys(scene: Scene, sources: bool) -> None:
@@ -168,8 +168,8 @@ def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -
     Each line of the printed table costs more and is more accurate than the line before. If no model meets the
     accuracy or the budget, one message names the nearest.
     """
-    said = {f"ask.{name}": value for name, value in asks.items() if value is not None}
-    _print_plan(plan_of(scene, dict(changes) | said, config))
+    asked_keys = {f"ask.{name}": value for name, value in asks.items() if value is not None}
+    _print_plan(plan_of(scene, dict(changes) | asked_keys, config))
 
 
 def _print_plan(choice: Choice) -> None:

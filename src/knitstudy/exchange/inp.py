@@ -342,5 +342,5 @@ def write_shell(scene: Scene, path: Path | str, history: xr.Dataset) -> None:
     """Write one square shell element with the section of a cell, to be copied into a model of Abaqus."""
     numbers = [NUMBER % value for value in shell_entries(section_matrix(history))]
     data = lines(numbers, 8).rstrip()
-    said = {"name": scene.name, "version": code_version(), "square": SQUARE.format(element="S4R")}
-    write_text(SHELL.format(**said, entries=", ".join(SHELL_ENTRIES), data=data), path)
+    values = {"name": scene.name, "version": code_version(), "square": SQUARE.format(element="S4R")}
+    write_text(SHELL.format(**values, entries=", ".join(SHELL_ENTRIES), data=data), path)

@@ -39,7 +39,7 @@ LAWS = {
 DECK = """*HEADING
 {title}: an endless fabric as a membrane
 ** knitstudy {version}; m, N, Pa; forces per width are stresses times the thickness of {thickness:g} m
-{said}** A membrane has no bending stiffness.
+{remarks}** A membrane has no bending stiffness.
 {square}*MATERIAL, NAME=FABRIC
 {keyword}
 {data}*MEMBRANE SECTION, ELSET=FABRIC, MATERIAL=FABRIC, ORIENTATION=COURSE
@@ -51,11 +51,11 @@ def write_membrane(fitted: xr.Dataset, path: Path | str, dialect: str, title: st
     """Write the linear law of a dataset of `measures.membrane_fit.membrane` for a program."""
     if dialect not in LAWS:
         raise ConfigurationError(f"unknown deck dialect {dialect!r}; allowed are {', '.join(LAWS)}")
-    keyword, said = LAWS[dialect]
+    keyword, template = LAWS[dialect]
     off = (
         "NOT QUITE THE LAW: E . A E / 2 of Green's strains E (11, 22, 2 x 12) that is nearest to the states of the "
         f"cell. Forces are {100 * fitted.attrs['linear_error']:.2g} % off the cell (root mean square over all "
-        f"states), those of exponentials {100 * fitted.attrs['error']:.2g} %; {said}"
+        f"states), those of exponentials {100 * fitted.attrs['error']:.2g} %; {template}"
     )
     form = fitted["linear_form"].to_numpy() / THICKNESS
     largest = float(np.diag(form).max())
@@ -69,7 +69,7 @@ def write_membrane(fitted: xr.Dataset, path: Path | str, dialect: str, title: st
         title=title,
         version=code_version(),
         thickness=THICKNESS,
-        said=comment,
+        remarks=comment,
         square=SQUARE.format(element="M3D4"),
         keyword=keyword,
         data=lines((NUMBER % each for each in numbers), 8),

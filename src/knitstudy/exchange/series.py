@@ -57,8 +57,10 @@ def write_series(
         for time, part, file in entries
     ]
     head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">'
-    said = f"  <!-- {scene.name.replace('--', '- ')}; timestep: {name} -->"
-    write_text("\n".join([head, said, "  <Collection>", *lines, "  </Collection>", "</VTKFile>", ""]), path)
+    comment = f"  <!-- {scene.name.replace('--', '- ')}; timestep: {name} -->"
+    write_text(
+        "\n".join([head, comment, "  <Collection>", *lines, "  </Collection>", "</VTKFile>", ""]), path
+    )
     for old in set(folder.glob("*-[0-9]*.vtu")) - {path.parent / file for _, _, file in entries}:
         old.unlink()  # increments that this history does not have
 

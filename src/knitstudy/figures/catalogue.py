@@ -32,6 +32,6 @@ def draw(name: str, **sources: Any) -> Figure:
     except RenderingError as error:
         log.error("%s is left out: %s", name, error)
         note = Figure(figsize=(6.0, 1.5))
-        said = fill(f"{FIGURES.find(name).title} is left out: {error}", 80)
-        note.text(0.5, 0.5, said, ha="center", va="center", fontsize=8)
+        text = fill(f"{FIGURES.find(name).title} is left out: {error}", 80)
+        note.text(0.5, 0.5, text, ha="center", va="center", fontsize=8)
         return note

@@ -40,8 +40,8 @@ def draw(geometry: xr.Dataset) -> Figure:
     for axes, letter, state in zip(panels, "ab", STATES, strict=True):
         scale_bar(axes, 5, VIEW)
         panel_letter(axes, letter, f"{state} optimisation")
-        said = _numbers(geometry.sel(state=state), float(geometry["radius"]))
-        axes.text(0.5, -0.06, said, transform=axes.transAxes, ha="center", va="top")
+        text = _numbers(geometry.sel(state=state), float(geometry["radius"]))
+        axes.text(0.5, -0.06, text, transform=axes.transAxes, ha="center", va="top")
     return drawing
 
 

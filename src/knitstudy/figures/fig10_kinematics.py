@@ -73,15 +73,17 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     draw_forces(body, contacts, (contacts["yarn"].to_numpy() == yarn) @ [1.0, -1.0])
     scale_bar(body, 5, OBLIQUE)
     turned = np.degrees(np.linalg.norm(states["section_rotation"], axis=1))
-    said = zip(PERCENT * states["strain"], turned, MICROMETRE * np.abs(states["sliding"]), strict=True)
-    for k, (axes, (_, diameter, slide), numbers) in enumerate(zip(panels, views, said, strict=True), start=1):
+    labels = zip(PERCENT * states["strain"], turned, MICROMETRE * np.abs(states["sliding"]), strict=True)
+    for k, (axes, (_, diameter, slide), numbers) in enumerate(
+        zip(panels, views, labels, strict=True), start=1
+    ):
         axes.plot(*diameter.T, color=INK, linewidth=2.0, zorder=7, path_effects=HALO)
         draw_arrow(axes, *slide, ACCENT, 2.0)
         strain, angle, distance = map(float, numbers)
         panel_letter(axes, f"b{k}", f"{strain:.2f} % strain\nturned {angle:.1f}°, slid {distance:.0f} µm")
     scale_bar(panels[0], 1)
-    said = f"turn and slide are drawn {MAGNIFIED:g} times as large"
-    panels[1].text(0.5, -0.02, said, transform=panels[1].transAxes, ha="center", va="top")
+    labels = f"turn and slide are drawn {MAGNIFIED:g} times as large"
+    panels[1].text(0.5, -0.02, labels, transform=panels[1].transAxes, ha="center", va="top")
     _draw_spin(section, np.nan_to_num(states["contact_spin"]))
     _draw_histories(drawing, contacts)
     return drawing

@@ -35,9 +35,9 @@ def draw(knits: Mapping[str, xr.Dataset]) -> Figure:
         pictures.append([Picture(tubes, view, bounds(tubes, view, below=0.6)) for view in (FRONT, BACK)])
     drawing, panels = draw_rows(list(zip(*pictures, strict=True)), DOUBLE)
     for k, (name, loop) in enumerate(zip(knits, loops, strict=True)):
-        said = name.removeprefix(STUDIED).rpartition("-")[0]
+        stitch = name.removeprefix(STUDIED).rpartition("-")[0]
         front, back = panels[k], panels[k + len(loops)]
-        panel_letter(front, "abcdefgh"[k], f"{said}: {' / '.join(loop.stitches)}, front")
+        panel_letter(front, "abcdefgh"[k], f"{stitch}: {' / '.join(loop.stitches)}, front")
         panel_letter(back, "abcdefgh"[k], "back")
     scale_bar(panels[0], 1)
     return drawing

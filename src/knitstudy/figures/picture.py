@@ -108,10 +108,10 @@ def colour_bar(
 # ---- over the picture ----
 
 
-def write(axes: Axes, place: Sequence[float], text: str, **said: object) -> None:
+def write(axes: Axes, place: Sequence[float], text: str, **options: object) -> None:
     """Write a text about a place in the coordinates of the axes, legible on any background."""
     look = {"ha": "center", "va": "center", "path_effects": HALO, "zorder": 10}
-    axes.text(*place, text, **look | said)
+    axes.text(*place, text, **look | options)
 
 
 def label(axes: Axes, place: np.ndarray, text: str, offset: tuple[float, float], colour: str = INK) -> None:
@@ -123,11 +123,11 @@ def label(axes: Axes, place: np.ndarray, text: str, offset: tuple[float, float],
 
 
 def draw_arrow(
-    axes: Axes, tail: np.ndarray, vector: np.ndarray, colour: str, width: float, **said: object
+    axes: Axes, tail: np.ndarray, vector: np.ndarray, colour: str, width: float, **options: object
 ) -> None:
     """Draw an arrow from a place (2,) along a vector (2,) in the coordinates of the axes."""
     look = {"arrowstyle": "-|>", "linewidth": width, "color": colour, "shrinkA": 0, "shrinkB": 0}
-    axes.annotate("", np.add(tail, vector), tail, arrowprops=look | said, annotation_clip=False, zorder=7)
+    axes.annotate("", np.add(tail, vector), tail, arrowprops=look | options, annotation_clip=False, zorder=7)
 
 
 def scale_bar(axes: Axes, length: float, view: View | None = None, left: float = 0.03) -> None:

@@ -78,12 +78,12 @@ def resolution() -> int:
 
     Raises ConfigurationError when the environment variable KNITSTUDY_DPI is no whole number, too small or too large.
     """
-    said = os.environ.get(RESOLUTION, str(DPI))
-    if not said.isascii() or not said.isdigit() or not COARSEST <= int(said) <= FINEST:
+    text = os.environ.get(RESOLUTION, str(DPI))
+    if not text.isascii() or not text.isdigit() or not COARSEST <= int(text) <= FINEST:
         raise ConfigurationError(
-            f"{RESOLUTION} is {said!r}: allowed are whole numbers from {COARSEST} to {FINEST} (points an inch)"
+            f"{RESOLUTION} is {text!r}: allowed are whole numbers from {COARSEST} to {FINEST} (points an inch)"
         )
-    return int(said)
+    return int(text)
 
 
 @dataclass(frozen=True)
@@ -116,9 +116,9 @@ INTERACTIONS = {
 }
 
 
-def figure(width: float, height: float, **said: Any) -> Figure:
+def figure(width: float, height: float, **options: Any) -> Figure:
     """Return an empty figure of a size in mm; no global state of pyplot is involved."""
-    return Figure(figsize=(width / INCH, height / INCH), **said)
+    return Figure(figsize=(width / INCH, height / INCH), **options)
 
 
 def place(drawing: Figure, left: float, bottom: float, width: float, height: float) -> Axes:

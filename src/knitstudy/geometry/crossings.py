@@ -235,12 +235,12 @@ def windows_of_loop(loop: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         crossed = plane_crossings((u[one], lower[one]), (u, upper))
         crossed = crossed[np.argsort(crossed[:, 0], kind="stable")]
         times = f"{len(crossed)} times in {loop.columns} loops"
-        said = f"pattern.control_points: the yarns of neighbouring rows cross {times}"
+        fact = f"pattern.control_points: the yarns of neighbouring rows cross {times}"
         if len(crossed) != 4 * loop.columns:
-            raise GeometryError(f"{said}: allowed is 4 crossings a loop")
+            raise GeometryError(f"{fact}: allowed is 4 crossings a loop")
         if (np.diff(crossed[:, 1]) <= 0).any():
             turned = "a loop turns until its legs pass each other; take a larger pattern.wale_spacing"
-            raise GeometryError(f"{said}, not in the same order along both: {turned}")
+            raise GeometryError(f"{fact}, not in the same order along both: {turned}")
         every.append(crossed.reshape(-1, 4, 2)[:, ALONG].reshape(-1, 2))
     windows = []
     for row, here in enumerate(every):

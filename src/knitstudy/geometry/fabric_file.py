@@ -109,9 +109,9 @@ def fabric_dataset(fabric: Fabric) -> xr.Dataset:
             "arc": ((YARN, "ends"), arcs.arc, metre("where the piece begins and ends along that yarn")),
         }
     stitches = fabric.made_of.get("stitches", PLAIN)
-    said = {} if stitches == PLAIN else {"stitches": " ".join(stitches)}
+    attributes = {} if stitches == PLAIN else {"stitches": " ".join(stitches)}
     coordinates = {"xyz": ["x", "y", "z"], "xy": ["x", "y"], "ends": ["begin", "end"]}
-    return xr.Dataset(data, coords=coordinates, attrs={"specimen": fabric.specimen} | said)
+    return xr.Dataset(data, coords=coordinates, attrs={"specimen": fabric.specimen} | attributes)
 
 
 def _grips(fabric: Fabric) -> dict[str, tuple]:

@@ -340,21 +340,21 @@ class _Room:
 
         `nearest` says with which values a loop fits, of `share` of the radius.
         """
-        said = {}
+        quantities = {}
         if self.missing <= EXACT and not self.at_end:
             radius = np.dot(self.path.radius, [1, self.share])
             bend = radius / smallest_radius_of_curvature(*self.unit.curves)
             touching = self.near["distance"] < radius * self.unit.target + ACTIVE
             for row in sorted(set(self.near["above"][touching].astype(int))):
                 whose = ("one row", "neighbouring rows")[row] if row < 2 else f"rows {row} apart"
-                said["row" if row == 0 else "rows"] = f"yarns of {whose} touch beside the crossings"
+                quantities["row" if row == 0 else "rows"] = f"yarns of {whose} touch beside the crossings"
             if bend > LARGEST_CURVATURE - ACTIVE:
-                said["curvature"] = (
+                quantities["curvature"] = (
                     f"the yarn bends to R / rho = {bend:.2f}, allowed is {LARGEST_CURVATURE:g}"
                 )
-        said = said or {"interlock": reason}
-        message = f"{what}: {' and '.join(said.values())}" + (f". {nearest}" if nearest else "")
-        return InfeasibleLoop(message, said, share)
+        quantities = quantities or {"interlock": reason}
+        message = f"{what}: {' and '.join(quantities.values())}" + (f". {nearest}" if nearest else "")
+        return InfeasibleLoop(message, quantities, share)
 
     def _points(self, x: np.ndarray) -> np.ndarray:
         return self.unit.control_points + self._motions @ x[:-1]

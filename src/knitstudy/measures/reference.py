@@ -159,7 +159,7 @@ class RefinementSeries:
         return [resolution(scene) for scene in self.scenes]
 
     @property
-    def said(self) -> str:
+    def described(self) -> str:
         """Resolutions in words."""
         if self.name == SOLID_YARNS:
             return "p = " + ", ".join(f"{degree:g}" for degree in self.resolutions)

@@ -173,8 +173,8 @@ def _widths(dataset: xr.Dataset) -> list[Quantity]:
     """Return the strains and forces per width of a cell."""
     names = {"cell_strain": ("strain", "1"), "force_per_width": ("force over width", "N/m")}
     return [
-        Quantity(f"{way} {said} at the end", dataset[name].isel(increment=-1, plane=place).item(), unit)
-        for name, (said, unit) in names.items()
+        Quantity(f"{way} {quantity} at the end", dataset[name].isel(increment=-1, plane=place).item(), unit)
+        for name, (quantity, unit) in names.items()
         if "force_per_width" in dataset
         for place, way in enumerate(("course", "wale", "shear"))
     ]

@@ -56,16 +56,16 @@ class ScreenPicture:
         """Return the picture of a file; DataFileError when it cannot be read."""
         try:
             with Image.open(path) as image:
-                shown, said = image.convert("RGB"), dict(image.info)
+                shown, texts = image.convert("RGB"), dict(image.info)
         except (OSError, UnidentifiedImageError) as error:
             message = f"{path}: is no picture ({error}); make it again with `make study`"
             raise DataFileError(message) from error
         width, height = shown.size
-        millimetres = 25.4 * width / float(said.get("dpi", (300.0,))[0])
+        millimetres = 25.4 * width / float(texts.get("dpi", (300.0,))[0])
         shown.thumbnail((WIDTH, height), Image.Resampling.LANCZOS)
         stored = BytesIO()
         shown.save(stored, **FORMAT)
-        return cls(stored.getvalue(), width, height, said, millimetres)
+        return cls(stored.getvalue(), width, height, texts, millimetres)
 
     @property
     def uri(self) -> str:

@@ -78,13 +78,13 @@ def render(
     figures = {path.stem: _figure(path, captions, results, environment) for path in pictures}
     tables = {name: _table(name, table, captions) for name, table in results.items()}
     opening = captions["opening"]
-    said = [_filled(environment, f"sentence {text!r}", text) for text in opening["sentences"]]
+    sentences = [_filled(environment, f"sentence {text!r}", text) for text in opening["sentences"]]
     return environment.from_string(template.read_text(encoding="utf-8")).render(
         study=study,
         notes=notes,
         kept={} if kept is None else {row["id"]: row for row in kept.fillna("").to_dict("records")},
         asked=opening["asked"],
-        sentences=[text for text in said if NOTHING not in text],
+        sentences=[text for text in sentences if NOTHING not in text],
         first=next((figures[name] for name in opening["pictures"] if name in figures), None),
         figures=[figures[name] for name in FIGURES.names() if name in figures],
         tables=[tables[name] for name in TABLES.names() if name in tables and name != "verdicts"],

@@ -178,7 +178,7 @@ class Plan:
 
         if not any(results.glob(str(kept_of(Path(history.path_pattern.format(scene="*", knit="*")))))):
             return {}
-        return {scene.name: said for scene in scenes if (said := why(history, scene))}
+        return {scene.name: reason for scene in scenes if (reason := why(history, scene))}
 
     def steps(self, scenes: Iterable[Scene]) -> list[Step]:
         """Return everything that may be made of scenes, each path once and after what it is made from."""

@@ -63,8 +63,8 @@ def keys_of(dataset: xr.Dataset, path: Path | str) -> tuple[dict, dict]:
         keys, sources = (json.loads(dataset.attrs[name]) for name in (KEYS, SOURCES))
     except (KeyError, TypeError, ValueError) as error:
         made = dataset.attrs.get("code_version", "?")
-        said = f"has no keys of its scene (attributes {KEYS}, {SOURCES}), made by knitstudy {made}"
-        raise DataFileError(f"{path}: {said}; make it again from its scene, with this version") from error
+        fact = f"has no keys of its scene (attributes {KEYS}, {SOURCES}), made by knitstudy {made}"
+        raise DataFileError(f"{path}: {fact}; make it again from its scene, with this version") from error
     return keys, sources
 
 

@@ -93,10 +93,10 @@ class Stage:
         need, has = self.memory(scene) / 1000, machine_memory() / 1000
         if need > has:
             sizes = {key: scene.value(key) for key in OF_SIZE}
-            said = ", ".join(f"{key} is {value:g}" for key, value in sizes.items() if value is not None)
+            text = ", ".join(f"{key} is {value:g}" for key, value in sizes.items() if value is not None)
             much = f"the stage {self.name!r} would take some {need:.3g} GB, and this machine has {has:.3g}"
             remedy = "take a smaller specimen, larger elements, a lower degree, or solid yarns instead of hexahedra"
-            raise ConfigurationError(f"scene {scene.name!r}: {said}: {much}; {remedy}")
+            raise ConfigurationError(f"scene {scene.name!r}: {text}: {much}; {remedy}")
 
     def path(self, scene: Scene) -> Path:
         """Return the path of its result under the folder of results."""
@@ -146,8 +146,8 @@ def _require_fields(scene: Scene) -> None:
     """Refuse a scene that does not keep its fields."""
     if "fields" not in scene.outputs:
         why = "node_displacement, which deformed yarns and stresses come from, is kept with it"
-        said = f"outputs is [{', '.join(scene.outputs)}] but must hold 'fields'"
-        raise ConfigurationError(f"scene {scene.name!r}: {said}: {why}")
+        fact = f"outputs is [{', '.join(scene.outputs)}] but must hold 'fields'"
+        raise ConfigurationError(f"scene {scene.name!r}: {fact}: {why}")
 
 
 def _fields(scene: Scene, named: Named) -> Needs:

@@ -113,14 +113,14 @@ def rows_of(
             price = {SECONDS: record["seconds"], MEMORY: record["memory"]}
             size = {"unknowns [1]": record["unknowns"], "increments [1]": record["increments"]}
             share = {"uncertainty of the reference value [1]": true.uncertainty / true.value}
-            said = {"reason": record["reason"], "code": record.get("code", "")}
+            remarks = {"reason": record["reason"], "code": record.get("code", "")}
             of = {
                 "case": str(case),
                 "model setting": record["model setting"],
                 "question": question.name,
                 "quantity": quantity,
             }
-            rows.append({**about, **of, ERROR: error, **price, **size, **share, **said})
+            rows.append({**about, **of, ERROR: error, **price, **size, **share, **remarks})
     if rows:
         return rows
     failed = "; ".join(f"{each['model setting']}: {each['reason']}" for each in records if each["reason"])

@@ -188,17 +188,19 @@ def _studies(wanted: Any, where: str) -> tuple[str, ...]:
     return tuple(name for name in STUDIES if name in named)
 
 
-def _texts(wanted: Any, allowed: Sequence[str], what: str, said: str, also: str) -> list[str]:
+def _texts(wanted: Any, allowed: Sequence[str], what: str, prefix: str, also: str) -> list[str]:
     """Return a list of distinct allowed texts, or one as a list; a whole number is the text that it is written as."""
     listed = wanted if isinstance(wanted, list) else [wanted]
     texts = [str(each) if type(each) is int else each for each in listed]
     if not all(isinstance(each, str) for each in texts):
-        raise ConfigurationError(f"{said} is {wanted!r} but must be {also}of {', '.join(allowed)}, as texts")
+        raise ConfigurationError(
+            f"{prefix} is {wanted!r} but must be {also}of {', '.join(allowed)}, as texts"
+        )
     for each in texts:
         if texts.count(each) > 1:
-            raise ConfigurationError(f"{said} is {wanted!r}, with {each!r} twice")
+            raise ConfigurationError(f"{prefix} is {wanted!r}, with {each!r} twice")
         if each not in allowed:
-            raise ConfigurationError(f"{said}: {unknown_choice(f'unknown {what}', each, each, allowed)}")
+            raise ConfigurationError(f"{prefix}: {unknown_choice(f'unknown {what}', each, each, allowed)}")
     return texts
 
 
@@ -222,46 +224,46 @@ def _together(layers: Mapping[str, Any], taken: Mapping[str, str], where: str) -
     return merged
 
 
-def _values(keys: Any, taken: Mapping[str, str], said: str) -> Iterator[tuple[str, Any]]:
+def _values(keys: Any, taken: Mapping[str, str], prefix: str) -> Iterator[tuple[str, Any]]:
     """Yield keys with their values for the choices of a scene, by placeholder.
 
     ``KEY by PLACEHOLDER`` has a value for every choice, and ``{PLACEHOLDER}`` in a text stands for the choice.
     """
     if not isinstance(keys, dict):
-        raise ConfigurationError(f"{said}: {reprlib.repr(keys)} is no mapping of keys to values")
+        raise ConfigurationError(f"{prefix}: {reprlib.repr(keys)} is no mapping of keys to values")
     for key, value in keys.items():
         name = key
         if by := _BY.fullmatch(key):
             name, placeholder = by.groups()
-            choice = _choice(placeholder, taken, f"{said}: {key}")
+            choice = _choice(placeholder, taken, f"{prefix}: {key}")
             if not isinstance(value, dict):
                 wanted = f"a mapping that gives every {placeholder} its value"
-                raise ConfigurationError(f"{said}: {key} is {value!r} but must be {wanted}")
+                raise ConfigurationError(f"{prefix}: {key} is {value!r} but must be {wanted}")
             if choice not in value:
                 raise ConfigurationError(
-                    f"{said}: {key} has no value for {choice!r}, only for {', '.join(value)}"
+                    f"{prefix}: {key} has no value for {choice!r}, only for {', '.join(value)}"
                 )
             value = value[choice]
-        yield name, _filled(value, taken, f"{said}: {name}")
+        yield name, _filled(value, taken, f"{prefix}: {name}")
 
 
-def _filled(value: Any, taken: Mapping[str, str], said: str) -> Any:
+def _filled(value: Any, taken: Mapping[str, str], prefix: str) -> Any:
     """Return a value with every placeholder in its texts replaced by the choice that is taken for it."""
     if isinstance(value, list):
-        return [_filled(item, taken, said) for item in value]
+        return [_filled(item, taken, prefix) for item in value]
     if not isinstance(value, str):
         return value
-    text = _PLACEHOLDER.sub(lambda match: _choice(match[1], taken, f"{said} is {value!r}"), value)
+    text = _PLACEHOLDER.sub(lambda match: _choice(match[1], taken, f"{prefix} is {value!r}"), value)
     if "{" in text or "}" in text:
         raise ConfigurationError(
-            f"{said} is {value!r}, but braces stand around a placeholder, as in {{case}}"
+            f"{prefix} is {value!r}, but braces stand around a placeholder, as in {{case}}"
         )
     return text
 
 
-def _choice(placeholder: str, taken: Mapping[str, str], said: str) -> str:
+def _choice(placeholder: str, taken: Mapping[str, str], prefix: str) -> str:
     if placeholder not in taken:
         message = unknown_choice("unknown placeholder", placeholder, placeholder, list(taken))
         hint = f"an entry of scenes names what a placeholder runs through, as in '{placeholder}: all'"
-        raise ConfigurationError(f"{said}: {message}; {hint}")
+        raise ConfigurationError(f"{prefix}: {message}; {hint}")
     return taken[placeholder]

@@ -159,14 +159,14 @@ def allowed_values(section: type[Section], name: str) -> str:
     if known.allowed:
         return known.allowed() if callable(known.allowed) else known.allowed
     kinds = get_args(field.annotation) if isinstance(field.annotation, UnionType) else (field.annotation,)
-    said = _bounded("a whole number" if kinds[0] is int else "a number", field)
+    text = _bounded("a whole number" if kinds[0] is int else "a number", field)
     if get_origin(kinds[0]) is Literal:
-        said = listed(get_args(kinds[0]))
+        text = listed(get_args(kinds[0]))
     for registered in (each for each in field.metadata if isinstance(each, OneOf)):
-        said = meanings(registered.entries())
+        text = meanings(registered.entries())
     meaning = known.meaning or (f"in {known.unit}" if known.unit != "1" else "")
-    said += f", {meaning}" if meaning else ""
-    return said + (", or null" if NoneType in kinds else "")
+    text += f", {meaning}" if meaning else ""
+    return text + (", or null" if NoneType in kinds else "")
 
 
 def _bounded(number: str, field: FieldInfo) -> str:

@@ -22,8 +22,8 @@ def wrong_stitches(stitches: tuple[str, ...]) -> str | None:
     for row, letters in enumerate(stitches, 1):
         for stitch, letter in enumerate(letters, 1):
             if letter not in "KP":
-                said = f"{letter!r}, {OTHER_LETTERS[letter]}," if letter in OTHER_LETTERS else repr(letter)
-                return f"stitch {stitch} of row {row} is {said} but must be K (knit) or P (purl)"
+                text = f"{letter!r}, {OTHER_LETTERS[letter]}," if letter in OTHER_LETTERS else repr(letter)
+                return f"stitch {stitch} of row {row} is {text} but must be K (knit) or P (purl)"
     if not stitches or not stitches[0] or len({len(letters) for letters in stitches}) > 1:
         return 'it must be rows of the letters K and P, all of one length, the bottom row first, such as ["KP", "PK"]'
     return None

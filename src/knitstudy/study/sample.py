@@ -197,16 +197,16 @@ class Trade(Section):
                 key = "load.deformation" if case.specimen == "cell" and name == "direction" else key
                 return f"{key} is {value!r}, but models were measured with {' and '.join(between)}"
             if not isinstance(value, str) and not between[0] <= value * (1 + 1e-9) <= between[1] * (1 + 2e-9):
-                said = f"{key}{OVER.get(name, '')} is {value:.4g}"
-                return f"{said}, but models were measured from {between[0]:g} to {between[1]:g}"
+                fact = f"{key}{OVER.get(name, '')} is {value:.4g}"
+                return f"{fact}, but models were measured from {between[0]:g} to {between[1]:g}"
         here, there = _others(scene), _others(self.scene(case, Inputs.of(scene), defaults))
         for key, value in here.items():
             wanted = there.get(key)
             if wanted is None and value is not None:
                 return f"{key} is set, but models were measured without it"
             if value != wanted:
-                said = f"{lists(value)!r:.60}", f"{lists(wanted)!r:.60}"
-                return f"{key} is {said[0]}, but models were measured with {said[1]}"
+                fact = f"{lists(value)!r:.60}", f"{lists(wanted)!r:.60}"
+                return f"{key} is {fact[0]}, but models were measured with {fact[1]}"
         return ""
 
     def scene(self, case: Case, inputs: Inputs, defaults: Mapping, name: str = "sampled") -> Scene:
@@ -216,10 +216,10 @@ class Trade(Section):
         lacks = {"tie": OF_CONTACT, "rough": ("friction",)}.get(interaction, ())
         peirce = 2 * inputs.course + inputs.wale + PEIRCE
         lengths = {"course": inputs.course, "wale": inputs.wale, "length": inputs.length * peirce}
-        said = asdict(inputs) | {of: value * DIAMETER for of, value in lengths.items()}
-        said |= OF_KNIT if endless else {}
+        values = asdict(inputs) | {of: value * DIAMETER for of, value in lengths.items()}
+        values |= OF_KNIT if endless else {}
         keys = {"yarn.diameter": DIAMETER}
-        keys |= {KEYS[of]: value for of, value in said.items() if of not in lacks}
+        keys |= {KEYS[of]: value for of, value in values.items() if of not in lacks}
         if endless:
             keys["load.deformation"] = keys.pop("load.direction")
         document: dict = {"name": name, "knit": name, "fidelity": ANY, "outputs": []}

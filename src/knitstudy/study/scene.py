@@ -58,15 +58,15 @@ class Scene:
         Raises ConfigurationError when a key is unknown, missing, of another kind or has a value that is not allowed.
         """
         empty = [name for name, inside in document.items() if inside == {}]
-        said, yarn = without_yarn(flat(document), where)
-        document = nested(said := in_base_keys(said, where), where)
+        keys, yarn = without_yarn(flat(document), where)
+        document = nested(keys := in_base_keys(keys, where), where)
         if yarn:
             defaults = nested(flat(defaults) | yarn, where)
         document = {name: defaults[name] for name in Labels.model_fields if name in defaults} | document
         labels = labels_of(document, where)
         kind = Kind.of(labels, where)
         _require_all_of_yarn(kind, yarn, where)
-        for key in (*said, *empty):
+        for key in (*keys, *empty):
             if not kind.has(key):
                 raise ConfigurationError(f"{where}: {not_of_kind(kind, key)}")
         sections = {}
@@ -266,10 +266,10 @@ def _require_all_of_yarn(kind: Kind, given: Mapping[str, float], where: str) -> 
         raise ConfigurationError(f"{where}: {OF} gives {', '.join(lost)}, {of}; {remedy}")
 
 
-def nested(said: Mapping[str, Any], where: str) -> dict[str, Any]:
+def nested(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
     """Return nested keys from dotted ones; ConfigurationError where one does not exist."""
     document: dict[str, Any] = {}
-    for key, value in said.items():
+    for key, value in keys.items():
         set_dotted(document, key, value, where)
     return document
 

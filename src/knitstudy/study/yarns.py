@@ -72,7 +72,7 @@ def read_yarn(name: str, where: str = OF) -> YarnFile:
     own = Path(str(name))
     path = own if own.suffix in (".yaml", ".yml") else find("yarn", known_yarns(), str(name), where)
     yarn = validated(YarnFile, read_yaml(path), where := str(path))
-    values = {part: validated(Value, said, where, f"{part}.") for part, said in yarn.values.items()}
+    values = {part: validated(Value, entry, where, f"{part}.") for part, entry in yarn.values.items()}
     for part, each in values.items():
         _, unit = find("value of a yarn", KEYS, part, where)
         if each.unit != unit:

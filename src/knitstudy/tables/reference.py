@@ -29,7 +29,7 @@ COLUMNS = [
 # Columns of the values of single simulations, from which the limits follow.
 VALUES = ["scene", "strain [1]", "quantity", "unit", "value"]
 
-Found = list[tuple[RefinementSeries, dict[str, float]]]  # Refinement series with the values of their scenes
+Refined = list[tuple[RefinementSeries, dict[str, float]]]  # Refinement series with the values of their scenes
 
 
 @TABLES.add("reference", "The reference: limits of independent discretisations", results=RESULTS, order=16)
@@ -45,19 +45,19 @@ def tabulate(histories: Datasets, contacts: Datasets, scenes: Scenes) -> pd.Data
 def tabulate_series(histories: Datasets, contacts: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row a problem, strain, quantity and discretisation, from the coarsest to the finest values."""
     rows = []
-    for said, refined in _found(values_of(histories, contacts), scenes):
+    for head, refined in _refined(values_of(histories, contacts), scenes):
         for series, values in refined:
             limit = series.limit(values)
             row = {
                 "way": series.name,
-                "resolutions": series.said,
+                "resolutions": series.described,
                 "values": ", ".join(f"{values[scene.name]:.6g}" for scene in series.scenes),
                 "limit": limit.value,
                 "uncertainty": limit.uncertainty,
                 "assumed order [1]": series.order,
                 "observed order [1]": limit.order,
             }
-            rows.append(said | row)
+            rows.append(head | row)
     return pd.DataFrame(rows)
 
 
@@ -82,39 +82,39 @@ def limits(values: pd.DataFrame, scenes: Scenes) -> pd.DataFrame:
     Nothing says how far from a single discretisation another would be: as far as those of other problems at most.
     """
     single, rows = [], []
-    for said, series in _found(values, scenes):
+    for head, series in _refined(values, scenes):
         if len(series) > 1:
-            rows.append(_row(said, common_limit(_limits(series)), series))
+            rows.append(_row(head, common_limit(_limits(series)), series))
         else:
-            single.append((said, series))
+            single.append((head, series))
     apart: dict[tuple, float] = {}
     for row in rows:
         of = row["strain [1]"], row["quantity"]
         apart[of] = max(apart.get(of, 0.0), row["uncertainty from disagreement"] / abs(row["value"] or inf))
-    for said, series in single:
-        if share := apart.get((said["strain [1]"], said["quantity"])):
+    for head, series in single:
+        if share := apart.get((head["strain [1]"], head["quantity"])):
             (limit,) = _limits(series)
-            rows.append(_row(said, Common(limit.value, limit.uncertainty, share * abs(limit.value)), series))
+            rows.append(_row(head, Common(limit.value, limit.uncertainty, share * abs(limit.value)), series))
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def _limits(refined: Found) -> list[Limit]:
+def _limits(refined: Refined) -> list[Limit]:
     return [series.limit(values) for series, values in refined]
 
 
-def _row(said: dict, common: Common, refined: Found) -> dict:
-    return said | {
+def _row(row: dict, common: Common, refined: Refined) -> dict:
+    return row | {
         "value": common.value,
         "uncertainty": common.uncertainty,
         "relative uncertainty [1]": common.uncertainty / abs(common.value) if common.value else nan,
         "uncertainty from extrapolation": common.extrapolation,
         "uncertainty from disagreement": common.disagreement,
         "mostly from": common.origin,
-        "ways": "; ".join(f"{series.name} {series.said}" for series, _ in refined),
+        "ways": "; ".join(f"{series.name} {series.described}" for series, _ in refined),
     }
 
 
-def _found(values: pd.DataFrame, scenes: Scenes) -> Iterator[tuple[dict, Found]]:
+def _refined(values: pd.DataFrame, scenes: Scenes) -> Iterator[tuple[dict, Refined]]:
     """Yield what each row is of, and its refinement series whose simulations all have a value."""
     by_row = {
         key: dict(zip(of["scene"], of["value"], strict=True))

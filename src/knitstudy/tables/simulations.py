@@ -159,7 +159,7 @@ for order, (name, (title, case)) in enumerate(CHECKED.items(), start=10):
 
 def _ties(dns: xr.Dataset) -> list[Row]:
     area = dns["tied_area"]
-    said = (
+    rows = (
         ("tolerance of the ties beyond the clearance", "m", "tie_tolerance"),
         ("radius of the ties", "m", "tie_radius"),
         ("least stiffness of a tie", "N/m", "tie_least_stiffness"),
@@ -167,7 +167,7 @@ def _ties(dns: xr.Dataset) -> list[Row]:
         ("largest adjustment of a tied node", "m", "tie_largest_adjustment"),
     )
     return [
-        *((name, unit, dns.attrs[key], np.nan) for name, unit, key in said if key in dns.attrs),
+        *((name, unit, dns.attrs[key], np.nan) for name, unit, key in rows if key in dns.attrs),
         ("tied area of a crossing, smallest", "m2", area.min(), np.nan),
         ("tied area of a crossing, largest", "m2", area.max(), np.nan),
     ]

@@ -112,8 +112,8 @@ class Evidence:
 
     def _result(self, results: Datasets, kind: str) -> xr.Dataset:
         if self.direct.get(kind) not in results:
-            said = INTERACTIONS.get(kind, "isotropic friction in all rows, and with ties in the outer ones")
-            raise NotRun(f"{NO_DIRECT} {said}")
+            wanted = INTERACTIONS.get(kind, "isotropic friction in all rows, and with ties in the outer ones")
+            raise NotRun(f"{NO_DIRECT} {wanted}")
         return results[self.direct[kind]]
 
     def reference_of(self, kind: str) -> Reference:
