@@ -186,7 +186,7 @@ def checksum(dataset: xr.Dataset) -> str:
         else:
             digest.update(np.ascontiguousarray(values).data if values.size else b"")
     attributes = ((name, np.atleast_1d(value).tolist()) for name, value in dataset.attrs.items())
-    digest.update(str(sorted(each for each in attributes if each[0] != "checksum")).encode())
+    digest.update(str(sorted(attribute for attribute in attributes if attribute[0] != "checksum")).encode())
     return digest.hexdigest()[:16]
 
 

@@ -82,7 +82,10 @@ def loop(
     quantities = [
         each for each in summarise(geometry) if each.name not in ("kind", "loops", "rows", "crossings")
     ]
-    print_table(("quantity", "value", "unit"), [(each.name, each.value, each.unit) for each in quantities])
+    print_table(
+        ("quantity", "value", "unit"),
+        [(quantity.name, quantity.value, quantity.unit) for quantity in quantities],
+    )
     save(draw_loop(geometry), [output], {}, f"Loop of {chosen.name}")
     click.echo(f"{output}: the loop from the front and from the side")
     if keys:

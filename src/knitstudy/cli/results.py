@@ -259,7 +259,7 @@ def _print_differences(first: xr.Dataset, second: xr.Dataset, file: Path, other:
 
     try:
         keys = _keys(first, file), _keys(second, other)
-        shared = [row for row in pairs(*keys) if ": " not in row[0] or all(row[0] in each for each in keys)]
+        shared = [row for row in pairs(*keys) if ": " not in row[0] or all(row[0] in key for key in keys)]
         print_table(("key", str(file), str(other)), [row for row in shared if row[1] != row[2]])
         click.echo()
     except DataFileError as error:  # the numbers of an old file can be compared all the same

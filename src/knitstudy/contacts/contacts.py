@@ -208,7 +208,7 @@ class _Touch:
         """Sums (I, K, ...) of the values (p, ...) of the points, or (I, K, 2, ...) by side."""
         place, shape = self._at(by_side)
         columns = values.reshape(len(values), int(np.prod(values.shape[1:]))).T
-        sums = np.stack([np.bincount(place, each, int(np.prod(shape))) for each in columns], axis=-1)
+        sums = np.stack([np.bincount(place, column, int(np.prod(shape))) for column in columns], axis=-1)
         # Where nothing touches, bincount counts: integers, that forces of ties would be rounded to.
         return sums.astype(float).reshape(*shape, *values.shape[1:])
 

@@ -193,7 +193,7 @@ def write_inp(deck: Deck, path: Path | str, dialect: str) -> None:
     interaction; DataFileError if the file cannot be written.
     """
     words = keywords(deck, dialect)
-    departures = [*filter(None, (each.departure for each in words.values())), *deck.departures]
+    departures = [*filter(None, (word.departure for word in words.values())), *deck.departures]
     with replacing(path) as temporary, open(temporary, "w", encoding="ascii") as file:
         file.writelines(_cards(deck, dialect, words, departures))
     for sentence in departures:
@@ -236,7 +236,7 @@ def _cards(deck: Deck, dialect: str, words: dict[str, Keywords], departures: lis
 
 def lines(entries: Iterable, count: int = 12, end: str = "\n") -> str:
     """Return entries in lines of so many at most."""
-    texts = [str(each) for each in entries]
+    texts = [str(entry) for entry in entries]
     return end.join(", ".join(texts[i : i + count]) for i in range(0, len(texts), count)) + "\n"
 
 

@@ -72,7 +72,7 @@ def write_membrane(fitted: xr.Dataset, path: Path | str, dialect: str, title: st
         remarks=comment,
         square=SQUARE.format(element="M3D4"),
         keyword=keyword,
-        data=lines((NUMBER % each for each in numbers), 8),
+        data=lines((NUMBER % number for number in numbers), 8),
     )
     write_text(text, path)
 

@@ -64,5 +64,7 @@ def _draw_series(axes: Axes, series: Sweep, scale: Callable[[Point], float]) -> 
         marker = CHECKS[series.made_of.startswith(SOLID_YARNS)]
         look |= {"linestyle": "none", "marker": marker, "markersize": 5.0, "markerfacecolor": "none"}
         look["label"] = series.made_of
-    off = np.nan_to_num([each.uncertainty for each in motions])
-    axes.errorbar([scale(point) for point in series.points], [each.value for each in motions], off, **look)
+    off = np.nan_to_num([motion.uncertainty for motion in motions])
+    axes.errorbar(
+        [scale(point) for point in series.points], [motion.value for motion in motions], off, **look
+    )

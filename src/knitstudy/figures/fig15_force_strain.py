@@ -161,7 +161,7 @@ def force_curve(look: Look, history: xr.Dataset, reference: Reference) -> Curve:
 def owners(references: Iterable[Reference]) -> str:
     """Return in words whose force others are divided by: the reference's, without one the DNS's, or both."""
     return " or the ".join(
-        sorted({"reference's" if each.known else "DNS's" for each in references}, reverse=True)
+        sorted({"reference's" if reference.known else "DNS's" for reference in references}, reverse=True)
     )
 
 

@@ -130,7 +130,7 @@ def place(drawing: Figure, left: float, bottom: float, width: float, height: flo
 def shared_legend(drawing: Figure, **look: Any) -> Legend:
     """Draw one legend of all labels in a figure, each once, at the lower edge unless a place is given."""
     pairs = [zip(*axes.get_legend_handles_labels(), strict=True) for axes in drawing.axes]
-    unique = {label: handle for each in pairs for handle, label in each}
+    unique = {label: handle for pair in pairs for handle, label in pair}
     return drawing.legend(unique.values(), unique.keys(), **{"loc": "lower center"} | look)
 
 

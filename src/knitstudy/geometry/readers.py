@@ -73,7 +73,7 @@ def read_centrelines(path: Path) -> Fabric:
         )
     if (short := min(map(len, points))) < FEWEST:
         raise DataFileError(f"{path}: a yarn has {short} points; allowed are {FEWEST} or more")
-    return of_curves([centreline(each) for each in points], float(radius[0]))
+    return of_curves([centreline(point) for point in points], float(radius[0]))
 
 
 READERS.register(Reader(".csv", "points of the centrelines of all yarns", read_centrelines))

@@ -147,7 +147,11 @@ class Display:
 
 def _taken(make: Callable[..., Any], attributes: Mapping[str, Any]) -> dict[str, Any]:
     """Return attributes with the arguments of a function: arguments that are no results are files."""
-    named = [each for each in signature(make).parameters.values() if each.kind is not each.VAR_KEYWORD]
+    named = [
+        parameter
+        for parameter in signature(make).parameters.values()
+        if parameter.kind is not parameter.VAR_KEYWORD
+    ]
     names = [
         each.name
         for each in named

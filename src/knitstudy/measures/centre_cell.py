@@ -179,7 +179,7 @@ def angle_to_x(stresses: Sequence[xr.Dataset], kind: str) -> Estimate:
     The value is of the first of several discretisations. The uncertainty is half the range over equivalent segments,
     or the largest difference to the other discretisations where that is larger.
     """
-    means = [angles[:, 0].mean() for each in stresses if len(angles := stress_angles(each, kind))]
+    means = [angles[:, 0].mean() for stress in stresses if len(angles := stress_angles(stress, kind))]
     if not means:
         return UNKNOWN
     first = stress_angles(stresses[0], kind)[:, 0]

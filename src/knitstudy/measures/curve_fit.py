@@ -107,7 +107,7 @@ def fit(
 
 
 def _by_friction(forces: Mapping[float, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    return np.array(sorted(forces)), np.array([forces[each] for each in sorted(forces)])
+    return np.array(sorted(forces)), np.array([forces[force] for force in sorted(forces)])
 
 
 def _widened(best: Fit, before: Fit, ratio: np.ndarray) -> Fit:
@@ -127,7 +127,7 @@ def _widened(best: Fit, before: Fit, ratio: np.ndarray) -> Fit:
 
 def _likeliest(measured: np.ndarray, frictions: np.ndarray, forces: np.ndarray) -> Fit:
     kinds = (False, True) if (measured > 0).all() and (forces > 0).all() else (False,)
-    fits = [_fit(measured, frictions, forces, each) for each in kinds]
+    fits = [_fit(measured, frictions, forces, kind) for kind in kinds]
     return max(fits, key=lambda best: best.likelihood)
 
 

@@ -53,8 +53,8 @@ class Reference:
         estimates = [Estimate(0.0, 0.0), *(self.at(response.FORCE, strain) for strain in strains)]
         return (
             np.array([0.0, *strains]),
-            np.array([each.value for each in estimates]),
-            np.array([each.uncertainty for each in estimates]),
+            np.array([estimate.value for estimate in estimates]),
+            np.array([estimate.uncertainty for estimate in estimates]),
         )
 
     def ratio(self, history: xr.Dataset, quantity: str, values: np.ndarray) -> Estimate:

@@ -84,7 +84,9 @@ def sweeps_of(key: str, histories: Datasets, scenes: Scenes, reference: pd.DataF
         if len(points) > 1:
             sweeps.append(Sweep(keep, kind[0], _made_of(group[0]), False, tuple(points)))
             most[keep, kind[0]] = max(most.get((keep, kind[0]), 0), len(points))
-    marked = [replace(each, main=len(each.points) == most[each.keep, each.interaction]) for each in sweeps]
+    marked = [
+        replace(sweep, main=len(sweep.points) == most[sweep.keep, sweep.interaction]) for sweep in sweeps
+    ]
     return sorted(marked, key=lambda each: (list(HELD).index(each.keep), not each.main))
 
 

@@ -56,7 +56,7 @@ class Assembly:
             batch for number, each in enumerate(groups) for batch in _batches(number, each, pairs)
         ]
         spans = transformation is None and all(  # consecutive nodes in elements, and elements that rise
-            np.all(np.diff(each, axis=1) == 1) and np.all(np.diff(each[:, 0]) > 0) for each in groups
+            np.all(np.diff(group, axis=1) == 1) and np.all(np.diff(group[:, 0]) > 0) for group in groups
         )
         if transformation is None:
             transformation = sp.identity(nodes, format="csr")

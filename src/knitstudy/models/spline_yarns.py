@@ -156,7 +156,7 @@ def space_on(scene: Scene, spans: list[YarnSpans]) -> Space:
     """Return the space of a scene's yarns on their spans; yarns with the same spans share theirs."""
     degree = scene.mesh.spline_degree
     kinds = {kind: yarn_space(kind.breaks, kind.degrees, degree, kind.sharp) for kind in set(spans)}
-    return Space(tuple(kinds[each] for each in spans))
+    return Space(tuple(kinds[span] for span in spans))
 
 
 def undeformed(space: Space, fabric: Fabric) -> np.ndarray:

@@ -111,7 +111,7 @@ def stressed_points(
     material: Material,
 ) -> tuple[np.ndarray, ...]:
     """Return places, displacements (k, q, 3), slopes of places, gradients and Cauchy stresses (k, q, 3, 3)."""
-    (place, slope), (displacement, change) = (sections(yarn, each, s, x) for each in nodes)
+    (place, slope), (displacement, change) = (sections(yarn, node, s, x) for node in nodes)
     gradient = deformation_gradient(slope, change)
     axes = axes_along(slope[..., 2].reshape(-1, 3))
     stress = cauchy_stress(gradient.reshape(-1, 3, 3), material, axes).reshape(gradient.shape)
@@ -192,7 +192,7 @@ def stress(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dat
     fabric, swept = fabric_of(geometry), SweptMesh.from_dataset(mesh)
     moved = history["node_displacement"].to_numpy()
     cells = CELL_STRESS[scene.fidelity](scene, swept, fabric, moved)
-    parts = segments(fabric.crossings, np.array([each.length for each in fabric.centrelines]))
+    parts = segments(fabric.crossings, np.array([centreline.length for centreline in fabric.centrelines]))
     values = {
         "cell_stress": cells.mean[:, VOIGT[:, 0], VOIGT[:, 1]],
         "cell_volume": cells.volume,

@@ -77,7 +77,9 @@ class Displays:
         display, folder = self.catalogue.find(name), Path(folder)
         if name not in self.sources:
             needed = [
-                each for each in display.results.values() if not each.optional and not self._steps(each)
+                result
+                for result in display.results.values()
+                if not result.optional and not self._steps(result)
             ]
             scenes = ", ".join(f"{each.stage} of {' or '.join(each.names)}" for each in needed)
             raise ConfigurationError(

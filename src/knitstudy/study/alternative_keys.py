@@ -82,7 +82,11 @@ def without_yarn(keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], d
     if OF not in said:
         return said, {}
     yarn, stitches = read_yarn(said.pop(OF), where), tuple(said.get(STITCHES) or ())
-    lengths = [each.value for each in yarn.loop_lengths if each.stitches == stitches and each.value]
+    lengths = [
+        loop_length.value
+        for loop_length in yarn.loop_lengths
+        if loop_length.stitches == stitches and loop_length.value
+    ]
     if lengths and (said.get(LENGTH), said.get(POINTS)) == (None, None):
         said[LENGTH] = lengths[-1]
     return said, {KEYS[part][0]: each.value for part, each in yarn.values.items() if each.value is not None}

@@ -141,7 +141,7 @@ def _blocks(document: dict, shared: Blocks, path: Path) -> dict[str, dict[str, d
 
 def _entries(document: dict, path: Path) -> list[dict]:
     scenes = document["scenes"]
-    if not isinstance(scenes, list) or not scenes or not all(isinstance(each, dict) for each in scenes):
+    if not isinstance(scenes, list) or not scenes or not all(isinstance(scene, dict) for scene in scenes):
         wanted = "a list whose entries begin with '- name: '"
         raise ConfigurationError(f"{path}: scenes is {reprlib.repr(scenes)} but must be {wanted}")
     return scenes
@@ -192,15 +192,15 @@ def _texts(wanted: Any, allowed: Sequence[str], what: str, prefix: str, also: st
     """Return a list of distinct allowed texts, or one as a list; a whole number is the text that it is written as."""
     listed = wanted if isinstance(wanted, list) else [wanted]
     texts = [str(each) if type(each) is int else each for each in listed]
-    if not all(isinstance(each, str) for each in texts):
+    if not all(isinstance(text, str) for text in texts):
         raise ConfigurationError(
             f"{prefix} is {wanted!r} but must be {also}of {', '.join(allowed)}, as texts"
         )
-    for each in texts:
-        if texts.count(each) > 1:
-            raise ConfigurationError(f"{prefix} is {wanted!r}, with {each!r} twice")
-        if each not in allowed:
-            raise ConfigurationError(f"{prefix}: {unknown_choice(f'unknown {what}', each, each, allowed)}")
+    for text in texts:
+        if texts.count(text) > 1:
+            raise ConfigurationError(f"{prefix} is {wanted!r}, with {text!r} twice")
+        if text not in allowed:
+            raise ConfigurationError(f"{prefix}: {unknown_choice(f'unknown {what}', text, text, allowed)}")
     return texts
 
 

@@ -80,5 +80,7 @@ def read_yarn(name: str, where: str = OF) -> YarnFile:
         if (each.value is None) != (each.provenance == "unknown"):
             only = "where its provenance is unknown, and only there"
             raise ConfigurationError(f"{where}: {part}.value must be null {only}")
-    lengths = tuple(validated(LoopLength, each, where, "loop_lengths.") for each in yarn.loop_lengths)
+    lengths = tuple(
+        validated(LoopLength, loop_length, where, "loop_lengths.") for loop_length in yarn.loop_lengths
+    )
     return yarn.model_copy(update={"values": values, "loop_lengths": lengths})

@@ -81,7 +81,7 @@ def tabulate(claims: pd.DataFrame, readings: pd.DataFrame, **sources: Any) -> pd
 @TABLES.add("readings", "Claims under every reading of the paper", **SOURCES, order=16)
 def tabulate_readings(readings: pd.DataFrame, **sources: Any) -> pd.DataFrame:
     """Return one row a reading, the base first: force, motion, verdicts, and the claims that depend on the reading."""
-    return pd.DataFrame([_row(each) for each in findings(readings, **sources) if each.evidence])
+    return pd.DataFrame([_row(reading) for reading in findings(readings, **sources) if reading.evidence])
 
 
 def _row(finding: Finding) -> dict[str, object]:
@@ -110,7 +110,7 @@ def tabulate_combinations(readings: pd.DataFrame, **sources: Any) -> pd.DataFram
 
 
 def _combination(combined: Combination, base: Combination) -> dict[str, object]:
-    words = [f"{each.reading.choice}: {each.reading.reading}" for each in combined.findings]
+    words = [f"{finding.reading.choice}: {finding.reading.reading}" for finding in combined.findings]
     counts = combined.counts
     return {
         "combination": "; ".join(words) or "base",
@@ -118,5 +118,5 @@ def _combination(combined: Combination, base: Combination) -> dict[str, object]:
         "open [1]": counts[OPEN] + counts[NOT_RUN],
         "gained": ", ".join(sorted(combined.holding - base.holding)),
         "lost": ", ".join(sorted(base.holding - combined.holding)),
-        "against": "; ".join(filter(None, (each.reading.against for each in combined.findings))),
+        "against": "; ".join(filter(None, (finding.reading.against for finding in combined.findings))),
     }

@@ -33,7 +33,7 @@ class Combination:
         return {claim: self._verdict(claim) for claim in self.base.judged}
 
     def _verdict(self, claim: str) -> str:
-        touching = [each for each in self.findings if claim in each.touched]
+        touching = [finding for finding in self.findings if claim in finding.touched]
         if len(touching) > 1:
             return OPEN
         return (touching or [self.base])[0].judged[claim].verdict

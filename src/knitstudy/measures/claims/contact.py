@@ -221,7 +221,9 @@ def judge_order(quantity: str, order: tuple[str, ...], evidence: Evidence) -> Ju
         value = scale * response.at_strain(history, strain, values(history, history))
         shown.append(Row(f"{quantity} of DNS, {INTERACTIONS[kind]}", f"{value:.3g} {unit}"))
     references = {kind: evidence.reference_of(kind) for kind in order}
-    common = set.intersection(*(set(each.strains(quantity, strain)) for each in references.values()))
+    common = set.intersection(
+        *(set(reference.strains(quantity, strain)) for reference in references.values())
+    )
     if not common:
         raise NotRun("there is no reference of all of these", *shown)
     known = {

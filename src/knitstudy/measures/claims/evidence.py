@@ -84,7 +84,7 @@ class Evidence:
         main = next((name for name in SOLIDS if direct[name]), SOLIDS[0])
         others = [direct[name] for name in AGAIN if name != main and direct[name]]
         again = {
-            made_of(self.scenes[next(iter(each.values()))]): replace(self, direct=each) for each in others
+            made_of(self.scenes[next(iter(other.values()))]): replace(self, direct=other) for other in others
         }
         return replace(self, direct=direct[main], again=again)
 

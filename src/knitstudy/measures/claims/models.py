@@ -289,7 +289,7 @@ def judge_beams(evidence: Evidence) -> Judgement:
         known = evidence.reference_of("untied")
         if not known.known:
             known = transferred_uncertainty(case.reference, case.dns.history, solids)
-        alike, rows = [each for each in case.beams if each.scene.value("contact.tied_edges") == ties], []
+        alike, rows = [beam for beam in case.beams if beam.scene.value("contact.tied_edges") == ties], []
     else:
         raise NotRun("the study has no solids whose rows are tied as those of the beams")
     ratio = known.force_ratio(beams.history)

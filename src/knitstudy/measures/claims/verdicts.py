@@ -165,7 +165,7 @@ def conclude(claim: str, uncertainty: str, judged_by: Sequence[Finding]) -> Judg
     """Return the verdict on a claim under the base, which comes first, and how many readings share the verdict."""
     first, *others = judged_by
     judged = decide(RULES[claim], first.evidence, uncertainty)
-    decided = [each for each in others if claim in each.touched and each.judged[claim].verdict in DECIDED]
+    decided = [other for other in others if claim in other.touched and other.judged[claim].verdict in DECIDED]
     if judged.verdict == NOT_RUN or not decided:
         return judged
     alike = sum(each.judged[claim].verdict == judged.verdict for each in decided)

@@ -195,7 +195,7 @@ class LineContact:
 
     def shaped(self, pairs: PointPairs, bends: list[Expansion]) -> tuple[Expansion, Expansion, Expansion]:
         """Return r [m], c times both lengths [m2], and the factor by the shape, as functions of `bends`."""
-        values = np.stack([each.value for each in bends], axis=1)
+        values = np.stack([bend.value for bend in bends], axis=1)
         k_a, k_b, cos, r = Expansion.variables(values, second=bends[0].bend is not None)
         density, shape = self.repulsion.patch.density(k_a, k_b, cos)
         return r, density.times(self.weight[pairs.i] * self.weight[pairs.j]), shape
@@ -319,7 +319,7 @@ class LineContact:
         pairs = self.pairs(state.position, vectors, near=True)
         z, bends = self.bends(pairs, self.axes.at(state.position, vectors))
         _, *weights = self.shaped(pairs, bends)
-        density, shape = (each.value for each in weights)
+        density, shape = (weight.value for weight in weights)
         angles = np.stack([each.value for each in bends[:3]], axis=1)
         close = ClosePairs(pairs, z, angles, density, shape)
         return remember(self.repulsion, self.friction, state, close, rubs, history.dissipated)
