@@ -25,11 +25,15 @@ class LogHandler(LogHandlerBase):
     has_filter, has_formatter, needs_rulegraph = True, True, False
 
     def __post_init__(self) -> None:
-        self.started, self.messages, self.last = time.monotonic(), {}, ""
+        self.started, self.messages, self.last, self.planned = time.monotonic(), {}, "", False
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print what a user wants to know of a record."""
         match getattr(record, "event", None):
+            case LogEvent.RUN_INFO if self.common_settings.dryrun and not self.planned:
+                self.planned = True
+                for rule, count in record.stats.items():
+                    self.print(f"{count:6}  {rule}")
             case LogEvent.JOB_INFO:
                 self.messages[record.jobid] = record.rule_msg or record.rule_name
             case LogEvent.JOB_FINISHED:

@@ -114,7 +114,7 @@ def test_a_cell_has_the_values_that_its_specimen_requires():
             {"interaction": "rough", "outputs": [], "contact.tied_edges": "outer"},
             "contact.tied_edges is 'outer' but must be none where specimen is cell",
         ),
-        ({"outputs": ["fields"]}, r"outputs is \['fields'\] but must be a list out of \[vtu, deck\]"),
+        ({"outputs": ["film"]}, r"outputs is \['film'\] but must be a list out of \[fields, vtu, deck\]"),
     ],
 )
 def test_what_a_cell_cannot_be_is_refused_by_name(changes, message):

@@ -130,3 +130,28 @@ def test_reader_that_has_gone_ends_the_command_in_silence(start):
         process.stdout.close()
         messages = process.stderr.read()
     assert (process.returncode, messages) == (1, "")
+
+
+def test_a_cell_writes_its_outputs_and_pictures(knitstudy, tmp_path):
+    changes = ("--set", "outputs=[fields,vtu]", "--set", "solver.increments=2", "--set", "name=cell")
+    assert knitstudy("run", "cell-course", *changes).returncode == 0
+    runs = tmp_path / "runs" / "simulation"
+    assert {"cell.nc", "cell.pvd", "cell.vtu"} <= {path.name for path in runs.iterdir()}
+    shown = ("show", str(runs / "cell.nc"), "--picture", "cell.png", "--interactive", "cell.html")
+    ended = knitstudy(*shown, "--colour", "stress")
+    assert ended.returncode == 0, ended.stderr
+    assert (tmp_path / "cell.png").stat().st_size > 10_000
+    assert "von Mises stress (MPa)" in (tmp_path / "cell.html").read_text()
+    ended = knitstudy("show", str(runs / "cell.nc"), "--animation", "cell.webp")
+    assert ended.returncode == 0, ended.stderr
+    assert (tmp_path / "cell.webp").read_bytes()[8:12] == b"WEBP"
+    refused = knitstudy("show", str(runs / "cell.nc"), "--animation", "cell.gif")
+    assert (refused.returncode, refused.stderr) == (1, "error: cell.gif: must end with .webp\n")
+
+
+def test_a_dry_run_lists_the_jobs_and_runs_none(knitstudy, tmp_path):
+    ended = knitstudy("study", "ci", "--", "results/geometry/plain3x3.nc", "--dry-run")
+    assert ended.returncode == 0, ended.stderr
+    assert "     1  geometry" in ended.stderr
+    assert "nothing has been run" in ended.stdout
+    assert not (tmp_path / "results" / "geometry").exists()

@@ -16,6 +16,7 @@ from knitstudy.errors import ConfigurationError
 
 RESULTS, REPORT = Path("results"), Path("results/report.html")
 LOCK = Path("run/study.lock")
+DRY = {"-n", "--dry-run", "--dryrun"}  # Options of Snakemake that plan and run nothing
 
 
 @click.command(
@@ -55,6 +56,9 @@ def study(name: str, options: tuple[str, ...], folder: str | None) -> None:
     with alone():
         if status := snakemake(arguments):
             raise click.exceptions.Exit(status)
+    if DRY & {*options}:
+        click.echo(f"Study {name}: the jobs above would run, by rule; nothing has been run.")
+        return
     minutes, seconds = divmod(round(time.monotonic() - started), 60)
     report = f"Report: {REPORT.absolute()}. " if REPORT.exists() else ""
     click.echo(

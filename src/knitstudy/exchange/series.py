@@ -48,7 +48,8 @@ def write_series(
             target = folder / f"{part}-{number:04}.vtu"
             write_grid(target, points, cells, fields)
             entries.append((time, part, f"{path.stem}/{target.name}"))
-        if number == last and mesh is not None and "node_displacement" in history:
+        solid = mesh is not None or scene.fidelity == "spline_yarns"
+        if number == last and solid and "node_displacement" in history:
             write_deformed(scene, path.with_suffix(".vtu"), geometry, mesh, history)
             entries.append((time, "solids", f"{path.stem}.vtu"))
     order = {part: number for number, part in enumerate(dict.fromkeys(part for _, part, _ in entries))}

@@ -29,7 +29,7 @@ from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.exchange.vtu import write_deformed
 from knitstudy.figures.picture import BAR, bounds, colour_bar, draw_rows, scale_bar, tube
 from knitstudy.figures.renderer import MILLIMETRE, Picture, Surface, View
-from knitstudy.figures.style import SINGLE, resolution, styled
+from knitstudy.figures.style import SINGLE, YARNS, resolution, styled
 from knitstudy.files import replacing, write_text
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.fabric_file import fabric_of
@@ -40,6 +40,7 @@ COLOURS = colormaps["viridis"]
 COPIES = 3  # Copies of a cell in either direction
 NEAR = 1.5  # Distance along a yarn from a crossing up to which a colour is that of the crossing, in radii
 PAUSE = 180  # Time for which a picture of an animation stands [ms]
+PRESSED = 0.01  # Least contact pressure of opaque facets, over the largest
 FRAMES = 24  # Most pictures of an animation
 
 # Variable of the crossings, label and scale of a colour of crossings, by name.
@@ -210,7 +211,7 @@ def _solids(
         raise ConfigurationError("colour is 'pressure' but no yarns of the history are in contact")
     if name in grid.cell_data:
         grid = grid.cell_data_to_point_data()
-    surface = grid.extract_surface(nonlinear_subdivision=1).triangulate()
+    surface = grid.extract_surface(nonlinear_subdivision=1, algorithm="dataset_surface").triangulate()
     if name not in surface.point_data:
         surface[name] = _nearest_pressure(np.asarray(surface.points), history)
     triangles = surface.faces.reshape(-1, 4)[:, 1:]
@@ -238,8 +239,8 @@ def _nearest_pressure(points: np.ndarray, history: xr.Dataset) -> np.ndarray:
 @styled
 def draw(knit: Deformed, increment: int = -1, view: View = VIEW) -> Figure:
     """Return a figure of one increment with its bar of colours."""
-    surface = _surface(knit, increment)
-    picture = Picture([surface], view, bounds([_surface(knit, 0), _surface(knit, -1)], view))
+    window = bounds([*_surfaces(knit, 0), *_surfaces(knit, -1)], view)
+    picture = Picture(_surfaces(knit, increment), view, window)
     drawing, (axes,) = draw_rows([[picture]], SINGLE, head=6.0, foot=BAR)
     axes.set_title(f"{knit.strain[increment]:.1%} strain")
     scale_bar(axes, 10.0, view)
@@ -247,9 +248,15 @@ def draw(knit: Deformed, increment: int = -1, view: View = VIEW) -> Figure:
     return drawing
 
 
-def _surface(knit: Deformed, increment: int) -> Surface:
-    colours = knit.scale.to_rgba(knit.values[increment], bytes=True)[:, :3]
-    return Surface(knit.points[increment], knit.faces, "", colours=colours)
+def _surfaces(knit: Deformed, increment: int) -> list[Surface]:
+    """Return the facets of an increment; facets without contact pressure are translucent, as they hide the contacts."""
+    points, values = knit.points[increment], knit.values[increment]
+    colours = knit.scale.to_rgba(values, bytes=True)[:, :3]
+    if knit.label != FIELDS["pressure"][1] or not values.any():
+        return [Surface(points, knit.faces, "", colours=colours)]
+    pressed = values[knit.faces].max(axis=1) > PRESSED * values.max()
+    faint = Surface(points, knit.faces[~pressed], YARNS[0], opacity=0.15)
+    return [faint, Surface(points, knit.faces[pressed], "", colours=colours)]
 
 
 def animate(knit: Deformed, path: Path) -> None:

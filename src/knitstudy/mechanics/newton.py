@@ -130,7 +130,7 @@ def trace(
             largest = 0.5 * (target - now.load)
         attempts.add(now, path.spent, reason)
         size = 0.5 * (target - now.load)
-        log.warning("%s; trying %.3g of the load", reason, size)
+        log.info("%s: a shorter step follows, %.3g of the load", reason, size)
 
 
 def _target(load: float, size: float, prescribed: PrescribedDisplacement, settings: Settings) -> float:
@@ -381,11 +381,11 @@ class _Path:
         """Raise _Failed where more iterations are of no use, ConvergenceError where no shorter increment helps."""
         settings = self.settings
         if at.iterations == settings.iterations or at.idle >= settings.patience:
-            raise _Failed(
-                f"after {at.iterations} iterations the residual is {at.residual:.2e} "
-                f"(allowed {settings.residual_tolerance:.1e}) and the correction {at.correction:.2e} h "
-                f"(allowed {settings.correction_tolerance:.1e})"
-            )
+            residual = f"the residual is {at.residual:.2e} (allowed {settings.residual_tolerance:.1e})"
+            if np.isfinite(at.correction):  # there is none right after a change of contact
+                allowed = settings.correction_tolerance
+                residual += f" and the correction {at.correction:.2e} h (allowed {allowed:.1e})"
+            raise _Failed(f"after {at.iterations} iterations {residual}")
         if at.still >= 2 and not self._balanced(at):
             raise ConvergenceError(
                 f"rounding keeps the residual at {at.residual:.1e} (allowed {settings.residual_tolerance:.1e}): some "

@@ -58,6 +58,7 @@ def problem(scene: Scene, fabric: Fabric, parts: Discretisation) -> Problem:
         driven=model.lattice[None],
         stations=solids.stations_of(parts.mesh),
         observer=cell,
+        fields=yarns.fields if "fields" in scene.outputs else None,
         checks=(partial(require_sound, scene, yarns.model.loaded),),
         constants=yarns.ties.constants() | ({} if yarns.touches else cell.shell()),
         attributes={

@@ -84,6 +84,10 @@ def simulate(
     if STAGES["contacts"].of(scene):
         contacts = maker.obtain(STAGES["contacts"], scene)
     path = maker.folder and maker.folder / stage.path(scene)
+    if maker.folder:
+        for export in STAGES.values():
+            if not export.is_dataset and export.of(scene) and export.wanted(scene):
+                maker.export(export, scene)
     return Results(scene, beside["geometry"], history, beside.get("mesh"), contacts, path)
 
 
@@ -126,3 +130,10 @@ class _Maker:
                 log.info(f"{label}: written to %s", path)
         self.made[name] = result
         return result
+
+    def export(self, stage: Stage, scene: Scene) -> None:
+        """Write a file for another program that the outputs of a scene ask for."""
+        path = self.folder / stage.path(scene)
+        needed = {argument: self.obtain(*step) for argument, step in self.plan.needs(stage, scene).items()}
+        make(stage, scene, needed, path, "")
+        log.info(f"{stage.name} {scene.name}: written to %s", path)

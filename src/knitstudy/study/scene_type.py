@@ -40,8 +40,7 @@ class Specimen:
     sections: Sections
     geometry: tuple[str, ...]  # sections and dotted keys that its geometry depends on
     whole: bool = True  # whether all its yarns are whole and end
-    # What a scene may ask to be written besides; None where that is the model's
-    outputs: tuple[str, ...] | None = None
+    outputs: tuple[str, ...] = ()  # what a scene may ask to be written besides the outputs of its model
     # Dotted keys that have one value alone there, of scenes that have them
     requires: Mapping[str, Any] = field(default_factory=dict)
 
@@ -118,7 +117,7 @@ SPECIMENS = _by_name(
         {**_KNIT, "load": CellStrain},
         _KNIT_GEOMETRY,
         whole=False,
-        outputs=("vtu", "deck"),
+        outputs=("deck",),
         requires={"contact.tied_edges": "none", "solver.stabilisation": 0},
     ),
     Specimen(
@@ -213,8 +212,7 @@ class Kind:
         kind = cls(specimen, interaction, fidelity)
         if not set(labels.outputs) <= set(kind.outputs):
             allowed = f"a list out of [{', '.join(kind.outputs)}]" if kind.outputs else "[]"
-            what = "specimen" if specimen.outputs is not None else "fidelity"
-            wanted = f"{allowed} where {what} is {getattr(labels, what)}"
+            wanted = f"{allowed} where fidelity is {labels.fidelity}"
             raise ConfigurationError(f"{where}: outputs is {list(labels.outputs)} but must be {wanted}")
         return kind
 
@@ -226,7 +224,7 @@ class Kind:
     @property
     def outputs(self) -> tuple[str, ...]:
         """What a scene may ask to be written besides."""
-        return self.fidelity.outputs if self.specimen.outputs is None else self.specimen.outputs
+        return tuple(dict.fromkeys((*self.fidelity.outputs, *self.specimen.outputs)))
 
     def has(self, key: str) -> bool:
         """Whether a scene of this kind has a label, a section or a dotted key."""
