@@ -56,12 +56,12 @@ class Registry(Generic[Entry]):
         return entry
 
     def all(self) -> dict[str, Entry]:
-        """Return all entries by name."""
+        """Return all entries, in the order of their names, whatever module has been imported first."""
         if self._package is not None:
             name, self._package = self._package, None
             for module in sorted(iter_modules(import_module(name).__path__), key=lambda entry: entry.name):
                 import_module(f"{name}.{module.name}")
-        return self._entries
+        return dict(sorted(self._entries.items()))
 
     def names(self) -> tuple[str, ...]:
         """Return all names."""
