@@ -21,7 +21,7 @@ def test_a_model_gets_the_data_that_are_given(plain_scene, knit, contacts, monke
         given.update(data)
         return network_3d.build(scene, fabric, **data)
 
-    monkeypatch.setitem(MODELS.all(), "rom3d", replace(MODELS.find("rom3d"), build=own))
+    monkeypatch.setitem(MODELS._entries, "rom3d", replace(MODELS.find("rom3d"), build=own))
     problem = build(plain_scene.replace("mesh.beam_size", 1.2), knit, contacts=contacts, springs=None)
     assert list(given) == ["contacts"]
     assert problem.scene.fidelity == "rom3d"
