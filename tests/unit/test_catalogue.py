@@ -12,7 +12,7 @@ from knitstudy.stages.displays import Displays
 from knitstudy.stages.plan import Plan
 from knitstudy.study.configuration import load_scenes
 from knitstudy.study.scene import Scene
-from knitstudy.study.scene_type import INTERACTIONS, MODELS, SPECIMENS
+from knitstudy.study.scene_type import INTERACTIONS, SPECIMENS
 from knitstudy.tables.catalogue import TABLES
 
 TOY = """
@@ -102,7 +102,7 @@ register(Interaction("sticky", "contact that sticks", friction=lambda contact: 0
 def plugin(tmp_path, monkeypatch):
     """Function that imports a module written for it; what it registers is forgotten afterwards."""
     monkeypatch.syspath_prepend(tmp_path)
-    before = [dict(kinds) for kinds in (SPECIMENS, INTERACTIONS, MODELS.all())]
+    before = [dict(kinds) for kinds in (SPECIMENS, INTERACTIONS)]
     written = []
 
     def load(name, text):
@@ -111,7 +111,7 @@ def plugin(tmp_path, monkeypatch):
         load_plugins([name])
 
     yield load
-    for kinds, known in zip((SPECIMENS, INTERACTIONS, MODELS.all()), before, strict=True):
+    for kinds, known in zip((SPECIMENS, INTERACTIONS), before, strict=True):
         for name in kinds.keys() - known:
             del kinds[name]
     for name in written:

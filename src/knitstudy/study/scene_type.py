@@ -143,9 +143,9 @@ MODELS: Registry[Model] = Registry("fidelity", "knitstudy.models")
 """The models by the value of the key `fidelity`; every one is registered in a file of its own."""
 
 
-def register(kind: Specimen | Interaction | Model) -> None:
-    """Add a kind from outside of the package; ConfigurationError if its name is taken."""
-    kinds: dict[str, Any] = {Specimen: SPECIMENS, Interaction: INTERACTIONS, Model: MODELS.all()}[type(kind)]
+def register(kind: Specimen | Interaction) -> None:
+    """Add a specimen or an interaction from outside of the package; ConfigurationError if its name is taken."""
+    kinds: dict[str, Any] = {Specimen: SPECIMENS, Interaction: INTERACTIONS}[type(kind)]
     if kind.name in kinds:
         raise ConfigurationError(f"{type(kind).__name__.lower()} {kind.name!r} is registered twice")
     kinds[kind.name] = kind
