@@ -72,7 +72,7 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     for axes, point, (spot, pressure) in zip(panels, points, touching, strict=True):
         order = np.argsort(pressure)
         at, colours = MILLIMETRE * FRONT.project(spot[order]), scale.to_rgba(MEGAPASCAL * pressure[order])
-        axes.scatter(*at.T, c=colours, s=5, linewidth=0, zorder=5, rasterized=True)
+        axes.scatter(*at.T, c=colours, s=12, linewidth=0, zorder=5, rasterized=True)
         _point_at_contacts(axes, contacts, cell, point)
         panel_letter(axes, f"c{point.number}", f"{PERCENT * point.strain:.3g} % strain")
     scale_bar(panels[0], 2, left=0.43)
@@ -84,7 +84,7 @@ def _draw_curves(upper: Axes, lower: Axes, force: Axes, dns: xr.Dataset, contact
     """Draw number and area of contact zones one above the other, and the force beside them."""
     points, strain = snapshots(contacts), PERCENT * contacts["strain"].to_numpy()
     area = MILLIMETRE**2 * area_of_cell(contacts)
-    early, onset = strain <= ONSET, force.inset_axes((0.65, 0.14, 0.34, 0.28))
+    early, onset = strain <= ONSET, force.inset_axes((0.65, 0.22, 0.34, 0.26))
     # A number of zones holds until the next increment shows another one.
     for axes, at, value, label, steps in (
         (upper, strain, zones_of_cell(contacts), "contact zones (1)", "steps-post"),

@@ -67,8 +67,12 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     yarn = int(states["yarn"])
     free = deformed_yarns(knit, dns, [yarn], -1)
     views = [_crossing(knit, dns, states, k) for k in range(3)]
-    rows = [[Picture(free, OBLIQUE, bounds(free, OBLIQUE)), None], [picture for picture, _, _ in views]]
-    drawing, (body, section, *panels) = draw_rows(rows, head=12.0, foot=CURVES)
+    left, right, bottom, top = bounds(free, OBLIQUE)
+    room = 0.25 * (right - left)  # the free body takes two thirds of the width
+    body = Picture(free, OBLIQUE, (left - room, right + room, bottom, top))
+    drawing, (body, *panels, section) = draw_rows(
+        [[body], [*(picture for picture, _, _ in views), None]], head=12.0, foot=CURVES
+    )
     panel_letter(body, "a", "forces on one yarn, a free body, at full load")
     draw_forces(body, contacts, (contacts["yarn"].to_numpy() == yarn) @ [1.0, -1.0])
     scale_bar(body, 5, OBLIQUE)
@@ -145,7 +149,7 @@ def _draw_spin(axes: Axes, angles: np.ndarray) -> None:
     axes.set(xlim=(-1.4, 1.4), ylim=(-1.4, 1.4), aspect="equal")
     axes.set_axis_off()
     turned = ", ".join(f"{angle:.1f}°" for angle in np.degrees(angles))
-    panel_letter(axes, "c", f"place of the contact on the section\nspun about the yarn by {turned}")
+    panel_letter(axes, "c", f"spin of the contact:\n{turned}")
 
 
 def _draw_histories(drawing: Figure, contacts: xr.Dataset) -> None:
