@@ -67,6 +67,8 @@ def _save_picture(drawing: Figure, path: Path, sources: Mapping, title: str) -> 
 
 # Verdicts of the full study
 
+FULL = RESOURCES / "full"  # What pages of smaller studies show in place of their own
+FULL_TABLES, FULL_FIGURES = ("readings", "combinations", "sweeps"), ("fig11_sweeps", "fig_readings")
 VERDICTS_PAGE, TEMPLATE = Path("docs/reference/results.md"), WORKFLOW / "report" / "results.md"
 
 
@@ -82,7 +84,11 @@ def keep_verdicts(config: Path = CONFIG) -> str:
     found = tabulate(VERDICTS, **sources, scenes=tables.scenes(VERDICTS))
     table = stamped(found, tables.digest(VERDICTS), simulations=f"{len(scenes)} of {len(study)}")
     readings = read_table(reference_files(config)["readings"])
-    page, shown = summarise(TEMPLATE, table, readings, figures.names(), VERDICTS_PAGE.stem)
+    for name in FULL_TABLES:
+        sources = read_sources(tables.files(name, RESULTS).items())
+        write_table(tabulate(name, **sources, scenes=tables.scenes(name)), FULL / f"{name}.csv")
+    combined = read_table(FULL / "combinations.csv").fillna("")
+    page, shown = summarise(TEMPLATE, table, readings, figures.names(), VERDICTS_PAGE.stem, combined)
     files = None
     for name in shown:
         if files != (taken := figures.files(name, RESULTS)):  # several may be of the same hundreds
@@ -90,13 +96,20 @@ def keep_verdicts(config: Path = CONFIG) -> str:
         drawing = draw(name, **sources, scenes=figures.scenes(name))
         picture = VERDICTS_PAGE.with_suffix("") / f"{name}.webp"
         _save_picture(drawing, picture, sources, FIGURES.find(name).title)
+        if name in FULL_FIGURES:
+            save(drawing, [FULL / f"{name}.png"], sources, FIGURES.find(name).title)
     write_text(page, VERDICTS_PAGE)
     write_table(table, VERDICTS_KEPT)
     return f"{len(table)} verdicts: {VERDICTS_KEPT}, page: {VERDICTS_PAGE}"
 
 
 def summarise(
-    template: Path, verdicts: pd.DataFrame, readings: pd.DataFrame, drawn: Collection[str], folder: str
+    template: Path,
+    verdicts: pd.DataFrame,
+    readings: pd.DataFrame,
+    drawn: Collection[str],
+    folder: str,
+    combinations: pd.DataFrame | None = None,
 ) -> tuple[str, list[str]]:
     """Return the page of verdicts, and the figures that it shows.
 
@@ -113,6 +126,8 @@ def summarise(
         Names of figures.
     folder : str
         Folder of the pictures, from the page.
+    combinations : DataFrame, optional
+        Combinations of readings, the table ``combinations``.
     """
     shown: list[str] = []
     rows = verdicts.fillna("").to_dict("records")
@@ -132,6 +147,7 @@ def summarise(
         claims=lambda letters: [row for row in rows if row["id"][0] in letters],
         verdicts=rows,
         readings=readings[readings["kind"] == "reading"].fillna("").to_dict("records"),
+        combinations=[] if combinations is None else combinations.to_dict("records"),
         made=rows[0]["made"],
         simulations=rows[0]["simulations"],
     )

@@ -167,3 +167,17 @@ def test_captions_name_all_figures_and_tables(captions):
     assert set(captions["tables"]) == set(TABLES.names())
     for texts in captions["figures"].values():
         assert set(texts) - {"folded", "numbers"} == {"alt", "caption", "paper", "ours"}
+
+
+def test_a_smaller_study_shows_what_the_full_study_kept(pictures, results, tmp_path, monkeypatch):
+    monkeypatch.setattr(TABLES, "_entries", dict(TABLES.all()))
+    TABLES.add("t", "of another package", texts={"caption": "of t"})(lambda: None)
+    (tmp_path / "readings.csv").write_text("name,b\nkept,7\n")
+    one = [path for path in pictures if path.stem == "fig11_sweeps"]
+    save(Figure(figsize=(0.5, 0.4)), [tmp_path / "fig11_sweeps.png"], {}, "kept")
+    shown = results | {"t": results["geometry"]}
+    arguments = REPORT / "template.html", CAPTIONS, one, shown, pd.DataFrame({"file": ["a.nc"]})
+    page = render(*arguments, "reduced", full=tmp_path)
+    assert "kept</th>" in page
+    assert page.count("(of the full study)") >= 2, "in the title of the table and of the figure"
+    assert "(of the full study)" not in render(*arguments, "full", full=tmp_path)

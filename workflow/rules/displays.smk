@@ -55,7 +55,8 @@ def digest_of_report(wildcards):
     from knitstudy.stages.code import code_digest
     from knitstudy.stages.displays import digests_of
 
-    files = {name: Path(path) for name, path in PAGE.items()} | {"data": data_of_study()}
+    files = {name: Path(path) for name, path in PAGE.items()} | {path: Path(path) for path in FULL}
+    files |= {"data": data_of_study()}
     shown = [displays(kind).digest(name) for kind in ("figure", "table") for name in displays(kind).names()]
     return [code_digest("report"), digests_of(files, PLAN), shown]
 

@@ -5,6 +5,8 @@ PAGE = {
     "template": workflow.source_path("../report/template.html"),
     "kept": os.path.relpath(RESOURCES / "verdicts.csv"),
 }
+# Tables and pictures of the full study, which the page of a smaller study shows in place of its own.
+FULL = sorted(os.path.relpath(path) for path in (RESOURCES / "full").iterdir())
 
 
 rule report:
@@ -17,6 +19,7 @@ rule report:
         captions=ancient(PAGE["captions"]),
         template=ancient(PAGE["template"]),
         kept=ancient(PAGE["kept"]),
+        full=ancient(FULL),
     output:
         update(f"{RESULTS}/report.html"),
     log:

@@ -19,5 +19,6 @@ with frame(snakemake):
         study=snakemake.params.study,
         notes=snakemake.params.notes,
         kept=read_table(snakemake.input.kept),
+        full=Path(snakemake.input.full[0]).parent,
     )
     write_text(page, snakemake.output[0])

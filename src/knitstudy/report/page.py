@@ -15,7 +15,7 @@ from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.files import read_dataset
+from knitstudy.files import read_dataset, read_table
 from knitstudy.measures.catalogue import Display
 from knitstudy.report.files import ScreenPicture
 from knitstudy.tables.catalogue import TABLES
@@ -39,6 +39,7 @@ def render(
     study: str,
     notes: Sequence[str] = (),
     kept: pd.DataFrame | None = None,
+    full: Path | None = None,
 ) -> str:
     """Return the page.
 
@@ -61,6 +62,8 @@ def render(
         What readers are to know of the whole page.
     kept : DataFrame, optional
         Verdicts of the full study, to be shown beside this one's.
+    full : Path, optional
+        Folder of tables (CSV) and pictures (PNG) of the full study, which replace those of a smaller study.
 
     Raises
     ------
@@ -70,6 +73,12 @@ def render(
     DataFileError
         When a picture cannot be read.
     """
+    instead = {} if full is None or study == "full" else {path.name: path for path in full.iterdir()}
+    pictures = [instead.get(path.name, path) for path in pictures]
+    results = {
+        name: read_table(instead[f"{name}.csv"]) if f"{name}.csv" in instead else table
+        for name, table in results.items()
+    }
     environment = ImmutableSandboxedEnvironment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
     )
@@ -77,6 +86,9 @@ def render(
     environment.globals |= {"value": partial(value, results), "verdicts": claims}
     figures = {path.stem: _figure(path, captions, results, environment) for path in pictures}
     tables = {name: _table(name, table, captions) for name, table in results.items()}
+    for shown, ending in ((figures, "png"), (tables, "csv")):
+        for name, entry in shown.items():
+            entry["title"] += " (of the full study)" if f"{name}.{ending}" in instead else ""
     opening = captions["opening"]
     sentences = [_filled(environment, f"sentence {text!r}", text) for text in opening["sentences"]]
     return environment.from_string(template.read_text(encoding="utf-8")).render(
