@@ -19,7 +19,6 @@ from knitstudy.errors import DataFileError
 from knitstudy.figures import catalogue, picture, renderer, style
 from knitstudy.figures.fig10_kinematics import QUANTITIES, SIDES, ZONES
 from knitstudy.figures.fig15_force_strain import CUT
-from knitstudy.figures.fig_pair_slip import Slide
 from knitstudy.figures.picture import arrow, sphere, tube
 from knitstudy.figures.renderer import Picture, RenderingError, Surface, View
 from knitstudy.figures.style import describe, save
@@ -49,23 +48,7 @@ def touching(knit):
 
 
 @pytest.fixture(scope="module")
-def pairs(plain_scene):
-    """Contacts and scenes of a pair that slides, and of one that slides and comes back."""
-    there, press = [2e-5, 0.0, -1e-5], [0.0, 0.0, -1e-5]
-    made = {
-        "slid": ([press, there], [0.0, 0.0, 1e-6, 2e-5]),
-        "reversed": ([press, there, press], [0.0, 0.0, 2e-5, 1.9e-5, 0.0]),
-    }
-    return {
-        "pairs_contacts": {
-            name: synthetic.contacts_of_slide(distance) for name, (_, distance) in made.items()
-        },
-        "scenes": {name: synthetic.pair_scene(plain_scene, path) for name, (path, _) in made.items()},
-    }
-
-
-@pytest.fixture(scope="module")
-def results(knit, plain_scene, touching, pairs, paper, cases):
+def results(knit, plain_scene, touching, paper, cases):
     """Function of the results that a figure takes, by argument."""
     scenes = cases
     mesh = mesh_fabric(knit, 4 / 3)
@@ -133,8 +116,6 @@ def results(knit, plain_scene, touching, pairs, paper, cases):
         | models
         | {"scenes": {f"{kind}_dns": scenes[f"dns-{kind}-course"] for kind in ("tie", "isotropic")}},
         "fig_readings": tied | judged,
-        "fig_cut_rows": friction | {"dns": synthetic.history(force=(0, 4, 8))},
-        "fig_pair_slip": pairs,
     }
     garter = LoopTarget(0.9e-3, 1.1e-3, 1e-4, 0.01, stitches=("K", "P")).drawn()
     ways = [(way, other) for way in ("course", "wale") for other in ("free", "held")] + [("shear", "free")]
@@ -259,13 +240,6 @@ def test_neighbour_that_comes_closer_at_the_end_is_followed(touching):
     closer = closest_neighbour(contacts.assign(segment_contraction=contraction))
     np.testing.assert_allclose(closer[:, 0, 0], [0.1] * 5 + [0.2])
     np.testing.assert_allclose(closer[:, 1, 1], -0.3)
-
-
-def test_slide_of_a_pair_by_hand(pairs):
-    slide = Slide.of(pairs["pairs_contacts"]["reversed"], pairs["scenes"]["reversed"])
-    np.testing.assert_allclose(slide.distance, [0, 0, 2e-5, 1.9e-5, 0])
-    np.testing.assert_allclose(slide.tangential, [0, 0, 2, 2, 0])
-    np.testing.assert_allclose(slide.normal, [0, 4, 4, 4, 4])
 
 
 def volume(surface: Surface) -> float:

@@ -166,22 +166,6 @@ def test_force_through_a_cut_is_that_of_its_slab(bar, share, sign):
     assert cut_force(bar, share) == pytest.approx(sign * inside * STRESS * AREA, rel=5e-3)
 
 
-def test_table_of_forces(knit, plain_scene):
-    scene = plain_scene.vary({"fidelity": "hexahedra", "mesh.size": 1 / 3})
-    stresses = synthetic.stresses(knit, "course", 60, 80)
-    count = 100
-    x = np.linspace(0, LENGTH, count)
-    stresses["cell_stress"] = (("cell", "component"), np.tile([STRESS, 0, 0, 0, 0, 0], (count, 1)))
-    stresses["cell_volume"] = ("cell", np.full(count, AREA * LENGTH / count))
-    stresses["cell_place"] = (("cell", "xyz"), np.column_stack([x, 0 * x, 0 * x]))
-    stresses.attrs["force"] = STRESS * AREA
-    given = {"stresses": {"dns-a": stresses}, "scenes": {"dns-a": scene}}
-    (row,) = catalogue.tabulate("cut_forces", **given).to_dict("records")
-    assert row["force of the grips [N]"] == STRESS * AREA
-    assert row["smallest force through a cut, over it [1]"] == pytest.approx(1, abs=0.03)
-    assert row["largest force through a cut, over it [1]"] == pytest.approx(1, abs=0.03)
-
-
 def test_distance_of_a_hat_by_hand():
     """A hat of height 3 over [0, 2], against a line of slope 1: 6 over 8/3 under the roots."""
     distance = distance_of_curves(np.arange(3.0), np.array([0.0, 4, 2]), np.array([0.0, 1, 2]))

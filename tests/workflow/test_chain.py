@@ -28,7 +28,7 @@ def test_deformed_yarns_for_paraview(checkout):
     history = read_dataset(results / "simulation" / "dns-tie-course-coarse.nc")
     mesh = SweptMesh.from_dataset(read_dataset(results / "mesh" / "dns-tie-course-coarse.nc"))
     read = meshio.read(results / "simulation" / "dns-tie-course-coarse.vtu")
-    assert set(read.cell_data) == {"yarn", "scaled_jacobian"}
+    assert set(read.cell_data) == {"yarn", "scaled_jacobian", "von_mises [Pa]", "principal_stress [Pa]"}
     displacement = read.point_data["displacement [m]"]
     np.testing.assert_array_equal(displacement, history["node_displacement"])
     np.testing.assert_allclose(read.points, mesh.nodes, rtol=1e-12)  # discs tie yarns where they are

@@ -1,7 +1,4 @@
-"""Fig. 16: out-of-plane displacement along the yarns, of the DNS and of the 3D reduced model.
-
-A figure of its own sets cells cut out of a knit beside a knit of whole yarns (docs/notes/sensitivity.md).
-"""
+"""Fig. 16: out-of-plane displacement along the yarns, of the DNS and of the 3D reduced model."""
 
 from __future__ import annotations
 
@@ -15,11 +12,11 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, to_hex
 from matplotlib.figure import Figure
 
-from knitstudy.figures.catalogue import FIGURES, of_solid
+from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import BAR, bounds, colour_bar, draw_rows, graded_tube, scale_bar
 from knitstudy.figures.renderer import FRONT, MILLIMETRE, Picture, Surface
 from knitstudy.figures.style import PERCENT, panel_letter
-from knitstudy.measures.catalogue import Results, network, one, solid
+from knitstudy.measures.catalogue import Results, network, solid
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.measures.response import RMS_U_Z, Z, out_of_plane_correlation, rms_out_of_plane
@@ -73,21 +70,6 @@ def _titles(kind: str, dns: xr.Dataset, rom3d: xr.Dataset, true: Reference) -> l
         third = f"\namplitude {amplitude} of the reference's" if amplitude.known else ""
         titles.append(f"{label}, {INTERACTIONS[kind]}\n{_largest(history)}{second}{third}")
     return titles
-
-
-@FIGURES.add(
-    "fig_cut_rows",
-    "Where a knit is cut off: out-of-plane motion, course tension, isotropic friction",
-    results=of_solid("isotropic-course", "geometry", "dns")
-    | {"whole": one("simulation", "reading-whole-yarns-isotropic-course")},
-)
-def draw_cut(geometry: xr.Dataset, dns: xr.Dataset, whole: xr.Dataset) -> Figure:
-    """Draw both at full load, displacements true to scale, coloured on one scale."""
-    titles = []
-    for name, history in (("cells cut out", dns), ("whole yarns", whole)):
-        strain, force = PERCENT * float(history["strain"][-1]), float(history["force"][-1])
-        titles.append(f"{name}\n{strain:.3g} % strain: {force:.3g} N, {_largest(history)}")
-    return draw_elevations([(dns, whole)], titles, float(geometry["radius"]))
 
 
 def _largest(history: xr.Dataset) -> str:

@@ -1,22 +1,25 @@
-"""The endless knit: one cell, the limit of square knits beside it, and its stiffness as a shell."""
+"""The endless knit: forces and moduli of a cell, and its stiffness as a shell."""
 
 from __future__ import annotations
-
-from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from knitstudy.exchange.inp import SHELL_ENTRIES, section_matrix, shell_entries
-from knitstudy.loading.history import DIRECTIONS
 from knitstudy.measures.catalogue import Datasets, Scenes, several
-from knitstudy.measures.cost import SERIES, Series, force_per_width, series_of
 from knitstudy.measures.discretisation import made_of
-from knitstudy.measures.endless_knit import CELLS, MODULI, between_grips, limit, moduli
-from knitstudy.measures.response import increment_at
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
+
+# Force per width over strain, free of force in all other components, and Poisson's ratios of both pulls.
+MODULI = (
+    "course modulus at rest [N/m]",
+    "wale modulus at rest [N/m]",
+    "shear modulus at rest [N/m]",
+    "Poisson's ratio of course tension at rest [1]",
+    "Poisson's ratio of wale tension at rest [1]",
+)
 
 STRAINS = ["course strain [1]", "wale strain [1]", "angle of shear [rad]"]
 
@@ -26,8 +29,6 @@ AXIS = {"course": 0, "wale": 1, "biaxial": 0, "shear": 2}
 CONTRACTS = {"course": (1, 0), "wale": (0, 1)}  # Strain across and along, of a pull
 AT_REST = ("knit", "pattern", "yarn", "mesh", "tie")  # What the stiffness at rest hangs on
 UNITS = {0: "N/m", 1: "N", 2: "N m"}  # By how many of row and column are bending
-# Names of the square knits that have a cell of the endless knit.
-SQUARES = [f"{stem}-*" for stem in CELLS] + [SERIES[stem] for stem in CELLS if SERIES[stem]]
 
 
 @TABLES.add(
@@ -79,56 +80,12 @@ def _slope(history: xr.Dataset, kind: str, free: bool) -> float:
     return float((stiffness @ way[driven])[np.flatnonzero(driven).tolist().index(axis)])
 
 
-@TABLES.add(
-    "endless_knit",
-    "One cell of an endless knit beside tied square knits of rising size",
-    results={
-        "squares": several("simulation", *SQUARES, fewest=3),
-        "cells": several("simulation", *CELLS.values()),
-    },
-    order=5.85,
-)
-def tabulate_limits(squares: Datasets, cells: Datasets, scenes: Scenes) -> pd.DataFrame:
-    """Return a row for the first and the last strain that all knits of a tied series and its cell reach."""
-    rows = []
-    for series in series_of(scenes[name] for name in squares):
-        name = CELLS.get(series.stem)
-        if name in cells:
-            rows += _limits(series, squares, scenes[name], cells[name])
-    return pd.DataFrame(rows)
-
-
-def _limits(series: Series, histories: Datasets, cell: Scene, history: xr.Dataset) -> Iterator[dict]:
-    paths = [histories[scene.name] for scene in series.scenes]
-    shared = [
-        strain
-        for strain in history["strain"].to_numpy()[1:]
-        if all(increment_at(path, strain) is not None for path in paths)
-    ]
-    axis = DIRECTIONS.index(cell.load.deformation)
-    for strain in dict.fromkeys([*shared[:1], *shared[-1:]]):
-        forces = [
-            force_per_width(path, scene, increment_at(path, strain))
-            for scene, path in zip(series.scenes, paths, strict=True)
-        ]
-        tends_to, uncertain = limit(series.cells, forces)
-        increment = increment_at(history, strain)
-        free = float(history["force_per_width"][increment, axis])
-        grips = between_grips(history, cell, increment)
-        yield {
-            "direction": cell.load.deformation,
-            "yarns": series.model,
-            "strain [1]": strain,
-            "cells in a row [1]": ", ".join(map(str, series.cells)),
-            "force over width of the largest knit [N/m]": forces[-1],
-            "limit [N/m]": tends_to,
-            "uncertainty of the limit [N/m]": uncertain,
-            "cell": cell.name,
-            "force over width of the cell [N/m]": free,
-            "between grips, over free across [1]": grips,
-            "force over width of the cell between grips [N/m]": grips * free,
-            "the same, over the limit [1]": grips * free / tends_to,
-        }
+def moduli(membrane: np.ndarray) -> dict[str, float]:
+    """Return `MODULI` from forces per width by strains in the plane (3, 3) [N/m]."""
+    compliance = np.linalg.inv(membrane)
+    along = np.diag(compliance)
+    contractions = (-compliance[1, 0] / along[0], -compliance[0, 1] / along[1])
+    return dict(zip(MODULI, (*(1 / along), *contractions), strict=True))
 
 
 @TABLES.add(

@@ -10,9 +10,8 @@ import xarray as xr
 
 from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.measures.catalogue import SQUARES, Datasets, Scenes, one, several
-from knitstudy.measures.cost import MEGABYTE, Series, effort, force_per_width, memory_growth, series_of
+from knitstudy.measures.cost import MEGABYTE, Series, effort, memory_growth, series_of
 from knitstudy.measures.paper_values import number_if_printed
-from knitstudy.measures.response import NORMAL, QUANTITIES, largest_out_of_plane
 from knitstudy.measures.unknowns import NONE, SIZES, counted_models
 from knitstudy.tables.catalogue import TABLES
 
@@ -56,42 +55,6 @@ def _costs(series: Series, domain: Datasets) -> tuple[np.ndarray, np.ndarray, np
         np.array([memory_growth(history) for history in histories]) / MEGABYTE,
         np.divide(seconds, iterations),
     )
-
-
-@TABLES.add(
-    "domain_response",
-    "Response of square knits of rising size",
-    results={"domain": KNITS, "domain_contacts": several("contacts", *SQUARES)},
-    order=5.7,
-)
-def tabulate_response(domain: Datasets, domain_contacts: Datasets, scenes: Scenes) -> pd.DataFrame:
-    """Return one row for every size of every series; contacts are those of the direct simulations."""
-    rows, (_, normal) = [], QUANTITIES[NORMAL]
-    for series in series_of(scenes[name] for name in domain):
-        paths = [domain[scene.name] for scene in series.scenes]
-        forces = [force_per_width(*each) for each in zip(paths, series.scenes, strict=True)]
-        pressed = [
-            float(normal(path, domain_contacts[scene.name])[-1]) if scene.name in domain_contacts else nan
-            for path, scene in zip(paths, series.scenes, strict=True)
-        ]
-        rows += [
-            {
-                "model": series.model,
-                "interaction": series.interaction,
-                "cells in a row [1]": int(cells),
-                "scene": scene.name,
-                "strain [1]": float(path["strain"][-1]),
-                "force over width [N/m]": force,
-                "the same, over that of the largest knit [1]": force / forces[-1],
-                "largest |u_z| [m]": largest_out_of_plane(path),
-                "mean normal force in the centre cell [N]": press,
-                "the same, over that of the largest knit's [1]": press / pressed[-1],
-            }
-            for cells, scene, path, force, press in zip(
-                series.cells, series.scenes, paths, forces, pressed, strict=True
-            )
-        ]
-    return pd.DataFrame(rows)
 
 
 # ---- Counts without a solution, beside Tables 3 and 5

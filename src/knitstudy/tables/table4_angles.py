@@ -20,7 +20,6 @@ from knitstudy.measures.centre_cell import (
     SEGMENT,
     angles_to_axes,
     central,
-    cut_force,
     honeycomb_segments,
     stress_angles,
 )
@@ -141,27 +140,3 @@ def _stress(segment: xr.Dataset) -> dict[str, float]:
         **{f"angle of 1 to {axis} [deg]": angle for axis, angle in zip(AXES, angles, strict=True)},
         **{f"stress {name} [Pa]": stress[AXES.index(name[0]), AXES.index(name[1])] for name in COMPONENTS},
     }
-
-
-@TABLES.add(
-    "cut_forces",
-    "Forces from averaged stresses and of the grips",
-    results={"stresses": several("stress", *_SOLIDS)},
-    order=6.6,
-)
-def tabulate_cut_forces(stresses: Datasets, scenes: Scenes) -> pd.DataFrame:
-    """Return one row a simulation: the forces through the knit from stresses, beside those of the grips."""
-    rows = []
-    for name, dataset in stresses.items():
-        grips = dataset.attrs["force"]
-        through = [cut_force(dataset, share) / grips for share in CUTS]
-        rows.append(
-            {
-                "scene": name,
-                "discretisation": made_of(scenes[name]),
-                "force of the grips [N]": grips,
-                "smallest force through a cut, over it [1]": min(through),
-                "largest force through a cut, over it [1]": max(through),
-            }
-        )
-    return pd.DataFrame(rows)
