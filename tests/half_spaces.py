@@ -1,10 +1,10 @@
-"""Half spaces that touch, by Hertz and Mindlin: the limit of small patches of `crossing_force.CrossedCylinders`."""
+"""Half spaces that touch, by Hertz and Mindlin: the limit of small patches of `repulsion.CrossedCylinders`."""
 
 import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
-from knitstudy.mechanics.beams.crossing_force import Power
+from knitstudy.mechanics.beams.repulsion import Power
 
 
 def overlap(law: Power, force: float) -> float:

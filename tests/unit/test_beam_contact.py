@@ -10,8 +10,8 @@ from half_spaces import hertz
 from knitstudy.errors import ConvergenceError, GeometryError
 from knitstudy.mechanics.beams.beam_contact import BeamContact
 from knitstudy.mechanics.beams.contact_points import Axes, ContactPoints
-from knitstudy.mechanics.beams.crossing_force import CrossedCylinders, Power
-from knitstudy.mechanics.beams.line_contact import LineContact, Repulsion
+from knitstudy.mechanics.beams.line_contact import LineContact
+from knitstudy.mechanics.beams.repulsion import CrossedCylinders, Power, Repulsion
 from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.models.beam_contact import joined
 
@@ -22,19 +22,20 @@ LAWS = [Power(3.0), hertz(1.3e9, 0.42, 0.9e-3), CrossedCylinders.of(1.3e9, 0.42,
 
 @pytest.mark.parametrize("law", LAWS)
 def test_stiffness_and_stiffening_are_derivatives_of_force(law):
-    gap = np.array([-2e-5, -1e-6, 3e-6])
-    step = 1e-9
-    stiffness = -(law.force(gap + step) - law.force(gap - step)) / (2 * step)
-    np.testing.assert_allclose(law.stiffness(gap), stiffness, rtol=1e-5)
-    stiffening = (law.stiffness(gap + step) - law.stiffness(gap - step)) / (2 * step)
-    np.testing.assert_allclose(law.stiffening(gap), stiffening, rtol=1e-5, atol=1e-9)
+    approach, step = np.array([2e-5, 1e-6, -3e-6]), 1e-9
+    slopes = (np.array(law.force(approach + step)) - law.force(approach - step)) / (2 * step)
+    _, stiffness, stiffening = law.force(approach)
+    np.testing.assert_allclose(stiffness, slopes[0], rtol=1e-5)
+    np.testing.assert_allclose(stiffening, slopes[1], rtol=1e-5, atol=1e-9)
 
 
 def test_cylinders_that_cross_are_half_spaces_where_patches_are_small():
-    """Beyond, they are stiffer, as yarns give way less: by 17 % at 0.03 R (`crossing_force`)."""
+    """Beyond, they are stiffer, as yarns give way less: by 17 % at 0.03 R (`repulsion.CrossedCylinders`)."""
     half_spaces, cylinders = LAWS[1:]
-    gap = -0.9e-3 * np.array([1e-6, 0.03])
-    np.testing.assert_allclose(cylinders.force(gap) / half_spaces.force(gap), [1.0, 1.17], rtol=0.01)
+    approach = 0.9e-3 * np.array([1e-6, 0.03])
+    np.testing.assert_allclose(
+        cylinders.force(approach)[0] / half_spaces.force(approach)[0], [1.0, 1.17], rtol=0.01
+    )
 
 
 def curve(s, order=0):

@@ -10,9 +10,9 @@ from knitstudy.mechanics.beams.beam import Section
 from knitstudy.mechanics.beams.beam_contact import BeamContact
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
-from knitstudy.mechanics.beams.crossing_force import Power
 from knitstudy.mechanics.beams.hertz import LAYERS, Patch
-from knitstudy.mechanics.beams.line_contact import SPACINGS, LineContact, Repulsion
+from knitstudy.mechanics.beams.line_contact import SPACINGS, LineContact
+from knitstudy.mechanics.beams.repulsion import Power, Repulsion
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.newton import trace

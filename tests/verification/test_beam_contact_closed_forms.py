@@ -9,7 +9,7 @@ from half_spaces import overlap
 from scipy.optimize import brentq
 
 from knitstudy.loading.history import FORMS
-from knitstudy.mechanics.beams.crossing_force import Power
+from knitstudy.mechanics.beams.repulsion import Power
 from knitstudy.mechanics.rotation import exp
 
 LENGTH, FRICTION, PRESS, DRAG = 30e-3, 0.3, 0.2e-3, 0.6e-3
@@ -55,7 +55,7 @@ def test_yarns_that_touch_twice_carry_both_forces(law, verify):
     state = model.start()
     upper = state.position[:, 2:] > 0
     found = model.commit(replace(state, position=state.position - [0, 0, depth] * upper)).contact
-    force = LAWS[law].force(np.array(-depth))
+    force = LAWS[law].force(np.array(depth))[0]
     for k, side in enumerate(("first", "second")):
         verify.within(f"hairpin on a yarn: {side} force, {law}", -found.force[k, 2], force, 0.01)
     np.testing.assert_allclose(found.gap[:-1], -depth, rtol=1e-9)
@@ -152,8 +152,8 @@ def integral_beside(law, tie, angle, fine=0.004):
     upper = upper + RADIUS * np.array([0, -np.sin(angle), np.cos(angle)])
     way = upper - s[..., None] * [1, 0, 0] + [0, 0, RADIUS]
     r = np.linalg.norm(way, axis=2)
-    gap = np.minimum(r - 2 * RADIUS, 0.0)
-    push = (law.stiffness(gap) + law.force(gap) / r) / (2 * np.pi * r**2) * (fine * RADIUS) ** 2
+    force, stiffness, _ = law.force(2 * RADIUS - r)
+    push = (stiffness + force / r) / (2 * np.pi * r**2) * (fine * RADIUS) ** 2
     push[np.maximum(np.abs(s), np.abs(t)) < 2 * tie * RADIUS] = 0.0
     push = push[..., None] * way
     return push.sum(axis=(0, 1)), np.cross(upper, push).sum(axis=(0, 1))

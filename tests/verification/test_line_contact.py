@@ -12,11 +12,11 @@ from scipy.interpolate import CubicSpline
 from knitstudy.mechanics.beams.beam import Section
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
-from knitstudy.mechanics.beams.crossing_force import Power
 from knitstudy.mechanics.beams.endless_beams import EndlessBeams
 from knitstudy.mechanics.beams.hertz import LAYERS, Patch
-from knitstudy.mechanics.beams.line_contact import LineContact, Repulsion
+from knitstudy.mechanics.beams.line_contact import LineContact
 from knitstudy.mechanics.beams.line_friction import PairFriction
+from knitstudy.mechanics.beams.repulsion import Power, Repulsion
 from knitstudy.mechanics.beams.state import BeamState, LineHistory
 from knitstudy.mechanics.periodic import Lattice
 from knitstudy.mechanics.rotation import exp

@@ -7,9 +7,9 @@ import numpy as np
 from knitstudy.geometry.crossings import Crossings
 from knitstudy.loading.gates import require_known_contact, require_stiff_contact
 from knitstudy.mechanics.beams.contact_points import ContactPoints
-from knitstudy.mechanics.beams.crossing_force import CrossedCylinders, Power
 from knitstudy.mechanics.beams.hertz import LAYERS, Patch
-from knitstudy.mechanics.beams.line_contact import SPACINGS, LineContact, Repulsion
+from knitstudy.mechanics.beams.line_contact import SPACINGS, LineContact
+from knitstudy.mechanics.beams.repulsion import CrossedCylinders, Power, Repulsion
 from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.increment import Increment
 from knitstudy.study.scene import Scene

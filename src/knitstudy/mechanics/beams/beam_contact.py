@@ -49,7 +49,7 @@ class BeamContact:
         return replace(state, position=state.position[self.node] + arm, rotation=rotation)
 
     def at_points(self, state: BeamState) -> BeamState:
-        """Return the same of the points of contact (p,)."""
+        """Return position (p, 3) and rotation (p, 3, 3) of the points of contact."""
         places, points = self.places(state), self.points
         return replace(
             places, position=points.weights @ places.position, rotation=places.rotation[points.station]

@@ -118,7 +118,7 @@ class Axes:
         length: float,  # from a point to both others, nearly [m]
         period: np.ndarray | None,
     ) -> Axes:
-        """Return those of points, with arguments as of `ContactPoints`."""
+        """Return the derivatives at points; arguments as for `ContactPoints`."""
         points, image = beside(yarn, np.maximum(np.rint(length / weight), 1).astype(int), period is not None)
         knots = arc_length[points]
         if period is not None:

@@ -30,7 +30,7 @@ from functools import cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.special import ellipe, ellipk
+from scipy.special import ellipk, elliprd
 
 # Hertz's patch is small against R. That of yarns that conform or lie along each other is not: what becomes flat or
 # sharp there has a smooth lower bound. Up to kR = 0.45 around each other, or down to 15 degrees, the bounds change
@@ -58,7 +58,7 @@ class Expansion:
         return [cls(values[:, c], np.tile(np.eye(v)[c], (k, 1)), zero) for c in range(v)]
 
     def through(self, value: np.ndarray, first: np.ndarray, second: np.ndarray) -> Expansion:
-        """Return a function of this one, from its value and derivatives (k,) there."""
+        """Return an outer function of this one, from the outer value and derivatives (k,) by this one."""
         bend = None
         if self.bend is not None:
             bend = second[:, None, None] * self.slope[:, :, None] * self.slope[:, None, :]
@@ -66,7 +66,7 @@ class Expansion:
         return Expansion(value, first[:, None] * self.slope, bend)
 
     def of(self, inner: list[Expansion]) -> Expansion:
-        """Return this function of v variables that are functions of others themselves."""
+        """Return the composition with inner functions, one for every variable of this function."""
         J = np.stack([each.slope for each in inner], axis=1)  # (k, v, w)
         bend = None
         if self.bend is not None:
@@ -76,18 +76,18 @@ class Expansion:
         return Expansion(self.value, np.einsum("kv,kvw->kw", self.slope, J), bend)
 
     def power(self, exponent: float) -> Expansion:
-        """Return a power of it."""
+        """Return a power of this function."""
         x, n = self.value, exponent
         return self.through(x**n, n * x ** (n - 1), n * (n - 1) * x ** (n - 2))
 
     def at_least(self, least: float) -> Expansion:
-        """Return it where it is large, and smoothly not less than a bound: (y - least) (y - x) = least^2."""
+        """Return a smooth lower bound y of this function x: (y - least) (y - x) = least^2."""
         x = self.value - least
         root = np.sqrt(x**2 + 4 * least**2)
         return self.through(least + 0.5 * (x + root), 0.5 * (1 + x / root), 2 * least**2 / root**3)
 
     def times(self, factor: np.ndarray) -> Expansion:
-        """Return it times constants (k,)."""
+        """Return this function times constants (k,)."""
         return self.through(self.value * factor, factor, np.zeros_like(factor))
 
     def __add__(self, other: Expansion | float) -> Expansion:
@@ -123,24 +123,22 @@ def eccentricity_squared(ratio: np.ndarray) -> np.ndarray:
 
 @cache
 def _flattening() -> CubicSpline:
-    """ln(1 - e^2) over ln l."""
+    """Return the spline of ln(1 - e^2) over ln l."""
     log = -16 * np.linspace(0.0, 1.0, 2001)[1:] ** 2
     m = -np.expm1(log)
-    K, E = ellipk(m), ellipe(m)
-    return CubicSpline(np.append(0.0, np.log((E / (1 - m) - K) / (K - E))), np.append(0.0, log))
+    ratio = elliprd(0, 1, 1 - m) / elliprd(0, 1 - m, 1)  # l (DLMF 19.25.1)
+    return CubicSpline(np.append(0.0, np.log(ratio)), np.append(0.0, log))
 
 
 def _integrals(ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return K and D (k,)."""
+    """Return K and D (k,) of patches with curvature ratios l (k,)."""
     m = eccentricity_squared(ratio)
-    K, round_ = ellipk(m), m < 1e-6
-    D = (K - ellipe(m)) / np.where(round_, 1.0, m)
-    return K, np.where(round_, np.pi / 4 * (1 + 0.375 * m), D)
+    return ellipk(m), elliprd(0, 1 - m, 1) / 3
 
 
 @cache
 def _shape() -> tuple[CubicSpline, CubicSpline, CubicSpline]:
-    """ln g over y = tr(M)^2 / (4 det M) - 1 = sinh^2(ln(l) / 2), and its two derivatives."""
+    """Return ln g over y = tr(M)^2 / (4 det M) - 1 = sinh^2(ln(l) / 2), and its two derivatives."""
     K, D = _integrals(np.exp(_LOGARITHMS))
     log = np.log(np.pi / np.sqrt(2) * D**0.5 * K**-1.5) + 0.25 * _LOGARITHMS
     curve = CubicSpline(np.sinh(0.5 * _LOGARITHMS) ** 2, log)
@@ -149,7 +147,7 @@ def _shape() -> tuple[CubicSpline, CubicSpline, CubicSpline]:
 
 @dataclass(frozen=True)
 class Patch:
-    """What the shape of a contact does to its force and its stiffness."""
+    """Effect of the shape of a contact on its force and its stiffness."""
 
     poisson_ratio: float | None = None  # of half spaces; None: layers
 

@@ -76,7 +76,7 @@ def products_by(z: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Loads:
-    """What pairs of points that touch exert on each other."""
+    """Forces between pairs of points that touch."""
 
     pairs: PointPairs
     z: np.ndarray  # (k, 5, 3)
@@ -211,7 +211,7 @@ class LineContact:
     def loads(
         self, state: BeamState, vectors: np.ndarray, history: LineHistory, second: bool = False
     ) -> Loads:
-        """Return what pairs that touch exert on each other."""
+        """Return the forces between pairs of points that touch."""
         pairs, along = self.pairs(state.position, vectors), self.axes.at(state.position, vectors)
 
         def energy(part: slice) -> tuple[np.ndarray, ...]:

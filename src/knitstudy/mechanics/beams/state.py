@@ -1,4 +1,4 @@
-"""State of a network of beams, and what its contact remembers of the last converged increment."""
+"""State of a network of beams, and the history of its contact at the last converged increment."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class LineHistory:
-    """What pairs that were near each other in the last converged increment remember."""
+    """History of the pairs of points that were near each other at the last converged increment."""
 
     key: np.ndarray  # int (m,), ascending; which pairs
     arm: np.ndarray  # (m, 2, 3), from the centres to the points that met, in the sections' axes [m]
@@ -27,7 +27,7 @@ class LineHistory:
 
     @classmethod
     def none(cls) -> LineHistory:
-        """Return that of yarns that have not touched."""
+        """Return the history of yarns that have not touched."""
         one, both = np.zeros(0), np.zeros((0, 2, 3))
         key, square = np.zeros(0, dtype=np.int64), np.zeros((0, 2, 3, 3))
         return cls(key, both, both, one, one, one, one, one, square, one, both, one)
@@ -35,7 +35,7 @@ class LineHistory:
 
 @dataclass(frozen=True, eq=False)
 class BeamContactHistory:
-    """What contact remembers of the last converged increment, of pairs of points and of K crossings."""
+    """History of contact at the last converged increment: of pairs of points and of K crossings."""
 
     points: LineHistory
     on_stations: np.ndarray  # (S, 3), internal forces of contact [N]

@@ -16,7 +16,7 @@ from knitstudy.mechanics.contact.surface import Projection
 
 @dataclass(frozen=True, eq=False)
 class ContactPoints:
-    """Pairs in one configuration; all that is not here is open."""
+    """Pairs that can touch in one configuration; all other pairs are open."""
 
     history: ContactHistory  # what they remember, in the same order
     followed: ContactHistory  # of all pairs that are followed
@@ -57,7 +57,7 @@ class ContactPoints:
 
 @dataclass(eq=False)
 class ContactStatus:
-    """What decides which pairs are looked at, and from which guesses: a run that goes on has to know it to the bit."""
+    """State of the search for pairs, which a restart needs to the last bit."""
 
     searched: np.ndarray  # (M, 3), carriers of the surfaces when pairs were searched for [m]
     seen: np.ndarray  # (M, 3), where they were when gaps were seen last [m]
@@ -66,7 +66,7 @@ class ContactStatus:
 
 @dataclass(frozen=True, eq=False)
 class ContactHistory(Chosen):
-    """What contact points remember of the last converged increment; all arrays run over the candidate pairs."""
+    """History of contact points at the last converged increment; all arrays run over the candidate pairs."""
 
     point: np.ndarray  # int (c,), Gauss point
     surface: np.ndarray  # int (c,), surface that it faces
@@ -88,7 +88,7 @@ class ContactHistory(Chosen):
     def of_open(
         cls, point: np.ndarray, surface: np.ndarray, xi: np.ndarray, dissipated: np.ndarray
     ) -> ContactHistory:
-        """Return the history of pairs of which nothing is known but guesses xi of the closest points."""
+        """Return the history of open pairs with guesses xi of their closest points."""
         none = np.zeros(len(point))
         return cls(
             point=point,
@@ -165,7 +165,7 @@ class Coulomb(Chosen):
         return self
 
     def attributes(self) -> dict[str, float]:
-        """Return what the law has for numbers, by name."""
+        """Return the constants of the law by name."""
         return {"contact_stiffness": self.normal, "stick_stiffness": self.tangential}
 
     def share(self, trial: np.ndarray, pressure: np.ndarray) -> np.ndarray:
@@ -221,6 +221,6 @@ class Coulomb(Chosen):
 
 
 def _directions(vectors: np.ndarray) -> np.ndarray:
-    """Return unit vectors (k, 3), zero where vectors (k, 3) are."""
+    """Return the directions of vectors (k, 3); zero where a vector is zero."""
     size = np.linalg.norm(vectors, axis=1, keepdims=True)
     return vectors / np.where(size > 0, size, 1.0)

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
-from scipy.special import ellipe, ellipk
+from scipy.special import ellipk, elliprd
 
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.patch_compliance import ACROSS, ALONG, far_compliance, patched_yarn
@@ -33,25 +33,16 @@ class Crossing:
         a, b = 0.5 * (1 - np.cos(angle)), 0.5 * (1 + np.cos(angle))
 
         def excess(ratio: float) -> float:
-            first, second, parameter = _integrals(ratio)
-            return (second / ratio**2 - first) / (first - second) - b / a if parameter > 1e-9 else 1.0 - b / a
+            return elliprd(0, 1, ratio**2) / elliprd(0, ratio**2, 1) - b / a  # DLMF 19.25.1
 
         ratio = 1.0 if b / a - 1 < 1e-6 else float(brentq(excess, 1e-4, 1 - 1e-8))
-        first, second, parameter = _integrals(ratio)
-        flat = (first - second) / parameter if parameter > 1e-9 else np.pi / 4
-        semiaxis = (3 * flat / (2 * np.pi * a)) ** (1 / 3)
-        return cls((a, b), ratio, semiaxis, 3 * first / (2 * np.pi * semiaxis))
+        semiaxis = float(elliprd(0, ratio**2, 1) / (2 * np.pi * a)) ** (1 / 3)
+        return cls((a, b), ratio, semiaxis, 3 * float(ellipk(1 - ratio**2)) / (2 * np.pi * semiaxis))
 
     @property
     def radius(self) -> float:
         """R_e = 1 / sin w, over R: a gap that is a paraboloid has the area 2 pi R_e delta at a depth delta."""
         return 0.5 / np.sqrt(self.curvature[0] * self.curvature[1])
-
-
-def _integrals(ratio: float) -> tuple[float, float, float]:
-    """Return the complete elliptic integrals K and E, and their parameter e^2 = 1 - (b / a)^2."""
-    parameter = 1 - ratio**2
-    return float(ellipk(parameter)), float(ellipe(parameter)), parameter
 
 
 # The local indentation that a space of displacements cannot show, as a law of contact in series with that space
@@ -104,7 +95,7 @@ class Indentation:
     numerical = False
 
     def attributes(self) -> dict[str, float]:
-        """Return what the law has for numbers, by name: E*; at right angles the depth of its tables, and 1 / m."""
+        """Return the constants of the law by name: E*; at right angles the depth of its tables, and 1 / m."""
         return {
             "indentation_modulus": self.elastic,
             "indentation_deepest": self.end,
@@ -228,7 +219,7 @@ def indentation(
     radius: float,
     friction: float,
 ) -> Indentation:
-    """Return what yarns of a degree over the section and of spans (over the radius) do not show where they cross."""
+    """Return the law of indentation missing in yarns of a degree over the section and spans (over the radius)."""
     deepest = np.empty(len(ANGLES))
     energy, stick = np.empty((2, 4, PIECES, len(ANGLES)))
     for number, angle in enumerate(ANGLES):

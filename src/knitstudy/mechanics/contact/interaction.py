@@ -275,7 +275,7 @@ class Contact:
         return lost + float(np.sum(weight * self.law.friction * mean * length))
 
     def _hysteresis(self, points: ContactPoints) -> float:
-        """Return what sticking points lose as their stiffness changes with the gap [J].
+        """Return the loss of energy at sticking points as their stiffness changes with the gap [J].
 
         Stiffness that is gained carries nothing, and what is lost takes its share along: neither does work.
         """
@@ -289,7 +289,7 @@ class Contact:
 
 
 def _put(values: np.ndarray, number: np.ndarray, some: np.ndarray) -> np.ndarray:
-    """Return values (c, ...) with some (k, ...) of the given numbers (k,) in their place."""
+    """Return a copy of values (c, ...) with the entries number (k,) replaced by some (k, ...)."""
     values = values.copy()
     values[number] = some
     return values

@@ -1,4 +1,4 @@
-"""What contact knows of the surfaces of solids: interpolation, kinematics, projection of points.
+"""Surfaces of solids in contact: interpolation, kinematics, projection of points.
 
 Places and their derivatives are weighted sums over *carriers*: nodes of a grid (`grids`), or functions of the angle
 times splines along a yarn (`cylinders`).
