@@ -215,7 +215,13 @@ def remarks(path):
             "calculix",
             "pair",
             {"contact.augmentations": 10, "solver.stabilisation": 1e-9},
-            ["solver.hourglass", "yarn.material", "contact.augmentations", "solver.stabilisation"],
+            [
+                "solver.hourglass",
+                "yarn.material",
+                "contact in CalculiX",
+                "contact.augmentations",
+                "solver.stabilisation",
+            ],
         ),
     ],
 )

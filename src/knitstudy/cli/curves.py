@@ -74,9 +74,16 @@ def _write(stem: Path, table: pd.DataFrame, curves: dict[str, pd.Series], title:
 def compare(result: Path, measured: Path, **named: Any) -> None:
     """Compare RESULT, the history of a knit or a cell (.nc), with MEASURED, a curve of force over strain (.csv).
 
-    Columns and units are read from names such as "strain (%)" and "force_per_width_N_mm". Others are said once, by
-    options, and kept in MEASURED.columns.yaml. Of several curves that of the result's direction is taken; --only
-    chooses among others. Unloading is left out.
+    MEASURED has the names of its columns in the first row, and a point of the curve in every other row:
+
+    \b
+        strain (%),force_per_width_N_mm
+        1.0,0.012
+        2.0,0.027
+
+    Columns and units are read from such names. Other names are given once, by options, and stored in
+    MEASURED.columns.yaml. Of several curves the command takes the curve of the result's direction; --only chooses among
+    others. Unloading is left out.
 
     \b
     knitstudy compare runs/simulation/jersey.nc lab.csv
