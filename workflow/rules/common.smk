@@ -104,10 +104,14 @@ def array(rule):
         return []
     folder = shlex.quote(os.getcwd())
     if folder != os.getcwd():
-        stop(f"--slurm-array-jobs: the plugin submits no arrays from {folder}: take a path of plain characters")
+        stop(
+            f"--slurm-array-jobs: the plugin submits no arrays from {folder}: take a path of plain characters"
+        )
     scenes = [scene for scene in ASKED if STAGES[rule].of(scene)]
     if len(scenes) > workflow.nodes:
-        stop(f"--jobs is {workflow.nodes} but must be at least {len(scenes)}: an array is submitted as a whole")
+        stop(
+            f"--jobs is {workflow.nodes} but must be at least {len(scenes)}: an array is submitted as a whole"
+        )
     return scenes
 
 

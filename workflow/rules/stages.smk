@@ -12,13 +12,13 @@ for stage in STAGES.values():
         log:
             f"logs/{stage.name}/{stage.label}.log",
         priority: 10 if stage.long else 0
+        localrule: not stage.queued
         threads: 1
         resources:
             mem_mb=memory(stage.name),
             runtime=runtime(stage.name),
         params:
             digest=digest(stage.name),
-        localrule: not stage.queued
         message:
             stage.message
         script:
