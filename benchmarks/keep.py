@@ -11,6 +11,7 @@ import sys
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import jinja2
 import pandas as pd
@@ -22,7 +23,7 @@ from knitstudy.figures.catalogue import FIGURES, draw
 from knitstudy.figures.style import save
 from knitstudy.files import read_result, read_table, replacing, write_table, write_text
 from knitstudy.report.files import ScreenPicture, read_sources
-from knitstudy.stages.displays import reference_files
+from knitstudy.stages.displays import Displays, reference_files
 from knitstudy.stages.kept_tables import (
     REFERENCE,
     SIMULATED,
@@ -80,19 +81,30 @@ def keep_verdicts(config: Path = CONFIG) -> str:
         message = f"has no simulation of the study {STUDY!r} that is up to date"
         raise DataFileError(f"{RESULTS}: {message}; run `make study STUDY={STUDY}`")
     tables, figures = (full_study(each, plan, scenes, config) for each in (TABLES, FIGURES))
-    sources = read_sources(tables.files(VERDICTS, RESULTS).items())
-    found = tabulate(VERDICTS, **sources, scenes=tables.scenes(VERDICTS))
+    read: dict[str, tuple[Any, Any]] = {}  # files of the display before, with their content, by argument
+
+    def sources_of(displays: Displays, name: str) -> dict[str, Any]:
+        """Return the sources of a display; several displays in turn take the same hundreds of files."""
+        nonlocal read
+        read = {
+            argument: read[argument]
+            if read.get(argument, (None,))[0] == files
+            else (files, read_sources([(argument, files)])[argument])
+            for argument, files in displays.files(name, RESULTS).items()
+        }
+        return {argument: content for argument, (_, content) in read.items()}
+
+    found = tabulate(VERDICTS, **sources_of(tables, VERDICTS), scenes=tables.scenes(VERDICTS))
     table = stamped(found, tables.digest(VERDICTS), simulations=f"{len(scenes)} of {len(study)}")
     readings = read_table(reference_files(config)["readings"])
     for name in FULL_TABLES:
-        sources = read_sources(tables.files(name, RESULTS).items())
-        write_table(tabulate(name, **sources, scenes=tables.scenes(name)), FULL / f"{name}.csv")
+        write_table(
+            tabulate(name, **sources_of(tables, name), scenes=tables.scenes(name)), FULL / f"{name}.csv"
+        )
     combined = read_table(FULL / "combinations.csv").fillna("")
     page, shown = summarise(TEMPLATE, table, readings, figures.names(), VERDICTS_PAGE.stem, combined)
-    files = None
     for name in shown:
-        if files != (taken := figures.files(name, RESULTS)):  # several may be of the same hundreds
-            files, sources = taken, read_sources(taken.items())
+        sources = sources_of(figures, name)
         drawing = draw(name, **sources, scenes=figures.scenes(name))
         picture = VERDICTS_PAGE.with_suffix("") / f"{name}.webp"
         _save_picture(drawing, picture, sources, FIGURES.find(name).title)

@@ -185,20 +185,6 @@ def pair_scene(scene, path, angle=90.0, interaction="isotropic"):
     return scene.vary(kind | {"load.path": path, "pair.angle": angle})
 
 
-def contacts_of_slide(distance, friction=0.5, normal=4.0, **attributes):
-    """Contacts of two yarns that slide along x by `distance` (I,) [m], the first increments sticking."""
-    distance = np.array(distance)
-    vectors = np.zeros((3, len(distance), 1, 3))
-    vectors[0, :, 0, 0] = distance
-    vectors[1, :, 0, 0] = np.clip(distance * 1e6, -friction * normal, friction * normal)
-    vectors[2, 1:, 0, 2] = -normal
-    names = ("relative_displacement", "tangential_resultant", "normal_resultant")
-    dims = ("increment", "crossing", "xyz")
-    return xr.Dataset(
-        {name: (dims, values) for name, values in zip(names, vectors, strict=True)}, attrs=attributes
-    )
-
-
 def contacts_with_springs(contacts, stiffness, axes="global"):
     """Contacts of a 3 x 3 knit whose middle row touches from the second of three states on, with given springs.
 

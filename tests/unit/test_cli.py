@@ -235,7 +235,11 @@ def simulated(monkeypatch, knit):
         asked.update(scene=scene, folder=folder, **options)
         return Results(scene, None, geometry(knit), path=folder / "simulation" / "a.nc")
 
+    def write_outputs(results, folder):
+        asked.update(outputs_of=results.scene, outputs_in=folder)
+
     monkeypatch.setattr("knitstudy.stages.simulate.simulate", simulate)
+    monkeypatch.setattr("knitstudy.stages.simulate.write_outputs", write_outputs)
     return asked
 
 
@@ -248,6 +252,7 @@ def test_run(knitstudy, config, simulated, monkeypatch):
     assert "mine/simulation/a.nc:" in result.stderr
     assert simulated["scene"].load.strain == 0.01
     assert (str(simulated["folder"]), simulated["config"], simulated["anew"]) == ("mine", config, False)
+    assert (simulated["outputs_of"], str(simulated["outputs_in"])) == (simulated["scene"], "mine")
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import xarray as xr
 from knitstudy.contacts.contacts import extract
 from knitstudy.errors import DataFileError
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.measures.centre_cell import cut_force, first_symmetric_contact
+from knitstudy.measures.centre_cell import first_symmetric_contact
 from knitstudy.measures.cost import SERIES
 from knitstudy.measures.paper_values import number, numbers
 from knitstudy.measures.response import distance_of_curves, out_of_plane_correlation, transverse_contraction
@@ -138,32 +138,6 @@ def test_every_table_is_made_from_what_the_workflow_names(offered, results, name
 
     sources = {argument: read(source) for argument, source in offered.sources[name].items()}
     assert len(catalogue.tabulate(name, **sources, scenes=offered.scenes(name)).columns)
-
-
-STRESS, AREA, LENGTH, CELLS = 2e6, 3e-6, 0.05, 1000
-
-
-@pytest.fixture(scope="module")
-def bar():
-    """A bar along y under tension, in cells, that is pressed beside its middle half."""
-    y = LENGTH * (np.arange(CELLS) + 0.5) / CELLS
-    stress = np.zeros((CELLS, 6))
-    stress[:, 1] = np.where(np.abs(y / LENGTH - 0.5) < 0.25, STRESS, -STRESS)
-    return xr.Dataset(
-        {
-            "cell_stress": (("cell", "component"), stress),
-            "cell_volume": ("cell", np.full(CELLS, AREA * LENGTH / CELLS)),
-            "cell_place": (("cell", "xyz"), np.column_stack([0 * y, y, 0 * y])),
-        },
-        attrs={"direction": "wale"},
-    )
-
-
-@pytest.mark.parametrize(("share", "sign"), [(0.5, 1), (0.47, 1), (0.04, -1)])
-def test_force_through_a_cut_is_that_of_its_slab(bar, share, sign):
-    """Of the last one half of the slab lies outside of the bar."""
-    inside = 1.0 if share > 0.2 else 0.5 + share / 0.4 + np.sin(2 * np.pi * share / 0.4) / (2 * np.pi)
-    assert cut_force(bar, share) == pytest.approx(sign * inside * STRESS * AREA, rel=5e-3)
 
 
 def test_distance_of_a_hat_by_hand():

@@ -7,7 +7,6 @@ import xarray as xr
 from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.history import DIRECTIONS
-from knitstudy.measures.centre_cell import cut_force
 from knitstudy.mechanics.materials import material_of
 from knitstudy.mechanics.solid import cauchy_stress
 from knitstudy.mesh.mesher import mesh as mesh_stage
@@ -72,6 +71,55 @@ def pulled(request, full):
     mesh = mesh_stage(scene, geometry)
     history = simulate(scene, geometry, mesh)
     return request.param, stress(scene, geometry, mesh, history)
+
+
+SLAB = 0.4  # Width of the slab around a cut, over the length of the knit: about a cell
+
+# Equilibrium holds in the mean for every function phi(x) that is constant at both grips; with psi = phi',
+#     integral of sigma_xx psi dv = F * integral of psi dx.
+# Stresses averaged over a slab with the weight psi give the force F through the knit. Contact adds nothing where both
+# of its sides lie at one place.
+
+
+def cut_force(stresses: xr.Dataset, share: float) -> float:
+    """Return the force through a cut across the load, at a share of the deformed length of the knit [N].
+
+    The weight is psi = 1 + cos over a slab (`SLAB`), which should lie between the grips. It is smooth, since elements
+    are in equilibrium in their mean only.
+    """
+    axis = DIRECTIONS.index(stresses.attrs["direction"])
+    place = stresses["cell_place"].to_numpy()[:, axis]
+    length = np.ptp(place)
+    away = (place - place.min() - share * length) / (SLAB * length)
+    weight = np.where(np.abs(away) < 0.5, 1 + np.cos(2 * np.pi * away), 0.0)
+    stress = stresses["cell_stress"].to_numpy()[:, axis]  # xx, yy, zz come first
+    return float(np.sum(stress * stresses["cell_volume"].to_numpy() * weight) / (SLAB * length))
+
+
+STRESS, AREA, LENGTH, CELLS = 2e6, 3e-6, 0.05, 1000
+
+
+@pytest.fixture(scope="module")
+def bar():
+    """A bar along y under tension, in cells, that is pressed beside its middle half."""
+    y = LENGTH * (np.arange(CELLS) + 0.5) / CELLS
+    stress = np.zeros((CELLS, 6))
+    stress[:, 1] = np.where(np.abs(y / LENGTH - 0.5) < 0.25, STRESS, -STRESS)
+    return xr.Dataset(
+        {
+            "cell_stress": (("cell", "component"), stress),
+            "cell_volume": ("cell", np.full(CELLS, AREA * LENGTH / CELLS)),
+            "cell_place": (("cell", "xyz"), np.column_stack([0 * y, y, 0 * y])),
+        },
+        attrs={"direction": "wale"},
+    )
+
+
+@pytest.mark.parametrize(("share", "sign"), [(0.5, 1), (0.47, 1), (0.04, -1)])
+def test_force_through_a_cut_is_that_of_its_slab(bar, share, sign):
+    """Of the last one half of the slab lies outside of the bar."""
+    inside = 1.0 if share > 0.2 else 0.5 + share / 0.4 + np.sin(2 * np.pi * share / 0.4) / (2 * np.pi)
+    assert cut_force(bar, share) == pytest.approx(sign * inside * STRESS * AREA, rel=5e-3)
 
 
 def test_forces_from_stresses_balance_the_grips(pulled, verify):

@@ -9,6 +9,7 @@ from textwrap import shorten
 from typing import Any
 
 import click
+import xarray as xr
 import yaml
 from click.shell_completion import CompletionItem
 from rich import box
@@ -16,7 +17,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from knitstudy.errors import ConfigurationError, KnitstudyError
+from knitstudy.errors import ConfigurationError, DataFileError, KnitstudyError
 from knitstudy.files import read_dataset
 from knitstudy.registry import is_loaded, load_plugins
 from knitstudy.study.alternative_keys import OTHER_WAYS
@@ -203,6 +204,26 @@ def recorded(name: str, defaults: Mapping[str, Any]) -> tuple[Scene, dict[str, S
     from knitstudy.stages.record import scenes_of
 
     return scenes_of(read_dataset(name), name, defaults)
+
+
+def undeformed(file: Path, history: xr.Dataset, solids: bool) -> tuple[Scene, xr.Dataset, xr.Dataset | None]:
+    """Return the scene of the history in a result file, its geometry and, for `solids`, its mesh if there is one.
+
+    Raises DataFileError if the file holds no history.
+    """
+    from knitstudy.measures.summary import kind_of
+    from knitstudy.stages.table import STAGES, has_mesh
+
+    try:
+        kind = kind_of(history)
+    except DataFileError as error:
+        raise DataFileError(f"{file}: {error}") from error
+    if kind != "history":
+        raise DataFileError(f"{file}: is a {kind} and must be a history")
+    scene = recorded(str(file), {})[0]
+    geometry = STAGES["geometry"].function(scene)
+    mesh = STAGES["mesh"].function(scene, geometry=geometry) if solids and has_mesh(scene) else None
+    return scene, geometry, mesh
 
 
 def plan_with(name: str, config: Path) -> Any:

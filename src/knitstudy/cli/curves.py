@@ -203,19 +203,19 @@ def fit(
             count = f"{len(simulated)} of {curve_fit.SIMULATED} frictions could be simulated"
             raise ConvergenceError(f"scene {chosen.name!r}: {count}, and 3 are needed; change --between")
         more_accurate = (lambda frictions: forces(frictions, dict(check))) if check else None
-        count = curve_fit.fit(curve.to_numpy(), simulated, more_accurate)
+        fitted = curve_fit.fit(curve.to_numpy(), simulated, more_accurate)
     moduli = {key: chosen.value(key) for key in MODULI if chosen.value(key) is not None}
-    values = {key: tuple(value * each for each in count.factor) for key, value in moduli.items()}
-    values |= {FRICTION: count.friction} if slides else {}
+    values = {key: tuple(value * each for each in fitted.factor) for key, value in moduli.items()}
+    values |= {FRICTION: fitted.friction} if slides else {}
     rows = [(key, *values[key], unit_of(key)) for key in values]
-    of = "force" if count.proportional else "largest force"
-    rows.append((f"what is left, of the {of}", 100 * count.noise, "", "", "%"))
+    of = "force" if fitted.proportional else "largest force"
+    rows.append((f"what is left, of the {of}", 100 * fitted.noise, "", "", "%"))
     table = pd.DataFrame(rows, columns=["quantity", "value", "95 % from", "to", "unit"])
     console.print_table(list(table.columns), table.to_numpy())
-    table["note"] = ["; ".join(count.remarks()), *[""] * (len(rows) - 1)]
-    for line in count.remarks():
+    table["note"] = ["; ".join(fitted.remarks()), *[""] * (len(rows) - 1)]
+    for line in fitted.remarks():
         click.echo(line, err=True)
-    curves = {"measured": whole, "fit": pd.Series(np.append(0, count.forces), np.append(0, curve.index))}
+    curves = {"measured": whole, "fit": pd.Series(np.append(0, fitted.forces), np.append(0, curve.index))}
     title = f"fit of {chosen.name} to {measured.name}"
     _write(output / "fit" / f"{chosen.name}-{name}", table, curves, title)
     click.echo(" ".join(f"--set {key}={console.plain(value)}" for key, (value, *_) in values.items()))

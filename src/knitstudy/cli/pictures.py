@@ -26,19 +26,12 @@ def write_pictures(
     """
     from knitstudy.figures import deformed
     from knitstudy.figures.style import save
-    from knitstudy.measures.summary import kind_of
-    from knitstudy.stages.table import STAGES, has_mesh
 
     formats = ((picture, (".png", ".pdf")), (animation, (".webp",)), (interactive, (".html",)))
     for path, endings in formats:
         if path is not None and path.suffix not in endings:
             raise DataFileError(f"{path}: must end with {' or '.join(endings)}")
-    if (kind := kind_of(history)) != "history":
-        raise DataFileError(f"{file}: is a {kind}; pictures are of histories, in the folder simulation")
-    scene = console.recorded(str(file), {})[0]
-    geometry, mesh = STAGES["geometry"].function(scene), None
-    if colour in deformed.FIELDS and has_mesh(scene):
-        mesh = STAGES["mesh"].function(scene, geometry=geometry)
+    scene, geometry, mesh = console.undeformed(file, history, solids=colour in deformed.FIELDS)
     knit = deformed.deformed(scene, geometry, history, mesh, colour)
     title = f"{scene.name}, {scene.kind.fidelity.label}"
     if animation is not None and len(knit.strain) < 2:

@@ -69,7 +69,7 @@ def run(
     # Models are imported here: the other commands and --help do not need them.
     from knitstudy.measures.differences import differing_variables
     from knitstudy.measures.summary import summarise
-    from knitstudy.stages.simulate import simulate
+    from knitstudy.stages.simulate import simulate, write_outputs
 
     before = read_dataset(scene) if console.is_result(scene) else None
     chosen = changed_scene(scene, changes, config)
@@ -79,6 +79,7 @@ def run(
     try:
         with log_on_console(verbose):
             results = simulate(chosen, output, config=config, progress=Progress, anew=anew, plan=plan)
+            write_outputs(results, output)
     except KeyboardInterrupt:
         kept = f"stages that were done and the last converged increment are kept in {output}"
         raise KeyboardInterrupt(f"stopped; {kept}: the same command goes on from there") from None
@@ -314,16 +315,8 @@ def export(scene: str, dialect: str, changes: tuple, output: Path | None, config
 def _write_series(file: Path, output: Path | None) -> Path:
     """Write the history in a result file as a time series, and return its path."""
     from knitstudy.exchange.series import write_series
-    from knitstudy.measures.summary import kind_of
-    from knitstudy.stages.table import STAGES, has_mesh
 
     history, path = read_dataset(file), output or file.with_suffix(".pvd")
-    with _naming(file):
-        if (kind := kind_of(history)) != "history":
-            raise DataFileError(f"is a {kind} and must be a history")
-    scene = console.recorded(str(file), {})[0]
-    geometry, mesh = STAGES["geometry"].function(scene), None
-    if has_mesh(scene) and "node_displacement" in history:
-        mesh = STAGES["mesh"].function(scene, geometry=geometry)
+    scene, geometry, mesh = console.undeformed(file, history, solids="node_displacement" in history)
     write_series(scene, path, geometry, history, mesh)
     return path

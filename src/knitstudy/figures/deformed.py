@@ -141,10 +141,9 @@ def _of_stations(fabric: Fabric, history: xr.Dataset, colour: str) -> tuple[np.n
         raise ConfigurationError(
             f"colour is {colour!r} but the history holds only {', '.join(['u_z', *held])}"
         )
-    held_values = history[name].to_numpy()
-    strength = scale * np.nan_to_num(
-        held_values if held_values.ndim == 2 else np.linalg.norm(held_values, axis=-1)
-    )
+    at_crossings = history[name].to_numpy()
+    sizes = at_crossings if at_crossings.ndim == 2 else np.linalg.norm(at_crossings, axis=-1)
+    strength = scale * np.nan_to_num(sizes)
     yarn, s = history["yarn"].to_numpy(), history["arc_length"].to_numpy()
     crossings = fabric.crossings
     values = np.zeros((len(strength), len(yarn)))
@@ -239,8 +238,8 @@ def _nearest_pressure(points: np.ndarray, history: xr.Dataset) -> np.ndarray:
 @styled
 def draw(knit: Deformed, increment: int = -1, view: View = VIEW) -> Figure:
     """Return a figure of one increment with its bar of colours."""
-    window = bounds([*_surfaces(knit, 0), *_surfaces(knit, -1)], view)
-    picture = Picture(_surfaces(knit, increment), view, window)
+    ends = [Surface(knit.points[end], knit.faces, "") for end in (0, -1)]
+    picture = Picture(_surfaces(knit, increment), view, bounds(ends, view))
     drawing, (axes,) = draw_rows([[picture]], SINGLE, head=6.0, foot=BAR)
     axes.set_title(f"{knit.strain[increment]:.1%} strain")
     scale_bar(axes, 10.0, view)

@@ -32,15 +32,15 @@ ROW, HEAD, FOOT, LEFT = 4.2, 58.0, 18.0, 70.0  # Height of a row, room above, be
 @FIGURES.add("fig_readings", "Verdicts under every reading of the paper", **SOURCES)
 def draw(claims: pd.DataFrame, readings: pd.DataFrame, **sources: Any) -> Figure:
     """Draw readings down and claims across."""
-    verdicts = findings(readings, **sources)
-    height = HEAD + ROW * len(verdicts) + FOOT
+    under_readings = findings(readings, **sources)
+    height = HEAD + ROW * len(under_readings) + FOOT
     drawing = figure(DOUBLE, height)
     axes = drawing.subplots()
     drawing.subplots_adjust(left=LEFT / DOUBLE, right=0.99, bottom=FOOT / height, top=1 - HEAD / height)
-    for row, finding in enumerate(verdicts):
+    for row, finding in enumerate(under_readings):
         for column, claim in enumerate(claims["id"]):
             _draw_cell(axes, column, row, finding, claim)
-    _label(axes, claims, verdicts)
+    _label(axes, claims, under_readings)
     patches = [
         Patch(facecolor=colour, edgecolor=INK, linewidth=0.4, label=f"{letter}  {name}")
         for name, (colour, letter) in VERDICTS.items()
@@ -66,16 +66,16 @@ def _draw_cell(axes: Axes, column: int, row: int, finding: Finding, claim: str) 
         axes.add_patch(Rectangle((column, row), 1, 1, facecolor="none", edgecolor=INK, zorder=3))
 
 
-def _label(axes: Axes, claims: pd.DataFrame, verdicts: Sequence[Finding]) -> None:
+def _label(axes: Axes, claims: pd.DataFrame, under_readings: Sequence[Finding]) -> None:
     """Write readings beside the rows and claims above the columns; a line where inputs begin."""
-    axes.set(xlim=(0, len(claims)), ylim=(len(verdicts), 0))
+    axes.set(xlim=(0, len(claims)), ylim=(len(under_readings), 0))
     names = [f"{claim.id}  {claim.short}" for claim in claims.itertuples()]
     axes.set_xticks(np.arange(len(claims)) + 0.5, names, rotation=90)
     axes.xaxis.tick_top()
-    axes.set_yticks(np.arange(len(verdicts)) + 0.5, [verdict.reading.reading for verdict in verdicts])
+    axes.set_yticks(np.arange(len(under_readings)) + 0.5, [each.reading.reading for each in under_readings])
     axes.tick_params(length=0)
     for spine in axes.spines.values():
         spine.set_visible(False)
-    kinds = [verdict.reading.kind for verdict in verdicts]
+    kinds = [each.reading.kind for each in under_readings]
     for row in (1, *(i for i in range(1, len(kinds)) if kinds[i] != kinds[i - 1])):
         axes.axhline(row, color=INK, linewidth=0.8, zorder=2)

@@ -15,7 +15,6 @@ from knitstudy.contacts.segments import BETWEEN, KINDS, centre
 from knitstudy.errors import DataFileError
 from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.geometry.loop import Loop
-from knitstudy.loading.history import DIRECTIONS
 from knitstudy.measures.estimate import UNKNOWN, Estimate
 
 SNAPSHOTS = (0.0005, 0.0033, 0.0045, 0.0195)  # Strains of the points 1 to 4 of Fig. 7
@@ -119,7 +118,6 @@ def closest_neighbour(contacts: xr.Dataset) -> np.ndarray:
 # Number of a segment in Fig. 14; the paper does not say which of 1 and 6 is the head.
 SEGMENT = {kind: number for number, kind in enumerate(KINDS, start=1)}
 LEGS = KINDS[1:5]  # Segments 2 to 5, which are not along x
-SLAB = 0.4  # Width of the slab around a cut, over the length of the knit: about a cell
 
 
 def honeycomb_segments(contacts: xr.Dataset) -> dict[str, np.ndarray]:
@@ -185,24 +183,3 @@ def angle_to_x(stresses: Sequence[xr.Dataset], kind: str) -> Estimate:
     first = stress_angles(stresses[0], kind)[:, 0]
     off = [0.5 * np.ptp(first), *np.abs(np.subtract(means[1:], means[0]))]
     return Estimate(float(means[0]), float(max(off)))
-
-
-# Equilibrium holds in the mean for every function phi(x) that is constant at both grips; with psi = phi',
-#     integral of sigma_xx psi dv = F * integral of psi dx.
-# Stresses averaged over a slab with the weight psi give the force F through the knit. Contact adds nothing where both
-# of its sides lie at one place.
-
-
-def cut_force(stresses: xr.Dataset, share: float) -> float:
-    """Return the force through a cut across the load, at a share of the deformed length of the knit [N].
-
-    The weight is psi = 1 + cos over a slab (`SLAB`), which should lie between the grips. It is smooth, since elements
-    are in equilibrium in their mean only.
-    """
-    axis = DIRECTIONS.index(stresses.attrs["direction"])
-    place = stresses["cell_place"].to_numpy()[:, axis]
-    length = np.ptp(place)
-    away = (place - place.min() - share * length) / (SLAB * length)
-    weight = np.where(np.abs(away) < 0.5, 1 + np.cos(2 * np.pi * away), 0.0)
-    stress = stresses["cell_stress"].to_numpy()[:, axis]  # xx, yy, zz come first
-    return float(np.sum(stress * stresses["cell_volume"].to_numpy() * weight) / (SLAB * length))

@@ -84,11 +84,21 @@ def simulate(
     if STAGES["contacts"].of(scene):
         contacts = maker.obtain(STAGES["contacts"], scene)
     path = maker.folder and maker.folder / stage.path(scene)
-    if maker.folder:
-        for export in STAGES.values():
-            if not export.is_dataset and export.of(scene) and export.wanted(scene):
-                maker.export(export, scene)
     return Results(scene, beside["geometry"], history, beside.get("mesh"), contacts, path)
+
+
+def write_outputs(results: Results, folder: Path) -> None:
+    """Write the files for other programs that the outputs of a scene ask for.
+
+    Raises DataFileError if a file cannot be written.
+    """
+    scene = results.scene
+    for stage in STAGES.values():
+        if not stage.is_dataset and stage.of(scene) and stage.wanted(scene):
+            needed = {name: getattr(results, name) for name in stage.needs(scene, lambda _: scene)}
+            path = folder / stage.path(scene)
+            stage.function(scene, path=path, **needed)
+            log.info(f"{stage.name} {scene.name}: written to %s", path)
 
 
 @dataclass
@@ -130,10 +140,3 @@ class _Maker:
                 log.info(f"{label}: written to %s", path)
         self.made[name] = result
         return result
-
-    def export(self, stage: Stage, scene: Scene) -> None:
-        """Write a file for another program that the outputs of a scene ask for."""
-        path = self.folder / stage.path(scene)
-        needed = {argument: self.obtain(*step) for argument, step in self.plan.needs(stage, scene).items()}
-        make(stage, scene, needed, path, "")
-        log.info(f"{stage.name} {scene.name}: written to %s", path)

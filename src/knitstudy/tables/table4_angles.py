@@ -43,7 +43,6 @@ REPORTED = {
     "sinker": "segment 6 angles to x y z",
 }
 
-CUTS = (0.3, 0.4, 0.5, 0.6, 0.7)  # Over the length of the knit: slabs lie between the grips
 _SOLIDS = of_cases(CASES, (*SOLIDS, *OTHER_SOLIDS))
 
 

@@ -49,8 +49,8 @@ MOST = 12  # Combinations that the table shows
 def tabulate(claims: pd.DataFrame, readings: pd.DataFrame, **sources: Any) -> pd.DataFrame:
     """Return every claim of the paper with its rule, the measured rows, and the verdict, which is computed.
 
-    One quantity stands in columns of its own; `measured` has all, a line each: quantity, the value here, the paper's,
-    the grade.
+    The columns `quantity`, `ours` and `paper` hold the first row of the claim. The column `measured` holds all rows,
+    one row a line: quantity, value of this study, value of the paper, grade.
 
     Raises ConfigurationError when a claim has no rule.
     """
@@ -59,8 +59,8 @@ def tabulate(claims: pd.DataFrame, readings: pd.DataFrame, **sources: Any) -> pd
             f"claim {lacking[0]!r} has no rule by which it is judged; known are {', '.join(RULES)}: take it out of "
             "resources/reference/paper_claims.csv, or give it one in knitstudy.measures.claims"
         )
-    judged_by = findings(readings, **sources)
-    concluded = [conclude(claim.id, claim.uncertainty, judged_by) for claim in claims.itertuples()]
+    under_readings = findings(readings, **sources)
+    concluded = [conclude(claim.id, claim.uncertainty, under_readings) for claim in claims.itertuples()]
     first = [judged.rows[0] if judged.rows else Row("") for judged in concluded]
     lines = [[(row.quantity, row.ours, row.paper, row.grade) for row in judged.rows] for judged in concluded]
     columns = {

@@ -245,8 +245,7 @@ def _larger(quantity: str, one: str, other: str, values: dict[str, Estimate]) ->
     """Return the row of a value that must exceed another by more than both uncertainties."""
     ratio = values[one].value / values[other].value
     name = f"{quantity}, {NAMED.get(one, one)} over {NAMED.get(other, other)}"
-    row = holds(name, f"{ratio:.2f}", "> 1", values[one].larger_than(values[other]))
-    return Row(*(getattr(row, of) for of in ("quantity", "ours", "paper", "grade")), margin=ratio)
+    return holds(name, f"{ratio:.2f}", "> 1", values[one].larger_than(values[other]), margin=ratio)
 
 
 def judge_smaller_friction(evidence: Evidence) -> Judgement:

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from math import isfinite, nan
 
-from knitstudy.measures.estimate import Estimate
+from knitstudy.measures.estimate import Estimate, all_hold
 
 MUCH, COMPARABLE, GOOD, TREND = 2.0, 1.5, 0.1, 0.75
 
@@ -41,9 +41,8 @@ class Row:
     ours: str = ""
     paper: str = ""
     grade: str = ""  # Empty: shown, not tested
-    margin: float = (
-        nan  # Factor by which the value passes (above 1) or misses its bar; nan of tests without a factor
-    )
+    # Factor by which the value passes (above 1) or misses its bar; nan of tests without a factor
+    margin: float = nan
 
 
 def grade(direction: bool | None, size: bool | None = True) -> str:
@@ -64,9 +63,16 @@ def worst(rows: Iterable[Row]) -> str:
     return min((row.grade for row in rows if row.grade), key=GRADES.index)
 
 
-def holds(quantity: str, ours: str, paper: str, direction: bool | None, size: bool | None = True) -> Row:
-    """Return a row that passes or fails without a factor."""
-    return Row(quantity, ours, paper, grade(direction, size))
+def holds(
+    quantity: str,
+    ours: str,
+    paper: str,
+    direction: bool | None,
+    size: bool | None = True,
+    margin: float = nan,
+) -> Row:
+    """Return the row of a test that the caller has decided."""
+    return Row(quantity, ours, paper, grade(direction, size), margin)
 
 
 def at_least(
@@ -81,11 +87,7 @@ def at_least(
 
     Without `sense` the bar decides both: a value below it contradicts the claim.
     """
-    text, value = text or _text(value), _estimate(value)
-    size = value.above(bar)
-    direction = size if sense is None else _not(value.below(sense))
-    margin = value.value / bar if bar > 0 else nan
-    return Row(quantity, text, paper, grade(direction, size), margin)
+    return _bounded(1, quantity, value, paper, bar, sense, text)
 
 
 def at_most(
@@ -97,11 +99,25 @@ def at_most(
     text: str = "",
 ) -> Row:
     """Return the row of a value that must not exceed `bar` (size) and must lie below `sense` (direction)."""
+    return _bounded(-1, quantity, value, paper, bar, sense, text)
+
+
+def _bounded(
+    sign: int,
+    quantity: str,
+    value: Estimate | float,
+    paper: str,
+    bar: float,
+    sense: float | None,
+    text: str,
+) -> Row:
+    """Return the row of a value that is bounded from below (sign 1) or from above (-1)."""
     text, value = text or _text(value), _estimate(value)
-    size = value.below(bar)
-    direction = size if sense is None else _not(value.above(sense))
-    margin = bar / value.value if value.value > 0 else nan
-    return Row(quantity, text, paper, grade(direction, size), margin)
+    signed = Estimate(sign * value.value, value.uncertainty)
+    size = signed.above(sign * bar)
+    direction = size if sense is None else _not(signed.below(sign * sense))
+    over, under = (value.value, bar) if sign > 0 else (bar, value.value)
+    return Row(quantity, text, paper, grade(direction, size), over / under if under > 0 else nan)
 
 
 def comparable(
@@ -117,7 +133,7 @@ def comparable(
     A number alone has no direction: without `direction` a value farther off contradicts the claim.
     """
     ratio = _estimate(value).of(lambda ours: ours / paper)
-    size = _both(ratio.above(1 / COMPARABLE), ratio.below(COMPARABLE))
+    size = all_hold((ratio.above(1 / COMPARABLE), ratio.below(COMPARABLE)))
     margin = COMPARABLE / max(ratio.value, 1 / ratio.value) if ratio.value > 0 else 0.0
     return Row(quantity, text, printed, grade(size if direction is None else direction, size), margin)
 
@@ -139,12 +155,6 @@ def _goes(one: Estimate, other: Estimate, sign: int) -> float:
     if abs(change) <= one.uncertainty + other.uncertainty:
         return 0.5
     return float(change > 0)
-
-
-def _both(one: bool | None, other: bool | None) -> bool | None:
-    if False in (one, other):  # NumPy's False as well
-        return False
-    return None if None in (one, other) else True
 
 
 def _not(holds: bool | None) -> bool | None:

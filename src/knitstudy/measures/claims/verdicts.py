@@ -147,23 +147,23 @@ def findings(table: pd.DataFrame, **sources: Any) -> list[Finding]:
     """
     evidence, (base, *others) = Evidence(**sources).named(), readings_of(table)
     usual = {claim: rule(evidence) for claim, rule in RULES.items()}
-    judged_by = [Finding(base, evidence, usual)]
+    under_readings = [Finding(base, evidence, usual)]
     for reading in others:
         if (own := reading.evidence(evidence)) is None:
             none = Judgement((), f"the study has no scenes of {reading.name!r}", verdict=NOT_RUN)
-            judged_by.append(Finding(reading, None, dict.fromkeys(RULES, none), frozenset(RULES)))
+            under_readings.append(Finding(reading, None, dict.fromkeys(RULES, none), frozenset(RULES)))
             continue
         judged = {claim: rule(own) for claim, rule in RULES.items()}
         touched = frozenset(claim for claim in RULES if judged[claim] != usual[claim])
         verdicts = {claim: {usual[claim].verdict, judged[claim].verdict} for claim in RULES}
         turned = tuple(claim for claim, both in verdicts.items() if len(both) == 2 and both <= DECIDED)
-        judged_by.append(Finding(reading, own, judged, touched, turned))
-    return judged_by
+        under_readings.append(Finding(reading, own, judged, touched, turned))
+    return under_readings
 
 
-def conclude(claim: str, uncertainty: str, judged_by: Sequence[Finding]) -> Judgement:
+def conclude(claim: str, uncertainty: str, under_readings: Sequence[Finding]) -> Judgement:
     """Return the verdict on a claim under the base, which comes first, and how many readings share the verdict."""
-    first, *others = judged_by
+    first, *others = under_readings
     judged = decide(RULES[claim], first.evidence, uncertainty)
     decided = [other for other in others if claim in other.touched and other.judged[claim].verdict in DECIDED]
     if judged.verdict == NOT_RUN or not decided:
