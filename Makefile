@@ -8,6 +8,7 @@ MAKEFLAGS += --no-print-directory
 PYTHON ?=
 STUDY ?= reduced
 FIRST ?= 48
+OPTIONS ?=
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -26,16 +27,20 @@ help:  ## show this list
 
 .PHONY: study
 study: environment  ## run the reduced study on all cores (STUDY=ci, full or reference for another)
-	@$(BIN)/python -m knitstudy study $(STUDY)
+	@$(BIN)/python -m knitstudy study $(STUDY) -- $(OPTIONS)
+
+.PHONY: kept
+kept: environment  ## make every table in resources that is not of today's physics (a night; goes on where it was)
+	@$(BIN)/python benchmarks/keep.py all
 
 .PHONY: reference
 reference: environment  ## make what models are measured against (hours); resources/reference/reference.csv
-	@$(BIN)/python -m knitstudy study reference results/tables/reference.csv results/tables/reference_ways.csv
+	@$(BIN)/python -m knitstudy study reference -- $(OPTIONS) results/tables/reference.csv results/tables/reference_ways.csv
 	@$(BIN)/python benchmarks/keep.py reference
 
 .PHONY: verdicts
 verdicts: environment  ## run the full study and keep its verdicts (hours); resources/verdicts.csv, docs/reference/results.md
-	@$(BIN)/python -m knitstudy study full
+	@$(BIN)/python -m knitstudy study full -- $(OPTIONS)
 	@$(BIN)/python benchmarks/keep.py verdicts
 
 .PHONY: trade
@@ -48,7 +53,7 @@ loops: environment  ## try loops of 210 course and wale spacings; resources/loop
 
 .PHONY: predictions
 predictions: environment  ## run the study of measured fabrics and keep its predictions; resources/predictions.csv
-	@$(BIN)/python -m knitstudy study fabrics
+	@$(BIN)/python -m knitstudy study fabrics -- $(OPTIONS)
 	@$(BIN)/python benchmarks/keep.py predictions
 
 .PHONY: test

@@ -409,7 +409,7 @@ def main() -> None:
         for number, job in enumerate(jobs, 1):
             rows.append(job.result())
             print(f"{number} of {len(jobs)}: {rows[-1]['trial']}: {rows[-1]['outcome']}", flush=True)
-    table = stamped(pd.DataFrame(rows).drop(columns="digest"), digest([row["digest"] for row in rows]))
+    table = stamped(pd.DataFrame(rows).drop(columns="digest"), "make extremes")
     keep_drawn(table, KEPT, draw(table), "What breaks")
 
 

@@ -1,12 +1,15 @@
-"""Tables of studies that take hours, kept in ``resources`` with the digest behind them, and the pages that show them.
+"""Tables that take minutes to hours to make are kept in ``resources``, with what made them; pages show them.
 
-``python benchmarks/keep.py NAME`` keeps a table (`KEEPERS`) of results that are there; `make NAME` makes them first.
+``python benchmarks/keep.py NAME`` keeps the table of a study (`KEEPERS`) of results that are there; `make NAME` makes
+the results first. ``python benchmarks/keep.py all`` (`make kept`) makes all tables (`TARGETS`) that are not of today's
+physics, the cheapest first. ``tests/verification/test_kept.py`` makes the cheapest rows of each table again.
 """
 
 from __future__ import annotations
 
 import argparse
 import datetime
+import subprocess
 import sys
 from collections.abc import Collection, Mapping
 from pathlib import Path
@@ -21,8 +24,9 @@ from matplotlib.figure import Figure
 from knitstudy.errors import DataFileError, KnitstudyError
 from knitstudy.figures.catalogue import FIGURES, draw
 from knitstudy.figures.style import save
-from knitstudy.files import read_result, read_table, replacing, write_table, write_text
+from knitstudy.files import STAMP, commit, read_result, read_table, replacing, write_table, write_text
 from knitstudy.report.files import ScreenPicture, read_sources
+from knitstudy.stages.code import physics_digest
 from knitstudy.stages.displays import Displays, reference_files
 from knitstudy.stages.kept_tables import (
     REFERENCE,
@@ -30,7 +34,6 @@ from knitstudy.stages.kept_tables import (
     STUDY,
     VERDICTS,
     VERDICTS_KEPT,
-    code_of_reference,
     full_study,
 )
 from knitstudy.stages.plan import Plan
@@ -44,16 +47,17 @@ from knitstudy.tables.reference import limits, values_of
 RESULTS, NOTES = Path("results"), Path("docs/notes")
 
 
-def stamped(table: pd.DataFrame, digest: str, **said: str) -> pd.DataFrame:
-    """Return a table with columns of the digest behind it, of other remarks on all of it, and of the day."""
-    return table.assign(digest=digest, **said, made=datetime.date.today().isoformat())
+def stamped(table: pd.DataFrame, command: str, **remarks: str) -> pd.DataFrame:
+    """Return a table with remarks on all of it, and with the columns that say what made it (`STAMP`)."""
+    values = (physics_digest(), commit(), datetime.date.today().isoformat(), command)
+    return table.assign(**remarks, **dict(zip(STAMP, values, strict=True)))
 
 
 def keep_drawn(
     kept: pd.DataFrame, path: Path, drawing: Figure, title: str, sources: Mapping | None = None
 ) -> None:
     """Write a table, and in the notes a picture of it, or of the `sources` that it was made from."""
-    sources = sources or {path.stem: kept.assign(code=kept["digest"])}
+    sources = sources or {path.stem: kept.assign(code=kept["physics"])}
     _save_picture(drawing, NOTES / f"{path.stem}.webp", sources, title)
     write_table(kept, path)
 
@@ -95,12 +99,12 @@ def keep_verdicts(config: Path = CONFIG) -> str:
         return {argument: content for argument, (_, content) in read.items()}
 
     found = tabulate(VERDICTS, **sources_of(tables, VERDICTS), scenes=tables.scenes(VERDICTS))
-    table = stamped(found, tables.digest(VERDICTS), simulations=f"{len(scenes)} of {len(study)}")
+    command, share = f"make {VERDICTS}", f"{len(scenes)} of {len(study)}"
+    table = stamped(found, command, digest=tables.digest(VERDICTS), simulations=share)
     readings = read_table(reference_files(config)["readings"])
     for name in FULL_TABLES:
-        write_table(
-            tabulate(name, **sources_of(tables, name), scenes=tables.scenes(name)), FULL / f"{name}.csv"
-        )
+        shown_elsewhere = tabulate(name, **sources_of(tables, name), scenes=tables.scenes(name))
+        write_table(stamped(shown_elsewhere, command), FULL / f"{name}.csv")
     combined = read_table(FULL / "combinations.csv").fillna("")
     page, shown = summarise(TEMPLATE, table, readings, figures.names(), VERDICTS_PAGE.stem, combined)
     for name in shown:
@@ -168,7 +172,7 @@ def summarise(
 
 # The reference: values to which independent discretisations converge
 
-SEPARATOR = " "  # Between the digests of all codes that the values behind the reference were made by
+SEPARATOR = " "  # Between digests, or commits, where values behind the reference are of several
 
 
 def values_beside(kept: Path) -> Path:
@@ -184,23 +188,23 @@ def values_found(scenes: Mapping[str, Scene], results: Path, config: Path = CONF
     return values_of(*read)
 
 
-def keep_values(values: pd.DataFrame, scenes: Mapping[str, Scene], kept: Path, code: str) -> None:
-    """Keep values of simulations with the code behind them and the day, and the limits of all that are kept.
+def keep_values(values: pd.DataFrame, scenes: Mapping[str, Scene], kept: Path) -> None:
+    """Keep values of simulations with what made them, and the limits of all that are kept.
 
     A simulation's rows (`tables.reference.values_of`) replace those of before; those of scenes whose keys have changed
     are dropped. Rows of the reference `kept` stay if fewer than two discretisations of their problem have values.
     """
     if values.empty:
         raise DataFileError(f"{RESULTS}: has no simulation of the study `reference` that is up to date")
-    today = datetime.date.today().isoformat()
+    command = "make reference"
     hashes = {name: scene.hash for name, scene in scenes.items()}
-    anew = values.assign(keys=values["scene"].map(hashes), code=code, made=today)
+    anew = stamped(values.assign(keys=values["scene"].map(hashes)), command)
     all_values = _with_others(anew, values_beside(kept), "scene")
     all_values = all_values[all_values["keys"] == all_values["scene"].map(hashes)]
     reference = limits(all_values, scenes)
     if not reference.empty:
-        codes = SEPARATOR.join(sorted(set(all_values["code"])))
-        write_table(_with_others(reference.assign(code=codes, made=today), kept, "problem"), kept)
+        behind = {name: SEPARATOR.join(sorted(set(all_values[name]))) for name in ("physics", "commit")}
+        write_table(_with_others(stamped(reference, command).assign(**behind), kept, "problem"), kept)
     write_table(all_values, values_beside(kept))
 
 
@@ -208,7 +212,7 @@ def _with_others(rows: pd.DataFrame, kept: Path, key: str) -> pd.DataFrame:
     """Return rows, in the place of those kept with their key, among all others that are kept."""
     if not kept.is_file():
         return rows
-    before = read_table(kept, needs=(key, "code", "made"))
+    before = read_table(kept, needs=(key, *STAMP))
     others = before[~before[key].isin(set(rows[key]))]
     order = {name: place for place, name in enumerate(dict.fromkeys([*before[key], *rows[key]]))}
     return pd.concat([others, rows]).sort_values(key, key=lambda names: names.map(order), kind="stable")
@@ -218,7 +222,7 @@ def keep_reference(config: Path = CONFIG) -> str:
     """Keep the values of the study `reference` and their limits; return what was kept."""
     scenes = load_scenes(config)
     study = {name: scenes[name] for name in load_study("reference", config)}
-    keep_values(values_found(study, RESULTS, config), study, REFERENCE, code_of_reference())
+    keep_values(values_found(study, RESULTS, config), study, REFERENCE)
     return f"Reference: {REFERENCE}"
 
 
@@ -231,7 +235,7 @@ def keep_predictions(config: Path = CONFIG) -> str:
     table = read_table(RESULTS / "tables" / kept.name)
     with replacing(picture) as temporary:
         temporary.write_bytes(ScreenPicture.of(RESULTS / "figures" / "fig_fabrics.png").content)
-    write_table(table.round(4), kept)
+    write_table(stamped(table.round(4), "make predictions"), kept)
     return f"{len(table)} predicted strains: {kept}, {picture}"
 
 
@@ -241,10 +245,43 @@ KEEPERS = {
     "predictions": keep_predictions,
 }
 
+
+# All tables
+
+TARGETS = {
+    "loops": ("loops.csv", 1),
+    "predictions": ("predictions.csv", 15),
+    "verify": ("verification.csv", 25),
+    "extremes": ("extremes.csv", 15),
+    "reference": ("reference/reference.csv", 90),
+    "trade": ("trade.csv", 140),
+    "verdicts": ("verdicts.csv", 480),
+}
+"""Targets of make that keep tables, with the table and the minutes that it took on two cores, the cheapest first."""
+
+
+def is_of_today(table: Path) -> bool:
+    """Return whether all of a kept table was made by the physics of today."""
+    return table.is_file() and set(read_table(table, needs=STAMP)["physics"]) == {physics_digest()}
+
+
+def keep_all() -> str:
+    """Make every kept table that is not of today's physics; a run that was stopped goes on where it was."""
+    due = [name for name, (file, _) in TARGETS.items() if not is_of_today(RESOURCES / file)]
+    for number, name in enumerate(due):
+        left = sum(TARGETS[other][1] for other in due[number:])
+        print(f"[{number + 1}/{len(due)}] make {name} (about {left / 60:.1f} h left)", flush=True)
+        subprocess.run(["make", name], check=True)
+    return f"{len(TARGETS)} kept tables are of the physics {physics_digest()}, {len(due)} of them made anew"
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("table", choices=KEEPERS)
+    parser.add_argument("table", choices=(*KEEPERS, "all"))
+    asked = parser.parse_args().table
     try:
-        print(KEEPERS[parser.parse_args().table]())
+        print(keep_all() if asked == "all" else KEEPERS[asked]())
+    except subprocess.CalledProcessError as error:
+        sys.exit(error.returncode)
     except KnitstudyError as error:
         sys.exit(f"error: {error}")

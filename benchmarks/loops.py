@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 from knitstudy.figures.style import INK, PAPER, SINGLE, figure, shared_legend, styled
 from knitstudy.geometry.fit import TIGHT, InfeasibleLoop, LoopTarget, fitted_loop
 from knitstudy.geometry.loop_metrics import loop_metrics
-from knitstudy.stages.code import code_digest
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.documents import RESOURCES
 from knitstudy.study.scene import Scene
@@ -101,6 +100,7 @@ if __name__ == "__main__":
     found = loop_map(scene)
     table = found.to_dataframe().reset_index()
     table["outcome"] = [OUTCOMES[int(number)] for number in table["outcome"]]
-    code = code_digest("geometry")
-    keep_drawn(stamped(table.round(6), code), KEPT, draw(found, scene), "Loops that fit", {"feasible": found})
+    keep_drawn(
+        stamped(table.round(6), "make loops"), KEPT, draw(found, scene), "Loops that fit", {"feasible": found}
+    )
     print(f"{(table['outcome'] == OUTCOMES[0]).sum()} of {len(table)} loops fit: {KEPT}")

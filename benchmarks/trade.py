@@ -80,9 +80,10 @@ def measure_sample(first: int, folder: Path = SAMPLE, anew: bool = False) -> pd.
         points = sampled(trade, number + 1, known)
         if len(points) > len(known):
             write_table(points, listed)
-        knit, inputs = f"knit{number + 1:03}", Inputs.of_row(points.iloc[-1])
+        knit, point = f"knit{number + 1:03}", Inputs.of_row(points.iloc[-1])
         fresh = False
-        for case in trade.cases():
+        for case in (each for each in trade.cases() if trade.settings_of(each, number)):
+            inputs = trade.drawn(case, point)
             problem = problems[knit, case] = trade.scene(case, inputs, defaults, f"{knit}-{case}")
             records[knit, case] = []
             for setting, keys in trade.settings_of(case, number).items():
@@ -170,7 +171,7 @@ def keep(table: pd.DataFrame) -> str:
     first = sorted(set(table["knit"]))[: trade.knits]  # knits beyond are there to judge promises
     table = table[table["knit"].isin(first)]
     counted = f"{len(first)} of {trade.knits}"
-    kept = stamped(table, digest(sorted(set(table["code"].dropna()))), knits=counted)
+    kept = stamped(table, "make trade", knits=counted)
     keep_drawn(kept, TRADE_KEPT, draw(table, bounds(table, trade)), "What accuracy costs")
     failed = table.loc[table["reason"].fillna("") != "", ["knit", "case", "model setting"]].drop_duplicates()
     return f"{counted} knits, {len(table)} errors and prices, {len(failed)} runs failed: {TRADE_KEPT}"

@@ -86,18 +86,26 @@ def provenance() -> dict[str, str]:
     return {"code_version": code_version()} | {name: version(name) for name in ("numpy", "scipy", "pyamg")}
 
 
-@cache
 def code_version() -> str:
-    """Return the package's version, with ``git describe`` where the package lies in its checkout."""
+    """Return the package's version, with the commit where the package lies in its checkout."""
+    return "+".join(filter(None, (knitstudy.__version__, commit())))
+
+
+@cache
+def commit() -> str:
+    """Return ``git describe`` where the package lies in its checkout, otherwise nothing."""
     checkout = Path(__file__).resolve().parents[2]
     if not (checkout / ".git").exists():
-        return knitstudy.__version__
+        return ""
     command = ["git", "-C", str(checkout), "describe", "--always", "--dirty", "--abbrev=12"]
     try:
-        answer = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
+        return subprocess.run(command, capture_output=True, text=True, timeout=10, check=True).stdout.strip()
     except (OSError, subprocess.SubprocessError):
-        return knitstudy.__version__
-    return f"{knitstudy.__version__}+{answer.stdout.strip()}"
+        return ""
+
+
+STAMP = ("physics", "commit", "made", "command")
+"""Columns of tables in ``resources``: digest of the physics, commit of the code, day, and the command that makes it."""
 
 
 # Tables as CSV

@@ -119,8 +119,8 @@ def test_a_knit_of_ones_own_has_what_was_measured_on_it(ask):
     changes = {"yarn.poisson_ratio": 0.49}
     mine = load_scene("yarns-tie-course").vary(LOOP | changes).scaled(1e-2, 1e3)
     rows = [
-        row(Case.of(mine), mine, "network", (0.3, 2, 9)),
-        row(Case.of(mine), mine, "yarns2", (np.inf, 2, 9)),
+        row(load_trade().case_of(mine), mine, "network", (0.3, 2, 9)),
+        row(load_trade().case_of(mine), mine, "yarns2", (np.inf, 2, 9)),
     ]
     write_table(pd.DataFrame(rows), choice.OWN)
     found = ask(changes, accuracy=0.5)
@@ -179,7 +179,9 @@ def test_scenes_of_a_family_may_ask(ask, config):
     keys = "fidelity: auto, ask.question: force, ask.accuracy: 0.05, load.strain: 0.04"
     family.write_text(f"studies: []\nkeys: {{knit: plain}}\nscenes:\n- name: mine\n  keys: {{{keys}}}\n")
     problem, _, _ = problem_of("mine", {}, config)
-    write_table(pd.DataFrame([row(Case.of(problem), problem, "network", (0.03, 2, 9))]), choice.OWN)
+    write_table(
+        pd.DataFrame([row(load_trade().case_of(problem), problem, "network", (0.03, 2, 9))]), choice.OWN
+    )
     mine = load_scenes(config)["mine"]
     assert (mine.fidelity, mine.value("rom.joint"), mine.load.strain) == ("rom3d", "patch", 0.04)
     family.write_text(family.read_text().replace("load.strain", "solver.increments: 4, load.strain"))

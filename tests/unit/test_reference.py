@@ -141,27 +141,29 @@ def test_root_mean_square_does_not_depend_on_stations():
 
 
 @pytest.fixture
-def copy(tmp_path, sources):
-    """What is kept of all simulations of two ways, made by code ab12."""
+def copy(tmp_path, sources, monkeypatch):
+    """What is kept of all simulations of two ways, made by the physics ab12."""
     path = tmp_path / "reference.csv"
-    keep.keep_values(values_of(sources["histories"], sources["contacts"]), sources["scenes"], path, "ab12")
+    monkeypatch.setattr(keep, "physics_digest", lambda: "ab12")
+    keep.keep_values(values_of(sources["histories"], sources["contacts"]), sources["scenes"], path)
     return path
 
 
-def test_what_was_not_simulated_anew_stays(copy, sources):
+def test_what_was_not_simulated_anew_stays(copy, sources, monkeypatch):
     """One mesh of one way is: its rows and the limits change, and these name both codes."""
     name = "reference-one-point-0333333"
     changed = sources["histories"][name].assign(force=sources["histories"][name]["force"] * 1.01)
     few = values_of({name: changed}, {name: sources["contacts"][name]})
     before, values = read_table(copy), read_table(keep.values_beside(copy))
-    keep.keep_values(few, sources["scenes"], copy, "cd34")
+    monkeypatch.setattr(keep, "physics_digest", lambda: "cd34")
+    keep.keep_values(few, sources["scenes"], copy)
     after, anew = read_table(copy), read_table(keep.values_beside(copy))
     assert list(anew["scene"]) == list(values["scene"])
-    assert set(anew[anew["code"] == "cd34"]["scene"]) == {name}
+    assert set(anew[anew["physics"] == "cd34"]["scene"]) == {name}
     np.testing.assert_array_equal(
         anew["value"] != values["value"], (values["scene"] == name) & forces(values)
     )
-    assert set(after["code"]) == {"ab12 cd34"}
+    assert set(after["physics"]) == {"ab12 cd34"}
     np.testing.assert_array_equal(after["value"] != before["value"], forces(before))
 
 

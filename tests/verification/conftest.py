@@ -4,15 +4,13 @@ A case takes the fixture `verify` and hands it a result, its reference and its b
 resolution; with ``--table FILE`` the run writes the table of all cases, when all of them have run.
 """
 
-import csv
-import datetime
-
+import pandas as pd
 import pytest
+from keep import stamped
 
-from knitstudy.files import replacing
-from knitstudy.stages import code
+from knitstudy.files import write_table
 
-COLUMNS = ("case", "reference", "result", "bar", "holds", "date", "test")
+COLUMNS = ("case", "reference", "result", "bar", "holds", "test")
 
 
 class Verify:
@@ -36,10 +34,8 @@ class Verify:
         self._judge(case, reference, f"{result:.4g}", f">= {bar:g}", result >= bar)
 
     def _judge(self, case, reference, result, bar, holds):
-        today = datetime.date.today().isoformat()
-        self._rows.append(
-            dict(zip(COLUMNS, (case, reference, result, bar, bool(holds), today, self._test), strict=True))
-        )
+        values = (case, reference, result, bar, bool(holds), self._test)
+        self._rows.append(dict(zip(COLUMNS, values, strict=True)))
         assert holds, f"{case}: {result}, reference {reference}, bar {bar}"
 
 
@@ -66,26 +62,12 @@ def full(request):
     return request.config.getoption("--full")
 
 
-@pytest.fixture(scope="session")
-def heads():
-    """First line of the table, and its columns."""
-    return f"# physics {fingerprint()}", COLUMNS
-
-
-def fingerprint():
-    """Digest of the code that the table speaks of, without plugins that other tests have loaded."""
-    return code._digest(code.MODEL, ())
-
-
 def pytest_sessionfinish(session, exitstatus):
     path = session.config.getoption("--table")
     if not path or exitstatus != 0:
         return
-    with replacing(path) as temporary, open(temporary, "w", newline="") as file:
-        file.write(f"# physics {fingerprint()}\n")
-        table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-        table.writeheader()
-        table.writerows(sorted(session.config.stash[ROWS], key=lambda row: (row["test"], row["case"])))
+    table = pd.DataFrame(session.config.stash[ROWS], columns=COLUMNS).sort_values(["test", "case"])
+    write_table(stamped(table, "make verify"), path)
 
 
 def pytest_terminal_summary(terminalreporter, exitstatus, config):

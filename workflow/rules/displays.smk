@@ -64,13 +64,14 @@ def digest_of_report(wildcards):
 @cache
 def notes():
     """Return what the report says of a reference and of verdicts that were kept by other code than today's."""
-    from knitstudy.stages.kept_tables import REFERENCE, age_warning, code_of_reference, verdicts_warning
+    from knitstudy.stages.code import physics_digest
+    from knitstudy.stages.kept_tables import REFERENCE, age_warning, verdicts_warning
 
     try:
         said = [verdicts_warning(PLAN, CONFIG)]
         if load_study("reference", CONFIG):
-            code = code_of_reference()
-            said.append(age_warning(REFERENCE, "code", code, "Values of the reference", "reference"))
+            what = "Values of the reference"
+            said.append(age_warning(REFERENCE, "physics", physics_digest(), what, "reference"))
     except KnitstudyError as error:
         stop(error)
     left_out = [f"{name} is left out of figures, tables and verdicts: {why}" for name, why in ENDED.items()]

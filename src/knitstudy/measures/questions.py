@@ -8,6 +8,7 @@ from math import hypot
 
 import numpy as np
 import xarray as xr
+from scipy.interpolate import PchipInterpolator
 
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.estimate import UNKNOWN, Estimate
@@ -41,12 +42,25 @@ class Question:
 
 
 _SOLIDS = ("hexahedra", "spline_yarns")
+_ALL = (*_SOLIDS, "rom2d", "rom3d", "beam")
+
+SHARES = tuple(round(0.1 * tenth, 1) for tenth in range(1, 11))
+"""Shares of the strain at which a curve is compared: from a tenth of the load on."""
+
+
+def curve_force(share: float) -> str:
+    """Return the name of the force at a share of the strain."""
+    return FORCE if share == 1.0 else f"{FORCE} at {share:.0%} of the strain"
+
+
+CURVE = tuple(map(curve_force, SHARES))
 
 # By name.
 QUESTIONS: dict[str, Question] = {
     each.name: each
     for each in (
-        Question("force", "force", dict.fromkeys((*_SOLIDS, "rom2d", "rom3d", "beam"), (FORCE,))),
+        Question("force", "force at full load", dict.fromkeys(_ALL, (FORCE,))),
+        Question("curve", "force, whole curve", dict.fromkeys(_ALL, CURVE)),
         Question(
             "out_of_plane",
             "out-of-plane motion",
@@ -78,7 +92,11 @@ def answers(
     for name in wanted:
         if name in _OF_BEAMS and _OF_BEAMS[name] in history:  # cells of beams do not say
             values[name] = _of_beams(history[_OF_BEAMS[name]].to_numpy(), scene)
-    return {name: at_strain(history, strain, series) for name, series in values.items()}
+    answered = {name: at_strain(history, strain, series) for name, series in values.items()}
+    if question.name == "curve":
+        curve = PchipInterpolator(history["strain"], history["force"])
+        answered |= {curve_force(share): float(curve(share * strain)) for share in SHARES[:-1]}
+    return answered
 
 
 def known(reference: Reference, quantity: str, strain: float) -> Estimate:

@@ -15,7 +15,7 @@ from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.files import read_dataset, read_table
+from knitstudy.files import STAMP, read_dataset, read_table
 from knitstudy.measures.catalogue import Display
 from knitstudy.report.files import ScreenPicture
 from knitstudy.tables.catalogue import TABLES
@@ -85,7 +85,8 @@ def render(
     claims = results.get("verdicts", pd.DataFrame()).fillna("").to_dict("records")
     environment.globals |= {"value": partial(value, results), "verdicts": claims}
     figures = {path.stem: _figure(path, captions, results, environment) for path in pictures}
-    tables = {name: _table(name, table, captions) for name, table in results.items()}
+    shown_columns = {name: table.drop(columns=[*STAMP], errors="ignore") for name, table in results.items()}
+    tables = {name: _table(name, table, captions) for name, table in shown_columns.items()}
     for shown, ending in ((figures, "png"), (tables, "csv")):
         for name, entry in shown.items():
             entry["title"] += " (of the full study)" if f"{name}.{ending}" in instead else ""

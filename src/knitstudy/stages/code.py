@@ -30,6 +30,11 @@ def code_digest(*rooms: str) -> str:
     return _digest(rooms, tuple(plugin_files()))
 
 
+def physics_digest() -> str:
+    """Return the digest of all that makes the numbers of meshes and simulations, without plugins."""
+    return _digest(MODEL, ())
+
+
 @cache
 def _digest(rooms: tuple[str, ...], plugins: tuple[Path, ...]) -> str:
     digest = hashlib.sha256()

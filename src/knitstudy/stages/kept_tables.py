@@ -9,7 +9,6 @@ from pathlib import Path
 
 from knitstudy.files import read_table
 from knitstudy.measures.catalogue import Catalogue
-from knitstudy.stages.code import MODEL, code_digest
 from knitstudy.stages.displays import Displays, reference_files
 from knitstudy.stages.plan import Plan
 from knitstudy.study.configuration import CONFIG, load_study
@@ -26,11 +25,6 @@ REFERENCE = RESOURCES / "reference" / "reference.csv"
 """What models are measured against; the values of single simulations lie beside it."""
 
 SIMULATED = ("simulation", "contacts")  # Stages that the reference is made from
-
-
-def code_of_reference() -> str:
-    """Return the digest of the code that the reference is made by."""
-    return code_digest("tables", "measures", *MODEL)
 
 
 def age_warning(kept: Path, column: str, wanted: str, what: str, target: str) -> str:

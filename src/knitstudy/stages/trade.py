@@ -114,6 +114,7 @@ def rows_of(
             size = {"unknowns [1]": record["unknowns"], "increments [1]": record["increments"]}
             share = {"uncertainty of the reference value [1]": true.uncertainty / true.value}
             remarks = {"reason": record["reason"], "code": record.get("code", "")}
+            remarks |= {"value [SI]": record["values"].get(quantity)}
             of = {
                 "case": str(case),
                 "model setting": record["model setting"],
@@ -137,12 +138,13 @@ def reference_values(
     degree did not run, it is the next one, as uncertain as that is far from the limit at most on the knits of both, if
     they are `FEW` or more.
     """
-    degrees = {name: trade.settings_of(case)[name].get("mesh.degree", 2) for name in trade.reference}
-    *_, next_to, highest = trade.reference
+    settings = trade.settings_of(case)
+    degrees = {name: settings[name].get("mesh.degree", 2) for name in trade.reference if name in settings}
+    *_, next_to, highest = degrees
     limits: dict[str, dict[str, Estimate]] = {}
     far: dict[str, list[float]] = {}
     for knit, values in runs.items():
-        ended, limits[knit] = [name for name in trade.reference if values.get(name)], {}
+        ended, limits[knit] = [name for name in degrees if values.get(name)], {}
         for quantity in values[ended[0]] if len(ended) > 1 else ():
             series = [values[name][quantity] for name in ended]
             limit = limit_of_degrees([degrees[name] for name in ended], series)
@@ -183,7 +185,8 @@ def measure(problem: Scene, folder: Path) -> pd.DataFrame:
 
     Raises DataFileError where the reference value is not known since fewer than two of its model settings have ended.
     """
-    trade, case = load_trade(), Case.of(problem)
+    trade = load_trade()
+    case = trade.case_of(problem)
     if problem.specimen == "pair":
         raise ConfigurationError(
             f"scene {problem.name!r}: specimen is pair, but models are measured on knits"

@@ -23,7 +23,7 @@ from knitstudy.study.documents import RESOURCES
 from knitstudy.study.keys import Section, output
 from knitstudy.study.problem_sections import BeamYarn, Yarn
 from knitstudy.study.promises import law_of
-from knitstudy.study.sample import ANY, Case, Inputs, Trade, endless, load_trade, same_knit
+from knitstudy.study.sample import ANY, Inputs, Trade, endless, load_trade, same_knit
 from knitstudy.study.scene import Scene, set_dotted
 from knitstudy.study.scene_type import MODELS, role_of
 
@@ -36,7 +36,7 @@ ERROR, SECONDS, MEMORY = "error [1]", "seconds [s]", "memory [MB]"
 NUMBERS = (*(name for name, kind in Inputs.__annotations__.items() if kind != "str"), ERROR, SECONDS, MEMORY)
 COLUMNS = ("knit", "case", "model setting", "question", *Inputs.__annotations__, ERROR, SECONDS, MEMORY)
 COLUMNS += ("quantity", "uncertainty of the reference value [1]", "unknowns [1]", "increments [1]", "reason")
-COLUMNS += ("problem", "code")
+COLUMNS += ("problem", "code", "value [SI]")
 
 OF_BEAMS = {*BeamYarn.model_fields} - {*Yarn.model_fields}  # what only beams know of a yarn
 
@@ -49,11 +49,12 @@ class Requirements(Section):
     It is resolved where scenes are read: what is simulated is an ordinary scene of the cheapest model that will do.
     """
 
-    question: Literal["force", "out_of_plane", "contact", "stress"] = output(
+    question: Literal["force", "curve", "out_of_plane", "contact", "stress"] = output(
         "choice",
-        allowed="force, out_of_plane (motion), contact (force and slip) or stress (normal, at a contact)",
+        allowed="force (at full load), curve (force from a tenth of the strain on), out_of_plane (motion), "
+        "contact (force and slip) or stress (normal, at a contact)",
     )
-    """What the model is chosen for. Checked: all four."""
+    """What the model is chosen for. Checked: all five."""
     accuracy: float = output("choice", meaning="the relative error that may be made", gt=0, le=10)
     """A model is taken that is promised to be off by at most this at full load (accuracy.md). Checked: made-up
     samples."""
@@ -161,7 +162,7 @@ def _choose(problem: Scene, ask: Requirements, drawn: Mapping, where: str) -> Ch
         remedy = f"`knitstudy measure {problem.name}`, with the same options, runs all models on this knit"
         if outside := trade.outside(problem, drawn):
             raise ConfigurationError(f"{where}: {outside}: nothing is promised of other knits; {remedy}")
-        case = str(Case.of(problem))
+        case = str(trade.case_of(problem))
         if (count := len(measured_knits(measured_rows(TRADE_KEPT), case))) < trade.fewest:
             measured = f"{count or 'no'} knits have been measured of {case} ({TRADE_KEPT.name})"
             more = f"a promise takes {trade.fewest} or more, which `make trade` measures"
@@ -173,7 +174,7 @@ def _choose(problem: Scene, ask: Requirements, drawn: Mapping, where: str) -> Ch
     if not settings:
         of = f" among {', '.join(ask.among)}" if ask.among else ""
         raise ConfigurationError(
-            f"{where}: ask.question is {ask.question!r}, which no model of {Case.of(problem)}{of} "
+            f"{where}: ask.question is {ask.question!r}, which no model of {trade.case_of(problem)}{of} "
             "is promised to answer; ask for another, or name a fidelity"
         )
     good = [setting for setting in settings if setting.error <= ask.accuracy]
@@ -208,7 +209,7 @@ def promised(
     problem: Scene, question: str, trade: Trade, rows: Iterable[Mapping], own: bool = False
 ) -> list[ModelSetting]:
     """Return the model settings of a problem that have a promise: by laws of the sample, or measured on `own` knits."""
-    case, here = Case.of(problem), np.array(Inputs.of(problem).regressors())
+    case, here = trade.case_of(problem), np.array(Inputs.of(problem).regressors())
     quantile, settings = trade.quantile, []
     for name, keys in trade.settings_of(case).items():
         of = [

@@ -7,7 +7,8 @@ scale or modulus is the same one. `Case` is what is computed of a knit: cut out 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from itertools import product
 from math import floor, inf, isinf, log
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -25,6 +26,7 @@ DECLARED = CONFIG / "trade.yaml"
 ANY = "spline_yarns"  # Models all knits: the fidelity of a problem before its model is chosen
 
 SPECIMENS, TIED, TOUCHING = ("cut_knit", "cell"), "tied", "touching"
+SMALL, LARGE = "small", "large"  # Strains: every knit is computed to one of both ranges
 
 KEYS = {
     "course": "pattern.course_spacing",
@@ -122,18 +124,22 @@ class Inputs:
 
 @dataclass(frozen=True)
 class Case:
-    """What is computed of a knit: a specimen whose yarns are `TIED` or `TOUCHING`."""
+    """What is computed of a knit: a specimen whose yarns are `TIED` or `TOUCHING`, to `SMALL` or `LARGE` strains."""
 
     specimen: str
     yarns: str
-
-    @classmethod
-    def of(cls, scene: Scene) -> Self:
-        """Return the case of a scene."""
-        return cls(scene.specimen, TOUCHING if scene.kind.interaction.touches else TIED)
+    strains: str = SMALL
 
     def __str__(self) -> str:
-        return f"{self.specimen}-{self.yarns}".replace("_", "-")
+        words = [self.specimen, self.yarns, self.strains if self.strains != SMALL else ""]
+        return "-".join(filter(None, words)).replace("_", "-")
+
+
+class Large(Section):
+    """Large strains, to which every knit of the sample is computed as well."""
+
+    strain: list[float] = declared(allowed="two ends")
+    without: list[str] = declared(allowed="names of model settings", default=[])
 
 
 class Trade(Section):
@@ -146,8 +152,11 @@ class Trade(Section):
     confidence: Annotated[float, Field(gt=0, lt=1)] = declared(allowed="a probability")
     limit: Annotated[float, Field(gt=0)] = declared(allowed="a number > 0, in s")
     box: dict[str, list[Any]] = declared(allowed="two ends, or a list of texts, by input")
+    large: Large = declared(allowed="the range of large strains, and model settings that do without")
     reference: tuple[str, ...] = declared(allowed="names of model settings")
-    every: dict[str, Count] = declared(allowed="whole numbers from 1 on, by model setting", default={})
+    every: dict[str, Count] = declared(
+        allowed="whole numbers from 1 on, by model setting or case", default={}
+    )
     settings: dict[str, dict[str, dict[str, Any]]] = declared(
         allowed="keys by name, of tied and of touching yarns"
     )
@@ -159,16 +168,30 @@ class Trade(Section):
 
     def cases(self) -> list[Case]:
         """Return all cases."""
-        return [Case(specimen, yarns) for specimen in SPECIMENS for yarns in self.settings]
+        return [Case(*each) for each in product(SPECIMENS, self.settings, (SMALL, LARGE))]
+
+    def case_of(self, scene: Scene) -> Case:
+        """Return the case of a scene."""
+        yarns = TOUCHING if scene.kind.interaction.touches else TIED
+        return Case(scene.specimen, yarns, SMALL if scene.load.strain <= self.box["strain"][-1] else LARGE)
 
     def settings_of(self, case: Case, number: int = 0) -> dict[str, dict[str, Any]]:
         """Return the keys of the settings that model a case, by name: all, or those of the knit of a number."""
+        left_out = self.large.without if case.strains == LARGE else ()
         return {
             name: keys
             for name, keys in self.settings[case.yarns].items()
-            if number % self.every.get(name, 1) == 0
+            if not any(number % self.every.get(each, 1) for each in (name, str(case)))
+            and name not in left_out
             and case.specimen in MODELS.find(keys["fidelity"]).specimens
         }
+
+    def drawn(self, case: Case, point: Inputs) -> Inputs:
+        """Return the inputs of a case at a point of the box; a large strain lies in its range as the small one does."""
+        low, high = self.box["strain"]
+        first, last = self.large.strain
+        strain = first + (last - first) * (point.strain - low) / (high - low)
+        return replace(point, strain=float(f"{strain:.4g}")) if case.strains == LARGE else point
 
     def points(self) -> Iterator[Inputs]:
         """Yield points of the box without end, the same ones every time."""
@@ -185,11 +208,13 @@ class Trade(Section):
 
         `defaults` are those that the sample was made with.
         """
-        case = Case.of(scene)
+        case = self.case_of(scene)
         if scene.specimen not in SPECIMENS:
             return f"specimen is {scene.specimen!r}, but models were measured on {' and '.join(SPECIMENS)}"
         for name, value in asdict(Inputs.of(scene)).items():
             between, key = self.box[name], KEYS[name]
+            if name == "strain":
+                between = (between[0], self.large.strain[-1])
             of_knit = case.specimen == "cell" and name in OF_KNIT
             if of_knit or (case.yarns == TIED and name in OF_CONTACT) or value == inf:
                 continue
@@ -210,7 +235,7 @@ class Trade(Section):
         return ""
 
     def scene(self, case: Case, inputs: Inputs, defaults: Mapping, name: str = "sampled") -> Scene:
-        """Return what is to be simulated of a knit, by any model."""
+        """Return what is to be simulated of a knit, by any model; `inputs` have the strain of the case."""
         touches, endless = case.yarns == TOUCHING, case.specimen == "cell"
         interaction = ("rough" if isinf(inputs.friction) else "isotropic") if touches else "tie"
         lacks = {"tie": OF_CONTACT, "rough": ("friction",)}.get(interaction, ())

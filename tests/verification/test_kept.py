@@ -1,0 +1,100 @@
+"""Kept tables speak of the code that is there: their cheapest rows, made again, say the same.
+
+A table is older than the physics as soon as a byte of it changes, and only rows that are made again say whether that
+matters. Tables of studies take hours (`make kept`); each check here takes seconds, predictions of fabrics two minutes.
+"""
+
+import extremes
+import loops
+import pandas as pd
+import pytest
+from keep import TARGETS
+
+from knitstudy.files import STAMP
+from knitstudy.measures.fabrics import FORCES, Pulled, strip_of
+from knitstudy.measures.response import FORCE, at_strain
+from knitstudy.stages.plan import Plan
+from knitstudy.stages.simulate import simulate
+from knitstudy.study.configuration import CONFIG, load_scene
+from knitstudy.study.documents import RESOURCES
+
+SAME = 1e-6
+"""Relative: solves end at corrections of 1e-8 of a yarn's radius; two orders are left for the force that follows."""
+
+ROUNDED = 1e-4
+"""Relative: strains of predictions are kept with four decimals."""
+
+
+def reference(tmp_path):
+    """Forces of the smallest solid yarn of the reference."""
+    table = pd.read_csv(RESOURCES / "reference" / "reference_values.csv")
+    of = (table["scene"] == "reference-1x1-tie-course-p3") & (table["quantity"] == FORCE)
+    history = simulate(load_scene("reference-1x1-tie-course-p3")).history
+    for row in table[of].to_dict("records"):
+        yield row["value"], at_strain(history, row["strain [1]"], history["force"])
+
+
+def verdicts(tmp_path):
+    """Force of the smallest simulation behind the sweeps, which the verdicts judge."""
+    row = pd.read_csv(RESOURCES / "full" / "sweeps.csv").iloc[0]
+    history = simulate(load_scene(row["scene"])).history
+    yield row["force [N]"], at_strain(history, row["strain [1]"], history["force"])
+
+
+def loop_map(tmp_path):
+    """Lengths of three loops that fit."""
+    table, scene = pd.read_csv(RESOURCES / "loops.csv"), load_scene(loops.SCENE)
+    fit = table[table["outcome"] == loops.OUTCOMES[0]]
+    for row in fit.iloc[:: len(fit) // 3].to_dict("records"):
+        length = list(loops.VARIABLES).index("length")
+        yield row["length"], loops._entry(scene, row["course"], row["wale"])[length]
+
+
+def extreme(tmp_path):
+    """Forces of networks, beams and tied solid yarns as they are."""
+    table, plan = pd.read_csv(RESOURCES / "extremes.csv").set_index("trial"), Plan.of(CONFIG)
+    for trial in extremes.load_trials(CONFIG):
+        if trial.group == "as it is" and trial.model in ("rom2d", "rom3d", "beam", "yarns-tie"):
+            history = simulate(trial.scene(), plan=plan).history
+            yield table.loc[trial.name, "force [N]"], float(abs(history["force"]).max())
+
+
+CHECKS = {
+    "loops": loop_map,
+    "extremes": extreme,
+    "reference": reference,
+    "verdicts": verdicts,
+}
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_the_cheapest_rows_are_made_again(name, tmp_path):
+    pairs = list(CHECKS[name](tmp_path))
+    assert pairs, f"resources/{TARGETS[name][0]}: none of its rows was made again"
+    for kept, anew in pairs:
+        assert anew == pytest.approx(kept, rel=SAME), f"older than the physics: run `make {name}` and commit"
+
+
+def test_predictions_are_made_again(full):
+    """Strains of one strip of garter, from its three cells."""
+    if not full:
+        pytest.skip("three cells of soft yarns take two minutes; `make verify`")
+    of = {"yarn": "cotton", "stitch": "garter", "direction": "course"}
+    table = pd.read_csv(RESOURCES / "predictions.csv")
+    kept = table[(table[list(of)] == pd.Series(of)).all(axis=1)]
+    name = "-".join(("fabric", *of.values()))
+    cells = {
+        each: Pulled.of(simulate(load_scene(f"{name}-{each}")).history, "course") for each in ("free", "held")
+    }
+    sheared = simulate(load_scene("fabric-cotton-garter-shear-free")).history
+    strip = strip_of(cells, sheared, **of)
+    assert list(kept["force_per_width_N_mm"]) == list(FORCES)
+    assert strip.strain == pytest.approx(kept["strain"].to_numpy(), abs=ROUNDED)
+
+
+@pytest.mark.parametrize("table", [*(file for file, _ in TARGETS.values()), "reference/reference_values.csv"])
+def test_every_kept_table_says_what_made_it(table):
+    """Digest of the physics, commit, day and command."""
+    kept = pd.read_csv(RESOURCES / table)
+    assert set(STAMP) <= set(kept.columns)
+    assert kept[list(STAMP)].notna().all(axis=None)
