@@ -1,5 +1,7 @@
 """A scene is valid, frozen and the same in every unit; a stage sees the keys that it reads and no others."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -33,6 +35,12 @@ def scenes(scene, pair):
         touching.vary({"fidelity": "rom2d"} | reduced),
         touching.replace("fidelity", "beam"),
     ]
+
+
+def test_scenes_go_to_other_processes(scenes):
+    """A pool of processes pickles what it hands over, with all that a scene's kind holds."""
+    for each in (*scenes, scenes[2].replace("interaction", "rough")):
+        assert pickle.loads(pickle.dumps(each)) == each
 
 
 def having(scenes, key):

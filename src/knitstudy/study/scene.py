@@ -49,6 +49,10 @@ class Scene:
         values = {name: getattr(labels, name) for name in Labels.model_fields}
         self.__dict__.update(values, kind=kind, sections=dict(sections), _defaults=defaults)
 
+    def __reduce__(self) -> tuple:
+        """Scenes go to other processes as their keys."""
+        return Scene.from_dict, (self.to_dict(), f"scene {self.name!r}", dict(self._defaults))
+
     @classmethod
     def from_dict(cls, document: Mapping, where: str = "scene", defaults: Mapping = NOTHING) -> Scene:
         """Build a scene from a nested mapping of its keys; `where` they come from begins the message of an error.
