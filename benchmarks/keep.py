@@ -57,7 +57,7 @@ def keep_drawn(
     kept: pd.DataFrame, path: Path, drawing: Figure, title: str, sources: Mapping | None = None
 ) -> None:
     """Write a table, and in the notes a picture of it, or of the `sources` that it was made from."""
-    sources = sources or {path.stem: kept.assign(code=kept["physics"])}
+    sources = sources or {path.stem: kept}
     _save_picture(drawing, NOTES / f"{path.stem}.webp", sources, title)
     write_table(kept, path)
 

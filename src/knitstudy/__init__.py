@@ -11,10 +11,11 @@ _PLACES = {
     "Scene": "knitstudy.study.scene",
     "load_scene": "knitstudy.study.configuration",
     "simulate": "knitstudy.stages.simulate",
+    "plot": "knitstudy.figures.plot",
 }
 """Names for scripts and notebooks, imported when they are asked for: the command starts without them."""
 
-__all__ = ["Fabric", "Scene", "load_scene", "read_fabric", "simulate"]
+__all__ = ["Fabric", "Scene", "load_scene", "plot", "read_fabric", "simulate"]
 
 
 def __getattr__(name: str) -> Any:

@@ -16,7 +16,7 @@ from knitstudy.geometry.fabric import endless_cell, plain_knit
 from knitstudy.geometry.fabric_file import fabric_dataset
 from knitstudy.geometry.lay_out import initial_loop
 
-SCENE = SimpleNamespace(name="made-up")
+SCENE = SimpleNamespace(name="made-up", yarn=SimpleNamespace(radius=0.4e-3))  # not that of the drawn fabric
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +49,7 @@ def test_corners_lie_on_the_surface_of_the_deformed_yarns(knit_of_two):
     knit = deformed.deformed(SCENE, fabric_dataset(knit_of_two), history)
     centres = (history["centreline"] + history["centreline_displacement"][-1]).to_numpy()
     apart = np.linalg.norm(knit.points[-1][:, None] - centres[None], axis=-1).min(axis=1)
-    assert apart.max() == pytest.approx(knit_of_two.radius, rel=1e-6)
+    assert apart.max() == pytest.approx(SCENE.yarn.radius, rel=1e-6)
     assert knit.values[-1] == pytest.approx(0.1), "mm"
     assert knit.strain.tolist() == [0.0, 0.05]
 

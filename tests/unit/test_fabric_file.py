@@ -104,7 +104,9 @@ READERS.register(Reader(".pair", "radius of two yarns", lambda path: yarn_pair(f
 def test_a_plugin_of_one_file_adds_a_reader(tmp_path, monkeypatch):
     (tmp_path / "pairs_of_a_test.py").write_text(PLUGIN)
     (tmp_path / "a.pair").write_text("0.5e-3")
-    with pytest.raises(ConfigurationError, match=r"unknown ending of a fabric file '\.pair'.*\.csv, \.nc"):
+    with pytest.raises(
+        ConfigurationError, match=r"unknown ending of a fabric file '\.pair'.*\.csv, \.k, \.nc"
+    ):
         read_fabric(tmp_path / "a.pair")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr(registry, "_imported", {})

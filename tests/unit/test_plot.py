@@ -5,8 +5,8 @@ import pytest
 import synthetic
 import xarray as xr
 
-from knitstudy.cli.plot import draw
 from knitstudy.errors import DataFileError
+from knitstudy.figures.plot import draw
 
 
 def test_histories_are_drawn_beside_each_other():

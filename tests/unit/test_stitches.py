@@ -125,8 +125,9 @@ def test_cells_and_pieces_have_the_yarn_of_their_repeats(stitches):
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"pattern.stitches": ["KT"]}, "stitch 2 of row 1 is 'T', a tuck, but must be K"),
-        ({"pattern.stitches": ["K", "F"]}, "stitch 1 of row 2 is 'F', a float,"),
+        ({"pattern.stitches": ["K", "F"]}, "stitch 1 of row 2 is 'F' but must be K .knit., P .purl., T"),
+        ({"pattern.stitches": ["KT"]}, "stitch 2 is T in all rows but must be K or P in one"),
+        ({"pattern.stitches": ["K", "-"]}, "row 2 floats past all needles"),
         ({"pattern.stitches": ["KP", "K"]}, "all of one length"),
         ({"pattern.stitches": ["KP"], "pattern.loops": 3}, "pattern.loops is 3 but must be a multiple of 2"),
     ],

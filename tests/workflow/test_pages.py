@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import nbclient
+import nbformat
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -43,9 +45,19 @@ def test_example(tmp_path, example):
     code = example.read_text(encoding="utf-8")
     assert len(code.splitlines()) <= 48
     assert f'"examples/{example.name}"' in EXAMPLES, "every example is on the page"
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
     assert run(code, tmp_path, os.environ | {"MPLBACKEND": "agg"}).stdout
     (picture,) = tmp_path.glob("*.png")
     assert picture.stat().st_size > 10_000
+
+
+def test_notebook(tmp_path):
+    """Every cell runs, the results show their variables, and a figure is one call."""
+    notebook = nbformat.read(ROOT / "examples" / "knit.ipynb", 4)
+    nbclient.NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    shown = [set(cell.outputs[-1].data) for cell in notebook.cells if cell.cell_type == "code"]
+    assert "text/html" in shown[0]
+    assert "image/png" in shown[1] & shown[2]
 
 
 def test_core(fresh, tmp_path):

@@ -60,7 +60,7 @@ def _read(measured: Path, scene: Scene, named: dict[str, Any]) -> tuple[Any, str
 
 def _write(stem: Path, table: pd.DataFrame, curves: dict[str, pd.Series], title: str) -> None:
     """Write a table and a picture beside each other."""
-    from knitstudy.cli.plot import draw_curves
+    from knitstudy.figures.plot import draw_curves
     from knitstudy.figures.style import save
 
     write_table(table, f"{stem}.csv")

@@ -63,7 +63,7 @@ def loop(
     The last line is what to add to `knitstudy run` and `knitstudy check`; the keys may stand in families of scenes.
     """
     # The geometry is imported here: the other commands and --help do not need it.
-    from knitstudy.cli.plot import draw_loop
+    from knitstudy.figures.plot import draw_loop
     from knitstudy.figures.style import save
     from knitstudy.geometry.lay_out import lay_out
     from knitstudy.measures.summary import summarise

@@ -210,7 +210,7 @@ def show(
     for each in filter(None, (file, other)):
         if each.suffix != ".nc":
             raise DataFileError(f"{each}: results are .nc and .csv files")
-    from knitstudy.cli.plot import draw
+    from knitstudy.figures.plot import draw
     from knitstudy.figures.style import save
     from knitstudy.measures.summary import kind_of, summarise
 

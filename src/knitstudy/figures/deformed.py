@@ -114,7 +114,7 @@ def deformed(
     points, faces, at, first = [], [], [], 0
     for number in np.unique(yarn):
         own = np.flatnonzero(yarn == number)
-        tubes = [tube(place[own] + step[own], fabric.radius, "") for step in moved]
+        tubes = [tube(place[own] + step[own], scene.yarn.radius, "") for step in moved]
         points.append(np.stack([each.points for each in tubes]))
         faces.append(tubes[0].faces + first)
         first += len(tubes[0].points)

@@ -9,6 +9,7 @@ import logging
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -116,9 +117,19 @@ INTERACTIONS = {
 }
 
 
+class Page(Figure):
+    """A figure that notebooks show by itself."""
+
+    def _repr_png_(self) -> bytes:
+        picture = BytesIO()
+        with matplotlib.rc_context(RC):
+            self.savefig(picture, format="png")
+        return picture.getvalue()
+
+
 def figure(width: float, height: float, **options: Any) -> Figure:
     """Return an empty figure of a size in mm; no global state of pyplot is involved."""
-    return Figure(figsize=(width / INCH, height / INCH), **options)
+    return Page(figsize=(width / INCH, height / INCH), **options)
 
 
 def place(drawing: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
@@ -153,7 +164,7 @@ def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, Sour
     paths : iterable of Path or str
         Where to; the suffix chooses the format, ".png" (of `style.resolution`) or ".pdf".
     sources : mapping of str to Source
-        What it was drawn from: scene and digest of each are recorded, of a table the code behind it.
+        What it was drawn from: scene and digest of each are recorded, of a kept table the physics behind it.
 
     Raises ConfigurationError when a suffix is not known, or KNITSTUDY_DPI is no resolution, and DataFileError when a
     folder cannot be made.
@@ -174,12 +185,12 @@ def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, Sour
 
 
 def describe(sources: Mapping[str, Source]) -> str:
-    """Return the stages, scenes and digests of datasets in one line, and the code behind tables of reference."""
+    """Return the stages, scenes and digests of datasets in one line, and the physics behind kept tables."""
     parts = []
     for stage, source in sources.items():
         if isinstance(source, pd.DataFrame):
-            code = sorted(set(source["code"].astype(str))) if "code" in source else []
-            parts.append(f"{stage} [{', '.join(code) or 'unknown'}]")
+            physics = sorted(set(source["physics"].astype(str))) if "physics" in source else []
+            parts.append(f"{stage} [{', '.join(physics) or 'unknown'}]")
             continue
         for each in [source] if isinstance(source, xr.Dataset) else source.values():
             scene, digest = (each.attrs.get(name, "unknown") for name in ("scene", "digest"))

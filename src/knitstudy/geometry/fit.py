@@ -83,8 +83,11 @@ class LoopTarget:
         """Length of Peirce's loop, which the length term of Eq. (1) aims at. [m]"""
         return peirce_length(self.course, self.wale, min(2 * self.radius, self.tight))
 
-    def drawn(self) -> Loop:
-        """Return the loop as it is drawn: as long as Peirce's as far as `BULGE` allows."""
+    def drawn(self, length: float | None = None) -> Loop:
+        """Return the loop as it is drawn: of a length [m], or as long as Peirce's as far as `BULGE` allows.
+
+        Raises GeometryError where no drawn loop has the length.
+        """
         diameter = min(max(2 * self.radius, THIN * self.tight), self.tight)
         t = np.linspace(0, 2 * np.pi, DRAWN_SAMPLES + 1)
         height, depth = self.course + OVERLAP * diameter, HEIGHT * diameter
@@ -95,8 +98,14 @@ class LoopTarget:
             return points, np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
 
         bulges = np.linspace(*BULGE, BULGES)
-        length = peirce_length(self.course, self.wale, diameter)
-        points, s = curve(np.interp(length, [curve(bulge)[1][-1] for bulge in bulges], bulges))
+        lengths = [curve(bulge)[1][-1] for bulge in bulges]
+        if length is not None and not lengths[0] <= length <= lengths[-1]:
+            between = f"from {lengths[0]:.4g} to {lengths[-1]:.4g} m"
+            raise GeometryError(
+                f"pattern.loop_length is {length:.4g} m, but loops of these spacings are drawn {between}"
+            )
+        length = length or peirce_length(self.course, self.wale, diameter)
+        points, s = curve(np.interp(length, lengths, bulges))
         at = np.arange(POINTS // 4 + 1) / POINTS * s[-1]
         quarter = np.column_stack([np.interp(at, s, points[:, axis]) for axis in range(3)])
         quarter[-1, :2] = self.wale / 4, 0.0

@@ -26,7 +26,8 @@ from knitstudy.geometry.fit import LoopTarget, fitted_loop
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.loop_metrics import LoopMetrics, check_yarns, loop_metrics
 from knitstudy.geometry.optimise import CONTACT_TOLERANCE, Optimum, optimise
-from knitstudy.geometry.stitches import PLAIN, images_of_standard
+from knitstudy.geometry.stitch_mesh import endless_cell_of_stitches
+from knitstudy.geometry.stitches import PLAIN, images_of_standard, is_held
 from knitstudy.study.scene import Scene
 
 LENGTH_TOLERANCE = 1e-4  # relative error of the length that is kept
@@ -53,6 +54,8 @@ def lay_out(scene: Scene) -> xr.Dataset:
         pair = scene.pair
         return fabric_dataset(yarn_pair(scene.yarn.radius, pair.angle, pair.length, pair.clearance))
     pattern = scene.pattern
+    if is_held(pattern.stitches):
+        return fabric_dataset(endless_cell_of_stitches(_target(scene), pattern.loops, pattern.rows))
     try:
         initial, loop, optimum = loop_of(scene)
         metrics = loop_metrics(initial), loop_metrics(loop)

@@ -12,12 +12,16 @@ from pathlib import Path
 
 import numpy as np
 
-from knitstudy.errors import DataFileError
+from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import read_dataset, read_table
-from knitstudy.geometry.fabric import Fabric, of_curves
+from knitstudy.geometry.fabric import Fabric, endless_cell, of_curves
 from knitstudy.geometry.fabric_file import fabric_of
+from knitstudy.geometry.fit import TIGHT, LoopTarget
 from knitstudy.geometry.spline import CatmullRom, Centreline
+from knitstudy.geometry.stitch_mesh import endless_cell_of_stitches
+from knitstudy.geometry.stitches import is_held
 from knitstudy.registry import Registry
+from knitstudy.study.knitout import repeat_of, spacing_of
 
 COLUMNS = ("yarn", "x [m]", "y [m]", "z [m]", "radius [m]")
 """Columns of a table of centrelines: points of a yarn follow each other, and all yarns have one radius."""
@@ -45,7 +49,7 @@ def read_fabric(path: Path | str) -> Fabric:
     Examples
     --------
     >>> sorted(READERS.names())
-    ['.csv', '.nc']
+    ['.csv', '.k', '.nc']
     """
     path = Path(path)
     return READERS.find(path.suffix.lower(), str(path)).read(path)
@@ -76,6 +80,29 @@ def read_centrelines(path: Path) -> Fabric:
     return of_curves([centreline(point) for point in points], float(radius[0]))
 
 
+OF_TIGHT = 0.8  # Diameter over that of yarns that touch in Peirce's loop, of a machine's knit as it is drawn
+
+
+def read_machine_knit(path: Path) -> Fabric:
+    """Return one repeat of a knitout file as a cell of an endless fabric, as it is drawn: no force is in balance.
+
+    Wales are as far apart as the needles of its ``;;Gauge:``; courses and diameter follow from Peirce's loop.
+    Raises ConfigurationError where the file cannot be knitted, or names no gauge.
+    """
+    stitches, wale = repeat_of(path), spacing_of(path)
+    if wale is None:
+        raise ConfigurationError(f"{path}: names no ;;Gauge:, needles per inch, which gives the wale spacing")
+    course, diameter = wale * TIGHT[0] / TIGHT[1], OF_TIGHT * wale / TIGHT[1]
+    target, size = (
+        LoopTarget(course, wale, 0.5 * diameter, 0.0, None, stitches),
+        (len(stitches[0]), len(stitches)),
+    )
+    if is_held(stitches):
+        return endless_cell_of_stitches(target, *size)
+    return endless_cell(target.drawn(), *size)
+
+
+READERS.register(Reader(".k", "instructions of a knitting machine (knitout)", read_machine_knit))
 READERS.register(Reader(".csv", "points of the centrelines of all yarns", read_centrelines))
 READERS.register(
     Reader(".nc", "a fabric that this program wrote", lambda path: fabric_of(read_dataset(path)))

@@ -13,7 +13,7 @@ from itertools import product
 import numpy as np
 
 from knitstudy.errors import GeometryError
-from knitstudy.study.problem_sections import wrong_stitches
+from knitstudy.study.problem_sections import HELD, wrong_stitches
 
 KNIT, PURL = "K", "P"
 PLAIN = (KNIT,)
@@ -21,9 +21,17 @@ PLAIN = (KNIT,)
 
 def sides(stitches: Sequence[str]) -> np.ndarray:
     """Return 1 for every knit and -1 for every purl stitch: (r, k). Raises GeometryError for other letters."""
-    if wrong := wrong_stitches(tuple(stitches)):
+    wrong = wrong_stitches(tuple(stitches))
+    if is_held(stitches):
+        wrong = wrong or "loops of K and P alone are alike"
+    if wrong:
         raise GeometryError(f"pattern.stitches is {list(stitches)}: {wrong}")
     return np.array([[1 if letter == KNIT else -1 for letter in letters] for letters in stitches])
+
+
+def is_held(stitches: Sequence[str]) -> bool:
+    """Whether loops of a repeat are held over tucks or floats (`geometry.stitch_mesh`)."""
+    return bool(set("".join(stitches)) & set(HELD))
 
 
 def letters(side: np.ndarray) -> tuple[str, ...]:

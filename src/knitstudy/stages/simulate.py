@@ -42,6 +42,10 @@ class Results:
     contacts: xr.Dataset | None = None
     path: Path | None = None
 
+    def _repr_html_(self) -> str:
+        """Notebooks show the name and the history."""
+        return f"<b>{self.scene.name}</b>{self.history._repr_html_()}"
+
 
 def simulate(
     scene: Scene,

@@ -1,4 +1,4 @@
-"""Other ways to say what a knit is: stitches and courses per length, tex, control points in a file, a yarn by its name.
+"""Other ways to say what a knit is: loops per length, tex, files of control points or for machines, a yarn by its name.
 
 These names may be set like keys of a scene, in families and with ``--set``; a scene has the keys that they stand for.
 """
@@ -18,6 +18,7 @@ import numpy as np
 import pandas as pd
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.study.knitout import repeat_of
 from knitstudy.study.yarns import KEYS, OF, read_yarn
 
 log = logging.getLogger(__name__)
@@ -33,7 +34,10 @@ POINTS_FILE = "pattern.points_file"
 ROUNDED = 1e-6  # wale spacings by which points of a file may miss their symmetry without a word
 _COLUMN = re.compile(r"([xyz]) *[(\[]?(mm|m|)[)\]]?")
 
-OTHER_WAYS = (*PER_METRE, TEX, DENSITY, POINTS_FILE, OF)
+KNITOUT = "pattern.knitout"
+"""File for a knitting machine, whose repeat the stitches are: one repeat, where loops and rows are not set."""
+
+OTHER_WAYS = (*PER_METRE, TEX, DENSITY, POINTS_FILE, KNITOUT, OF)
 """Names that may be set like keys, though no scene has them."""
 
 DRAWS = (COURSE, WALE, LENGTH)
@@ -67,6 +71,11 @@ def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
             WALE: wale,
             FREE: keys_of_base.get(FREE, ["xyz"] * len(points)),
         }
+    if KNITOUT in keys_of_base:
+        _only(keys_of_base, KNITOUT, STITCHES, where)
+        repeat = repeat_of(str(keys_of_base.pop(KNITOUT)))
+        size = {"pattern.loops": len(repeat[0]), "pattern.rows": len(repeat)}
+        keys_of_base = size | keys_of_base | {STITCHES: list(repeat)}
     mixed = len(set("".join(map(str, keys_of_base.get(STITCHES) or "")))) > 1
     if POINTS not in keys_of_base and (mixed or any(name in keys_of_base for name in DRAWS)):
         keys_of_base[POINTS] = None

@@ -14,18 +14,25 @@ from knitstudy.study.keys import Count, Length, OneOf, Positive, Section, output
 
 Point = tuple[float, float, float]
 
-OTHER_LETTERS = {"F": "a float", "M": "a float", "W": "a float", "T": "a tuck", "S": "a slipped stitch"}
+STITCHES = {"K": "knit", "P": "purl", "T": "tuck", "-": "float"}
+HELD = "T-"  # letters of stitches over which the loop below is held
 
 
 def wrong_stitches(stitches: tuple[str, ...]) -> str | None:
-    """Return what is wrong with rows of stitches in words; None if they are a rectangle of K and P."""
+    """Return what is wrong with rows of stitches in words; None if they are a rectangle in which all needles knit."""
     for row, letters in enumerate(stitches, 1):
         for stitch, letter in enumerate(letters, 1):
-            if letter not in "KP":
-                text = f"{letter!r}, {OTHER_LETTERS[letter]}," if letter in OTHER_LETTERS else repr(letter)
-                return f"stitch {stitch} of row {row} is {text} but must be K (knit) or P (purl)"
+            if letter not in STITCHES:
+                *some, last = (f"{each} ({meaning})" for each, meaning in STITCHES.items())
+                return f"stitch {stitch} of row {row} is {letter!r} but must be {', '.join(some)} or {last}"
     if not stitches or not stitches[0] or len({len(letters) for letters in stitches}) > 1:
-        return 'it must be rows of the letters K and P, all of one length, the bottom row first, such as ["KP", "PK"]'
+        return 'it must be rows of letters, all of one length, the bottom row first, such as ["KP", "PK"]'
+    for column, letters in enumerate(zip(*stitches, strict=True), 1):
+        if set(letters) <= set(HELD):
+            return f"stitch {column} is {' and '.join(sorted(set(letters)))} in all rows but must be K or P in one"
+    for row, letters in enumerate(stitches, 1):
+        if set(letters) == {"-"}:
+            return f"row {row} floats past all needles but must have a stitch"
     return None
 
 
@@ -43,7 +50,8 @@ class Pattern(Section):
     Without control points a loop is drawn for the spacings, the diameter and `loop_length` (knitstudy loop).
     `stitches` are the rows of a repeat, the bottom row first, seen from the front: K, a knit stitch, is drawn through
     the loop below it from the back to the front; P, a purl stitch, from the front to the back. ["KP"] is a 1 x 1 rib,
-    ["K", "P"] a garter, ["KP", "PK"] a seed stitch. Where letters differ, loops are drawn. `loops` and `rows` are
+    ["K", "P"] a garter, ["KP", "PK"] a seed stitch. A tuck (T) is laid on the needle beside the loop that is held, a
+    float (-) passes it: ["KP", "KT"] is a half cardigan. Where letters differ, loops are drawn. `loops` and `rows` are
     multiples of those of the repeat.
     """
 
@@ -71,10 +79,12 @@ class Pattern(Section):
     """Peirce 1947: 2 c + w + 5.94 d. Checked: the calibrated loop's, within 3 %."""
     stitches: tuple[str, ...] = physics(
         "choice",
-        allowed='a list of rows of the letters K (knit) and P (purl), the bottom row first, such as ["KP", "PK"]',
+        allowed="a list of rows of the letters K (knit), P (purl), T (tuck) and - (float), the bottom row first, such "
+        'as ["KP", "PK"]',
         default=("K",),
     )
-    """The paper knits plain stitches. Checked: all repeats of up to 2 x 2."""
+    """The paper knits plain stitches. Checked: all repeats of K and P of up to 2 x 2, half cardigan, cross tuck, and
+    floats of every second needle."""
     clearance: float = physics("assumed", unit="yarn radii", ge=0, le=1)
     """Not printed; Fig. 7 shows no contact at 0.05 % strain, and symmetric contact by 0.45 %: 0.005 to 0.03. Checked:
     0.01 and 0.03: force -5 % at 1.95 % strain (docs/notes/sensitivity.md)."""
@@ -90,7 +100,7 @@ class Pattern(Section):
     """Not printed: Fig. 11 does not say what is held fixed (docs/notes/geometry.md). Checked: all three."""
 
     @model_validator(mode="after")
-    def _stitches_are_knit_or_purl(self) -> Pattern:
+    def _stitches_are_a_repeat(self) -> Pattern:
         if wrong := wrong_stitches(self.stitches):
             raise ValueError(f"stitches is {list(self.stitches)}: {wrong}")
         return self

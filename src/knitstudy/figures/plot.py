@@ -1,18 +1,21 @@
-"""One plain picture of any result, in the style of the figures."""
+"""Plain pictures of any result, in the style of the figures."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from knitstudy.errors import DataFileError
+from knitstudy.figures import deformed
 from knitstudy.figures.style import FAINT, INK, PAPER, SINGLE, YARNS, figure, styled
 from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.fabric_file import fabric_of
@@ -21,6 +24,37 @@ from knitstudy.mechanics.materials import FULL
 from knitstudy.mechanics.solid import principal_axes
 
 PERCENT, MILLI, MEGA = 100.0, 1e3, 1e-6
+
+
+def plot(*results: Any, colour: str | None = None, axes: Axes | None = None) -> Figure:
+    """Return a picture of what `knitstudy.simulate` gave: forces over strain, or the deformed knit in colours.
+
+    Parameters
+    ----------
+    *results : Results
+        Of several simulations the curves are drawn together.
+    colour : str, optional
+        Draws the deformed knit of one result at full load instead: "u_z", "slip", "force", "stress" or "pressure"
+        (`knitstudy.figures.deformed`).
+    axes : Axes, optional
+        Where the picture is shown besides, as one panel of a figure of one's own.
+
+    Raises
+    ------
+    ConfigurationError
+        When the history does not hold the values of the colour.
+    """
+    if colour is None:
+        drawing = draw(*(each.history for each in results))
+    else:
+        (one,) = results
+        drawing = deformed.draw(deformed.deformed(one.scene, one.geometry, one.history, one.mesh, colour))
+    if axes is not None:
+        canvas = FigureCanvasAgg(drawing)
+        canvas.draw()
+        axes.imshow(np.asarray(canvas.buffer_rgba()))
+        axes.set_axis_off()
+    return drawing
 
 
 @styled
