@@ -44,7 +44,7 @@ def test_readme_in_python(fresh, tmp_path):
 def test_example(tmp_path, example):
     code = example.read_text(encoding="utf-8")
     assert len(code.splitlines()) <= 48
-    assert f'"examples/{example.name}"' in EXAMPLES, "every example is on the page"
+    assert f'--8<-- "examples/{example.name}"' in EXAMPLES, "every example is on the page"
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     assert run(code, tmp_path, os.environ | {"MPLBACKEND": "agg"}).stdout
     (picture,) = tmp_path.glob("*.png")
