@@ -181,3 +181,5 @@ def test_a_smaller_study_shows_what_the_full_study_kept(pictures, results, tmp_p
     assert "kept</th>" in page
     assert page.count("(of the full study)") >= 2, "in the title of the table and of the figure"
     assert "(of the full study)" not in render(*arguments, "full", full=tmp_path)
+    assert "<iframe" not in page
+    assert 'srcdoc="&lt;b&gt;knit' in render(*arguments, "reduced", turning="<b>knit</b>")

@@ -40,6 +40,10 @@ def test_report_logs_and_messages(finished, checkout):
     assert last.startswith("Study ci: complete in ")
     assert str(results) in last
     assert str(results / "report.html") in last
+    report = (results / "report.html").read_text(encoding="utf-8")
+    (turning,) = re.findall(r'<iframe [^>]*srcdoc="([^"]*)"', report)
+    assert "DecompressionStream" in turning
+    assert len(turning) < 3e6
     messages = finished[1].stderr
     assert "100% [" in messages, "progress has the time left"
     assert re.search(r"^\[\d+/\d+\] Simulate dns-tie-course-coarse", messages, flags=re.MULTILINE)

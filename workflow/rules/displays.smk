@@ -58,7 +58,8 @@ def digest_of_report(wildcards):
     files = {name: Path(path) for name, path in PAGE.items()} | {path: Path(path) for path in FULL}
     files |= {"data": data_of_study()}
     shown = [displays(kind).digest(name) for kind in ("figure", "table") for name in displays(kind).names()]
-    return [code_digest("report"), digests_of(files, PLAN), shown]
+    code = code_digest("report", "figures/deformed.py", "figures/viewer.html", "stages/turning_knit.py")
+    return [code, digests_of(files, PLAN), shown]
 
 
 @cache

@@ -6,13 +6,15 @@ from knitstudy.files import read_table, write_text
 from knitstudy.registry import load_plugins
 from knitstudy.report.page import origins, render
 from knitstudy.stages.script import frame
+from knitstudy.stages.turning_knit import turning_knit
 from knitstudy.study.documents import read_yaml
 
 with frame(snakemake):
     load_plugins(snakemake.config.get("plugins", ()))
+    captions = read_yaml(Path(snakemake.input.captions))
     page = render(
         template=Path(snakemake.input.template),
-        captions=read_yaml(Path(snakemake.input.captions)),
+        captions=captions,
         pictures=[Path(path) for path in snakemake.input.figures],
         results={Path(path).stem: read_table(path) for path in snakemake.input.tables},
         provenance=origins(snakemake.input.data, snakemake.output[0]),
@@ -20,5 +22,6 @@ with frame(snakemake):
         notes=snakemake.params.notes,
         kept=read_table(snakemake.input.kept),
         full=Path(snakemake.input.full[0]).parent,
+        turning=turning_knit(captions["opening"]["turns"], map(Path, snakemake.input.data)),
     )
     write_text(page, snakemake.output[0])

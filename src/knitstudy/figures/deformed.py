@@ -291,10 +291,15 @@ def write_page(knit: Deformed, path: Path, title: str) -> None:
 
     Raises DataFileError when a single increment has too many corners.
     """
-    steps, count = knit.values.shape
-    if count > MOST:
+    if (count := knit.values.shape[1]) > MOST:
         raise DataFileError(f"{path}: the knit has {count} corners, a page holds {MOST}; show a smaller knit")
-    kept = _spread(steps, MOST // count) if MOST >= 2 * count else np.array([steps - 1])
+    write_text(page_of(knit, title, MOST), path)
+
+
+def page_of(knit: Deformed, title: str, most: int) -> str:
+    """Return the page, with so many increments that there are at most so many corners of all; one at least."""
+    steps, count = knit.values.shape
+    kept = _spread(steps, most // count) if most >= 2 * count else np.array([steps - 1])
     places, values = MILLIMETRE * knit.points[kept], knit.values[kept]
     low, high = places.min(axis=(0, 1)), places.max(axis=(0, 1))
     reach = float((high - low).max())
@@ -318,7 +323,7 @@ def write_page(knit: Deformed, path: Path, title: str) -> None:
         "triangles": _packed(triangles[distinct].astype("<u4")),
     }
     template = files("knitstudy.figures").joinpath("viewer.html").read_text(encoding="utf-8")
-    write_text(template.replace("{{ data }}", json.dumps(data).replace("</", "<\\/")), path)
+    return template.replace("{{ data }}", json.dumps(data).replace("</", "<\\/"))
 
 
 def _packed(array: np.ndarray) -> str:

@@ -40,6 +40,7 @@ def render(
     notes: Sequence[str] = (),
     kept: pd.DataFrame | None = None,
     full: Path | None = None,
+    turning: str = "",
 ) -> str:
     """Return the page.
 
@@ -64,6 +65,8 @@ def render(
         Verdicts of the full study, to be shown beside this one's.
     full : Path, optional
         Folder of tables (CSV) and pictures (PNG) of the full study, which replace those of a smaller study.
+    turning : str, optional
+        Page of a knit that turns in the browser (`stages.turning_knit`).
 
     Raises
     ------
@@ -97,6 +100,7 @@ def render(
         notes=notes,
         kept={} if kept is None else {row["id"]: row for row in kept.fillna("").to_dict("records")},
         asked=opening["asked"],
+        turning=turning,
         sentences=[text for text in sentences if NOTHING not in text],
         first=next((figures[name] for name in opening["pictures"] if name in figures), None),
         figures=[figures[name] for name in FIGURES.names() if name in figures],
