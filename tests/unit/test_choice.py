@@ -115,6 +115,24 @@ def test_outside_of_the_box_nothing_is_promised(ask, key):
     assert "\n" not in str(raised.value)
 
 
+def test_stops_of_the_load_have_their_price(ask):
+    """Networks were measured in five increments: 50 that a scene asks for take ten times as long."""
+    one, other = (
+        ask(changes, accuracy=0.05) for changes in ({}, {"load.stops": [1e-3 * k for k in range(1, 50)]})
+    )
+    assert one.setting.name == other.setting.name == "network"
+    assert other.setting.seconds == pytest.approx(10 * one.setting.seconds)
+    assert other.setting.most_seconds == pytest.approx(10 * one.setting.most_seconds)
+
+
+def test_cells_of_several_loops_have_no_promise(ask):
+    """Their price is not that of one loop."""
+    with pytest.raises(
+        ConfigurationError, match=r"pattern\.loops is 10, but models were measured on cells of one"
+    ):
+        ask({"pattern.loops": 10, "pattern.rows": 10}, scene="cell-course", accuracy=5.0)
+
+
 def test_a_knit_of_ones_own_has_what_was_measured_on_it(ask):
     changes = {"yarn.poisson_ratio": 0.49}
     mine = load_scene("yarns-tie-course").vary(LOOP | changes).scaled(1e-2, 1e3)

@@ -153,7 +153,7 @@ def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -
 
     \b
     fidelity: auto
-    ask.question: force            # or out_of_plane, contact, stress
+    ask.question: force            # or curve, out_of_plane, contact, stress
     ask.accuracy: 0.05             # largest relative error at full load
     ask.seconds: 30                # optional
     ask.memory: 500                # MB, optional

@@ -216,6 +216,8 @@ class Trade(Section):
             if name == "strain":
                 between = (between[0], self.large.strain[-1])
             of_knit = case.specimen == "cell" and name in OF_KNIT
+            if of_knit and key.startswith("pattern.") and (count := scene.value(key)) != 1:
+                return f"{key} is {count}, but models were measured on cells of one loop"
             if of_knit or (case.yarns == TIED and name in OF_CONTACT) or value == inf:
                 continue
             if isinstance(value, str) and value not in between:
