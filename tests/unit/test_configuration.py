@@ -4,7 +4,7 @@ import pytest
 import yaml
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.configuration import load_scenes
+from knitstudy.study.configuration import load_scene, load_scenes
 
 FAMILY = "scenes/small.yaml"
 
@@ -26,6 +26,16 @@ def test_family_over_defaults_over_loop(config):
     defaults["pattern"]["course_spacing"] = 11e-3
     (config / "defaults.yaml").write_text(yaml.safe_dump(defaults))
     assert load_scenes(config)["dns-a"].pattern.course_spacing == 11e-3
+
+
+def test_a_wrong_scene_stops_itself_and_no_other(config, caplog):
+    rewrite(config / FAMILY, "load.strain: 2e-2", "load.strian: 2e-2")
+    assert load_scene("dns-a", config).name == "dns-a"
+    assert "scenes that are wrong are left out: " in caplog.text
+    assert "load.strian" in caplog.text
+    for load in (load_scenes, lambda config: load_scene("rom3d-a", config)):
+        with pytest.raises(ConfigurationError, match=r"unknown key 'load\.strian'"):
+            load(config)
 
 
 def test_scenes_of_one_knit_share_its_geometry(config):

@@ -119,14 +119,14 @@ class Plan:
         self._digests: dict[Path, str] = {}
 
     @classmethod
-    def of(cls, config: Path = CONFIG) -> Plan:
-        """Return the plan of a configuration folder."""
-        return cls(load_scenes(config))
+    def of(cls, config: Path = CONFIG, wanted: str | None = None) -> Plan:
+        """Return the plan of a configuration folder, without others that are wrong where one scene is `wanted`."""
+        return cls(load_scenes(config, wanted))
 
     @classmethod
-    def with_scenes(cls, own: Mapping[str, Scene], config: Path = CONFIG) -> Plan:
-        """Return the plan of a configuration folder and of scenes from elsewhere, which never replace its own."""
-        configured = load_scenes(config)
+    def with_scenes(cls, own: Mapping[str, Scene], config: Path = CONFIG, wanted: str | None = None) -> Plan:
+        """Return the plan `of` a folder, and of scenes from elsewhere, which never replace its own."""
+        configured = load_scenes(config, wanted)
         return cls(configured | own, configured)
 
     def record(self, stage: Stage, scene: Scene) -> Record:

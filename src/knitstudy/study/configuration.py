@@ -7,6 +7,7 @@ family, or a folder without ``defaults.yaml``, adds its scenes to those of the d
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -21,6 +22,8 @@ from knitstudy.study.families import STUDIES, Member, family_files, read_familie
 from knitstudy.study.keys import Section, output, validated
 from knitstudy.study.scene import Scene, flat, set_dotted
 from knitstudy.study.scene_type import Kind, Labels, all_keys, all_kinds, defaults_of_fields, unknown_key
+
+log = logging.getLogger(__name__)
 
 FAMILIES = "scenes"  # The folder of families in a configuration folder
 
@@ -74,24 +77,37 @@ def base_of(config: Path) -> Path:
     return CONFIG if own else config
 
 
-def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
+def load_scenes(config: Path = CONFIG, wanted: str | None = None) -> dict[str, Scene]:
     """Return every scene of a configuration folder by its name, each checked and all checked together.
 
     The folder has ``defaults.yaml``, the families in ``scenes``, and the loop file that the defaults name. Scenes of a
-    file, or of a folder without defaults, are added to those of the default configuration.
+    file, or of a folder without defaults, are added to those of the default configuration. Where one scene is `wanted`,
+    others that are wrong are left out, with a warning.
     Raises ConfigurationError, naming file, scene, key, value and what is allowed.
     """
     default_keys(config)  # what is wrong in the defaults is said of the defaults
     defaults, members = _defaults(config), load_families(config)
-    named = {name: _scene(member, defaults) for name, member in members.items() if not is_open(member.keys)}
-    scenes = {name: named.get(name) or plan_of(name, {}, config).scene for name in members}
-    check_scenes_together(scenes, {name: member.where for name, member in members.items()})
+    scenes, wrong = {}, []
+    for name, member in members.items():
+        try:
+            scenes[name] = (
+                plan_of(name, {}, config).scene if is_open(member.keys) else _scene(member, defaults)
+            )
+        except ConfigurationError as error:
+            if wanted in (None, name):
+                raise
+            wrong.append(str(error))
+    if wrong:
+        some = f" (and {len(wrong) - 1} more)" if len(wrong) > 1 else ""
+        log.warning("scenes that are wrong are left out: %s%s", wrong[0], some)
+    else:
+        check_scenes_together(scenes, {name: member.where for name, member in members.items()})
     return scenes
 
 
 def load_scene(name: str, config: Path = CONFIG) -> Scene:
     """Return one scene by its name; see `load_scenes`."""
-    return _named(name, load_scenes(config), config)
+    return _named(name, load_scenes(config, wanted=name), config)
 
 
 def load_families(config: Path = CONFIG) -> dict[str, Member]:
