@@ -36,10 +36,10 @@ def test_from_a_sample_to_a_promise(fresh):
     assert "no knits have been measured of cut-knit-tied" in plan().stderr
     ended = fresh.run("benchmarks/trade.py", "--first", "2")
     assert ended.returncode == 0, ended.stdout + ended.stderr
-    assert ended.stdout.count(": ended, ") == 8
+    assert ended.stdout.count(": ended, ") == 16
     table = read_table(fresh.folder / "results" / "trade" / "trade.csv")
-    assert set(table["case"]) == {"cut-knit-tied", "cell-tied"}
-    assert len(table[table["question"] == "force"]) == 8
+    assert set(table["case"]) == {"cut-knit-tied", "cell-tied", "cut-knit-tied-large", "cell-tied-large"}
+    assert (table["question"].value_counts()[["force", "curve"]] == 16).all()
     assert (table["error [1]"] < 1).all(), table[["case", "model setting", "question", "error [1]", "reason"]]
     assert ": ended, " not in fresh.run("benchmarks/trade.py", "--first", "2").stdout
 
