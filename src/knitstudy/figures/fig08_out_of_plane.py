@@ -30,7 +30,7 @@ LONGEST = 4.0  # length at which the largest force is drawn [mm of the knit]
 def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw contraction and motion over strain, and the knit at full load with the forces on lower yarns."""
     radius = float(geometry["radius"])
-    scale = colour_scale(elevation(dns), radius)
+    scale = colour_scale(elevation(dns))
     start, motion = dns["centreline"].to_numpy(), dns["centreline_displacement"].to_numpy()[-1]
     yarns = [dns["yarn"].to_numpy() == i for i in np.unique(dns["yarn"])]
     before = [tube(start[yarn], radius, tint(FAINT, 0.5), 0.35) for yarn in yarns]

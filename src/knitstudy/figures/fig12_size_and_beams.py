@@ -68,7 +68,7 @@ def draw(
     if untied is not None:
         curve = force_curve(replace(DIRECT, marker=""), untied, reference_of(reference, scenes["untied"]))
         axes = place(drawing, 0.095, 12.0, 0.5, low - 20.0)
-        draw_curves(axes, [replace(curve, value=curve.value / full)], quantity, "1", "course")
+        draw_curves(axes, [replace(curve, value=curve.value / full)], "force, as in (b)", "1", "course")
         panel_letter(axes, "c", "the same without tied rows")
     if geometry is not None:
         axes = place(drawing, 0.095, low + BELOW + 12.0, 0.5, ABOVE - 20.0)

@@ -185,7 +185,9 @@ def draw_curves(
             PERCENT * curve.strain, curve.value, clip_on=beyond, label=curve.look.label, **curve.look.line
         )
         end = f"{'↑ ' if beyond else ''}{f'{curve.value[-1]:#.3g}'.rstrip('.')} {unit.strip('1')}".rstrip()
-        text = f"{curve.look.label}\n{end}{curve.note}"
+        # A force over the reference's is the ratio that the note gives with its uncertainty.
+        said = curve.note.strip(" ()\n") if curve.note and unit == "1" else f"{end}{curve.note}"
+        text = f"{curve.look.label}\n{said}"
         high = 0.5 * line * (1 + text.count("\n"))
         middle = min(float(curve.value[-1]), highest - high)
         highest = middle - high

@@ -51,7 +51,7 @@ def _results(direction: str) -> dict[str, Results]:
 def draw(
     geometry: xr.Dataset, scenes: Mapping[str, Scene], reference: pd.DataFrame, **models: xr.Dataset
 ) -> Figure:
-    """Draw the deformed yarns of both models, coloured on one scale, a row for each interaction."""
+    """Draw the deformed yarns of both models, a row with a scale of colours for each interaction."""
     rows, titles = [], []
     for kind in SHOWN:
         rows.append((models[f"{kind}_dns"], models[f"{kind}_rom3d"]))
@@ -82,7 +82,7 @@ def _largest(history: xr.Dataset) -> str:
 def draw_elevations(
     rows: Sequence[Sequence[xr.Dataset]], titles: Sequence[str], radius: float, thickness: float = 1.0
 ) -> Figure:
-    """Return a figure of knits at full load, displacements true to scale, coloured on one scale.
+    """Return a figure of knits at full load, displacements true to scale, every row coloured on a scale of its own.
 
     Parameters
     ----------
@@ -95,8 +95,11 @@ def draw_elevations(
     thickness : float
         Drawn over true diameter of the yarns.
     """
-    scale = colour_scale(np.concatenate([elevation(history) for row in rows for history in row]), radius)
-    yarns = [[elevated_yarns(history, radius, scale, thickness) for history in row] for row in rows]
+    scales = [colour_scale(np.concatenate(list(map(elevation, row)))) for row in rows]
+    yarns = [
+        [elevated_yarns(history, radius, scale, thickness) for history in row]
+        for row, scale in zip(rows, scales, strict=True)
+    ]
     window = bounds([surface for row in yarns for surfaces in row for surface in surfaces])
     pictures = [[Picture(surfaces, FRONT, window) for surfaces in row] for row in yarns]
     drawing, panels = draw_rows(pictures, head=14.5, foot=BAR)
@@ -104,7 +107,9 @@ def draw_elevations(
         panel_letter(axes, letter, title)
     for axes in panels[-2:]:
         scale_bar(axes, 5, FRONT)
-    elevation_bar(drawing, scale, 0.25, 0.5)
+    share = 1 / len(scales)
+    for number, (scale, panels_of) in enumerate(zip(scales, ("a, b", "c, d", "e, f", "g, h"), strict=False)):
+        elevation_bar(drawing, scale, (number + 0.1) * share, 0.8 * share, f"({panels_of})  ")
     return drawing
 
 
@@ -127,19 +132,21 @@ def elevated_yarns(
     return surfaces
 
 
-def colour_scale(u_z: np.ndarray, radius: float) -> ScalarMappable:
-    """Return colours in steps over values of u_z (...,) [m], in mm.
-
-    The scale ends at a yarn radius on either side of zero, or at as many of them as u_z needs: it is the same in all
-    pictures of knits that move by less than a radius.
-    """
-    end = MILLIMETRE * radius * max(1.0, np.ceil(np.abs(u_z).max() / radius))
+def colour_scale(u_z: np.ndarray) -> ScalarMappable:
+    """Return colours in steps over values of u_z (...,) [m], in mm, as far on either side of zero as u_z needs."""
+    largest = MILLIMETRE * float(np.abs(u_z).max()) or 1.0
+    step = 10 ** np.floor(np.log10(largest)) / 10
+    end = step * np.ceil(largest / step)
     return ScalarMappable(
         BoundaryNorm(np.linspace(-end, end, LEVELS + 1), matplotlib.colormaps[COLOURS].N), COLOURS
     )
 
 
-def elevation_bar(drawing: Figure, scale: ScalarMappable, left: float, width: float) -> None:
+def elevation_bar(
+    drawing: Figure, scale: ScalarMappable, left: float, width: float, panels: str = ""
+) -> None:
     """Draw the colours of u_z below all panels, from a share of the figure's width on and so wide."""
-    bar = colour_bar(drawing, scale, "out-of-plane displacement $u_z$ (mm)", left, width, format="%.3g")
+    bar = colour_bar(
+        drawing, scale, f"{panels}out-of-plane displacement $u_z$ (mm)", left, width, format="%.3g"
+    )
     bar.set_ticks(np.linspace(scale.norm.vmin, scale.norm.vmax, 5))
