@@ -54,6 +54,11 @@ def test_corners_lie_on_the_surface_of_the_deformed_yarns(knit_of_two):
     assert knit.strain.tolist() == [0.0, 0.05]
 
 
+@pytest.mark.parametrize(("most", "length"), [(7.0, 5.0), (4.9, 2.0), (19.0, 10.0), (0.21, 0.2)])
+def test_bars_of_scale_have_round_lengths(most, length):
+    assert deformed._round_length(most) == pytest.approx(length)
+
+
 def test_a_crossing_colours_both_yarns_near_it_alone(knit_of_two):
     values, label = deformed._of_stations(knit_of_two, history := history_of(knit_of_two), "slip")
     assert label == "slip at crossings (mm)"

@@ -242,9 +242,15 @@ def draw(knit: Deformed, increment: int = -1, view: View = VIEW) -> Figure:
     picture = Picture(_surfaces(knit, increment), view, bounds(ends, view))
     drawing, (axes,) = draw_rows([[picture]], SINGLE, head=6.0, foot=BAR)
     axes.set_title(f"{knit.strain[increment]:.1%} strain")
-    scale_bar(axes, 10.0, view)
+    scale_bar(axes, _round_length(0.25 * float(np.ptp(axes.get_xlim()))), view)
     colour_bar(drawing, knit.scale, knit.label, 0.15, 0.7)
     return drawing
+
+
+def _round_length(most: float) -> float:
+    """Return the largest of 1, 2 and 5 times a power of ten that is no longer."""
+    power = 10.0 ** np.floor(np.log10(most))
+    return float(power * max(each for each in (1, 2, 5) if each * power <= most))
 
 
 def _surfaces(knit: Deformed, increment: int) -> list[Surface]:
