@@ -24,6 +24,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Annotated, Any
@@ -335,12 +336,18 @@ def twice(scene: Scene, history: xr.Dataset, plan: Plan, folder: Path) -> dict[s
     return {"twice the increments [1]": abs(float(other["force"][-1] - history["force"][-1])) / largest}
 
 
-def row_of(trial: Trial, digest: str, plan: Plan) -> dict[str, Any]:
+@cache
+def plan_of_all() -> Plan:
+    """Return the plan of all scenes, which processes of the pool have from where they were forked."""
+    return Plan.of(CONFIG)
+
+
+def row_of(trial: Trial, digest: str) -> dict[str, Any]:
     """Return the row of a trial from its file, or by running it where the file is of other code or keys."""
     path = ROWS / f"{trial.label}.json"
     if path.is_file() and (row := json.loads(path.read_text(encoding="utf-8")))["digest"] == digest:
         return row
-    row = run(trial, plan, SCRATCH) | {"digest": digest}
+    row = run(trial, plan_of_all(), SCRATCH) | {"digest": digest}
     write_text(json.dumps(row), path)
     return row
 
@@ -402,9 +409,10 @@ def draw(table: pd.DataFrame) -> Figure:
 
 def main() -> None:
     """Run all trials, keep their table and draw it."""
-    plan, trials = Plan.of(CONFIG), load_trials()
-    with ProcessPoolExecutor() as pool:
-        jobs = [pool.submit(row_of, trial, trial.digest(), plan) for trial in trials]
+    trials = load_trials()
+    plan_of_all()
+    with ProcessPoolExecutor(mp_context=multiprocessing.get_context("fork")) as pool:
+        jobs = [pool.submit(row_of, trial, trial.digest()) for trial in trials]
         rows = []
         for number, job in enumerate(jobs, 1):
             rows.append(job.result())

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from keep import stamped
 
-from knitstudy.files import write_table
+from knitstudy.files import STAMP, write_table
 
 COLUMNS = ("case", "reference", "result", "bar", "holds", "test")
 
@@ -60,6 +60,12 @@ def verify(request):
 def full(request):
     """Whether cases run at full resolution."""
     return request.config.getoption("--full")
+
+
+@pytest.fixture(scope="session")
+def columns():
+    """Columns of the table."""
+    return {*COLUMNS, *STAMP}
 
 
 def pytest_sessionfinish(session, exitstatus):

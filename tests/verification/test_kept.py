@@ -25,7 +25,7 @@ ROUNDED = 1e-4
 """Relative: strains of predictions are kept with four decimals."""
 
 
-def reference(tmp_path):
+def reference():
     """Forces of the smallest solid yarn of the reference."""
     table = pd.read_csv(RESOURCES / "reference" / "reference_values.csv")
     of = (table["scene"] == "reference-1x1-tie-course-p3") & (table["quantity"] == FORCE)
@@ -34,14 +34,14 @@ def reference(tmp_path):
         yield row["value"], at_strain(history, row["strain [1]"], history["force"])
 
 
-def verdicts(tmp_path):
+def verdicts():
     """Force of the smallest simulation behind the sweeps, which the verdicts judge."""
     row = pd.read_csv(RESOURCES / "full" / "sweeps.csv").iloc[0]
     history = simulate(load_scene(row["scene"])).history
     yield row["force [N]"], at_strain(history, row["strain [1]"], history["force"])
 
 
-def loop_map(tmp_path):
+def loop_map():
     """Lengths of three loops that fit."""
     table, scene = pd.read_csv(RESOURCES / "loops.csv"), load_scene(loops.SCENE)
     fit = table[table["outcome"] == loops.OUTCOMES[0]]
@@ -50,7 +50,7 @@ def loop_map(tmp_path):
         yield row["length"], loops._entry(scene, row["course"], row["wale"])[length]
 
 
-def extreme(tmp_path):
+def extreme():
     """Forces of networks, beams and tied solid yarns as they are."""
     table, plan = pd.read_csv(RESOURCES / "extremes.csv").set_index("trial"), Plan.of(CONFIG)
     for trial in extremes.load_trials(CONFIG):
@@ -68,8 +68,8 @@ CHECKS = {
 
 
 @pytest.mark.parametrize("name", CHECKS)
-def test_the_cheapest_rows_are_made_again(name, tmp_path):
-    pairs = list(CHECKS[name](tmp_path))
+def test_the_cheapest_rows_are_made_again(name):
+    pairs = list(CHECKS[name]())
     assert pairs, f"resources/{TARGETS[name][0]}: none of its rows was made again"
     for kept, anew in pairs:
         assert anew == pytest.approx(kept, rel=SAME), f"older than the physics: run `make {name}` and commit"

@@ -12,17 +12,18 @@ DRAWN = {"pattern.wale_spacing": 3.3e-3, "pattern.course_spacing": 2.2e-3, "patt
 LOAD = {"load.start": "rest", "load.strain": 0.05, "load.largest_force": None, "solver.increments": 2}
 
 
-def history(**stitches):
-    """Return the history of a cell of soft yarn."""
-    knit = {name.replace("__", "."): value for name, value in stitches.items()}
-    scene = load_scene("fabric-acrylic-rib-course-free").vary({"knit": "machine-knit"} | DRAWN | LOAD | knit)
+def history(stitches):
+    """Return the history of a cell of soft yarn with keys of its stitches."""
+    scene = load_scene("fabric-acrylic-rib-course-free").vary(
+        {"knit": "machine-knit"} | DRAWN | LOAD | stitches
+    )
     return simulate(scene).history
 
 
 def test_a_rib_of_a_file_is_the_rib_of_letters():
     """It begins one needle later: the same knit."""
-    of_file = history(pattern__knitout=str(FILES / "rib.k"))
-    of_letters = history(pattern__stitches=["KP"], pattern__loops=2, pattern__rows=1)
+    of_file = history({"pattern.knitout": str(FILES / "rib.k")})
+    of_letters = history({"pattern.stitches": ["KP"], "pattern.loops": 2, "pattern.rows": 1})
     for name in ("force", "cell_strain", "force_per_width"):
         largest = float(abs(of_letters[name]).max())
         assert of_file[name].to_numpy() == pytest.approx(of_letters[name].to_numpy(), abs=1e-6 * largest), (
@@ -33,7 +34,9 @@ def test_a_rib_of_a_file_is_the_rib_of_letters():
 
 def test_a_half_cardigan_is_wider_and_softer_than_its_rib():
     """Tucks push wales apart and hold loops long: the textbooks' fact (Spencer 2001, Knitting Technology, ch. 18)."""
-    rib, tucked = (history(pattern__knitout=str(FILES / f"{name}.k")) for name in ("rib", "half_cardigan"))
+    rib, tucked = (
+        history({"pattern.knitout": str(FILES / f"{name}.k")}) for name in ("rib", "half_cardigan")
+    )
     assert tucked.attrs["wale_spacing"] > 1.2 * rib.attrs["wale_spacing"]
     force = [float(each["force_per_width"][-1, 0]) for each in (rib, tucked)]
     assert 0 < force[1] < force[0]

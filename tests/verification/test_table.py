@@ -39,5 +39,6 @@ def test_every_case_was_run(table):
     assert not missing, f"{sorted(missing)} not in the table; {REMEDY}"
 
 
-def test_every_case_holds(table):
+def test_every_case_holds(table, columns):
+    assert set(table) == columns
     assert table["holds"].all()

@@ -189,11 +189,7 @@ def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
             of = f"pattern.stitches {list(loop.stitches)} repeat themselves after {repeat}"
             raise GeometryError(f"pattern.{name} = {count}: allowed is a multiple of {repeat}, as {of}")
     repeats, every = loops // loop.columns, np.arange(rows + 1)
-    first = [Centreline(curve, repeats) for curve in loop.curves]
-    copies, copy_of = first[: rows + 1], every % loop.rows
-    for row in every[loop.rows :].tolist():
-        like = first[copy_of[row]]
-        copies.append(Centreline(loop.image(row), repeats, like))
+    copies, copy_of, shift = rows_of_repeat(loop.curves, loop.rise, rows, repeats)
     cell = np.array([loop.wale_spacing, loop.course_spacing])
     knit = of_curves(
         copies,
@@ -201,7 +197,7 @@ def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
         loop.clearance,
         size=np.array([loops * cell[0], rows * cell[1], 2 * loop.radius]),
         copy_of=copy_of,
-        shift=(every - copy_of)[:, None] * loop.rise,
+        shift=shift,
         specimen="knit",
         made_of=vars(loop) | {"loops": loops, "rows": rows},
         repeats=repeats,
@@ -216,6 +212,39 @@ def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
         "wale": (Grip(np.zeros(len(bottom), dtype=int), bottom), Grip(np.full(len(top), rows), top)),
     }
     return replace(knit, grips=grips, sample=sample_of(loop, loops, rows, "knit"))
+
+
+def rows_of_repeat(
+    curves: Sequence[CatmullRom], rise: np.ndarray, rows: int, repeats: int
+) -> tuple[list[Centreline], np.ndarray, np.ndarray]:
+    """Return the yarns of `rows` interlock rows, of which the r rows of a repeat are drawn.
+
+    Parameters
+    ----------
+    curves : sequence of CatmullRom
+        The r rows of a repeat, each in its place.
+    rise : ndarray (3,)
+        Vector from a row to the next one. [m]
+    repeats : int
+        Repeats along a row.
+
+    Returns
+    -------
+    lines : list of Centreline
+        All ``rows`` + 1 yarns.
+    copy_of : ndarray of int (rows + 1,)
+        The yarn that every yarn is a moved copy of.
+    shift : ndarray (rows + 1, 3)
+        Vector from that yarn to the copy. [m]
+    """
+    every, height = np.arange(rows + 1), len(curves)
+    first = [Centreline(curve, repeats) for curve in curves]
+    lines, copy_of = first[: rows + 1], every % height
+    for row in every[height:].tolist():
+        like = first[copy_of[row]]
+        moved = like.curve.control_points + row // height * (height * rise)
+        lines.append(Centreline(CatmullRom(moved, like.curve.advance), repeats, like))
+    return lines, copy_of, (every - copy_of)[:, None] * rise
 
 
 def sample_of(loop: Loop, loops: int, rows: int, specimen: str) -> Fabric | None:

@@ -27,7 +27,8 @@ from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.loop_metrics import LoopMetrics, check_yarns, loop_metrics
 from knitstudy.geometry.optimise import CONTACT_TOLERANCE, Optimum, optimise
 from knitstudy.geometry.stitch_mesh import endless_cell_of_stitches
-from knitstudy.geometry.stitches import PLAIN, images_of_standard, is_held
+from knitstudy.geometry.stitches import PLAIN, images_of_standard
+from knitstudy.study.problem_sections import is_held
 from knitstudy.study.scene import Scene
 
 LENGTH_TOLERANCE = 1e-4  # relative error of the length that is kept

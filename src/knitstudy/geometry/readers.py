@@ -19,9 +19,9 @@ from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.geometry.fit import TIGHT, LoopTarget
 from knitstudy.geometry.spline import CatmullRom, Centreline
 from knitstudy.geometry.stitch_mesh import endless_cell_of_stitches
-from knitstudy.geometry.stitches import is_held
 from knitstudy.registry import Registry
 from knitstudy.study.knitout import repeat_of, spacing_of
+from knitstudy.study.problem_sections import is_held
 
 COLUMNS = ("yarn", "x [m]", "y [m]", "z [m]", "radius [m]")
 """Columns of a table of centrelines: points of a yarn follow each other, and all yarns have one radius."""

@@ -16,10 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from knitstudy.errors import GeometryError
-from knitstudy.geometry.fabric import Fabric, of_curves
+from knitstudy.geometry.fabric import Fabric, of_curves, rows_of_repeat
 from knitstudy.geometry.fit import LoopTarget
-from knitstudy.geometry.spline import CatmullRom, Centreline
+from knitstudy.geometry.spline import CatmullRom
 from knitstudy.geometry.stitches import KNIT, PURL
+from knitstudy.study.problem_sections import idle_needle
 
 TUCK, FLOAT = "T", "-"
 DRAWN = KNIT + PURL
@@ -43,23 +44,23 @@ class Stitch:
 def stitches_of(rows: Sequence[str]) -> list[list[Stitch]]:
     """Return the stitches of a repeat of rows of letters, the bottom row first.
 
-    Raises GeometryError where a needle never knits, so that its yarns would never be held.
+    Raises GeometryError where a needle never knits, so that its loops would be held for ever.
 
     Examples
     --------
     >>> [(each.held, each.place) for row in stitches_of(["KP", "KT"]) for each in row]
     [(0, 0), (1, 0), (0, 0), (0, 1)]
     """
+    if idle := idle_needle(rows):
+        fact = f"pattern.stitches is {list(rows)}: needle {idle} never knits"
+        raise GeometryError(f"{fact}: allowed is K or P in a row of every column")
     count = len(rows)
     every: list[list[Stitch]] = []
     for row, letters in enumerate(rows):
         stitches = []
         for column, letter in enumerate(letters):
             above = [rows[(row + up) % count][column] for up in range(1, count + 1)]
-            up = next((up for up, other in enumerate(above) if other in DRAWN), None)
-            if up is None:
-                fact = f"pattern.stitches is {list(rows)}: needle {column + 1} never knits"
-                raise GeometryError(f"{fact}: allowed is K or P in a row of every column")
+            up = next(up for up, other in enumerate(above) if other in DRAWN)
             side = 1.0 if above[up] == KNIT else -1.0
             own = {KNIT: 1.0, PURL: -1.0}.get(letter, side)
             stitches.append(Stitch(letter, side, own, up, _place(rows, row, column)))
@@ -142,22 +143,18 @@ def endless_cell_of_stitches(wanted: LoopTarget, loops: int, rows: int) -> Fabri
     depth = 1 + max(each.place for row in stitches for each in row)
     points = plain.drawn(wanted.length).control_points * [1, 1, depth]
     along, up = np.array([wanted.wale, 0, 0]), np.array([0, wanted.course, 0])
-    of_rows = [
+    drawn = [
         row_points(points, wanted.wale, wanted.course, 2 * depth * wanted.radius, row) for row in stitches
     ]
-    every = np.arange(rows + 1)
-    copy_of, lines = every % height, []
-    for row in every.tolist():
-        curve = CatmullRom(of_rows[row % height] + row * up, columns * along)
-        like = lines[copy_of[row]] if row >= height else None
-        lines.append(Centreline(curve, loops // columns, like))
+    curves = [CatmullRom(row + number * up, columns * along) for number, row in enumerate(drawn)]
+    lines, copy_of, shift = rows_of_repeat(curves, up, rows, loops // columns)
     return of_curves(
         lines,
         wanted.radius,
         wanted.clearance,
         size=np.array([loops * wanted.wale, rows * wanted.course, 2 * wanted.radius]),
         copy_of=copy_of,
-        shift=(every - copy_of)[:, None] * up,
+        shift=shift,
         specimen="cell",
         made_of={"wale_spacing": wanted.wale, "course_spacing": wanted.course, "loops": loops, "rows": rows},
         repeats=loops // columns,

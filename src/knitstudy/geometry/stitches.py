@@ -13,7 +13,7 @@ from itertools import product
 import numpy as np
 
 from knitstudy.errors import GeometryError
-from knitstudy.study.problem_sections import HELD, wrong_stitches
+from knitstudy.study.problem_sections import is_held, wrong_stitches
 
 KNIT, PURL = "K", "P"
 PLAIN = (KNIT,)
@@ -27,11 +27,6 @@ def sides(stitches: Sequence[str]) -> np.ndarray:
     if wrong:
         raise GeometryError(f"pattern.stitches is {list(stitches)}: {wrong}")
     return np.array([[1 if letter == KNIT else -1 for letter in letters] for letters in stitches])
-
-
-def is_held(stitches: Sequence[str]) -> bool:
-    """Whether loops of a repeat are held over tucks or floats (`geometry.stitch_mesh`)."""
-    return bool(set("".join(stitches)) & set(HELD))
 
 
 def letters(side: np.ndarray) -> tuple[str, ...]:

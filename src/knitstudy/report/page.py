@@ -79,7 +79,9 @@ def render(
     instead = {} if full is None or study == "full" else {path.name: path for path in full.iterdir()}
     pictures = [instead.get(path.name, path) for path in pictures]
     results = {
-        name: read_table(instead[f"{name}.csv"]) if f"{name}.csv" in instead else table
+        name: read_table(instead[f"{name}.csv"]).drop(columns=[*STAMP], errors="ignore")
+        if f"{name}.csv" in instead
+        else table
         for name, table in results.items()
     }
     environment = ImmutableSandboxedEnvironment(
@@ -88,8 +90,7 @@ def render(
     claims = results.get("verdicts", pd.DataFrame()).fillna("").to_dict("records")
     environment.globals |= {"value": partial(value, results), "verdicts": claims}
     figures = {path.stem: _figure(path, captions, results, environment) for path in pictures}
-    shown_columns = {name: table.drop(columns=[*STAMP], errors="ignore") for name, table in results.items()}
-    tables = {name: _table(name, table, captions) for name, table in shown_columns.items()}
+    tables = {name: _table(name, table, captions) for name, table in results.items()}
     for shown, ending in ((figures, "png"), (tables, "csv")):
         for name, entry in shown.items():
             entry["title"] += " (of the full study)" if f"{name}.{ending}" in instead else ""

@@ -8,6 +8,7 @@ from pathlib import Path
 from knitstudy.figures.deformed import deformed, page_of
 from knitstudy.files import read_dataset
 from knitstudy.stages.record import scenes_of
+from knitstudy.stages.table import STAGES
 
 MOST = 120_000  # Corners of all increments: about 1 MB
 
@@ -28,6 +29,6 @@ def turning_knit(wanted: Sequence[str], data: Iterable[Path]) -> str:
         return ""
     history = read_dataset(path)
     scene, _ = scenes_of(history, path)
-    geometry = read_dataset(path.parents[1] / "geometry" / f"{scene.knit}.nc")
+    geometry = read_dataset(path.parents[1] / STAGES["geometry"].path(scene))
     title = f"{scene.kind.fidelity.label}, {scene.kind.interaction.meaning}"
     return page_of(deformed(scene, geometry, history), title, MOST)

@@ -73,7 +73,8 @@ def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
         }
     if KNITOUT in keys_of_base:
         _only(keys_of_base, KNITOUT, STITCHES, where)
-        repeat = repeat_of(str(keys_of_base.pop(KNITOUT)))
+        path = Path(str(keys_of_base.pop(KNITOUT)))
+        repeat = _knitted_repeat(path, path.stat().st_mtime_ns if path.is_file() else 0)
         size = {"pattern.loops": len(repeat[0]), "pattern.rows": len(repeat)}
         keys_of_base = size | keys_of_base | {STITCHES: list(repeat)}
     mixed = len(set("".join(map(str, keys_of_base.get(STITCHES) or "")))) > 1
@@ -99,6 +100,12 @@ def without_yarn(keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], d
     if lengths and (said.get(LENGTH), said.get(POINTS)) == (None, None):
         said[LENGTH] = lengths[-1]
     return said, {KEYS[part][0]: each.value for part, each in yarn.values.items() if each.value is not None}
+
+
+@cache
+def _knitted_repeat(path: Path, _changed: int) -> tuple[str, ...]:
+    """Return the repeat of a file, which is knitted once for every version of it."""
+    return repeat_of(path)
 
 
 @cache

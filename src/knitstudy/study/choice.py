@@ -40,7 +40,6 @@ COLUMNS += ("problem", "code", "value [SI]")
 
 OF_BEAMS = {*BeamYarn.model_fields} - {*Yarn.model_fields}  # what only beams know of a yarn
 
-INCREMENTS = 12  # Of model settings that do not say theirs
 ALIKE = 0.01  # Relative difference of two errors that are the same
 
 
@@ -229,9 +228,9 @@ def promised(
             inputs = _regressors(ended)
             seconds = law_of(inputs, [row[SECONDS] for row in ended], quantile)
             memory = law_of(inputs, [row[MEMORY] for row in ended], quantile)
-            # More increments than were measured take as much longer.
-            stops = len(problem.value("load.stops") or ())
-            longer = max(1.0, (stops + 1) / keys.get("solver.increments", INCREMENTS))
+            longer = 1.0
+            if stops := problem.value("load.stops"):  # more increments than were measured take as much longer
+                longer = max(1.0, (len(stops) + 1) / problem.vary(keys).solver.increments)
             price = longer * seconds.expected(here), longer * seconds.most(here), memory.most(here)
             settings.append(ModelSetting(name, keys, float(error), *map(float, price)))
     return settings

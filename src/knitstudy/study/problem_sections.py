@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from math import ceil
 from typing import Annotated, Any, ClassVar, Literal
@@ -27,13 +28,24 @@ def wrong_stitches(stitches: tuple[str, ...]) -> str | None:
                 return f"stitch {stitch} of row {row} is {letter!r} but must be {', '.join(some)} or {last}"
     if not stitches or not stitches[0] or len({len(letters) for letters in stitches}) > 1:
         return 'it must be rows of letters, all of one length, the bottom row first, such as ["KP", "PK"]'
-    for column, letters in enumerate(zip(*stitches, strict=True), 1):
-        if set(letters) <= set(HELD):
-            return f"stitch {column} is {' and '.join(sorted(set(letters)))} in all rows but must be K or P in one"
+    if idle := idle_needle(stitches):
+        held = " and ".join(sorted({letters[idle - 1] for letters in stitches}))
+        return f"stitch {idle} is {held} in all rows but must be K or P in one"
     for row, letters in enumerate(stitches, 1):
         if set(letters) == {"-"}:
             return f"row {row} floats past all needles but must have a stitch"
     return None
+
+
+def idle_needle(stitches: Sequence[str]) -> int | None:
+    """Return the number, from 1, of the first column in which no stitch is K or P; None if there is none."""
+    columns = enumerate(zip(*stitches, strict=True), 1)
+    return next((number for number, letters in columns if set(letters) <= set(HELD)), None)
+
+
+def is_held(stitches: Sequence[str]) -> bool:
+    """Whether loops of a repeat are held over tucks or floats (`geometry.stitch_mesh`)."""
+    return bool(set("".join(stitches)) & set(HELD))
 
 
 Modulus = Annotated[float, Field(gt=0, le=1e20)]  # In Pa

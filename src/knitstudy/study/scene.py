@@ -20,7 +20,7 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.study.alternative_keys import in_base_keys, without_yarn
 from knitstudy.study.keys import Section, describe, lists, tuples, validated
-from knitstudy.study.problem_sections import HELD
+from knitstudy.study.problem_sections import is_held
 from knitstudy.study.scene_type import Kind, Labels, all_sections, labels_of, not_of_kind, unknown_key
 from knitstudy.study.yarns import OF
 
@@ -348,7 +348,7 @@ def _of_knit(scene: Scene) -> Iterator[str]:
             of = f"the {name} of a repeat of pattern.stitches {list(pattern.stitches)}"
             yield f"pattern.{name} is {count} but must be a multiple of {repeat}, {of}"
     mixed = len(set("".join(pattern.stitches))) > 1
-    if set("".join(pattern.stitches)) & set(HELD) and (scene.specimen, scene.fidelity) != ("cell", "beam"):
+    if is_held(pattern.stitches) and (scene.specimen, scene.fidelity) != ("cell", "beam"):
         of = f"where pattern.stitches is {list(pattern.stitches)}: tucks and floats find their shape at rest"
         yield f"specimen is {scene.specimen} and fidelity {scene.fidelity} but must be cell and beam {of}"
     if mixed and scene.fidelity == "rom2d":
