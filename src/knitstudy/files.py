@@ -87,14 +87,16 @@ def provenance() -> dict[str, str]:
 
 
 def code_version() -> str:
-    """Return the package's version, with the commit where the package lies in its checkout."""
+    """Return the package's version, with the commit of the code."""
     return "+".join(filter(None, (knitstudy.__version__, commit())))
 
 
 @cache
 def commit() -> str:
-    """Return ``git describe`` where the package lies in its checkout, otherwise nothing."""
-    checkout = Path(__file__).resolve().parents[2]
+    """Return ``git describe`` of the checkout, of a wheel that of the checkout it was built from, else nothing."""
+    built, checkout = Path(__file__).with_name("COMMIT"), Path(__file__).resolve().parents[2]
+    if built.is_file():
+        return built.read_text(encoding="utf-8")
     if not (checkout / ".git").exists():
         return ""
     command = ["git", "-C", str(checkout), "describe", "--always", "--dirty", "--abbrev=12"]

@@ -30,7 +30,14 @@ def knitted(path, *instructions):
 
 @pytest.mark.parametrize(
     ("name", "rows"),
-    [("jersey", ("K",)), ("rib", ("PK",)), ("half_cardigan", ("PK", "TK")), ("jacquard", ("K-", "-K"))],
+    [
+        ("jersey", ("K",)),
+        ("rib", ("PK",)),
+        ("half_cardigan", ("PK", "TK")),
+        ("jacquard", ("K-", "-K")),
+        ("cable", ("K>K(", "KK")),
+        ("lace", ("K)K", "TK")),
+    ],
 )
 def test_repeats_of_examples(name, rows):
     assert repeat_of(FILES / f"{name}.k") == rows
@@ -75,10 +82,28 @@ def test_what_cannot_be_knitted_says_line_and_reason(tmp_path, text, reason):
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.parametrize(
+    ("moves", "rows"),
+    [
+        (["xfer f2 b2", "xfer f3 b3", "rack 1", "xfer b2 f3", "rack -1", "xfer b3 f2"], "KK>K(K KKKK"),
+        (["xfer f2 b2", "xfer f3 b3", "rack -1", "xfer b3 f2", "rack 1", "xfer b2 f3"], "KK)K<K KKKK"),
+        (["xfer f2 b2", "rack 1", "xfer b2 f3"], "KK)KK KTKK"),
+        (["xfer f2 b2", "xfer f3 b3", "rack 1", "xfer b2 f3", "rack 0", "xfer b3 f3"], "KK>KK KTKK"),
+    ],
+)
+def test_loops_that_change_needles_pass_others_as_they_are_handed_over(tmp_path, moves, rows):
+    """Of two loops the one that comes back first lies in front: of a cable, and of two loops on one needle."""
+    moved = [*moves, "rack 0", *row("+", "kkkk"), *row("-", "kkkk")]
+    assert repeat_of(knitted(tmp_path / "a.k", *row("-", "kkkk"), *3 * moved)) == tuple(rows.split())
+
+
 def test_what_is_not_simulated_says_where(tmp_path):
-    lace = ["xfer f2 b2", "rack 1", "xfer b2 f3", "rack 0", *row("+", "kkkk")]
-    with pytest.raises(ConfigurationError, match="a loop of needle f2 is knitted on f3 in row 4"):
-        repeat_of(knitted(tmp_path / "a.k", *row("-", "kkkk"), *lace))
+    away, back = [f"xfer f{n} b{n}" for n in (1, 2, 3)], ["rack 1", "xfer b1 f2", "rack -2", "xfer b3 f1"]
+    both = [*away, *back, "rack 1", "xfer b2 f3", "rack 0", *row("+", "kkkk")]
+    with pytest.raises(
+        ConfigurationError, match="needle f3 in row 3 passes in front of one loop and behind another"
+    ):
+        repeat_of(knitted(tmp_path / "a.k", *row("-", "kkkk"), *both))
     with pytest.raises(ConfigurationError, match="nothing is a stitch"):
         repeat_of(knitted(tmp_path / "a.k"))
     with pytest.raises(ConfigurationError, match="there is no such file"):
@@ -95,6 +120,8 @@ def test_a_scene_takes_stitches_and_size_from_a_file(plain_scene):
     cell = {"specimen": "cell", "fidelity": "beam", "interaction": "isotropic"}
     scene = plain_scene.vary(cell | {"pattern.knitout": str(FILES / "half_cardigan.k")})
     assert (scene.pattern.stitches, scene.pattern.loops, scene.pattern.rows) == (("PK", "TK"), 2, 2)
+    cable = plain_scene.vary(cell | {"pattern.knitout": str(FILES / "cable.k")})
+    assert (cable.pattern.loops, cable.pattern.rows) == (2, 2), "marks are no loops"
     with pytest.raises(ConfigurationError, match="say the same"):
         plain_scene.vary({"pattern.knitout": str(FILES / "rib.k"), "pattern.stitches": ["KP"]})
 

@@ -7,16 +7,19 @@ from knitstudy.errors import ConfigurationError, GeometryError
 from knitstudy.geometry.crossings import plane_crossings
 from knitstudy.geometry.fabric_file import fabric_dataset, fabric_of
 from knitstudy.geometry.fit import LoopTarget
+from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.stitch_mesh import endless_cell_of_stitches, stitches_of
 from knitstudy.geometry.stitches import sides
+from knitstudy.study.problem_sections import size_of_repeat
 
 COURSE, WALE, DIAMETER = 2.2e-3, 3.3e-3, 0.44e-3
 HALF_CARDIGAN, FLOATS, CROSS_TUCK = ("KP", "KT"), ("K-", "-K"), ("KT", "TK")
+CABLE, LACE = ("K>K(", "KK"), ("K)K", "TK")
 
 
 def cell(stitches, loops=None):
     target = LoopTarget(COURSE, WALE, DIAMETER / 2, 0.0, None, stitches)
-    return endless_cell_of_stitches(target, loops or len(stitches[0]), len(stitches))
+    return endless_cell_of_stitches(target, loops or size_of_repeat(stitches)[0], len(stitches))
 
 
 def in_front(fabric, lower, upper, column):
@@ -41,10 +44,18 @@ def test_loops_are_held_until_their_needle_knits():
 
 @pytest.mark.parametrize(
     ("stitches", "apart"),
-    [(HALF_CARDIGAN, 0.5), (FLOATS, 0.7), (CROSS_TUCK, 0.5), (("K", "T"), 0.5), (("K", "T", "T"), 0.25)],
+    [
+        (HALF_CARDIGAN, 0.5),
+        (FLOATS, 0.7),
+        (CROSS_TUCK, 0.5),
+        (CABLE, 0.5),
+        (LACE, 0.35),
+        (("K", "T"), 0.5),
+        (("K", "T", "T"), 0.25),
+    ],
 )
 def test_yarns_stand_apart_where_they_cross(stitches, apart):
-    fabric = cell(stitches, 2 * len(stitches[0]))
+    fabric = cell(stitches, 2 * size_of_repeat(stitches)[0])
     assert fabric.crossings.distance.min() >= apart * DIAMETER
     assert len(fabric.centrelines) == len(stitches) + 1
     again = fabric_of(fabric_dataset(fabric))
@@ -66,6 +77,45 @@ def test_tucks_and_floats_interlock_with_no_loop_below():
     assert front > 0
     assert behind == 0, "a tuck of the back bed lies before the purl loop, seen from the front"
     assert in_front(cell(FLOATS), 0, 1, 0) == (0, 2), "a float passes behind the two legs of a knit loop"
+
+
+@pytest.mark.parametrize(("stitches", "right"), [(CABLE, True), (("K)K<", "KK"), False)])
+def test_legs_of_a_cable_cross_as_its_marks_say(stitches, right):
+    """Each leg of one loop crosses both of the other: the loop that moves right lies in front, or behind."""
+    curve = cell(stitches).centrelines[0].curve
+    u = np.linspace(0, curve.period, 40 * int(curve.period) + 1)
+    halves = np.split(u[:-1], 2)  # the loops of columns 0 and 1
+    crossed = plane_crossings(*((each, curve.value(each)[:, :2]) for each in halves))
+    rightwards, leftwards = (curve.value(crossed[:, side])[:, 2] for side in (0, 1))
+    assert ((rightwards > leftwards) == right).sum() == 4
+
+
+def test_lace_has_two_heads_on_one_needle_and_none_on_the_next():
+    (moved, home), (begun, knit) = stitches_of(LACE)
+    assert (moved.moved, moved.place, home.place) == (1, 1, 0), "the loop that arrives lies behind"
+    assert stitches_of(("K>K", "TK"))[0][0].place == 0, "or in front"
+    assert (begun.letter, begun.place, knit.held) == ("T", 0, 0)
+    assert stitches_of(("P)P", "TP"))[0][0].place == 0, "behind is the side to which a purl stitch is drawn"
+
+
+@pytest.mark.parametrize(
+    ("stitches", "reason"),
+    [
+        (("K>K", "KK"), "stitch 1 of row 2 has no loop to be drawn through"),
+        (("K><K", "KK"), "has marks of one kind"),
+        (("K->", "KK"), "a float none"),
+    ],
+)
+def test_marks_that_make_no_knit_are_refused(plain_scene, stitches, reason):
+    cell = {
+        "specimen": "cell",
+        "fidelity": "beam",
+        "interaction": "isotropic",
+        "pattern.control_points": None,
+    }
+    size = {"pattern.stitches": list(stitches), "pattern.loops": 2, "pattern.rows": 2}
+    with pytest.raises((ConfigurationError, GeometryError), match=reason):
+        lay_out(plain_scene.vary(cell | size))
 
 
 def test_a_plain_knit_is_that_of_its_own_drawing():

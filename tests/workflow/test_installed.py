@@ -1,6 +1,7 @@
 """The wheel, installed in a fresh environment and used outside of any checkout."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -8,6 +9,7 @@ import sysconfig
 from pathlib import Path
 
 import pytest
+import xarray as xr
 
 SCENE = """\
 studies: []
@@ -25,8 +27,21 @@ def installed(checkout_copy, tmp_path_factory):
     folder = tmp_path_factory.mktemp("installed")
     source, wheels, environment = folder / "source", folder / "wheels", folder / "environment"
     shutil.copytree(checkout_copy, source, symlinks=True)
-    for name in ("README.md", "LICENSE"):
+    for name in ("README.md", "LICENSE", "setup.py"):
         shutil.copy2(Path(__file__).resolve().parents[2] / name, source)
+    committed = [
+        "-c",
+        "user.name=a",
+        "-c",
+        "user.email=a@b.c",
+        "commit",
+        "--quiet",
+        "--allow-empty",
+        "--message",
+        "a",
+    ]
+    for command in (["init", "--quiet"], committed):
+        subprocess.run(["git", "-C", source, *command], check=True)
     pip, offline = [sys.executable, "-m", "pip", "--quiet"], ["--no-deps", "--no-index"]
     subprocess.run(
         [*pip, "wheel", *offline, "--no-build-isolation", "--wheel-dir", wheels, source], check=True
@@ -54,10 +69,13 @@ def installed(checkout_copy, tmp_path_factory):
 
 
 def test_scene_of_ones_own(installed):
-    run, _ = installed
+    """Its results say which commit the wheel was built from."""
+    run, work = installed
     assert "mine: valid; " in run("check", "mine")
     run("run", "mine/jersey.yaml")
     assert "force along the load at the end" in run("show", "runs/simulation/jersey.nc")
+    with xr.open_dataset(work / "runs" / "simulation" / "jersey.nc") as history:
+        assert re.fullmatch(r"[\d.]+\+[0-9a-f]{7,12}(-dirty)?", history.attrs["code_version"])
 
 
 def test_workflow(installed):

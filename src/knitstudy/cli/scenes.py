@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import nan
 from pathlib import Path
 
 import click
@@ -19,7 +20,7 @@ from knitstudy.cli.console import (
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.registry import unknown_choice
-from knitstudy.study.choice import Choice, digits, front, without_edges
+from knitstudy.study.choice import BESIDE, Choice, digits, front, without_edges
 from knitstudy.study.configuration import (
     STUDIES,
     default_keys,
@@ -135,7 +136,7 @@ def _print_keys(scene: Scene, sources: bool) -> None:
 
 @click.command()
 @scene_argument()
-@click.option("--question", help="force, out_of_plane, contact or stress.")
+@click.option("--question", help="force, curve, out_of_plane, contact or stress.")
 @click.option("--accuracy", type=float, help="Largest relative error, for example 0.05.")
 @click.option("--seconds", type=float, help="Largest time [s].")
 @click.option("--memory", type=float, help="Largest growth of memory [MB].")
@@ -179,9 +180,18 @@ def _print_plan(choice: Choice) -> None:
     click.echo(f"take {setting}, {choice.basis}")
     if offer := without_edges(problem, ask, drawn_defaults()):
         click.echo(offer)
-    rows = []
+    beside, rows = BESIDE.get(ask.question, "") if choice.beside else "", []
     for each in front(choice.settings, lambda setting: setting.seconds, lambda setting: setting.error):
         price = map(digits, (100 * each.error, each.seconds, each.most_seconds, each.memory))
-        rows.append((each.name, *price, "taken" if each == setting else ""))
-    print_table(("model", "error at most [%]", "seconds", "at most", "MB", ""), rows)
+        other = [digits(100 * choice.beside.get(each.name, nan))] if beside else []
+        rows.append((each.name, *price, *other, "taken" if each == setting else ""))
+    columns = (
+        "model",
+        "error at most [%]",
+        "seconds",
+        "at most",
+        "MB",
+        *[f"of the {beside} [%]"] * bool(beside),
+    )
+    print_table((*columns, ""), rows)
     click.echo("; ".join(f"{key}: {plain(value)}" for key, value in setting.keys.items()))

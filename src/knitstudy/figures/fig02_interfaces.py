@@ -36,10 +36,10 @@ def draw() -> Figure:
 def _draw_tie(axes: Axes) -> None:
     """Every slave node hangs on the master facet below it; the facet's nodes carry it."""
 
-    def lower(x):
+    def lower(x: np.ndarray) -> np.ndarray:
         return -0.06 * x**2
 
-    def upper(x):
+    def upper(x: np.ndarray) -> np.ndarray:
         return GAP + 0.06 * x**2
 
     formula = r"$\mathbf{u}^{s}=\sum_i N_i\,\mathbf{u}_i^{*}$"
@@ -59,7 +59,7 @@ def _draw_tie(axes: Axes) -> None:
 def _draw_contact(axes: Axes) -> None:
     """Surfaces press on each other with p and exchange a traction t_T in their common tangent plane."""
 
-    def lower(x):
+    def lower(x: np.ndarray) -> np.ndarray:
         return -0.13 * np.maximum(np.abs(x) - CONTACT, 0) ** 2 - 0.02 * (np.abs(x) > CONTACT)
 
     formula = r"$p\geq 0$,   $\Vert\mathbf{t}_T\Vert\leq\mu\,p$"

@@ -200,7 +200,7 @@ def _of_length(room: _Room, length: float) -> _End:
 class InfeasibleLoop(GeometryError):
     """No loop fits: the limits that the nearest one which does has reached, and its share of the diameter."""
 
-    def __init__(self, message: str, limits: Iterable[str], share: float):
+    def __init__(self, message: str, limits: Iterable[str], share: float) -> None:
         super().__init__(message)
         self.limits, self.share = tuple(limits), share
 
@@ -279,7 +279,7 @@ class _Room:
         share: float | None,
         settings: Any,
         at: Any = None,  # crossings without images, and where they are looked for
-    ):
+    ) -> None:
         self.unit, self.path, self.settings = unit, path, settings
         self.cost = cost = CostFunction(unit, settings)
         count = len(unit.control_points)

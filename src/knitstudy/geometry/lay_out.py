@@ -28,7 +28,7 @@ from knitstudy.geometry.loop_metrics import LoopMetrics, check_yarns, loop_metri
 from knitstudy.geometry.optimise import CONTACT_TOLERANCE, Optimum, optimise
 from knitstudy.geometry.stitch_mesh import endless_cell_of_stitches
 from knitstudy.geometry.stitches import PLAIN, images_of_standard
-from knitstudy.study.problem_sections import is_held
+from knitstudy.study.problem_sections import is_plain
 from knitstudy.study.scene import Scene
 
 LENGTH_TOLERANCE = 1e-4  # relative error of the length that is kept
@@ -55,7 +55,7 @@ def lay_out(scene: Scene) -> xr.Dataset:
         pair = scene.pair
         return fabric_dataset(yarn_pair(scene.yarn.radius, pair.angle, pair.length, pair.clearance))
     pattern = scene.pattern
-    if is_held(pattern.stitches):
+    if not is_plain(pattern.stitches):
         return fabric_dataset(endless_cell_of_stitches(_target(scene), pattern.loops, pattern.rows))
     try:
         initial, loop, optimum = loop_of(scene)

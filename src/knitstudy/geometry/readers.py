@@ -21,7 +21,7 @@ from knitstudy.geometry.spline import CatmullRom, Centreline
 from knitstudy.geometry.stitch_mesh import endless_cell_of_stitches
 from knitstudy.registry import Registry
 from knitstudy.study.knitout import repeat_of, spacing_of
-from knitstudy.study.problem_sections import is_held
+from knitstudy.study.problem_sections import is_plain, size_of_repeat
 
 COLUMNS = ("yarn", "x [m]", "y [m]", "z [m]", "radius [m]")
 """Columns of a table of centrelines: points of a yarn follow each other, and all yarns have one radius."""
@@ -93,13 +93,10 @@ def read_machine_knit(path: Path) -> Fabric:
     if wale is None:
         raise ConfigurationError(f"{path}: names no ;;Gauge:, needles per inch, which gives the wale spacing")
     course, diameter = wale * TIGHT[0] / TIGHT[1], OF_TIGHT * wale / TIGHT[1]
-    target, size = (
-        LoopTarget(course, wale, 0.5 * diameter, 0.0, None, stitches),
-        (len(stitches[0]), len(stitches)),
-    )
-    if is_held(stitches):
-        return endless_cell_of_stitches(target, *size)
-    return endless_cell(target.drawn(), *size)
+    target, size = LoopTarget(course, wale, 0.5 * diameter, 0.0, None, stitches), size_of_repeat(stitches)
+    if is_plain(stitches):
+        return endless_cell(target.drawn(), *size)
+    return endless_cell_of_stitches(target, *size)
 
 
 READERS.register(Reader(".k", "instructions of a knitting machine (knitout)", read_machine_knit))

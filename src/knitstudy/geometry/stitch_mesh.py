@@ -1,8 +1,9 @@
-"""Cells of knits with tucks and floats: curves of all rows, from what every stitch is made of.
+"""Cells of knits with tucks, floats, cables and lace: curves of all rows, from what every stitch is made of.
 
 A stitch has feet in its own row, and a head in the row of the stitch that is drawn through it. A loop that is held
 over tucks (T) or floats (-) has long legs; a tuck has no loop below it, and its head lies behind and below that of the
-loop held on the same needle; a float passes behind the loop that is held, seen from the side of its stitch. Loops are
+loop held on the same needle; a float passes behind the loop that is held, seen from the side of its stitch. The head
+of a loop that is moved (cables, lace) lies on another needle, and its legs pass in front of or behind others. Loops are
 those that `geometry.fit` draws for a plain knit, with parts moved (drawn "stitch meshes": Yuksel et al. 2012, ACM
 Transactions on Graphics 31). Yarns stand apart where they cross, and no force is in balance: the way to rest of beams
 (`models.endless_beams.relax`) finds the shape.
@@ -11,7 +12,8 @@ Transactions on Graphics 31). Yarns stand apart where they cross, and no force i
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -20,14 +22,15 @@ from knitstudy.geometry.fabric import Fabric, of_curves, rows_of_repeat
 from knitstudy.geometry.fit import LoopTarget
 from knitstudy.geometry.spline import CatmullRom
 from knitstudy.geometry.stitches import KNIT, PURL
-from knitstudy.study.problem_sections import idle_needle
+from knitstudy.study.problem_sections import MARKS, idle_needle, stitches_of_row
 
 TUCK, FLOAT = "T", "-"
 DRAWN = KNIT + PURL
 
 BEHIND, NARROWER = 0.4, 0.1
-"""How far the head of a tuck lies behind that of the loop it is with, over the diameter and the depth of the drawing,
-and how much narrower it is. Centrelines then stand half a diameter apart or more (tests/unit/test_stitch_mesh.py)."""
+"""How far a head lies behind the one before it in a stack, over the diameter and the depth of the drawing, and how much
+narrower it is. Centrelines then stand half a diameter apart or more (tests/unit/test_stitch_mesh.py)."""
+ASIDE = 0.6  # How far legs of a moved loop stand in front of or behind those of others, over the same
 
 
 @dataclass(frozen=True)
@@ -35,16 +38,19 @@ class Stitch:
     """What a letter of a repeat stands for, in its place."""
 
     letter: str
+    moved: int  # needles to the right by which its head is moved
+    aside: float  # where its legs pass others then: 1 in front, -1 behind
     side: float  # of the stitch that is drawn through it: 1 to the front, -1 to the back
     own: float  # the side to which it is itself drawn; of tucks and floats `side`
     held: int  # rows over which its head is held, beyond the next one
-    place: int  # in the stack of heads that one stitch is drawn through: 0 for the loop, then its tucks
+    place: int = 0  # in the stack of heads that one stitch is drawn through, from its side
 
 
 def stitches_of(rows: Sequence[str]) -> list[list[Stitch]]:
     """Return the stitches of a repeat of rows of letters, the bottom row first.
 
-    Raises GeometryError where a needle never knits, so that its loops would be held for ever.
+    Raises GeometryError where a needle never knits, so that its loops would be held for ever, or where a stitch has no
+    loop to be drawn through.
 
     Examples
     --------
@@ -54,30 +60,35 @@ def stitches_of(rows: Sequence[str]) -> list[list[Stitch]]:
     if idle := idle_needle(rows):
         fact = f"pattern.stitches is {list(rows)}: needle {idle} never knits"
         raise GeometryError(f"{fact}: allowed is K or P in a row of every column")
-    count = len(rows)
+    letters = [stitches_of_row(row) for row in rows]
+    count, columns = len(rows), len(letters[0])
     every: list[list[Stitch]] = []
-    for row, letters in enumerate(rows):
-        stitches = []
-        for column, letter in enumerate(letters):
-            above = [rows[(row + up) % count][column] for up in range(1, count + 1)]
-            up = next(up for up, other in enumerate(above) if other in DRAWN)
-            side = 1.0 if above[up] == KNIT else -1.0
-            own = {KNIT: 1.0, PURL: -1.0}.get(letter, side)
-            stitches.append(Stitch(letter, side, own, up, _place(rows, row, column)))
-        every.append(stitches)
+    stacks: dict[
+        tuple[int, int], list[tuple]
+    ] = {}  # by row and column of the stitch that is drawn through them
+    for row, column in product(range(count), range(columns)):
+        letter, *marks = letters[row][column]
+        way, front = MARKS[marks[0]] if marks else (0, False)
+        needle = (column + way * len(marks)) % columns
+        up = next(up for up in range(count) if letters[(row + 1 + up) % count][needle][0] in DRAWN)
+        above = (row + 1 + up) % count, needle
+        side = 1.0 if letters[above[0]][needle][0] == KNIT else -1.0
+        own = {KNIT: 1.0, PURL: -1.0}.get(letter, side)
+        aside = (1.0 if front else -1.0) if marks else 0.0
+        if letter != FLOAT:
+            stacks.setdefault(above, []).append((-aside * side, -up, row, column))
+        every += [[]] if column == 0 else []
+        every[row].append(Stitch(letter, way * len(marks), aside, side, own, up))
+    for row, column in product(range(count), range(columns)):
+        if letters[row][column][0] in DRAWN and (row, column) not in stacks:
+            fact = f"stitch {column + 1} of row {row + 1} has no loop to be drawn through"
+            raise GeometryError(
+                f"pattern.stitches is {list(rows)}: {fact}: on an empty needle it is a tuck (T)"
+            )
+    for stack in stacks.values():
+        for place, (*_, row, column) in enumerate(sorted(stack)):
+            every[row][column] = replace(every[row][column], place=place)
     return every
-
-
-def _place(rows: Sequence[str], row: int, column: int) -> int:
-    """Return how many loops lie on the needle already when a tuck is laid there; 0 for others."""
-    place = 0
-    if rows[row][column] == TUCK:
-        for down in range(1, len(rows) + 1):
-            letter = rows[(row - down) % len(rows)][column]
-            place += letter != FLOAT
-            if letter in DRAWN:
-                break
-    return place
 
 
 def row_points(
@@ -98,6 +109,8 @@ def row_points(
         points = _float(plain, wale) if stitch.letter == FLOAT else _loop(plain, rise, diameter, stitch)
         points[:, 2] *= np.where(_is_head(points, plain), stitch.side, stitch.own)
         points[0, 2] *= 0.5 * (before.own + stitch.own) * stitch.own
+        if stitch.moved:
+            points += _lean(points, plain, wale, rise, diameter, stitch)
         parts.append(points + np.array([column * wale, 0.0, 0.0]))
         before = stitch
     return np.concatenate(parts)
@@ -106,6 +119,16 @@ def row_points(
 def _is_head(points: np.ndarray, plain: np.ndarray) -> np.ndarray:
     """Whether points (n, 3) lie above the middles of the legs."""
     return points[:, 1] > plain[len(plain) // 4, 1] + 1e-9 * np.ptp(plain[:, 1])
+
+
+def _lean(
+    points: np.ndarray, plain: np.ndarray, wale: float, rise: float, diameter: float, stitch: Stitch
+) -> np.ndarray:
+    """Return by how much the points (n, 3) of a loop are moved: its head to its needle, its legs past others."""
+    low = plain[0, 1] + rise  # sinkers of the next row: legs lean from the heads of the row below up to these
+    share = np.clip(0.5 + 0.5 * points[:, 1] / low, 0, 1)
+    out = ASIDE * diameter * stitch.aside * 4 * share * (1 - share)
+    return np.column_stack([share * stitch.moved * wale, 0 * share, out])
 
 
 def _float(plain: np.ndarray, wale: float) -> np.ndarray:
@@ -118,12 +141,14 @@ def _loop(plain: np.ndarray, rise: float, diameter: float, stitch: Stitch) -> np
     quarter = len(plain) // 4
     foot, leg, head = plain[:quarter], plain[quarter], plain[quarter + 1 : 3 * quarter]
     other_leg, other_foot = plain[3 * quarter], plain[3 * quarter + 1 :]
-    if stitch.letter == TUCK:  # no loop below it: it comes from the sinkers straight to its head
-        middle, behind = plain[2 * quarter, 0], [0, 0, BEHIND * stitch.place * diameter]
+    middle = plain[2 * quarter, 0]
+    if stitch.place:
+        behind = [0, 0, BEHIND * stitch.place * diameter]
         squeezed = np.array([1 - NARROWER * stitch.place, 1, 1])
         head, leg, other_leg = (
             (each - [middle, 0, 0]) * squeezed + [middle, 0, 0] - behind for each in (head, leg, other_leg)
         )
+    if stitch.letter == TUCK:  # no loop below it: it comes from the sinkers straight to its head
         shares = np.arange(quarter)[:, None] / quarter
         end = plain[0] + [2 * middle, 0, 0]
         foot, other_foot = plain[0] + shares * (leg - plain[0]), other_leg + shares[1:] * (end - other_leg)
@@ -139,7 +164,8 @@ def endless_cell_of_stitches(wanted: LoopTarget, loops: int, rows: int) -> Fabri
     Raises GeometryError where a needle never knits, or where no loop is drawn that long.
     """
     letters, plain = wanted.stitches, LoopTarget(wanted.course, wanted.wale, wanted.radius, wanted.clearance)
-    stitches, columns, height = stitches_of(letters), len(letters[0]), len(letters)
+    stitches = stitches_of(letters)
+    columns, height = len(stitches[0]), len(stitches)
     depth = 1 + max(each.place for row in stitches for each in row)
     points = plain.drawn(wanted.length).control_points * [1, 1, depth]
     along, up = np.array([wanted.wale, 0, 0]), np.array([0, wanted.course, 0])

@@ -13,7 +13,7 @@ from itertools import product
 import numpy as np
 
 from knitstudy.errors import GeometryError
-from knitstudy.study.problem_sections import is_held, wrong_stitches
+from knitstudy.study.problem_sections import is_plain, wrong_stitches
 
 KNIT, PURL = "K", "P"
 PLAIN = (KNIT,)
@@ -22,7 +22,7 @@ PLAIN = (KNIT,)
 def sides(stitches: Sequence[str]) -> np.ndarray:
     """Return 1 for every knit and -1 for every purl stitch: (r, k). Raises GeometryError for other letters."""
     wrong = wrong_stitches(tuple(stitches))
-    if is_held(stitches):
+    if not is_plain(stitches):
         wrong = wrong or "loops of K and P alone are alike"
     if wrong:
         raise GeometryError(f"pattern.stitches is {list(stitches)}: {wrong}")

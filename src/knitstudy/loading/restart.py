@@ -50,7 +50,7 @@ class Progress:
         label: str,  # begins every line
         streams: tuple[TextIO, ...] = (),  # by default standard error
         every: float = 5.0,  # least time between two lines [s]
-    ):
+    ) -> None:
         self.label = label
         self.streams = streams or (sys.stderr,)
         self.every = every

@@ -115,7 +115,9 @@ def _reference(degree: int) -> tuple[np.ndarray, np.ndarray]:
     return np.stack(slopes, axis=-1), np.outer(weight, weight).ravel()
 
 
-def rectangle(sides: tuple[float, float], elements: tuple[int, int], degree: int = 2):
+def rectangle(
+    sides: tuple[float, float], elements: tuple[int, int], degree: int = 2
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return nodes (N, 2) [m] of a rectangle, elements (E, a), and the numbers of the nodes by both places."""
     lines = [degree * count + 1 for count in elements]
     number = np.arange(lines[0] * lines[1]).reshape(lines)

@@ -33,7 +33,7 @@ class Grading:
     reach: float = 0.0  # distance along the yarn from a crossing up to which refinement is full. [m]
     ramp: float = 1.0  # distance over which it is then gone. [m]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not self.refinement >= 1:
             raise MeshError(f"mesh.refinement: {self.refinement} is not allowed; it must be at least 1")
 
@@ -106,7 +106,7 @@ class Spacing:
     ramp: float = 1.0  # [m]
     grading: Grading = UNIFORM  # how much finer it is at the crossings
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name, value, fits, allowed in (
             ("size", f"{self.size} m", 0 < self.size < np.inf, "positive"),
             ("growth", f"{self.growth}", 1 <= self.growth < np.inf, "at least 1"),

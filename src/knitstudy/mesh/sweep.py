@@ -146,7 +146,7 @@ class SweptMesh:
     # (S, 2) how far, and where to in the plane of d1 and d2, slices are drawn (`knitstudy.mesh.spacing`); 0 if omitted
     pull: np.ndarray | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.pull is None:
             object.__setattr__(self, "pull", np.zeros((len(self.arc_length), 2)))
 

@@ -19,6 +19,7 @@ import pandas as pd
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.study.knitout import repeat_of
+from knitstudy.study.problem_sections import size_of_repeat
 from knitstudy.study.yarns import KEYS, OF, read_yarn
 
 log = logging.getLogger(__name__)
@@ -75,7 +76,7 @@ def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
         _only(keys_of_base, KNITOUT, STITCHES, where)
         path = Path(str(keys_of_base.pop(KNITOUT)))
         repeat = _knitted_repeat(path, path.stat().st_mtime_ns if path.is_file() else 0)
-        size = {"pattern.loops": len(repeat[0]), "pattern.rows": len(repeat)}
+        size = dict(zip(("pattern.loops", "pattern.rows"), size_of_repeat(repeat), strict=True))
         keys_of_base = size | keys_of_base | {STITCHES: list(repeat)}
     mixed = len(set("".join(map(str, keys_of_base.get(STITCHES) or "")))) > 1
     if POINTS not in keys_of_base and (mixed or any(name in keys_of_base for name in DRAWS)):

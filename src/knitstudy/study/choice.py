@@ -70,6 +70,10 @@ class Requirements(Section):
     """Narrows what is taken. Checked: single ones."""
 
 
+BESIDE = {"force": "curve", "curve": "force"}
+"""Questions whose errors are said of a choice besides: accurate at full load is not accurate on the way."""
+
+
 @dataclass(frozen=True)
 class ModelSetting:
     """A model with its settings: what is promised of it for a scene, and its price."""
@@ -95,6 +99,7 @@ class Choice:
     setting: ModelSetting
     settings: tuple[ModelSetting, ...]
     basis: str
+    beside: Mapping[str, float]  # errors that the settings are promised for the question `BESIDE` [1]
 
     @property
     def scene(self) -> Scene:
@@ -167,7 +172,8 @@ def _choose(problem: Scene, ask: Requirements, drawn: Mapping, where: str) -> Ch
             measured = f"{count or 'no'} knits have been measured of {case} ({TRADE_KEPT.name})"
             more = f"a promise takes {trade.fewest} or more, which `make trade` measures"
             raise ConfigurationError(f"{where}: {measured}: {more}; {remedy}")
-    settings = promised(problem, ask.question, trade, mine or measured_rows(TRADE_KEPT), bool(mine))
+    rows, own = mine or measured_rows(TRADE_KEPT), bool(mine)
+    settings = promised(problem, ask.question, trade, rows, own)
     for name in ask.among:
         MODELS.find(name, f"{where}: ask.among")
     settings = [setting for setting in settings if not ask.among or setting.keys["fidelity"] in ask.among]
@@ -202,7 +208,8 @@ def _choose(problem: Scene, ask: Requirements, drawn: Mapping, where: str) -> Ch
         if without := len(measured_knits(measured_rows(TRADE_KEPT), case, known=False)):
             basis += f" and without {without} on which solid yarns did not end"
     setting = min(good, key=lambda setting: (setting.seconds, setting.error, setting.name))
-    return Choice(problem, ask, setting, tuple(settings), basis)
+    other = promised(problem, BESIDE.get(ask.question, ""), trade, rows, own)
+    return Choice(problem, ask, setting, tuple(settings), basis, {each.name: each.error for each in other})
 
 
 def promised(

@@ -83,7 +83,7 @@ def _reason(error: Exception, text: str) -> str:
 class _Refused(yaml.MarkedYAMLError):
     """What is YAML but means another thing than it seems to."""
 
-    def __init__(self, problem: str, node: Any):
+    def __init__(self, problem: str, node: Any) -> None:
         super().__init__(problem=problem, problem_mark=node.start_mark)
 
 

@@ -11,11 +11,13 @@ McCann 2017, "The knitout (.k) file format", textiles-lab.github.io/knitout.
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.study.problem_sections import MARKS
 
 INCH = 25.4e-3  # [m]
 BINDING = 2  # Loops of a pass that binds off, at most
@@ -33,15 +35,23 @@ def repeat_of(path: Path | str) -> tuple[str, ...]:
     Raises
     ------
     ConfigurationError
-        When the file cannot be read or knitted, with its line; when a loop is moved to another needle position; or
-        when no needle knits twice.
+        When the file cannot be read or knitted, with its line; when a moved loop passes in front of one loop and behind
+        another; or when no needle knits twice.
     """
     path = Path(path)
-    rows, parents = _knitted(path)
+    rows, parents, front = _knitted(path)
     columns = _columns(parents)
     letters = [["-"] * len(set(columns.values())) for _ in rows]
     for (row, needle), below in parents.items():
         letters[row][columns[needle]] = "T" if not below else "K" if needle[1] else "P"
+    marks = {way: mark for mark, way in MARKS.items()}
+    for (_, needle), below in parents.items():
+        for row, before in below:
+            if (way := columns[needle] - columns[before]) != 0:
+                mark = marks[1 if way > 0 else -1, (row, before) in front]
+                letters[row][columns[before]] += abs(way) * mark
+    if any(map(len, (stitch[1:] for row in letters for stitch in row))):
+        letters = letters[:-1]  # where loops of the last row would be moved is not in the file
     body = _body(letters)
     if not body:
         raise ConfigurationError(
@@ -56,8 +66,11 @@ def spacing_of(path: Path | str) -> float | None:
     return INCH / float(gauge[1]) if gauge and float(gauge[1]) > 0 else None
 
 
-def _rows(path: Path) -> list[list[Any]]:
-    """Return the loops of every pass of the carriage: those that one yarn makes in one direction."""
+def _rows(path: Path) -> tuple[list[list[Any]], Any]:
+    """Return the loops of every pass of the carriage, and which loops cross.
+
+    A pass has the loops that one yarn makes in one direction.
+    """
     try:
         from knitout_interpreter.run_knitout import run_knitout
     except ImportError as error:
@@ -68,7 +81,9 @@ def _rows(path: Path) -> list[list[Any]]:
     if not path.is_file():
         raise ConfigurationError(f"{path}: there is no such file; allowed is a knitout file")
     try:
-        program, _, _ = run_knitout(str(path))
+        with warnings.catch_warnings():  # which is how lace begins a loop
+            warnings.filterwarnings("ignore", message=r"(?s).*empty needle")
+            program, _, graph = run_knitout(str(path))
     except Exception as error:  # of the parser, of the file or of the machine
         raise ConfigurationError(_reason(path, error)) from error
     rows: list[list[Any]] = []
@@ -80,7 +95,7 @@ def _rows(path: Path) -> list[list[Any]]:
             rows.append([])
         rows[-1] += each.made_loops
         before = way, back
-    return rows
+    return rows, graph.braid_graph
 
 
 def _reason(path: Path, error: Exception) -> str:
@@ -96,36 +111,48 @@ def _needle(loop: Any) -> Needle:
     return int(loop.source_needle.position), bool(loop.source_needle.is_front)
 
 
-def _knitted(path: Path) -> tuple[list[list[Any]], dict[Place, list[Place]]]:
-    """Return the rows up to where loops are bound off, and the loops that every loop is drawn through.
+def _knitted(path: Path) -> tuple[list[list[Any]], dict[Place, list[Place]], set[Place]]:
+    """Return rows up to where loops are bound off, what loops are drawn through, and loops moved in front of others.
 
-    Raises ConfigurationError where a loop of a row is moved to another position before it is knitted.
+    Raises ConfigurationError where a loop passes in front of one and behind another.
     """
-    rows = _rows(path)
+    rows, braid = _rows(path)
     place = {loop: (row, _needle(loop)) for row, made in enumerate(rows) for loop in made}
     parents: dict[Place, list[Place]] = {}
+    front: set[Place] = set()
     for row, made in enumerate(rows):
-        below = [[place[each] for each in loop.parent_loops] for loop in made]
         moved = [
-            (needle, place[loop][1])
-            for loop, under in zip(made, below, strict=True)
-            for _, needle in under
-            if needle[0] != place[loop][1][0]
+            (loop, number, under)
+            for loop in made
+            for number, under in enumerate(loop.parent_loops)
+            if _needle(loop)[0] != _needle(under)[0]
         ]
         if moved and len(made) <= BINDING:
-            return rows[:row], parents
-        if moved:
-            fact = (
-                f"a loop of needle {_name(moved[0][0])} is knitted on {_name(moved[0][1])} in row {row + 1}"
-            )
-            raise ConfigurationError(f"{path}: {fact}: loops that move to another position are not simulated")
-        parents |= {place[loop]: under for loop, under in zip(made, below, strict=True)}
-    return rows, parents
+            return rows[:row], parents, front
+        parents |= {place[loop]: [place[under] for under in loop.parent_loops] for loop in made}
+        for loop, number, under in moved:
+            others = rows[place[under][0]]
+            passes = {braid.get_crossing(under, other).value for other in others if other is not under} - {
+                "|"
+            }
+            if len(passes) > 1:
+                fact = f"the loop of needle {_name(_needle(under))} in row {place[under][0] + 1}"
+                raise ConfigurationError(f"{path}: {fact} passes in front of one loop and behind another")
+            first = number == 0 and len(loop.parent_loops) > 1  # on the needle, away from the other bed
+            if passes == {"+"} or (not passes and first == _needle(loop)[1]):
+                front.add(place[under])
+    return rows, parents, front
 
 
 def _columns(parents: dict[Place, list[Place]]) -> dict[Needle, int]:
     """Return the column of every needle: needles of both beds at one position are one where loops went across."""
-    across = {needle[0] for (_, needle), below in parents.items() for _, other in below if other != needle}
+    across = {
+        position
+        for (_, needle), below in parents.items()
+        for _, other in below
+        if other[1] != needle[1]
+        for position in (needle[0], other[0])
+    }
     columns: dict[Any, int] = {}
     needles = {needle for _, needle in parents}
     of = {needle: needle[0] if needle[0] in across else needle for needle in needles}
@@ -138,18 +165,18 @@ def _name(needle: Needle) -> str:
     return f"{'f' if needle[1] else 'b'}{needle[0]}"
 
 
-def _body(letters: Sequence[Sequence[str]]) -> list[str]:
+def _body(letters: Sequence[Sequence[str]]) -> list[tuple[str, ...]]:
     """Return the rows that repeat themselves, or all, after those with which needles and yarns begin."""
     first = [
         next(row for row, line in enumerate(letters) if line[column] != "-")
         for column in range(len(letters[0]))
     ]
-    rows = ["".join(line) for line in letters[max(first) + 1 :]]
+    rows = [tuple(line) for line in letters[max(first) + 1 :]]
     starts = (start for start in range(len(rows) - 1) if _period(rows[start:]) <= (len(rows) - start) // 2)
     return rows[next(starts, 0) :]
 
 
-def _smallest(body: Sequence[str]) -> tuple[str, ...]:
+def _smallest(body: Sequence[Sequence[str]]) -> tuple[str, ...]:
     """Return the smallest rectangle whose copies are the body, the last of which may be cut at its upper edge."""
     count = _period(body)
     rows = body[:count]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from itertools import pairwise
 from math import ceil
@@ -17,35 +18,58 @@ Point = tuple[float, float, float]
 
 STITCHES = {"K": "knit", "P": "purl", "T": "tuck", "-": "float"}
 HELD = "T-"  # letters of stitches over which the loop below is held
+MARKS = {">": (1, True), "<": (-1, True), ")": (1, False), "(": (-1, False)}
+"""Behind a letter: the loop is moved by a needle to the right or to the left, in front of or behind those it meets."""
+
+
+def stitches_of_row(row: str) -> list[str]:
+    """Return the stitches of a row: letters, each with its marks.
+
+    Examples
+    --------
+    >>> stitches_of_row("K>K(P")
+    ['K>', 'K(', 'P']
+    """
+    return re.findall(r".[<>()]*", row)
+
+
+def size_of_repeat(stitches: Sequence[str]) -> tuple[int, int]:
+    """Return the loops and rows of a repeat."""
+    return len(stitches_of_row(stitches[0])), len(stitches)
 
 
 def wrong_stitches(stitches: tuple[str, ...]) -> str | None:
     """Return what is wrong with rows of stitches in words; None if they are a rectangle in which all needles knit."""
-    for row, letters in enumerate(stitches, 1):
-        for stitch, letter in enumerate(letters, 1):
-            if letter not in STITCHES:
+    rows = [stitches_of_row(row) for row in stitches]
+    for row, every in enumerate(rows, 1):
+        for number, stitch in enumerate(every, 1):
+            if stitch[0] not in STITCHES:
                 *some, last = (f"{each} ({meaning})" for each, meaning in STITCHES.items())
-                return f"stitch {stitch} of row {row} is {letter!r} but must be {', '.join(some)} or {last}"
-    if not stitches or not stitches[0] or len({len(letters) for letters in stitches}) > 1:
+                return f"stitch {number} of row {row} is {stitch!r} but must be {', '.join(some)} or {last}"
+            if len(set(stitch[1:])) > 1 or (stitch[0] == "-" and stitch != "-"):
+                return (
+                    f"stitch {number} of row {row} is {stitch!r}: a loop has marks of one kind, a float none"
+                )
+    if not rows or not rows[0] or len({len(every) for every in rows}) > 1:
         return 'it must be rows of letters, all of one length, the bottom row first, such as ["KP", "PK"]'
     if idle := idle_needle(stitches):
-        held = " and ".join(sorted({letters[idle - 1] for letters in stitches}))
+        held = " and ".join(sorted({every[idle - 1] for every in rows}))
         return f"stitch {idle} is {held} in all rows but must be K or P in one"
-    for row, letters in enumerate(stitches, 1):
-        if set(letters) == {"-"}:
+    for row, every in enumerate(rows, 1):
+        if set(every) == {"-"}:
             return f"row {row} floats past all needles but must have a stitch"
     return None
 
 
 def idle_needle(stitches: Sequence[str]) -> int | None:
     """Return the number, from 1, of the first column in which no stitch is K or P; None if there is none."""
-    columns = enumerate(zip(*stitches, strict=True), 1)
-    return next((number for number, letters in columns if set(letters) <= set(HELD)), None)
+    columns = enumerate(zip(*map(stitches_of_row, stitches), strict=True), 1)
+    return next((number for number, each in columns if {stitch[0] for stitch in each} <= set(HELD)), None)
 
 
-def is_held(stitches: Sequence[str]) -> bool:
-    """Whether loops of a repeat are held over tucks or floats (`geometry.stitch_mesh`)."""
-    return bool(set("".join(stitches)) & set(HELD))
+def is_plain(stitches: Sequence[str]) -> bool:
+    """Whether a repeat has knit and purl stitches alone, each on its needle; others are `geometry.stitch_mesh`."""
+    return not set("".join(stitches)) & {*HELD, *MARKS}
 
 
 Modulus = Annotated[float, Field(gt=0, le=1e20)]  # In Pa
@@ -63,7 +87,8 @@ class Pattern(Section):
     `stitches` are the rows of a repeat, the bottom row first, seen from the front: K, a knit stitch, is drawn through
     the loop below it from the back to the front; P, a purl stitch, from the front to the back. ["KP"] is a 1 x 1 rib,
     ["K", "P"] a garter, ["KP", "PK"] a seed stitch. A tuck (T) is laid on the needle beside the loop that is held, a
-    float (-) passes it: ["KP", "KT"] is a half cardigan. Where letters differ, loops are drawn. `loops` and `rows` are
+    float (-) passes it: ["KP", "KT"] is a half cardigan. Marks move loops to other needles before the next row:
+    ["K>K(", "KK"] is a 1 x 1 cable, ["K)K", "TK"] a lace. Where letters differ, loops are drawn. `loops` and `rows` are
     multiples of those of the repeat.
     """
 
@@ -92,11 +117,11 @@ class Pattern(Section):
     stitches: tuple[str, ...] = physics(
         "choice",
         allowed="a list of rows of the letters K (knit), P (purl), T (tuck) and - (float), the bottom row first, such "
-        'as ["KP", "PK"]',
+        'as ["KP", "PK"]; > or < behind a letter moves the loop by a needle, in front of others, ) or ( behind them',
         default=("K",),
     )
-    """The paper knits plain stitches. Checked: all repeats of K and P of up to 2 x 2, half cardigan, cross tuck, and
-    floats of every second needle."""
+    """The paper knits plain stitches. Checked: all repeats of K and P of up to 2 x 2, half cardigan, cross tuck,
+    floats of every second needle, a 1 x 1 cable, and lace."""
     clearance: float = physics("assumed", unit="yarn radii", ge=0, le=1)
     """Not printed; Fig. 7 shows no contact at 0.05 % strain, and symmetric contact by 0.45 %: 0.005 to 0.03. Checked:
     0.01 and 0.03: force -5 % at 1.95 % strain (docs/notes/sensitivity.md)."""

@@ -20,7 +20,7 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.study.alternative_keys import in_base_keys, without_yarn
 from knitstudy.study.keys import Section, describe, lists, tuples, validated
-from knitstudy.study.problem_sections import is_held
+from knitstudy.study.problem_sections import is_plain, size_of_repeat
 from knitstudy.study.scene_type import Kind, Labels, all_sections, labels_of, not_of_kind, unknown_key
 from knitstudy.study.yarns import OF
 
@@ -340,16 +340,13 @@ def _of_knit(scene: Scene) -> Iterator[str]:
     if pattern.course_ratio <= least:
         least = f"yarn.diameter / pattern.course_spacing, {least:.4g}"
         yield f"pattern.course_ratio is {pattern.course_ratio:g} but must exceed {least}"
-    for name, count, repeat in (
-        ("loops", pattern.loops, len(pattern.stitches[0])),
-        ("rows", pattern.rows, len(pattern.stitches)),
-    ):
-        if count % repeat:
+    for name, repeat in zip(("loops", "rows"), size_of_repeat(pattern.stitches), strict=True):
+        if (count := getattr(pattern, name)) % repeat:
             of = f"the {name} of a repeat of pattern.stitches {list(pattern.stitches)}"
             yield f"pattern.{name} is {count} but must be a multiple of {repeat}, {of}"
     mixed = len(set("".join(pattern.stitches))) > 1
-    if is_held(pattern.stitches) and (scene.specimen, scene.fidelity) != ("cell", "beam"):
-        of = f"where pattern.stitches is {list(pattern.stitches)}: tucks and floats find their shape at rest"
+    if not is_plain(pattern.stitches) and (scene.specimen, scene.fidelity) != ("cell", "beam"):
+        of = f"where pattern.stitches is {list(pattern.stitches)}: such loops find their shape at rest"
         yield f"specimen is {scene.specimen} and fidelity {scene.fidelity} but must be cell and beam {of}"
     if mixed and scene.fidelity == "rom2d":
         of = f"where pattern.stitches is {list(pattern.stitches)}: a honeycomb is that of a plain knit"

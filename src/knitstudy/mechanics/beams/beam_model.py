@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import scipy.sparse as sp
 
 from knitstudy.mechanics.assembly import Assembly
 from knitstudy.mechanics.beams import beam
@@ -134,7 +135,7 @@ class BeamModel(Memoryless):
         pull = self.springs.at_points((chord - self.apart)[self.beams :])
         return arm, chord, now, np.concatenate([beam.force(now), pull])
 
-    def _tangent(self, now: beam.Deformation, at_ends: np.ndarray, arm: np.ndarray):
+    def _tangent(self, now: beam.Deformation, at_ends: np.ndarray, arm: np.ndarray) -> sp.spmatrix:
         matrices = np.concatenate([beam.stiffness(self.elements, now), self.springs.stiffness_at_points()])
         if self.arms_turn:
             armed = self._armed

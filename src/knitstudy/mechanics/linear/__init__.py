@@ -144,7 +144,7 @@ class LU:
         return Solution(x, 0)
 
 
-def factorise(matrix: sp.spmatrix):
+def factorise(matrix: sp.spmatrix) -> spla.SuperLU:
     """Return SuperLU factors of a structurally symmetric matrix.
 
     Raises ConvergenceError if the matrix is singular.
