@@ -43,6 +43,9 @@ def _read_once(text: str, where: str) -> Any:
 def parsed(text: str, where: str) -> Any:
     """Return what a YAML text says; `where` begins the message of the ConfigurationError if that is nothing."""
     try:
+        for event in yaml.parse(text, Loader=_Loader) if "*" in text else ():
+            if isinstance(event, yaml.AliasEvent):  # may stand for what it stands in, or for thousands
+                raise _Refused(f"write the value out instead of *{event.anchor}", event)
         return yaml.load(text, Loader=_Loader)
     except _Refused as error:
         raise ConfigurationError(f"{where}, line {error.problem_mark.line + 1}: {error.problem}") from error
@@ -87,15 +90,8 @@ class _Refused(yaml.MarkedYAMLError):
         super().__init__(problem=problem, problem_mark=node.start_mark)
 
 
-class _Loader(yaml.SafeLoader):
+class _Loader(yaml.CSafeLoader):
     """SafeLoader for documents that people write."""
-
-    def compose_node(self, parent: Any, index: Any) -> Any:
-        """Refuse an alias: it may stand for what it stands in, or for thousands."""
-        if self.check_event(yaml.AliasEvent):
-            event = self.peek_event()
-            raise _Refused(f"write the value out instead of *{event.anchor}", event)
-        return super().compose_node(parent, index)
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict:
         """Read keys as the text that they are, and refuse one that is there twice."""

@@ -52,7 +52,7 @@ CHORD = 0.25
 # Friction of rough yarns: points that part lose their traction while their force fades, not all at once.
 ROUGH = 100.0
 BATCH = 8000  # pairs at once: their second derivatives take 120 MB
-MARGIN = 0.1  # further distance within which pairs are searched, over the reach: they serve until points have moved
+MARGIN = 0.1  # further distance within which pairs are searched, over that of near ones: they serve until points move
 
 
 # z of a pair, and the scalar products that all depends on, with their second derivatives
@@ -130,8 +130,8 @@ class LineContact:
         self.repulsion, self.friction = repulsion, min(friction, ROUGH)
         self.beside, self.joined = beside, joined
         self.axes = Axes.of(yarn, arc_length, weight, CHORD * repulsion.diameter, period)
-        # Pairs of the last searches for those that touch and for near ones; their reach, points and lattice then
-        self._found: dict[bool, tuple[PointPairs, float, np.ndarray, np.ndarray]] = {}
+        # Pairs of the last search; their reach, points and lattice then
+        self._found: tuple[PointPairs, float, np.ndarray, np.ndarray] | None = None
 
     def thinner(self, by: float) -> LineContact:
         """Return the contact of yarns whose diameter is smaller by a length [m]."""
@@ -142,11 +142,10 @@ class LineContact:
     def pairs(self, position: np.ndarray, vectors: np.ndarray, near: bool = False) -> PointPairs:
         """Return the pairs that touch, or those `near` each other, of points (n, 3) and lattice vectors (2, 3) [m]."""
         reach = (NEAR if near else 1.0) * self.repulsion.diameter
-        kept = self._found.get(near)
-        if kept is None or not _serves(*kept, position, vectors, reach):
-            far = (1 + MARGIN) * reach
-            kept = self._found[near] = self._search(position, vectors, far), far, position, vectors
-        pairs = kept[0]
+        if self._found is None or not _serves(*self._found, position, vectors, reach):
+            far = (1 + MARGIN) * NEAR * self.repulsion.diameter
+            self._found = self._search(position, vectors, far), far, position, vectors
+        pairs = self._found[0]
         way = position[pairs.j] + pairs.image @ vectors - position[pairs.i]
         return replace(pairs, way=way)[np.einsum("ki,ki->k", way, way) < reach**2]
 
@@ -159,24 +158,26 @@ class LineContact:
         a, b = np.meshgrid(np.arange(-most[0], most[0] + 1), np.arange(most[1] + 1), indexing="ij")
         image = np.stack([a.ravel(), b.ravel()], axis=1)
         # The others are these seen from the other point.
-        image = image[(image[:, 1] > 0) | (image[:, 0] >= 0)]
-        moved = (position + (image @ vectors)[:, None]).reshape(-1, 3)
-        near = cKDTree(position).sparse_distance_matrix(cKDTree(moved), reach, output_type="coo_matrix")
-        i, other = near.row.astype(np.int64), near.col.astype(np.int64)
-        which, j = other // n, other % n
-        a, b = image[which].T
+        image = image[(image[:, 1] > 0) | (image[:, 0] > 0)]
+        tree = cKDTree(position)
+        i, j = tree.query_pairs(reach, output_type="ndarray").T.astype(np.int64)
+        of_image = np.zeros((len(i), 2), dtype=np.int64)
+        if len(image):
+            moved = (position + (image @ vectors)[:, None]).reshape(-1, 3)
+            near = tree.sparse_distance_matrix(cKDTree(moved), reach, output_type="coo_matrix")
+            i, j = np.append(i, near.row), np.append(j, near.col % n)
+            of_image = np.concatenate([of_image, image[near.col // n]])
+        a, b = of_image.T
         apart = self.arc_length[j] - self.arc_length[i]
         if self.period is not None:
             apart = apart + a * self.period[self.yarn[j]]
-        chosen = ((a != 0) | (b != 0) | (i < j)) & (
-            (self.yarn[i] != self.yarn[j]) | (b != 0) | (np.abs(apart) > self.beside)
-        )
+        chosen = (self.yarn[i] != self.yarn[j]) | (b != 0) | (np.abs(apart) > self.beside)
         if self.joined is not None:
             chosen &= (self.joined[i] < 0) | (self.joined[i] != self.joined[j])
         key = ((i * n + j) * FAR + a + FAR // 2) * FAR + b
         order = np.flatnonzero(chosen)[np.argsort(key[chosen])]
-        i, j, which = i[order], j[order], which[order]
-        return PointPairs(i, j, image[which], moved[other[order]] - position[i], key[order])
+        i, j, of_image = i[order], j[order], of_image[order]
+        return PointPairs(i, j, of_image, position[j] + of_image @ vectors - position[i], key[order])
 
     def bends(
         self, pairs: PointPairs, along: tuple[np.ndarray, np.ndarray], second: bool = False
