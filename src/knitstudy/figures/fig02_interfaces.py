@@ -88,7 +88,7 @@ def _draw_contact(axes: Axes) -> None:
         ((-1.0, -0.3), r"$\mathbf{t}_T$", ACCENT),
         ((0.42, 1.45), "sliding of the slave", SLAVE),
         (origin + 1.1 * normal, r"$\mathbf{n}$", INK),
-        (origin + 1.02 * along, r"$\mathbf{t}_1$", INK),
+        (origin + 0.9 * along + [0.1, 0.22], r"$\mathbf{t}_1$", INK),
         (origin - [0.1, 0.36], r"$\mathbf{t}_2$", INK),
     ):
         write(axes, place, text, color=colour)

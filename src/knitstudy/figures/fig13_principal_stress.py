@@ -26,7 +26,7 @@ LARGEST = 98.0  # percentile that the darkest colour begins at: stress peaks at 
 EVEN = 0.6  # power of the stress that colours are even in: most of a knit bears little
 SPACING, AROUND, LENGTH = 0.5, 14, 1.9  # of streaks: distance along over R, number around, length over R
 WIDTH = (0.045, 0.14)  # of a streak without stress and with the largest one, over the yarn's radius
-CLOSE = (1.25, 0.95)  # width and height of the close views, over the width of a cell
+CLOSE = (1.15, 0.875)  # width and height of the close views, over the width of a cell
 STEPS = 10  # of a streak to either side of its middle
 ABOVE = 1.02  # of streaks, over the yarn's radius: clear of the facets of a tube
 

@@ -26,6 +26,7 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import SEGMENT, central, centre_cell
+from knitstudy.models.joints import contacts_of_crossings
 from knitstudy.models.network_2d import heights_by_stress, zone_places
 
 TENSION = {"course": "#0072B2", "wale": "#8E1B5A"}  # colours of the axes in course and in wale tension
@@ -63,8 +64,8 @@ def draw(geometry: xr.Dataset, contacts: xr.Dataset, **stresses: xr.Dataset) -> 
     left.add_collection(EllipseCollection(size, size, 0 * size, units="xy", **place, **look), autolim=False)
     left.scatter([], [], s=25, **look, label="contact, true area")
     scale_bar(left, 2)
-    _draw_honeycombs(right, knit, contacts, by_direction)
-    panel_letter(right, "b", "honeycombs")
+    _draw_honeycombs(right, knit, contacts_of_crossings(knit), by_direction)  # as claim M2 does
+    panel_letter(right, "b", "honeycombs through the crossings")
     shared_legend(drawing, ncols=2, labelcolor=INK)
     return drawing
 
