@@ -1,16 +1,20 @@
 """Figures and tables from outside of the package: one file each, drawn, planned and reported like all others."""
 
 import sys
+from dataclasses import replace
 
 import pytest
 import study
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES
+from knitstudy.geometry.fit import LoopTarget
+from knitstudy.geometry.stitch_mesh import endless_cell_of_stitches
 from knitstudy.registry import load_plugins
 from knitstudy.stages.displays import Displays
 from knitstudy.stages.plan import Plan
 from knitstudy.study.configuration import load_scenes
+from knitstudy.study.problem_sections import STITCHES, wrong_stitches
 from knitstudy.study.scene import Scene
 from knitstudy.study.scene_type import INTERACTIONS, SPECIMENS
 from knitstudy.tables.catalogue import TABLES
@@ -116,6 +120,33 @@ def plugin(tmp_path, monkeypatch):
             del kinds[name]
     for name in written:
         sys.modules.pop(name, None)
+
+
+LONG = """
+import numpy as np
+from knitstudy.geometry.stitch_mesh import loop
+from knitstudy.study.problem_sections import STITCHES, StitchKind
+
+
+def long(drawing, stitch):
+    return loop(drawing, stitch) * [1, 1, 1.5]
+
+
+STITCHES.register(StitchKind("D", "a deep knit", 1, draw=long))
+"""
+
+
+def test_a_stitch_is_one_file(plugin, monkeypatch):
+    """Its letter, what it means, and how it is drawn."""
+    monkeypatch.setattr(STITCHES, "_entries", dict(STITCHES.all()))
+    plugin("deep_stitch", LONG)
+    target = LoopTarget(2.2e-3, 3.3e-3, 0.22e-3, 0.0)
+    lengths = [
+        endless_cell_of_stitches(replace(target, stitches=(row,)), 2, 1).centrelines[0].length
+        for row in ("KD", "KK")
+    ]
+    assert lengths[0] > lengths[1]
+    assert "D (a deep knit)" in wrong_stitches(("KX",))
 
 
 def test_an_interaction_brings_its_keys(plugin, config, docs_script):

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -21,11 +22,7 @@ from knitstudy.errors import GeometryError
 from knitstudy.geometry.fabric import Fabric, of_curves, rows_of_repeat
 from knitstudy.geometry.fit import LoopTarget
 from knitstudy.geometry.spline import CatmullRom
-from knitstudy.geometry.stitches import KNIT, PURL
-from knitstudy.study.problem_sections import MARKS, idle_needle, stitches_of_row
-
-TUCK, FLOAT = "T", "-"
-DRAWN = KNIT + PURL
+from knitstudy.study.problem_sections import MARKS, STITCHES, idle_needle, knits, stitches_of_row
 
 BEHIND, NARROWER = 0.4, 0.1
 """How far a head lies behind the one before it in a stack, over the diameter and the depth of the drawing, and how much
@@ -63,24 +60,24 @@ def stitches_of(rows: Sequence[str]) -> list[list[Stitch]]:
     letters = [stitches_of_row(row) for row in rows]
     count, columns = len(rows), len(letters[0])
     every: list[list[Stitch]] = []
-    stacks: dict[
-        tuple[int, int], list[tuple]
-    ] = {}  # by row and column of the stitch that is drawn through them
+    # By row and column of the stitch that is drawn through them
+    stacks: dict[tuple[int, int], list[tuple]] = {}
     for row, column in product(range(count), range(columns)):
         letter, *marks = letters[row][column]
         way, front = MARKS[marks[0]] if marks else (0, False)
         needle = (column + way * len(marks)) % columns
-        up = next(up for up in range(count) if letters[(row + 1 + up) % count][needle][0] in DRAWN)
+        kind = STITCHES.find(letter)
+        up = next(up for up in range(count) if knits(letters[(row + 1 + up) % count][needle]))
         above = (row + 1 + up) % count, needle
-        side = 1.0 if letters[above[0]][needle][0] == KNIT else -1.0
-        own = {KNIT: 1.0, PURL: -1.0}.get(letter, side)
+        side = float(STITCHES.find(letters[above[0]][needle][0]).side)
+        own = float(kind.side or side)
         aside = (1.0 if front else -1.0) if marks else 0.0
-        if letter != FLOAT:
+        if kind.has_head:
             stacks.setdefault(above, []).append((-aside * side, -up, row, column))
         every += [[]] if column == 0 else []
         every[row].append(Stitch(letter, way * len(marks), aside, side, own, up))
     for row, column in product(range(count), range(columns)):
-        if letters[row][column][0] in DRAWN and (row, column) not in stacks:
+        if knits(letters[row][column]) and (row, column) not in stacks:
             fact = f"stitch {column + 1} of row {row + 1} has no loop to be drawn through"
             raise GeometryError(
                 f"pattern.stitches is {list(rows)}: {fact}: on an empty needle it is a tuck (T)"
@@ -91,70 +88,70 @@ def stitches_of(rows: Sequence[str]) -> list[list[Stitch]]:
     return every
 
 
-def row_points(
-    plain: np.ndarray, wale: float, rise: float, diameter: float, row: Sequence[Stitch]
-) -> np.ndarray:
-    """Return the control points (n, 3) of a row of stitches, from the sinker before the first one on.
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """The plain loop that stitches are drawn from, and its distances from others. [m]"""
 
-    Parameters
-    ----------
-    plain : ndarray (4 q, 3)
-        Control points of a plain loop, from sinker to sinker. [m]
-    wale, rise, diameter : float
-        Distances of loops and rows, and the diameter of the yarn times the depth of the drawing. [m]
-    row : sequence of Stitch
-    """
-    parts, before = [], row[-1]
-    for column, stitch in enumerate(row):
-        points = _float(plain, wale) if stitch.letter == FLOAT else _loop(plain, rise, diameter, stitch)
-        points[:, 2] *= np.where(_is_head(points, plain), stitch.side, stitch.own)
-        points[0, 2] *= 0.5 * (before.own + stitch.own) * stitch.own
-        if stitch.moved:
-            points += _lean(points, plain, wale, rise, diameter, stitch)
-        parts.append(points + np.array([column * wale, 0.0, 0.0]))
-        before = stitch
-    return np.concatenate(parts)
+    plain: np.ndarray  # (4 q, 3), control points from sinker to sinker
+    wale: float
+    rise: float  # from a row to the next
+    diameter: float  # of the yarn, times the depth of the drawing
 
+    def row(self, row: Sequence[Stitch]) -> np.ndarray:
+        """Return the control points (n, 3) of a row of stitches, from the sinker before the first one on."""
+        parts, before = [], row[-1]
+        for column, stitch in enumerate(row):
+            points = (STITCHES.find(stitch.letter).draw or DRAWN.get(stitch.letter, loop))(self, stitch)
+            points[:, 2] *= np.where(self._is_head(points), stitch.side, stitch.own)
+            points[0, 2] *= 0.5 * (before.own + stitch.own) * stitch.own
+            if stitch.moved:
+                points += self._lean(points, stitch)
+            parts.append(points + np.array([column * self.wale, 0.0, 0.0]))
+            before = stitch
+        return np.concatenate(parts)
 
-def _is_head(points: np.ndarray, plain: np.ndarray) -> np.ndarray:
-    """Whether points (n, 3) lie above the middles of the legs."""
-    return points[:, 1] > plain[len(plain) // 4, 1] + 1e-9 * np.ptp(plain[:, 1])
+    def _is_head(self, points: np.ndarray) -> np.ndarray:
+        """Whether points (n, 3) lie above the middles of the legs."""
+        return points[:, 1] > self.plain[len(self.plain) // 4, 1] + 1e-9 * np.ptp(self.plain[:, 1])
 
-
-def _lean(
-    points: np.ndarray, plain: np.ndarray, wale: float, rise: float, diameter: float, stitch: Stitch
-) -> np.ndarray:
-    """Return by how much the points (n, 3) of a loop are moved: its head to its needle, its legs past others."""
-    low = plain[0, 1] + rise  # sinkers of the next row: legs lean from the heads of the row below up to these
-    share = np.clip(0.5 + 0.5 * points[:, 1] / low, 0, 1)
-    out = ASIDE * diameter * stitch.aside * 4 * share * (1 - share)
-    return np.column_stack([share * stitch.moved * wale, 0 * share, out])
+    def _lean(self, points: np.ndarray, stitch: Stitch) -> np.ndarray:
+        """Return by how much the points (n, 3) of a loop are moved: its head to its needle, its legs past others."""
+        low = (
+            self.plain[0, 1] + self.rise
+        )  # sinkers of the next row; legs lean from the heads below up to these
+        share = np.clip(0.5 + 0.5 * points[:, 1] / low, 0, 1)
+        out = ASIDE * self.diameter * stitch.aside * 4 * share * (1 - share)
+        return np.column_stack([share * stitch.moved * self.wale, 0 * share, out])
 
 
-def _float(plain: np.ndarray, wale: float) -> np.ndarray:
-    """Return the points (4, 3) of a float: straight on from sinker to sinker, behind what is held."""
-    return plain[0] + np.linspace(0, wale, 4, endpoint=False)[:, None] * [1, 0, 0]
-
-
-def _loop(plain: np.ndarray, rise: float, diameter: float, stitch: Stitch) -> np.ndarray:
+def loop(drawing: Drawing, stitch: Stitch, tuck: bool = False) -> np.ndarray:
     """Return the points (n, 3) of a loop or a tuck that is drawn to the front."""
+    plain = drawing.plain
     quarter = len(plain) // 4
     foot, leg, head = plain[:quarter], plain[quarter], plain[quarter + 1 : 3 * quarter]
     other_leg, other_foot = plain[3 * quarter], plain[3 * quarter + 1 :]
     middle = plain[2 * quarter, 0]
     if stitch.place:
-        behind = [0, 0, BEHIND * stitch.place * diameter]
+        behind = [0, 0, BEHIND * stitch.place * drawing.diameter]
         squeezed = np.array([1 - NARROWER * stitch.place, 1, 1])
         head, leg, other_leg = (
             (each - [middle, 0, 0]) * squeezed + [middle, 0, 0] - behind for each in (head, leg, other_leg)
         )
-    if stitch.letter == TUCK:  # no loop below it: it comes from the sinkers straight to its head
+    if tuck:  # no loop below it: it comes from the sinkers straight to its head
         shares = np.arange(quarter)[:, None] / quarter
         end = plain[0] + [2 * middle, 0, 0]
         foot, other_foot = plain[0] + shares * (leg - plain[0]), other_leg + shares[1:] * (end - other_leg)
-    up = np.array([0.0, stitch.held * rise, 0.0])
+    up = np.array([0.0, stitch.held * drawing.rise, 0.0])
     steps = np.linspace(0, 1, 2 * stitch.held + 1)[:, None]
     return np.concatenate([foot, leg + steps * up, head + up, other_leg + steps[::-1] * up, other_foot])
+
+
+def straight(drawing: Drawing, stitch: Stitch) -> np.ndarray:
+    """Return the points (4, 3) of a float: straight on from sinker to sinker, behind what is held."""
+    return drawing.plain[0] + np.linspace(0, drawing.wale, 4, endpoint=False)[:, None] * [1, 0, 0]
+
+
+DRAWN = {"T": partial(loop, tuck=True), "-": straight}
 
 
 def endless_cell_of_stitches(wanted: LoopTarget, loops: int, rows: int) -> Fabric:
@@ -169,10 +166,10 @@ def endless_cell_of_stitches(wanted: LoopTarget, loops: int, rows: int) -> Fabri
     depth = 1 + max(each.place for row in stitches for each in row)
     points = plain.drawn(wanted.length).control_points * [1, 1, depth]
     along, up = np.array([wanted.wale, 0, 0]), np.array([0, wanted.course, 0])
-    drawn = [
-        row_points(points, wanted.wale, wanted.course, 2 * depth * wanted.radius, row) for row in stitches
+    drawing = Drawing(points, wanted.wale, wanted.course, 2 * depth * wanted.radius)
+    curves = [
+        CatmullRom(drawing.row(row) + number * up, columns * along) for number, row in enumerate(stitches)
     ]
-    curves = [CatmullRom(row + number * up, columns * along) for number, row in enumerate(drawn)]
     lines, copy_of, shift = rows_of_repeat(curves, up, rows, loops // columns)
     return of_curves(
         lines,

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil
 from typing import Annotated, Any, ClassVar, Literal
@@ -12,12 +13,35 @@ from pydantic import Field, field_validator, model_validator
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.materials import MATERIALS, material_of
+from knitstudy.registry import Registry, meanings
 from knitstudy.study.keys import Count, Length, OneOf, Positive, Section, output, physics
 
 Point = tuple[float, float, float]
 
-STITCHES = {"K": "knit", "P": "purl", "T": "tuck", "-": "float"}
-HELD = "T-"  # letters of stitches over which the loop below is held
+
+@dataclass(frozen=True)
+class StitchKind:
+    """What a letter of a repeat stands for; `geometry.stitch_mesh` draws K, P, T and -."""
+
+    name: str  # the letter
+    meaning: str
+    # The loop below is drawn to the front (1) or to the back (-1); 0: that loop is held, and this one laid beside it.
+    side: int
+    has_head: bool = True  # or nothing is laid on the needle
+    # Points (n, 3) of one drawn to the front, of a `Drawing` and a `Stitch`, instead of those of a loop or a tuck [m]
+    draw: Callable[[Any, Any], Any] | None = None
+
+
+STITCHES: Registry[StitchKind] = Registry("stitch")
+for _kind in (
+    StitchKind("K", "knit", 1),
+    StitchKind("P", "purl", -1),
+    StitchKind("T", "tuck", 0),
+    StitchKind("-", "float", 0, has_head=False),
+):
+    STITCHES.register(_kind)
+
+PLAIN = "KP"  # stitches whose loops are alike
 MARKS = {">": (1, True), "<": (-1, True), ")": (1, False), "(": (-1, False)}
 """Behind a letter: the loop is moved by a needle to the right or to the left, in front of or behind those it meets."""
 
@@ -43,10 +67,9 @@ def wrong_stitches(stitches: tuple[str, ...]) -> str | None:
     rows = [stitches_of_row(row) for row in stitches]
     for row, every in enumerate(rows, 1):
         for number, stitch in enumerate(every, 1):
-            if stitch[0] not in STITCHES:
-                *some, last = (f"{each} ({meaning})" for each, meaning in STITCHES.items())
-                return f"stitch {number} of row {row} is {stitch!r} but must be {', '.join(some)} or {last}"
-            if len(set(stitch[1:])) > 1 or (stitch[0] == "-" and stitch != "-"):
+            if stitch[0] not in STITCHES.names():
+                return f"stitch {number} of row {row} is {stitch!r} but must be {meanings(STITCHES.all())}"
+            if len(set(stitch[1:])) > STITCHES.find(stitch[0]).has_head:
                 return (
                     f"stitch {number} of row {row} is {stitch!r}: a loop has marks of one kind, a float none"
                 )
@@ -64,12 +87,17 @@ def wrong_stitches(stitches: tuple[str, ...]) -> str | None:
 def idle_needle(stitches: Sequence[str]) -> int | None:
     """Return the number, from 1, of the first column in which no stitch is K or P; None if there is none."""
     columns = enumerate(zip(*map(stitches_of_row, stitches), strict=True), 1)
-    return next((number for number, each in columns if {stitch[0] for stitch in each} <= set(HELD)), None)
+    return next((number for number, each in columns if not any(map(knits, each))), None)
+
+
+def knits(stitch: str) -> bool:
+    """Whether a stitch, a letter with its marks, is drawn through the loop below."""
+    return STITCHES.find(stitch[0]).side != 0
 
 
 def is_plain(stitches: Sequence[str]) -> bool:
     """Whether a repeat has knit and purl stitches alone, each on its needle; others are `geometry.stitch_mesh`."""
-    return not set("".join(stitches)) & {*HELD, *MARKS}
+    return set("".join(stitches)) <= set(PLAIN)
 
 
 Modulus = Annotated[float, Field(gt=0, le=1e20)]  # In Pa
