@@ -27,6 +27,9 @@ BYTES_AN_UNKNOWN = {
 of 3 x 3 to 30 x 30."""
 
 FOLLOWED = 300e6  # Bytes of pairs of points that polynomials in contact follow, whatever the size of the knit
+LARGE, BYTES_OF_LARGE = 60e3, 9.5e3
+"""Unknowns of the largest knits that the most was measured on, and bytes that polynomials in contact take beyond them:
+8.3 kB an unknown from 10 x 10 to 30 x 30 cells."""
 
 SECONDS_AN_UNKNOWN = {
     "one_point": {False: 0.22e-3, True: 1.1e-3},
@@ -57,8 +60,11 @@ def expected_memory(scene: Scene) -> int:
     if not scene.kind.fidelity.solid:
         return scene.kind.fidelity.memory
     element, touches = _element(scene), scene.kind.interaction.touches
-    growth = unknowns(scene) * BYTES_AN_UNKNOWN[element][touches]
-    return round((PROCESS + growth + FOLLOWED * (touches and element is None)) / MEGABYTE)
+    each, count = BYTES_AN_UNKNOWN[element][touches], unknowns(scene)
+    growth = count * each
+    if touches and element is None:
+        growth = FOLLOWED + min(count, LARGE) * each + max(count - LARGE, 0.0) * BYTES_OF_LARGE
+    return round((PROCESS + growth) / MEGABYTE)
 
 
 def expected_seconds(scene: Scene) -> float:
