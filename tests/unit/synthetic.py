@@ -29,6 +29,7 @@ def history(strain=(0.0, 0.025, 0.05), force=(0.0, 5.0, 10.0), lift=0.0, yarns=2
             "displacement": ("increment", 0.01 * strain),
             "force": ("increment", np.array(force, dtype=float)),
             "newton_iterations": ("increment", np.full(len(strain), 3)),
+            "krylov_iterations": ("increment", np.full(len(strain), 9)),
             "yarn": ("station", yarn),
             "arc_length": ("station", arc_length),
             "centreline": (("station", "xyz"), position),

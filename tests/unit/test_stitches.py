@@ -125,7 +125,10 @@ def test_cells_and_pieces_have_the_yarn_of_their_repeats(stitches):
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"pattern.stitches": ["K", "F"]}, "stitch 1 of row 2 is 'F' but must be - .float., K .knit., P .purl. or T"),
+        (
+            {"pattern.stitches": ["K", "F"]},
+            "stitch 1 of row 2 is 'F' but must be - .float., K .knit., P .purl. or T",
+        ),
         ({"pattern.stitches": ["KT"]}, "stitch 2 is T in all rows but must be K or P in one"),
         ({"pattern.stitches": ["K", "-"]}, "row 2 floats past all needles"),
         ({"pattern.stitches": ["KP", "K"]}, "all of one length"),

@@ -25,10 +25,11 @@ def memory_growth(history: xr.Dataset) -> float:
 
 
 def effort(history: xr.Dataset) -> dict[str, float]:
-    """Return increments, Newton iterations and wall-clock time of a simulation, by column."""
+    """Return increments, Newton and Krylov iterations and wall-clock time of a simulation, by column."""
     return {
         "increments [1]": history.sizes["increment"] - 1,
         "Newton iterations [1]": int(history["newton_iterations"].sum()),
+        "Krylov iterations [1]": int(history["krylov_iterations"].sum()),
         "time [s]": history.attrs.get("wall_seconds", nan),
     }
 

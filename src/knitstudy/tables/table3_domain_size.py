@@ -41,7 +41,8 @@ def tabulate(domain: Datasets, scenes: Scenes) -> pd.DataFrame:
                 "time of a Newton iteration [s]": seconds[place],
                 "time of a path [s]": work["time [s]"],
             }
-            rows.append(row | {name: work[name] for name in ("Newton iterations [1]", "increments [1]")})
+            counts = "Newton iterations [1]", "Krylov iterations [1]", "increments [1]"
+            rows.append(row | {name: work[name] for name in counts})
     return pd.DataFrame(rows)
 
 
