@@ -63,6 +63,7 @@ test: environment  ## pass all tests, in two processes
 .PHONY: verify
 verify: environment  ## verify at full resolution, and start every scene; resources/verification.csv
 	@$(BIN)/python -m pytest tests/verification --full --cases --table resources/verification.csv
+	@$(BIN)/python -m pytest tests/unit -m full --full
 	@OMP_NUM_THREADS=1 $(BIN)/python -m pytest tests/verification/test_first_increments.py --full --numprocesses 2
 
 .PHONY: bench

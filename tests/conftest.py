@@ -20,6 +20,15 @@ def pytest_addoption(parser):
     group.addoption("--table", metavar="FILE", help="write the table of verification cases")
 
 
+def pytest_configure(config):
+    config.addinivalue_line("markers", "full: takes long; runs with --full (`make verify`)")
+
+
+def pytest_runtest_setup(item):
+    if item.get_closest_marker("full") and not item.config.getoption("--full"):
+        pytest.skip("takes --full")
+
+
 def pytest_collection_modifyitems(items):
     """Begin with the study that tests of the workflow look at; what waits for it comes last, other long tests first."""
     waiting = {item.path for item in items if {"finished", "finished_copy"} & set(item.fixturenames)}

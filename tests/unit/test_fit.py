@@ -72,7 +72,7 @@ def test_loop_has_the_length_that_is_asked_for(settings):
     assert_fits(loop, wanted)
 
 
-@pytest.mark.parametrize("diameter", [0.2e-3, 0.25e-3])
+@pytest.mark.parametrize("diameter", [pytest.param(0.2e-3, marks=pytest.mark.full), 0.25e-3])
 def test_length_that_does_not_fit_is_refused_with_one_that_does(settings, diameter):
     """How long the named one is depends on rounding: 5.1 to 6.3 mm of the thinner yarn."""
     with pytest.raises(InfeasibleLoop, match=r"loop_length 8 mm: yarns of .* touch") as refused:

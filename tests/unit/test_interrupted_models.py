@@ -11,6 +11,9 @@ from knitstudy.loading.restart import Run
 from knitstudy.models.simulate import solve
 from knitstudy.study.configuration import load_scene
 
+PAIR = {"fidelity": "spline_yarns", "pair.support": "ends", "pair.length": 3.7e-3}
+PAIR |= {"load.path": [[0, 0, -4e-5], [5e-5, 0, -4e-5]]}
+
 
 @pytest.fixture(scope="module")
 def run(plain_scene, touching_cell, knit, contacts, knit_of):
@@ -27,7 +30,8 @@ def run(plain_scene, touching_cell, knit, contacts, knit_of):
         if model in models:
             scene, fabric, data = models[model]
         else:
-            scene, data = load_scene(model).vary({"solver.increments": 6}), {}
+            changes = {"solver.increments": 6} | (PAIR if model.startswith("pair") else {})
+            scene, data = load_scene(model).vary(changes), {}
             fabric = fabric_of(lay_out(scene))
         return solve(scene, fabric, run=Run(**files), **data)
 
@@ -40,7 +44,7 @@ def interrupted(run, restart, after):
 
     def report(done, note):
         seen.append(done)
-        assert note.startswith("strain ")
+        assert note.startswith(("strain ", "leg "))
         if done >= after:
             raise KeyboardInterrupt
 
@@ -49,13 +53,12 @@ def interrupted(run, restart, after):
     return seen
 
 
-YARNS = (
-    "extreme-yarns-tie",
-    "extreme-yarns-slide",
-)  # the latter with increments that are halved for the ledger
+LONG = pytest.param("extreme-yarns-slide", marks=pytest.mark.full)  # increments are halved for the ledger
 
 
-@pytest.mark.parametrize("model", ["reduced", "planar", "touching", *YARNS])
+@pytest.mark.parametrize(
+    "model", ["reduced", "planar", "touching", "pair-slid-30", "extreme-yarns-tie", LONG]
+)
 def test_an_interrupted_run_goes_on(model, run, tmp_path):
     run, restart = partial(run, model), tmp_path / "a.npz"
     whole = run()

@@ -73,7 +73,15 @@ def test_repeats_of_two_by_two_are_five_knits():
     }
 
 
-@pytest.mark.parametrize("stitches", SMALL, ids="/".join)
+LONG = {
+    ("KK", "KP"): pytest.mark.full
+}  # half a minute; the other repeats have rib and plain neighbours as well
+
+
+@pytest.mark.parametrize(
+    "stitches",
+    [pytest.param(each, marks=LONG.get(each, ()), id="/".join(each)) for each in SMALL],
+)
 def test_every_loop_is_held_by_the_one_above_and_yarns_have_room(stitches):
     loop = fitted(stitches)
     found, side = loop_metrics(loop), sides(stitches)

@@ -195,7 +195,7 @@ SOLIDS = [
     ("rib", "course", 0.0, (41.14, 43.65), 6, 0.05),
     ("garter", "course", 0.0, (94.43, 84.42), 6, 0.04),
     ("garter", "wale", 0.3, (71.00, 156.63), 3, 0.06),
-    ("seed", "course", 0.3, (133.23, 92.65), 3, 0.07),
+    pytest.param("seed", "course", 0.3, (133.23, 92.65), 3, 0.07, marks=pytest.mark.full),
 ]
 
 

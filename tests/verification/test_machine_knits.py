@@ -32,6 +32,7 @@ def test_a_rib_of_a_file_is_the_rib_of_letters():
     assert of_file.attrs["wale_spacing"] == pytest.approx(of_letters.attrs["wale_spacing"], rel=1e-6)
 
 
+@pytest.mark.full
 def test_a_half_cardigan_is_wider_and_softer_than_its_rib():
     """Tucks push wales apart and hold loops long: the textbooks' fact (Spencer 2001, Knitting Technology, ch. 18)."""
     rib, tucked = (
