@@ -29,7 +29,7 @@ from knitstudy.files import read_table, write_table, write_text
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.measures.questions import QUESTIONS
 from knitstudy.stages.trade import code_of, collect, run
-from knitstudy.study.choice import ERROR, MEMORY, SECONDS, TRADE_KEPT
+from knitstudy.study.choice import ERROR, MEMORY, SECONDS, TRADE_KEPT, applies
 from knitstudy.study.configuration import drawn_defaults
 from knitstudy.study.sample import TIED, Case, Inputs, Trade, load_trade
 from knitstudy.study.scene import digest
@@ -87,6 +87,8 @@ def measure_sample(first: int, folder: Path = SAMPLE, anew: bool = False) -> pd.
             problem = problems[knit, case] = trade.scene(case, inputs, defaults, f"{knit}-{case}")
             records[knit, case] = []
             for setting, keys in trade.settings_of(case, number).items():
+                if not applies(problem, keys):
+                    continue
                 code = code_of(problem, keys)
                 path = folder / f"{problem.name}-{setting}-{digest([asdict(inputs), keys])[:8]}.json"
                 if anew or not path.is_file():

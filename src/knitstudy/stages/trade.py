@@ -29,7 +29,7 @@ from knitstudy.stages.code import MODEL, code_digest
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.script import end_with_parent
 from knitstudy.stages.simulate import simulate
-from knitstudy.study.choice import COLUMNS, ERROR, MEMORY, OWN, SECONDS
+from knitstudy.study.choice import COLUMNS, ERROR, MEMORY, OWN, SECONDS, applies
 from knitstudy.study.sample import Case, Inputs, Trade, load_trade, same_knit
 from knitstudy.study.scene import Scene, digest
 
@@ -43,11 +43,7 @@ Record = dict[str, Any]
 
 def code_of(problem: Scene, keys: Mapping) -> str:
     """Return the digest of the code, and of all keys, behind a run."""
-    try:
-        scene = problem.vary(keys)
-    except ConfigurationError:
-        return ""
-    return digest([code_digest("measures", *MODEL), scene.hash])
+    return digest([code_digest("measures", *MODEL), problem.vary(keys).hash])
 
 
 def run(problem: Scene, setting: str, keys: Mapping, limit: float, folder: Path, say: bool = False) -> Record:
@@ -172,11 +168,13 @@ def collect(
     rows = []
     for case in trade.cases():
         measured = {knit: of for (knit, each), of in records.items() if each == case}
+        settings = trade.settings_of(case)
         runs = {knit: {each["model setting"]: each["values"] for each in of} for knit, of in measured.items()}
         for knit, true in reference_values(runs, case, trade).items():
             scene = problems[knit, case]
             about = {"knit": knit, "problem": same_knit(scene)} | asdict(Inputs.of(scene))
-            rows += rows_of(measured[knit], case, about, trade, true)
+            of = [each for each in measured[knit] if applies(scene, settings[each["model setting"]])]
+            rows += rows_of(of, case, about, trade, true)
     return pd.DataFrame(rows, columns=COLUMNS)
 
 

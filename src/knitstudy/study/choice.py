@@ -212,6 +212,15 @@ def _choose(problem: Scene, ask: Requirements, drawn: Mapping, where: str) -> Ch
     return Choice(problem, ask, setting, tuple(settings), basis, {each.name: each.error for each in other})
 
 
+def applies(problem: Scene, keys: Mapping[str, Any]) -> bool:
+    """Return whether a model setting takes a problem at all: beams in endless cells always slip, for example."""
+    try:
+        problem.vary(keys)
+    except ConfigurationError:
+        return False
+    return True
+
+
 def promised(
     problem: Scene, question: str, trade: Trade, rows: Iterable[Mapping], own: bool = False
 ) -> list[ModelSetting]:
@@ -228,7 +237,7 @@ def promised(
         if own and ended:
             error, seconds, memory = (ended[-1][column] for column in (ERROR, SECONDS, MEMORY))
             settings.append(ModelSetting(name, keys, error, seconds, seconds, memory))
-        if own or not ended:
+        if own or not ended or not applies(problem, keys):
             continue
         error = law_of(_regressors(of), [row[ERROR] for row in of], quantile).most(here)
         if isfinite(error):
