@@ -14,7 +14,7 @@ from trade import FOUND, measure_sample, sampled
 from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError
 from knitstudy.measures.questions import QUESTIONS, answers
 from knitstudy.stages.trade import reference_values, rows_of, run
-from knitstudy.study.choice import ERROR
+from knitstudy.study.choice import ERROR, applies
 from knitstudy.study.configuration import drawn_defaults
 from knitstudy.study.promises import Quantile, law_of
 from knitstudy.study.sample import Case, Inputs, endless, load_trade, same_knit
@@ -126,10 +126,20 @@ def test_a_knit_is_its_inputs_at_any_scale(trade):
 
 def test_cells_of_beams_say_nothing_of_crossings(trade):
     """Their histories have no crossings; the other questions are answered."""
-    cell, inputs = Case("cell", "touching"), next(trade.points())
+    cell, inputs = Case("cell", "touching"), replace(next(trade.points()), friction=0.3)
     scene = trade.scene(cell, inputs, drawn_defaults()).vary(trade.settings_of(cell)["beams"])
     history = xr.Dataset({"strain": ("increment", [0.0, inputs.strain])})
     assert answers(QUESTIONS["contact"], scene, history, None, inputs.strain) == {}
+
+
+def test_beams_do_not_take_a_cell_whose_yarns_cannot_slip(trade):
+    cell, beams = Case("cell", "touching"), trade.settings_of(Case("cell", "touching"))["beams"]
+    point = next(trade.points())
+    taken = [
+        applies(trade.scene(cell, replace(point, friction=each), drawn_defaults()), beams)
+        for each in (0.3, np.inf)
+    ]
+    assert taken == [True, False]
 
 
 def values(records):

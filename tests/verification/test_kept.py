@@ -4,6 +4,8 @@ A table is older than the physics as soon as a byte of it changes, and only rows
 matters. Tables of studies take hours (`make kept`); each check here takes seconds, predictions of fabrics two minutes.
 """
 
+from pathlib import Path
+
 import extremes
 import loops
 import pandas as pd
@@ -15,8 +17,11 @@ from knitstudy.measures.fabrics import FORCES, Pulled, strip_of
 from knitstudy.measures.response import FORCE, at_strain
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.simulate import simulate
-from knitstudy.study.configuration import CONFIG, load_scene
+from knitstudy.stages.trade import run
+from knitstudy.study.choice import TRADE_KEPT
+from knitstudy.study.configuration import CONFIG, drawn_defaults, load_scene
 from knitstudy.study.documents import RESOURCES
+from knitstudy.study.sample import Inputs, load_trade
 
 SAME = 1e-6
 """Relative: solves end at corrections of 1e-8 of a yarn's radius; two orders are left for the force that follows."""
@@ -59,8 +64,24 @@ def extreme():
             yield table.loc[trial.name, "force [N]"], float(abs(history["force"]).max())
 
 
+def trade():
+    """Force of coarse yarns in the first tied cell of the sample."""
+    table, trade = pd.read_csv(TRADE_KEPT), load_trade()
+    of = (
+        (table["case"] == "cell-tied")
+        & (table["model setting"] == "yarns-coarse")
+        & (table["question"] == "force")
+    )
+    row = table[of].iloc[0]
+    case = next(each for each in trade.cases() if str(each) == row["case"])
+    problem = trade.scene(case, Inputs.of_row(row), drawn_defaults(), row["knit"])
+    record = run(problem, "yarns-coarse", trade.settings_of(case)["yarns-coarse"], trade.limit, Path("run"))
+    yield row["value [SI]"], record["values"][row["quantity"]]
+
+
 CHECKS = {
     "loops": loop_map,
+    "trade": trade,
     "extremes": extreme,
     "reference": reference,
     "verdicts": verdicts,
@@ -92,7 +113,9 @@ def test_predictions_are_made_again(full):
     assert strip.strain == pytest.approx(kept["strain"].to_numpy(), abs=ROUNDED)
 
 
-@pytest.mark.parametrize("table", [*(file for file, _ in TARGETS.values()), "reference/reference_values.csv"])
+@pytest.mark.parametrize(
+    "table", [*(file for file, _ in TARGETS.values()), "reference/reference_values.csv", "promises.csv"]
+)
 def test_every_kept_table_says_what_made_it(table):
     """Digest of the physics, commit, day and command."""
     kept = pd.read_csv(RESOURCES / table)

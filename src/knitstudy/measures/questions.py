@@ -45,7 +45,9 @@ _SOLIDS = ("hexahedra", "spline_yarns")
 _ALL = (*_SOLIDS, "rom2d", "rom3d", "beam")
 
 SHARES = tuple(round(0.1 * tenth, 1) for tenth in range(1, 11))
-"""Shares of the strain at which a curve is compared: from a tenth of the load on."""
+"""Shares of the strain at which a curve is compared."""
+
+BEGINS = 0.1  # of the force at full load: below it a curve is not compared, slack yarns carry next to nothing
 
 
 def curve_force(share: float) -> str:
@@ -100,7 +102,7 @@ def answers(
 
 
 def known(reference: Reference, quantity: str, strain: float) -> Estimate:
-    """Return the reference value of a quantity, unknown where there is none or it is zero.
+    """Return the reference value of a quantity, unknown where there is none, or it is zero, or a curve's first part.
 
     The mean force of a crossing follows from the means of its normal and tangential part: the four crossings of a cell
     are alike within 0.3 % in direct simulations with ties and friction.
@@ -114,7 +116,8 @@ def known(reference: Reference, quantity: str, strain: float) -> Estimate:
             return UNKNOWN
         return Estimate(value, hypot(*(part.uncertainty * part.value / value for part in parts)))
     estimate = reference.at(SLIP if quantity == BEAM_SLIP else quantity, strain)
-    return estimate if estimate.known and estimate.value > 0 else UNKNOWN
+    least = BEGINS * reference.at(FORCE, strain).value if quantity in CURVE[:-1] else 0.0
+    return estimate if estimate.known and estimate.value > least else UNKNOWN
 
 
 def _pressure(history: xr.Dataset, contacts: xr.Dataset) -> np.ndarray:

@@ -158,6 +158,7 @@ MODELS.register(
         meaning="beams in contact",
         label="beams",
         specimens=("knit", "cut_knit", "cell"),
+        slips=("cell",),
         sections={
             "yarn": BeamYarn,
             "mesh": BeamMesh,

@@ -223,11 +223,6 @@ def _model(
     drawn_for: float | None = None,  # diameter with which a way to rest begins [m]
 ) -> EndlessBeams:
     """Return the beams of the rows and their contact."""
-    if not np.isfinite(friction):
-        raise ConfigurationError(
-            f"scene {scene.name}: interaction is {scene.interaction} but must be isotropic where specimen is cell and "
-            "fidelity beam: at large strains yarns slip"
-        )
     yarn = scene.yarn
     natural = (yarn.set - 1.0) * rows.curvature if yarn.set != 1 else 0.0
     section = section_of(yarn, scene.mesh.section_law, rows.curvature)

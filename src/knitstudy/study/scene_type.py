@@ -85,6 +85,7 @@ class Model:
     touching: Sections = field(default_factory=dict)  # those of scenes whose yarns are in contact besides
     # Those of scenes whose yarns are all tied besides; None where it cannot model these
     tied: Sections | None = field(default_factory=dict)
+    slips: tuple[str, ...] = ()  # specimens of it whose yarns have to slip: none that are `ROUGH`
     solid: bool = False  # whether all yarns are solids
     sources: tuple[str, ...] = ()  # dotted keys that name direct simulations which it takes something from
     outputs: tuple[str, ...] = ("vtu",)  # what a scene may ask to be written besides
@@ -108,6 +109,8 @@ def _by_name(*kinds: Any) -> dict[str, Any]:
 _KNIT = {"pattern": Pattern, "geometry": Geometry}
 _KNIT_GEOMETRY = ("pattern", "geometry", "yarn.diameter")
 
+ROUGH = "rough"
+
 SPECIMENS = _by_name(
     Specimen("knit", "rows of loops", {**_KNIT, "load": KnitTension}, _KNIT_GEOMETRY),
     Specimen("cut_knit", "cells cut out of a knit", {**_KNIT, "load": KnitTension}, _KNIT_GEOMETRY),
@@ -130,7 +133,7 @@ SPECIMENS = _by_name(
 
 INTERACTIONS = _by_name(
     Interaction("tie", "no motion where yarns cross", friction=None),
-    Interaction("rough", "contact without slip", friction=lambda contact: math.inf),
+    Interaction(ROUGH, "contact without slip", friction=lambda contact: math.inf),
     Interaction(
         "isotropic",
         "contact with Coulomb friction",
@@ -209,6 +212,11 @@ class Kind:
             raise ConfigurationError(
                 f"{where}: interaction is {interaction.name!r} but must be {wanted}: {why}"
             )
+        if specimen.name in fidelity.slips and interaction.name == ROUGH:
+            of = (
+                f"where specimen is {specimen.name} and fidelity {fidelity.name}: at large strains yarns slip"
+            )
+            raise ConfigurationError(f"{where}: interaction is {ROUGH!r} but must be isotropic {of}")
         kind = cls(specimen, interaction, fidelity)
         if not set(labels.outputs) <= set(kind.outputs):
             allowed = f"a list out of [{', '.join(kind.outputs)}]" if kind.outputs else "[]"
@@ -247,6 +255,7 @@ def all_kinds() -> list[Kind]:
         for interaction in INTERACTIONS.values()
         if interaction.touches or fidelity.tied is not None
         for specimen in fidelity.specimens
+        if specimen not in fidelity.slips or interaction.name != ROUGH
     ]
 
 
