@@ -147,7 +147,7 @@ def draw(table: pd.DataFrame, bounds: pd.DataFrame) -> Figure:
         for column, question in enumerate(QUESTIONS.values()):
             if table.query(f"case == {case!r} and question == {question.name!r}").empty:
                 continue
-            axes = place(page, 0.11 + 0.225 * column, FOOT + number * (HIGH + GAP), 0.205, HIGH)
+            axes = place(page, 0.115 + 0.178 * column, FOOT + number * (HIGH + GAP), 0.155, HIGH)
             axes.tick_params(labelleft=column == 0, labelbottom=number == 0)
             axes.set(xscale="log", yscale="log", xlim=(0.03, 2000), ylim=ENDS)
             for setting, colour in zip(settings, COLOURS, strict=False):
@@ -160,7 +160,7 @@ def draw(table: pd.DataFrame, bounds: pd.DataFrame) -> Figure:
                 axes.scatter(seconds, errors, color=colour, **of_knits)
                 of_setting = {"s": 26, "marker": "D", "edgecolors": "white", "linewidths": 0.6, "zorder": 3}
                 axes.scatter(bound[SECONDS], bound[ERROR], color=colour, label=setting, **of_setting)
-            axes.set_title(question.words if number == len(cases) - 1 else "", fontsize=8)
+            axes.set_title(question.name.replace("_", " ") if number == len(cases) - 1 else "", fontsize=8)
             axes.set_ylabel("" if column else f"{case.replace('-', ' ')}\nerror [1]")
             axes.set_xlabel("" if number else "processor time [s]")
     shared_legend(page, ncols=5)
