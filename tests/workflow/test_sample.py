@@ -1,5 +1,7 @@
 """What accuracy costs, from the box to a promise: two tiny knits by two coarse models, and one of one's own."""
 
+import re
+
 import yaml
 
 from knitstudy.files import read_table
@@ -46,7 +48,8 @@ def test_from_a_sample_to_a_promise(fresh):
     assert "2 of 2 knits, " in ended.stdout
     assert ", 0 runs failed" in ended.stdout
     promised = plan()
-    assert "take yarns2: error at most" in promised.stdout, promised.stderr
+    # Which of both is cheaper hangs on the clock.
+    assert re.search(r"take yarns[23]: error at most", promised.stdout), promised.stderr
     assert "on 50 % of the knits in the box of config/trade.yaml, at 50 % confidence" in promised.stdout
 
     beyond = ("--set", "yarn.poisson_ratio=0.47")
