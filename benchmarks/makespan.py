@@ -20,10 +20,8 @@ from knitstudy.study.choice import SECONDS, TRADE_KEPT
 
 LOCAL = 4.0  # Seconds of geometry and mesh, and again of contacts, with the start of their jobs
 START, SEEN = 3.0, 40.0  # Seconds until a job computes, and until Snakemake sees its end
-NODES, CORES = (
-    (1, 3, 10, 30, 100, 300, 1000),
-    (2, 8, 32),
-)  # of the cluster, and of the head node (`--local-cores`)
+NODES = 1, 3, 10, 30, 100, 300, 1000
+CORES = 2, 8, 32  # of the head node, `--local-cores`
 SEED = 47
 
 

@@ -65,6 +65,12 @@ def judged(rows: tuple[dict, ...], basis: int | None) -> pd.DataFrame:
     return pd.DataFrame(table, columns=COLUMNS)
 
 
+def shares(of: pd.DataFrame) -> tuple[float, float]:
+    """Return the share of promises that held, and of these the share that cost at most `DEAR` times the least."""
+    held = of[of["held"].astype(bool)]
+    return len(held) / len(of), float((held[SECONDS] <= DEAR * held[CHEAPEST]).mean())
+
+
 def main() -> int:
     """Judge, print and keep."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -80,13 +86,11 @@ def main() -> int:
         f"{len(made)} of {len(table)} questions were promised an answer, of {made['scene'].nunique()} scenes"
     )
     for question, of in [("all questions", made), *made.groupby("question", sort=False)]:
-        kept = of["held"].astype(bool)
-        cheap = (of.loc[kept, SECONDS] <= DEAR * of.loc[kept, CHEAPEST]).mean()
-        print(f"{question}: {kept.mean():.1%} of the promises held (bar {HOLD:.0%})", end=", ")
+        held, cheap = shares(of)
+        print(f"{question}: {held:.1%} of the promises held (bar {HOLD:.0%})", end=", ")
         print(f"{cheap:.1%} of these cost at most {DEAR:g} times the least (bar {CHEAP:.0%})")
-    kept = made["held"].astype(bool)
-    cheap = (made.loc[kept, SECONDS] <= DEAR * made.loc[kept, CHEAPEST]).mean()
-    return 0 if kept.mean() >= HOLD and cheap >= CHEAP else 1
+    held, cheap = shares(made)
+    return 0 if held >= HOLD and cheap >= CHEAP else 1
 
 
 if __name__ == "__main__":

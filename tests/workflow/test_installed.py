@@ -29,17 +29,7 @@ def installed(checkout_copy, tmp_path_factory):
     shutil.copytree(checkout_copy, source, symlinks=True)
     for name in ("README.md", "LICENSE", "setup.py"):
         shutil.copy2(Path(__file__).resolve().parents[2] / name, source)
-    committed = [
-        "-c",
-        "user.name=a",
-        "-c",
-        "user.email=a@b.c",
-        "commit",
-        "--quiet",
-        "--allow-empty",
-        "--message",
-        "a",
-    ]
+    committed = "-c user.name=a -c user.email=a@b.c commit --quiet --allow-empty --message a".split()
     for command in (["init", "--quiet"], committed):
         subprocess.run(["git", "-C", source, *command], check=True)
     pip, offline = [sys.executable, "-m", "pip", "--quiet"], ["--no-deps", "--no-index"]

@@ -180,18 +180,13 @@ def _print_plan(choice: Choice) -> None:
     click.echo(f"take {setting}, {choice.basis}")
     if offer := without_edges(problem, ask, drawn_defaults()):
         click.echo(offer)
-    beside, rows = BESIDE.get(ask.question, "") if choice.beside else "", []
+    beside, rows = choice.beside, []
     for each in front(choice.settings, lambda setting: setting.seconds, lambda setting: setting.error):
         price = map(digits, (100 * each.error, each.seconds, each.most_seconds, each.memory))
-        other = [digits(100 * choice.beside.get(each.name, nan))] if beside else []
+        other = [digits(100 * beside.get(each.name, nan))] if beside else []
         rows.append((each.name, *price, *other, "taken" if each == setting else ""))
-    columns = (
-        "model",
-        "error at most [%]",
-        "seconds",
-        "at most",
-        "MB",
-        *[f"of the {beside} [%]"] * bool(beside),
-    )
+    columns = ["model", "error at most [%]", "seconds", "at most", "MB"]
+    if beside:
+        columns.append(f"of the {BESIDE[ask.question]} [%]")
     print_table((*columns, ""), rows)
     click.echo("; ".join(f"{key}: {plain(value)}" for key, value in setting.keys.items()))

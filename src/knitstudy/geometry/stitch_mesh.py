@@ -27,7 +27,8 @@ from knitstudy.study.problem_sections import MARKS, STITCHES, idle_needle, knits
 BEHIND, NARROWER = 0.4, 0.1
 """How far a head lies behind the one before it in a stack, over the diameter and the depth of the drawing, and how much
 narrower it is. Centrelines then stand half a diameter apart or more (tests/unit/test_stitch_mesh.py)."""
-ASIDE = 0.6  # How far legs of a moved loop stand in front of or behind those of others, over the same
+ASIDE = 0.6
+"""Distance of the legs of a moved loop in front of the plane, or behind it, over the same diameter."""
 
 
 @dataclass(frozen=True)

@@ -102,7 +102,7 @@ def answers(
 
 
 def known(reference: Reference, quantity: str, strain: float) -> Estimate:
-    """Return the reference value of a quantity, unknown where there is none, or it is zero, or a curve's first part.
+    """Return the reference value of a quantity; unknown: none, zero, or a force of a curve below its share `BEGINS`.
 
     The mean force of a crossing follows from the means of its normal and tangential part: the four crossings of a cell
     are alike within 0.3 % in direct simulations with ties and friction.

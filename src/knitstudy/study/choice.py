@@ -99,7 +99,12 @@ class Choice:
     setting: ModelSetting
     settings: tuple[ModelSetting, ...]
     basis: str
-    beside: Mapping[str, float]  # errors that the settings are promised for the question `BESIDE` [1]
+    promise: Callable[[str], list[ModelSetting]]  # settings with what they are promised for another question
+
+    @property
+    def beside(self) -> dict[str, float]:
+        """Errors that the model settings are promised for the question that is `BESIDE` the one of the choice [1]."""
+        return {each.name: each.error for each in self.promise(BESIDE.get(self.ask.question, ""))}
 
     @property
     def scene(self) -> Scene:
@@ -173,7 +178,11 @@ def _choose(problem: Scene, ask: Requirements, drawn: Mapping, where: str) -> Ch
             more = f"a promise takes {trade.fewest} or more, which `make trade` measures"
             raise ConfigurationError(f"{where}: {measured}: {more}; {remedy}")
     rows, own = mine or measured_rows(TRADE_KEPT), bool(mine)
-    settings = promised(problem, ask.question, trade, rows, own)
+
+    def promise(question: str) -> list[ModelSetting]:
+        return promised(problem, question, trade, rows, own)
+
+    settings = promise(ask.question)
     for name in ask.among:
         MODELS.find(name, f"{where}: ask.among")
     settings = [setting for setting in settings if not ask.among or setting.keys["fidelity"] in ask.among]
@@ -208,8 +217,7 @@ def _choose(problem: Scene, ask: Requirements, drawn: Mapping, where: str) -> Ch
         if without := len(measured_knits(measured_rows(TRADE_KEPT), case, known=False)):
             basis += f" and without {without} on which solid yarns did not end"
     setting = min(good, key=lambda setting: (setting.seconds, setting.error, setting.name))
-    other = promised(problem, BESIDE.get(ask.question, ""), trade, rows, own)
-    return Choice(problem, ask, setting, tuple(settings), basis, {each.name: each.error for each in other})
+    return Choice(problem, ask, setting, tuple(settings), basis, promise)
 
 
 def applies(problem: Scene, keys: Mapping[str, Any]) -> bool:

@@ -44,7 +44,9 @@ def parsed(text: str, where: str) -> Any:
     """Return what a YAML text says; `where` begins the message of the ConfigurationError if that is nothing."""
     try:
         for event in yaml.parse(text, Loader=_Loader) if "*" in text else ():
-            if isinstance(event, yaml.AliasEvent):  # may stand for what it stands in, or for thousands
+            if isinstance(
+                event, yaml.AliasEvent
+            ):  # an alias may contain itself, or be expanded thousands of times
                 raise _Refused(f"write the value out instead of *{event.anchor}", event)
         return yaml.load(text, Loader=_Loader)
     except _Refused as error:

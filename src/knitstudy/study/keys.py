@@ -193,16 +193,6 @@ def validated(section: type[Section], values: Any, where: str, prefix: str = "")
     """
     if not isinstance(values, Mapping):
         raise ConfigurationError(f"{where}: {_said(prefix.rstrip('.'), values)} a group of keys")
-    same = section, repr(values)
-    if same not in _VALID:
-        _VALID[same] = _validated(section, values, where, prefix)
-    return _VALID[same]
-
-
-_VALID: dict[tuple[type[Section], str], Section] = {}  # hundreds of scenes have few different sections
-
-
-def _validated(section: type[Section], values: Mapping, where: str, prefix: str) -> Section:
     for name in values.keys() - section.model_fields.keys():
         message = unknown_choice("unknown key", f"{prefix}{name}", str(name), sorted(section.model_fields))
         raise ConfigurationError(f"{where}: {message}")

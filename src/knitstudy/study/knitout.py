@@ -50,7 +50,7 @@ def repeat_of(path: Path | str) -> tuple[str, ...]:
             if (way := columns[needle] - columns[before]) != 0:
                 mark = marks[1 if way > 0 else -1, (row, before) in front]
                 letters[row][columns[before]] += abs(way) * mark
-    if any(map(len, (stitch[1:] for row in letters for stitch in row))):
+    if any(len(stitch) > 1 for row in letters for stitch in row):
         letters = letters[:-1]  # where loops of the last row would be moved is not in the file
     body = _body(letters)
     if not body:
@@ -81,7 +81,7 @@ def _rows(path: Path) -> tuple[list[list[Any]], Any]:
     if not path.is_file():
         raise ConfigurationError(f"{path}: there is no such file; allowed is a knitout file")
     try:
-        with warnings.catch_warnings():  # which is how lace begins a loop
+        with warnings.catch_warnings():  # lace begins loops on empty needles: no mistake
             warnings.filterwarnings("ignore", message=r"(?s).*empty needle")
             program, _, graph = run_knitout(str(path))
     except Exception as error:  # of the parser, of the file or of the machine
