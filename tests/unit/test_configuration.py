@@ -28,11 +28,9 @@ def test_family_over_defaults_over_loop(config):
     assert load_scenes(config)["dns-a"].pattern.course_spacing == 11e-3
 
 
-def test_a_wrong_scene_stops_itself_and_no_other(config, caplog):
+def test_a_wrong_scene_stops_itself_and_no_other(config):
     rewrite(config / FAMILY, "load.strain: 2e-2", "load.strian: 2e-2")
     assert load_scene("dns-a", config).name == "dns-a"
-    assert "scenes that are wrong are left out: " in caplog.text
-    assert "load.strian" in caplog.text
     for load in (load_scenes, lambda config: load_scene("rom3d-a", config)):
         with pytest.raises(ConfigurationError, match=r"unknown key 'load\.strian'"):
             load(config)

@@ -15,7 +15,7 @@ from knitstudy.registry import find, load_plugins
 from knitstudy.stages.cost import machine_memory, time_limit
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
-from knitstudy.study.configuration import folder_of, load_study, own_scenes, workflow_configuration
+from knitstudy.study.configuration import folder_of, load_scenes, load_study, own_scenes, workflow_configuration
 from knitstudy.study.documents import RESOURCES
 
 
@@ -29,7 +29,7 @@ try:
     CONFIGURATION = workflow_configuration(config)
     load_plugins(CONFIGURATION.plugins)
     CONFIG = folder_of(CONFIGURATION)
-    PLAN = Plan.of(CONFIG)
+    PLAN = Plan(load_scenes(CONFIG))
     STUDY = [PLAN.scenes[name] for name in load_study(CONFIGURATION.study, CONFIG)]
     # Load paths that are known to end early, and what is made from them: the report names them.
     ENDED = PLAN.ended_early(STUDY, Path("results"))

@@ -230,4 +230,4 @@ def plan_with(name: str, config: Path) -> Any:
     """Return the plan of a configuration, with the scenes that a result file names if one is asked for."""
     from knitstudy.stages.plan import Plan
 
-    return Plan.with_scenes(recorded(name, {})[1] if is_result(name) else {}, config, wanted=name)
+    return Plan.with_scenes(recorded(name, {})[1] if is_result(name) else {}, config)

@@ -303,7 +303,7 @@ def export(scene: str, dialect: str, changes: tuple, output: Path | None, config
 
     wanted = changed_scene(scene, changes, config)
     require_deck(wanted)
-    chosen = Plan.of(config, wanted.name).labelled(wanted)
+    chosen = Plan.of(config).labelled(wanted)
     geometry = STAGES["geometry"].function(chosen)
     mesh = SweptMesh.from_dataset(STAGES["mesh"].function(chosen, geometry=geometry))
     path = output or Path(f"{chosen.name}.{dialect}.inp")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections import ChainMap
 from collections.abc import Iterable, Mapping
 from itertools import product
 from pathlib import Path
@@ -16,7 +17,7 @@ from knitstudy.mechanics.batches import serial_blas
 from knitstudy.stages.code import code_digest
 from knitstudy.stages.record import Record
 from knitstudy.stages.table import STAGES, Stage
-from knitstudy.study.configuration import CONFIG, SPRINGS, check_source, knits_of, load_scenes, measures
+from knitstudy.study.configuration import CONFIG, SPRINGS, check_source, knits_of, measures, scenes_at_need
 from knitstudy.study.scene import Scene, digest
 
 log = logging.getLogger(__name__)
@@ -112,22 +113,27 @@ class Plan:
     same by default), `knits` the first of these of every geometry by its label.
     """
 
-    def __init__(self, scenes: Mapping[str, Scene], configured: Mapping[str, Scene] | None = None) -> None:
-        self.scenes = dict(scenes)
-        self.configured = self.scenes if configured is None else dict(configured)
-        self.knits = knits_of(self.configured)
+    def __init__(
+        self,
+        scenes: Mapping[str, Scene],
+        configured: Mapping[str, Scene] | None = None,
+        knits: Mapping[str, Scene] | None = None,
+    ) -> None:
+        self.scenes, self.configured = scenes, scenes if configured is None else configured
+        self.knits = knits_of(self.configured) if knits is None else knits
         self._digests: dict[Path, str] = {}
 
     @classmethod
-    def of(cls, config: Path = CONFIG, wanted: str | None = None) -> Plan:
-        """Return the plan of a configuration folder, without others that are wrong where one scene is `wanted`."""
-        return cls(load_scenes(config, wanted))
+    def of(cls, config: Path = CONFIG) -> Plan:
+        """Return the plan of a configuration folder, whose scenes are read when they are asked for."""
+        scenes, knits = scenes_at_need(config)
+        return cls(scenes, knits=knits)
 
     @classmethod
-    def with_scenes(cls, own: Mapping[str, Scene], config: Path = CONFIG, wanted: str | None = None) -> Plan:
+    def with_scenes(cls, own: Mapping[str, Scene], config: Path = CONFIG) -> Plan:
         """Return the plan `of` a folder, and of scenes from elsewhere, which never replace its own."""
-        configured = load_scenes(config, wanted)
-        return cls(configured | own, configured)
+        configured, knits = scenes_at_need(config)
+        return cls(ChainMap(own, configured), configured, knits)
 
     def record(self, stage: Stage, scene: Scene) -> Record:
         """Return what a result of a scene records, with the scenes that `named` begins with."""
@@ -210,7 +216,7 @@ class Plan:
                 stops = [stop for stop in other.load.stops if 0 < stop / changed["load.strain"] < 1]
                 changed["load.stops"] = stops
         if changed:
-            scenes = scenes | {name: other.vary(changed)}
+            scenes = ChainMap({name: other.vary(changed)}, scenes)
         check_source(scene, key, scenes, f"scene {scene.name!r}")
         return self.labelled(scenes[name])
 

@@ -78,7 +78,7 @@ def simulate(
     Errors are those of the stages (KnitstudyError); results that were there before stay. The history of a simulation
     that ends before full load is the attribute `history` of its ConvergenceError, and in a file of the folder.
     """
-    plan = plan or Plan.of(config, scene.name)
+    plan = plan or Plan.of(config)
     scene = plan.labelled(scene)
     maker = _Maker(plan, None if folder is None else Path(folder), progress or (lambda label: silent))
     stage = STAGES["simulation"]

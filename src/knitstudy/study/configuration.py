@@ -7,8 +7,9 @@ family, or a folder without ``defaults.yaml``, adds its scenes to those of the d
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -22,8 +23,6 @@ from knitstudy.study.families import STUDIES, Member, family_files, read_familie
 from knitstudy.study.keys import Section, output, validated
 from knitstudy.study.scene import Scene, flat, set_dotted
 from knitstudy.study.scene_type import Kind, Labels, all_keys, all_kinds, defaults_of_fields, unknown_key
-
-log = logging.getLogger(__name__)
 
 FAMILIES = "scenes"  # The folder of families in a configuration folder
 
@@ -77,37 +76,67 @@ def base_of(config: Path) -> Path:
     return CONFIG if own else config
 
 
-def load_scenes(config: Path = CONFIG, wanted: str | None = None) -> dict[str, Scene]:
+def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
     """Return every scene of a configuration folder by its name, each checked and all checked together.
 
     The folder has ``defaults.yaml``, the families in ``scenes``, and the loop file that the defaults name. Scenes of a
-    file, or of a folder without defaults, are added to those of the default configuration. Where one scene is `wanted`,
-    others that are wrong are left out, with a warning.
+    file, or of a folder without defaults, are added to those of the default configuration.
     Raises ConfigurationError, naming file, scene, key, value and what is allowed.
     """
     default_keys(config)  # what is wrong in the defaults is said of the defaults
-    defaults, members = _defaults(config), load_families(config)
-    scenes, wrong = {}, []
-    for name, member in members.items():
-        try:
-            scenes[name] = (
-                plan_of(name, {}, config).scene if is_open(member.keys) else _scene(member, defaults)
-            )
-        except ConfigurationError as error:
-            if wanted in (None, name):
-                raise
-            wrong.append(str(error))
-    if wrong:
-        some = f" (and {len(wrong) - 1} more)" if len(wrong) > 1 else ""
-        log.warning("scenes that are wrong are left out: %s%s", wrong[0], some)
-    else:
-        check_scenes_together(scenes, {name: member.where for name, member in members.items()})
+    scenes = dict(scenes_at_need(config)[0])
+    check_together(scenes.values(), scenes, knits_of(scenes), config)
     return scenes
 
 
+def scenes_at_need(config: Path = CONFIG) -> tuple[Mapping[str, Scene], Mapping[str, Scene]]:
+    """Return the scenes of a configuration by name, and the first of every knit or pair by its label.
+
+    Every scene is read and checked when it is asked for: jobs and commands need few of hundreds.
+    """
+    members, defaults = load_families(config), _defaults(config)
+
+    @cache
+    def read(name: str) -> Scene:
+        member = members[name]
+        return plan_of(name, {}, config).scene if is_open(member.keys) else _scene(member, defaults)
+
+    first: dict[str, str] = {}
+    for name, member in members.items():
+        first.setdefault(str(member.keys.get("knit")), name)
+    return AtNeed(dict(zip(members, members, strict=True)), read), AtNeed(first, read)
+
+
+@dataclass(frozen=True)
+class AtNeed(Mapping[str, Scene]):
+    """Scenes that are read when they are asked for: their `names` by the keys of the mapping."""
+
+    names: Mapping[str, str]
+    read: Callable[[str], Scene]
+
+    def __getitem__(self, key: str) -> Scene:
+        return self.read(self.names[key])
+
+    def __contains__(self, key: object) -> bool:
+        return key in self.names
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+
 def load_scene(name: str, config: Path = CONFIG) -> Scene:
-    """Return one scene by its name; see `load_scenes`."""
-    return _named(name, load_scenes(config, wanted=name), config)
+    """Return one scene by its name, checked with the scenes that it names.
+
+    Raises ConfigurationError as `load_scenes` where this scene is wrong; others may be.
+    """
+    default_keys(config)
+    scenes, knits = scenes_at_need(config)
+    scene = _named(name, scenes, config)
+    check_together([scene], scenes, knits, config)
+    return scene
 
 
 def load_families(config: Path = CONFIG) -> dict[str, Member]:
@@ -199,7 +228,7 @@ def drawn_defaults() -> dict:
 
 def _named(name: str, scenes: Mapping[str, Any], config: Path) -> Any:
     """Return the scene, or the member of a family, of a name, or say which names are like it."""
-    return find("scene", dict(sorted(scenes.items())), name, str(Path(config) / FAMILIES))
+    return find("scene", scenes, name, str(Path(config) / FAMILIES))
 
 
 def _scene(member: Member, defaults: dict) -> Scene:
@@ -267,25 +296,24 @@ def _read_loop(path: Path) -> dict:
     return layer
 
 
-def check_scenes_together(scenes: Mapping[str, Scene], where: Mapping[str, str]) -> None:
-    """Check what scenes say of each other: shared knits, and where reduced models take their joints from.
+def check_together(
+    checked: Iterable[Scene], scenes: Mapping[str, Scene], knits: Mapping[str, Scene], config: Path
+) -> None:
+    """Check what scenes say of others: shared knits, and where reduced models take their joints from.
 
-    `where` has for every scene what begins a message about it. Raises ConfigurationError, naming both scenes and the
-    key.
+    Raises ConfigurationError, naming both scenes and the key.
     """
-    knits = knits_of(scenes)
-    for scene in scenes.values():
-        first = knits[scene.knit]
+    members = load_families(config)
+    for scene in checked:
+        first, where = knits[scene.knit], members[scene.name].where
         there = first.geometry_inputs
         for name, value in scene.geometry_inputs.items():
             if there.get(name) != value:
                 differs = f"{name} is {value!r}, there {there.get(name)!r}"
                 message = f"knit is {scene.knit!r}, as in scene {first.name!r}, but {differs}"
-                raise ConfigurationError(
-                    f"{where[scene.name]}: {message}; scenes of one knit share its geometry"
-                )
+                raise ConfigurationError(f"{where}: {message}; scenes of one knit share its geometry")
         for source in scene.kind.fidelity.sources:
-            check_source(scene, source, scenes, where[scene.name])
+            check_source(scene, source, scenes, where)
 
 
 ALIKE = {
