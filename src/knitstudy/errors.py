@@ -1,4 +1,4 @@
-"""Named errors: one message that says what is wrong, where, and what is allowed or to be done."""
+"""Named errors with one message: the error, its place, and the allowed values or the remedy."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ class KnitstudyError(Exception):
 
 
 def said_by(error: BaseException, *known: type[BaseException]) -> str:
-    """Return in one line what an error says, after its kind unless that is one of those of this study or known."""
+    """Return the message of an error in one line, after its kind unless the kind is of this study or well known."""
     kind = "" if isinstance(error, (KnitstudyError, *known)) else f"{type(error).__name__}: "
     return " ".join(f"{kind}{error}".split())
 
@@ -46,12 +46,12 @@ class EndedEarly(ConvergenceError):
 
 
 class CoarseIncrement(ConvergenceError):
-    """An increment that is balanced but too large, for what is summed or for contact; a smaller one may do.
+    """An increment that is balanced but too large for sums over the path or for contact; a smaller one may suffice.
 
     Attributes
     ----------
     error, unit : float, str
-        How deep yarns penetrate each other unseen ("m"), or what it has added to what sums of energy are off by ("J").
+        Depth of penetration that contact did not see ("m"), or error that the increment adds to sums of energy ("J").
     bearable : bool
         Whether the sums are still good enough, if a smaller one adds as much.
     """
@@ -62,4 +62,4 @@ class CoarseIncrement(ConvergenceError):
 
 
 class DataFileError(KnitstudyError):
-    """A file that is missing, truncated, or not what its reader expects."""
+    """A file that is missing, truncated, or of another kind than its reader expects."""

@@ -25,7 +25,7 @@ from knitstudy.interruption import uninterrupted
 # Files written whole or not at all
 
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
-"""Disks that take nothing more: full, beyond a quota or a limit, read only, or broken."""
+"""Errors of disks that cannot be written: full, beyond a quota or a limit, read only, or broken."""
 
 
 @contextmanager
@@ -33,7 +33,7 @@ def replacing(path: Path | str) -> Iterator[Path]:
     """Write a file whole or not at all: yield a temporary name, with the same suffix, that takes its place on success.
 
     On an exception the temporary file is deleted, and the file stays as it was.
-    Raises DataFileError when the folder cannot be made, the disk takes nothing more, or the block wrote nothing.
+    Raises DataFileError when the folder cannot be made, the disk cannot be written, or the block wrote no file.
     """
     path = Path(path)
     temporary = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
@@ -78,7 +78,7 @@ def _flush_to_disk(path: Path) -> None:
         os.close(descriptor)
 
 
-# What made a result
+# Provenance of a result
 
 
 def provenance() -> dict[str, str]:
@@ -93,7 +93,7 @@ def code_version() -> str:
 
 @cache
 def commit() -> str:
-    """Return ``git describe`` of the checkout, of a wheel that of the checkout it was built from, else nothing."""
+    """Return ``git describe`` of the checkout, of a wheel that of its checkout, else an empty text."""
     built, checkout = Path(__file__).with_name("COMMIT"), Path(__file__).resolve().parents[2]
     if built.is_file():
         return built.read_text(encoding="utf-8")
@@ -229,7 +229,7 @@ def with_coordinates(dataset: xr.Dataset) -> xr.Dataset:
 def read_result(path: Path | str) -> xr.Dataset:
     """Read a dataset that something else is made from; see `read_dataset`.
 
-    Raises DataFileError also where it is a history that ends before full load, or holds what is no number.
+    Raises DataFileError also where it is a history that ends before full load, or holds values that are no numbers.
     """
     dataset = read_dataset(path)
     if fault := fault_of(dataset):
@@ -238,7 +238,7 @@ def read_result(path: Path | str) -> xr.Dataset:
 
 
 def fault_of(dataset: xr.Dataset) -> str:
-    """Return why a dataset cannot be used as a result: a history that is not complete; nothing where it can."""
+    """Return why a dataset cannot be used as a result: a history that is not complete; an empty text where it can."""
     if "incomplete" in dataset.attrs:
         return f"is incomplete ({dataset.attrs['incomplete']})"
     if "load" not in dataset or "increment" not in dataset["load"].dims:
@@ -251,7 +251,7 @@ def fault_of(dataset: xr.Dataset) -> str:
 
 
 def recorded_digest(path: Path | str) -> str:
-    """Return the digest that a file was written with; nothing where it has none or is marked incomplete.
+    """Return the digest that a file was written with; an empty text where it has none or is marked incomplete.
 
     Raises DataFileError when the file is truncated or no netCDF.
     """

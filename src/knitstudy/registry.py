@@ -1,7 +1,7 @@
 """How the package grows: things of one kind by their names, each in a file of its own that registers it.
 
 Files of the package are found in the folder of their kind. Those from outside are plugins: entry points of the group
-``knitstudy.plugins`` or modules, which the configuration or the command names; importing one registers what is in it.
+``knitstudy.plugins`` or modules, which the configuration or the command names; importing one registers its entries.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ PLUGINS = "knitstudy.plugins"  # Group of entry points
 
 _imported: dict[str, str] = {}  # The modules of plugins, by the names that asked for them
 
-Entry = TypeVar("Entry")  # What a registry holds: an object or a class with a `name`
+Entry = TypeVar("Entry")  # Entry of a registry: an object or a class with a `name`
 
 
 class Registry(Generic[Entry]):
@@ -34,7 +34,7 @@ class Registry(Generic[Entry]):
     Parameters
     ----------
     what : str
-        What an entry is, or the key that names one; begins messages.
+        Kind of the entries, or the key that names one; begins messages.
     package : str, optional
         Dotted name of the package whose modules register entries; they are imported when one is asked for.
     """
@@ -86,13 +86,13 @@ def find(what: str, entries: Mapping[str, Entry], name: str, where: str = "") ->
 
 
 def meanings(entries: Mapping[str, Entry]) -> str:
-    """Return all names with what they mean, where entries say it."""
+    """Return all names, with their meanings where entries have one."""
     by_name = {name: getattr(entry, "meaning", "") for name, entry in entries.items()}
     return listed([f"{name} ({meaning})" if meaning else name for name, meaning in sorted(by_name.items())])
 
 
 def load_plugins(names: Iterable[str]) -> None:
-    """Import plugins, which register what is in them: entry points by name, or modules, of the working folder as well.
+    """Import plugins, which register their entries: entry points by name, or modules, of the working folder as well.
 
     One that cannot be imported, or exits, raises a ConfigurationError.
     """
@@ -127,7 +127,7 @@ def is_loaded(plugin: str) -> bool:
 
 
 def plugin_behind(error: BaseException) -> str:
-    """Return the plugin in whose code an error was raised, or in what that code called; nothing if in none."""
+    """Return the plugin in whose code an error was raised, or in code that it called; an empty text if none."""
     running = {frame.f_globals.get("__name__", "").split(".")[0] for frame, _ in walk_tb(error.__traceback__)}
     return next((name for name, module in _imported.items() if module.split(".")[0] in running), "")
 
@@ -147,7 +147,7 @@ def unknown_choice(what: str, full_name: str, name: str, allowed: Sequence[str])
 
 
 def near_names(name: str, allowed: Iterable[str]) -> str:
-    """Return in parentheses which names are like one; nothing if none is."""
+    """Return in parentheses the names that are like one; an empty text if none is."""
     near = [repr(each) for each in nearest(name, allowed)]
     return f" (did you mean {listed(near)}?)" if near else ""
 

@@ -1,1 +1,1 @@
-"""The `knitstudy` command: it parses and prints; what it does are functions of the library."""
+"""The `knitstudy` command: it parses and prints; functions of the library do the work."""

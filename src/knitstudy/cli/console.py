@@ -1,4 +1,4 @@
-"""What the subcommands share: options, and tables on the console."""
+"""Options of several subcommands, and tables on the console."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
 
 
 def printable(text: str) -> str:
-    """Return a text with what would command a terminal, such as the escape sequences of a file, written out."""
+    """Return a text with its control characters, such as escape sequences of a terminal, written out."""
     return "".join(each if each.isprintable() else ascii(each)[1:-1] for each in text)
 
 
@@ -88,7 +88,7 @@ class Change(click.ParamType):
             self.fail(str(error), param, ctx)
 
     def shell_complete(self, context: click.Context, option: click.Parameter, begun: str) -> list:
-        """Return the keys that begin like what is typed."""
+        """Return the keys that begin with the typed text."""
         if "=" in begun:
             return []
         keys = [*all_keys(), *OTHER_WAYS, *(f"ask.{name}" for name in Requirements.model_fields)]
@@ -149,7 +149,7 @@ def config_option(command: Any) -> Any:
 
 
 def _scenes(context: click.Context, argument: click.Parameter, begun: str) -> list[str]:
-    """Return the names of scenes that begin like what is typed."""
+    """Return the names of scenes that begin with the typed text."""
     try:
         families = load_families(context.params.get("config") or CONFIG)
     except KnitstudyError:

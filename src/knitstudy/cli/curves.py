@@ -1,4 +1,4 @@
-"""``knitstudy compare`` and ``fit``: a measured curve beside a simulated one, and what it says of the yarn."""
+"""``knitstudy compare`` and ``fit``: a measured and a simulated curve, and the yarn that fits the measured one."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def _read(measured: Path, scene: Scene, named: dict[str, Any]) -> tuple[Any, str
 
 
 def _write(stem: Path, table: pd.DataFrame, curves: dict[str, pd.Series], title: str) -> None:
-    """Write a table and a picture beside each other."""
+    """Write a table and a picture into one folder."""
     from knitstudy.figures.plot import draw_curves
     from knitstudy.figures.style import save
 

@@ -1,4 +1,4 @@
-"""``knitstudy loop``: draw and optimise a loop from what is known of a knit, and say what it is like."""
+"""``knitstudy loop``: draw and optimise a loop from spacings and yarn, and print its measures."""
 
 from __future__ import annotations
 

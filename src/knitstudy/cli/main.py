@@ -32,7 +32,7 @@ INCOMPLETE = 3  # Exit status of a load path that ended early
 
 
 class Commands(click.Group):
-    """Subcommands that end with one message where a user can mend what is wrong."""
+    """Subcommands that end with one message where a user can correct the error."""
 
     def list_commands(self, context: click.Context) -> list[str]:
         """Return the names of all subcommands, in the order in which a user needs them."""
@@ -105,8 +105,8 @@ def main(traceback: bool) -> None:
     \b
     knitstudy list                               all scenes
     knitstudy check dns-tie-course               all keys of a scene, with units and sources
-    knitstudy loop --course 0.9e-3 --wale 1.1e-3 --diameter 0.25e-3   a loop of one's own spacings and yarn
-    knitstudy measure rom3d-tie-course           what all models miss and cost on this knit
+    knitstudy loop --course 0.9e-3 --wale 1.1e-3 --diameter 0.25e-3   a loop of your own spacings and yarn
+    knitstudy measure rom3d-tie-course           errors and prices of all models on this knit
     knitstudy plan rom3d-tie-course --question force --accuracy 0.05   the cheapest model that is accurate enough
     knitstudy run rom3d-tie-course               simulate a scene and all that it needs
     knitstudy show runs/simulation/rom3d-tie-course.nc        its numbers; its keys with --keys

@@ -93,7 +93,7 @@ def run(
 
 
 def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
-    """Print what is chosen for a scene if it leaves its model open."""
+    """Print the chosen model of a scene that leaves its model open."""
     if asks(scene, changes, config):
         choice = plan_of(scene, changes, config)
         asked = f"{choice.ask.question} within {choice.ask.accuracy:.2g}"
@@ -127,7 +127,7 @@ def measure(scene: str, changes: tuple, output: Path, config: Path) -> None:
 
 @contextmanager
 def log_on_console(verbose: bool) -> Iterator[None]:
-    """Print what the stages say on standard error, beside their progress."""
+    """Print messages of the stages on standard error, between the lines of progress."""
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(logging.Formatter("%(message)s"))
     logger = logging.getLogger("knitstudy")

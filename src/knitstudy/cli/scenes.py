@@ -1,4 +1,4 @@
-"""``knitstudy list``, ``check`` and ``plan``: what is known of scenes before anything runs."""
+"""``knitstudy list``, ``check`` and ``plan``: facts about scenes before any simulation."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def check(what: str | None, changes: tuple, sources: bool, config: Path) -> None
 
     \b
     knitstudy check                              the default configuration
-    knitstudy check my-scenes                    a folder, or a file, of one's own
+    knitstudy check my-scenes                    a folder, or a file, of your own
     knitstudy check dns-tie-course               all keys of a scene
     knitstudy check dns-tie-course --sources     and their sources
     knitstudy check dns-tie-course --set mesh.size=0.5
@@ -112,7 +112,7 @@ def _check_folder(folder: Path) -> None:
 
 
 def _checked_loop(scene: Scene) -> str:
-    """Lay out the loop of a scene, divide its knit, and return what both are like in words."""
+    """Lay out the loop of a scene, divide its knit, and describe both in words."""
     # The geometry is imported here: the other commands and --help do not need it.
     from knitstudy.geometry.lay_out import lay_out
     from knitstudy.models.simulate import require_resolution
@@ -143,8 +143,8 @@ def _print_keys(scene: Scene, sources: bool) -> None:
 @set_option
 @config_option
 def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -> None:
-    """Print the cheapest model that answers a question about a scene accurately enough, with what is promised of its
-    error, and its price. Nothing runs.
+    """Print the cheapest model that answers a question about a scene accurately enough, the error that is
+    promised, and the price. Nothing runs.
 
     Errors and prices were measured on a sample of knits (config/trade.yaml, accuracy.md). Outside of its box, or
     of a loop with control points, nothing is promised: `knitstudy measure SCENE` measures them on this knit.
@@ -174,7 +174,7 @@ def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -
 
 
 def _print_plan(choice: Choice) -> None:
-    """Print question, choice, what it rests on, the front, and the keys that the choice sets."""
+    """Print question, choice, basis, front, and the keys that the choice sets."""
     problem, ask, setting = choice.problem, choice.ask, choice.setting
     click.echo(f"{problem.name}: {ask.question} within {100 * ask.accuracy:g} %, {problem.interaction}")
     click.echo(f"take {setting}, {choice.basis}")

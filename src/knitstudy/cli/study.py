@@ -16,7 +16,7 @@ from knitstudy.errors import ConfigurationError
 
 RESULTS, REPORT = Path("results"), Path("results/report.html")
 LOCK = Path("run/study.lock")
-DRY = {"-n", "--dry-run", "--dryrun"}  # Options of Snakemake that plan and run nothing
+DRY = {"-n", "--dry-run", "--dryrun"}  # Options of Snakemake that only plan
 
 
 @click.command(
@@ -33,7 +33,7 @@ def study(name: str, options: tuple[str, ...], folder: str | None) -> None:
     \b
     knitstudy study                                             the reduced study
     knitstudy study ci -- results/geometry/plain3x3.nc          one file of a study, and all it needs
-    knitstudy study full -- --dry-run                           what would be run
+    knitstudy study full -- --dry-run                           jobs that would run
     """
     from knitstudy.stages.cost import machine_memory
     from knitstudy.study.documents import WORKFLOW

@@ -92,7 +92,7 @@ class Deck:
     interaction: Interaction | None = None  # of all pairs in contact
     tolerance: float | None = None  # of residual and correction; by default 0.005 and 0.01 in both programs
     fields: bool = True  # whether displacements are written; the total reaction always is
-    departures: tuple[str, ...] = ()  # sentences on what decks cannot say of the scene
+    departures: tuple[str, ...] = ()  # limits of the deck, in sentences
 
 
 def require_deck(scene: Scene) -> None:

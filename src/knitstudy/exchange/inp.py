@@ -33,7 +33,7 @@ ROUGH = 1e6  # friction coefficient that stands for rough contact in CalculiX
 
 @dataclass(frozen=True)
 class Keywords:
-    """Templates of what a deck says for one value of a key, with numbers by name (`_numbers`)."""
+    """Templates of the keywords for one value of a key, with numbers by name (`_numbers`)."""
 
     cards: str = ""  # keyword lines
     departure: str = ""  # how the cards differ from the scene
@@ -194,7 +194,7 @@ log = logging.getLogger(__name__)
 def write_inp(deck: Deck, path: Path | str, dialect: str) -> None:
     """Write a deck as a keyword file of Abaqus or CalculiX, whole or not at all.
 
-    What the keywords cannot say of the scene stands in the file's head as comments, and is logged as warnings.
+    Properties of the scene that keywords cannot express are comments in the file's head, and logged as warnings.
     Raises ConfigurationError if the dialect is unknown, or the program lacks the deck's element, material or
     interaction; DataFileError if the file cannot be written.
     """

@@ -67,7 +67,7 @@ def write_series(
 
 
 def times_of(history: xr.Dataset) -> tuple[np.ndarray, str]:
-    """Return the times (increment,) of a history, which increase, and what they are."""
+    """Return the times (increment,) of a history, which increase, and their meaning."""
     strain = history["strain"].to_numpy()
     rises = (np.diff(strain) > 0).all()
     return (strain, "strain [1]") if rises else (history["load"].to_numpy(), "load factor [1]")

@@ -18,7 +18,7 @@ FIGURES = Catalogue("figure", "knitstudy.figures")
 
 
 def of_solid(case: str, *arguments: str) -> dict[str, Results]:
-    """Return what a figure takes of the direct simulation of a case: by stage, "dns" for the history."""
+    """Return the results of the direct simulation of a case by stage, "dns" for the history."""
     return {name: solid("simulation" if name == "dns" else name, case) for name in arguments}
 
 

@@ -23,7 +23,7 @@ Profile = Callable[[np.ndarray], np.ndarray]
 
 @FIGURES.add("fig02_interfaces", "Fig. 2: tie constraint and contact with friction")
 def draw() -> Figure:
-    """Draw both panels; nothing is measured here."""
+    """Draw both panels: sketches without measurements."""
     drawing = figure(DOUBLE, 66)
     left, right = (drawing.add_axes((start, 0.02, 0.47, 0.88)) for start in (0.015, 0.515))
     panel_letter(left, "a", "tie constraint")

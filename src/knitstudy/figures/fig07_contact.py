@@ -81,7 +81,7 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
 
 
 def _draw_curves(upper: Axes, lower: Axes, force: Axes, dns: xr.Dataset, contacts: xr.Dataset) -> None:
-    """Draw number and area of contact zones one above the other, and the force beside them."""
+    """Draw number and area of contact zones one above the other, and the force to the right."""
     points, strain = snapshots(contacts), PERCENT * contacts["strain"].to_numpy()
     area = MILLIMETRE**2 * area_of_cell(contacts)
     early, onset = strain <= ONSET, force.inset_axes((0.65, 0.22, 0.34, 0.26))

@@ -1,4 +1,4 @@
-"""Fig. 11: largest out-of-plane motion against course spacing and yarn diameter, by what is held fixed."""
+"""Fig. 11: largest out-of-plane motion against course spacing and yarn diameter, by the quantity that is held fixed."""
 
 from __future__ import annotations
 

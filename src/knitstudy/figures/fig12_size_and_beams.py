@@ -1,4 +1,4 @@
-"""Fig. 12: cost of square knits against their size (a), and beams in contact beside solid yarns (b, c)."""
+"""Fig. 12: cost of square knits against their size (a), and beams in contact with solid yarns for comparison (b, c)."""
 
 from __future__ import annotations
 

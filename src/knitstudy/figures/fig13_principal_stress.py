@@ -83,7 +83,7 @@ def flow(mesh: SweptMesh, stresses: xr.Dataset) -> tuple[list[Surface], ScalarMa
     lines = [streaks(centre, surface, radius) for centre, surface in yarns]
     place, normal, value = (np.concatenate(each) for each in zip(*lines, strict=True))
     value = MEGAPASCAL * value
-    # From no stress, hardly darker than the yarn, to the largest.
+    # From no stress, nearly as light as the yarn, to the largest.
     colours = matplotlib.colormaps["magma_r"](np.linspace(0.12, 0.95, 64))
     norm = PowerNorm(EVEN, 0, float(np.percentile(value, LARGEST)), clip=True)
     scale = ScalarMappable(norm, LinearSegmentedColormap.from_list("flow", colours))

@@ -49,7 +49,7 @@ SEGMENTS = {KINDS[kind]: ends for ends, (kind, _) in BETWEEN.items()}
     },
 )
 def draw(geometry: xr.Dataset, contacts: xr.Dataset, **stresses: xr.Dataset) -> Figure:
-    """Draw the undeformed centre cell with its segments and axes, and beside it the three honeycombs on one scale."""
+    """Draw the undeformed centre cell with its segments and axes, and the three honeycombs on one scale."""
     knit = fabric_of(geometry)
     by_direction = {way: stresses[f"isotropic_{way}_dns_stress"] for way in TENSION}
     centroid = contacts["centroid"].to_numpy()

@@ -139,7 +139,7 @@ def draw_variants(
     return drawing
 
 
-# ---- curves over strain, with name and last value beside their ends, and the reference's band ----
+# ---- curves over strain, with name and last value at their ends, and the reference's band ----
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ def owners(references: Iterable[Reference]) -> str:
 def draw_curves(
     axes: Axes, curves: Sequence[Curve], quantity: str, unit: str, direction: str = "course", cut: float = inf
 ) -> None:
-    """Draw curves over strain in a direction that begin at zero; names and last values stand beside their ends.
+    """Draw curves over strain in a direction that begin at zero; names and last values stand at their ends.
 
     Where one curve rises above `cut` times all others the axis ends there.
     """
@@ -197,7 +197,7 @@ def draw_curves(
 
 
 def draw_reference(axes: Axes, reference: Reference, unit: float = 1.0) -> None:
-    """Draw the reference's forces over a unit [N], and the band of uncertainty; nothing where it has none."""
+    """Draw the reference's forces over a unit [N], and the band of uncertainty; no band where it has no uncertainty."""
     if not reference.known:
         return
     strain, force, off = reference.curve()

@@ -1,4 +1,4 @@
-"""Force per width over strain of measured fabrics: stockinette beside its measurement, and predictions of others."""
+"""Force per width over strain of measured fabrics: stockinette with its measurement, and predictions of others."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ def _draw_cell(axes: Axes, column: int, row: int, finding: Finding, claim: str) 
 
 
 def _label(axes: Axes, claims: pd.DataFrame, under_readings: Sequence[Finding]) -> None:
-    """Write readings beside the rows and claims above the columns; a line where inputs begin."""
+    """Write readings at the rows and claims above the columns; draw a line where inputs begin."""
     axes.set(xlim=(0, len(claims)), ylim=(len(under_readings), 0))
     names = [f"{claim.id}  {claim.short}" for claim in claims.itertuples()]
     axes.set_xticks(np.arange(len(claims)) + 0.5, names, rotation=90)

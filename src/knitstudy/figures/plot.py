@@ -27,7 +27,7 @@ PERCENT, MILLI, MEGA = 100.0, 1e3, 1e-6
 
 
 def plot(*results: Any, colour: str | None = None, axes: Axes | None = None) -> Figure:
-    """Return a picture of what `knitstudy.simulate` gave: forces over strain, or the deformed knit in colours.
+    """Return a picture of results of `knitstudy.simulate`: forces over strain, or the deformed knit in colours.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def plot(*results: Any, colour: str | None = None, axes: Axes | None = None) -> 
         Draws the deformed knit of one result at full load instead: "u_z", "slip", "force", "stress" or "pressure"
         (`knitstudy.figures.deformed`).
     axes : Axes, optional
-        Where the picture is shown besides, as one panel of a figure of one's own.
+        Axes of the caller's figure, in which the picture is one panel.
 
     Raises
     ------

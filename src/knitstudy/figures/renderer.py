@@ -2,7 +2,7 @@
 
 VTK ends its process with a segmentation fault where it finds neither EGL nor OSMesa to render off screen: in a
 process of its own it takes one picture along, not the study. Views are parallel projections: lengths in the plane of
-a picture are true, and what is drawn over a picture finds its place by the same projection.
+a picture are true, and the same projection places labels over a picture.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class Surface:
 
 @dataclass(frozen=True)
 class Picture:
-    """Surfaces, the view on them, and what of the plane of the picture is shown."""
+    """Surfaces, the view on them, and the part of the picture plane that is shown."""
 
     surfaces: Sequence[Surface]
     view: View

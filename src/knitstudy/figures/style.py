@@ -164,7 +164,7 @@ def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, Sour
     paths : iterable of Path or str
         Where to; the suffix chooses the format, ".png" (of `style.resolution`) or ".pdf".
     sources : mapping of str to Source
-        What it was drawn from: scene and digest of each are recorded, of a kept table the physics behind it.
+        Results that it was drawn from: scene and digest of each are recorded, of a kept table the physics behind it.
 
     Raises ConfigurationError when a suffix is not known, or KNITSTUDY_DPI is no resolution, and DataFileError when a
     folder cannot be made.

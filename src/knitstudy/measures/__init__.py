@@ -1,1 +1,1 @@
-"""What is measured of results: from datasets and scenes to numbers and verdicts. Nothing is drawn or written here."""
+"""Measures of results: from datasets and scenes to numbers and verdicts, without drawing or writing."""

@@ -65,7 +65,7 @@ PLAIN = ("rigid", "rigid")  # Section and ties of the simplest model of beams in
 
 
 def label_of(scene: Scene) -> str:
-    """Return the name of a model beside others of its case: its fidelity, and what makes it a variant."""
+    """Return the name of a model among others of its case: its fidelity, and the keys of a variant."""
     if is_direct(scene):
         return f"{scene.kind.fidelity.label}, {made_of(scene)}"
     if scene.fidelity == "beam":

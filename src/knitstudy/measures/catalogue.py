@@ -73,8 +73,8 @@ class Results:
     names: tuple[str, ...]
     several: bool = False  # whether all scenes that match are taken, or the first name that the study has
     optional: bool = False  # whether the figure or table is also made without them
-    where: Callable[[Scene], bool] | None = None  # says of a scene whose name matches whether it is taken
-    fewest: int = 1  # number of scenes below which nothing is taken
+    where: Callable[[Scene], bool] | None = None  # whether a scene whose name matches is taken
+    fewest: int = 1  # with fewer scenes none is taken
 
     def scenes(self, study: Mapping[str, Scene]) -> list[Scene]:
         """Return the scenes of a study that are taken, in the order of the study; an empty list if it has none."""
@@ -185,7 +185,7 @@ class Catalogue(Registry[Display]):
         return self.find(name).make.__module__
 
     def make(self, name: str, **sources: Any) -> Any:
-        """Make a figure or table from those of the sources that it takes.
+        """Make a figure or table from its sources among all.
 
         Raises ConfigurationError if there is none of that name, or something that it needs is missing.
         """

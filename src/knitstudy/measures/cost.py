@@ -1,4 +1,4 @@
-"""What simulations cost: memory, time and size; cost and response of square knits as they grow (Fig. 12a, Table 3)."""
+"""Cost of simulations: memory, time and size; cost and response of square knits as they grow (Fig. 12a, Table 3)."""
 
 from __future__ import annotations
 

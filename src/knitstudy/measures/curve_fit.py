@@ -27,7 +27,7 @@ from knitstudy.errors import DataFileError
 LEVEL = 0.95  # of the intervals
 SIMULATED, GRID = 7, 1001  # frictions that are simulated, and those that a curve is interpolated at
 LEAST = 4  # points that a curve is fitted to
-LEFT = norm.ppf(0.5 + LEVEL / 2) / np.sqrt(3)  # half an interval over what a correction changed
+LEFT = norm.ppf(0.5 + LEVEL / 2) / np.sqrt(3)  # half an interval over the change by a correction
 TINY = np.finfo(float).tiny
 
 Interval = tuple[float, float, float]
@@ -36,7 +36,7 @@ Interval = tuple[float, float, float]
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """What a measured curve of n points says."""
+    """Fit to a measured curve of n points."""
 
     factor: Interval  # of the modulus, over the one that the forces were simulated with
     friction: Interval  # of one friction alone, if only one friction is simulated
@@ -84,7 +84,7 @@ def fit(
     """Return the fit of measured forces (n,) by simulated ones (n,) by friction.
 
     `check` returns the forces of a more accurate model by friction. It is asked for the best friction and the ends of
-    its interval, until the best one lies between those that it knows; frictions that it cannot simulate are left out.
+    its interval, until the best one lies between simulated ones; frictions that it cannot simulate are left out.
     """
     if len(measured) < LEAST:
         raise DataFileError(f"{len(measured)} measured points are too few: {LEAST} are needed")

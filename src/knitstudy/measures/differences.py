@@ -1,4 +1,4 @@
-"""What differs between two results: keys of their scenes, quantities side by side, variables to the last bit."""
+"""Differences between two results: keys of their scenes, quantities side by side, variables to the last bit."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Numbers with an uncertainty: estimates, what they decide, and limits of refined discretisations.
+"""Numbers with an uncertainty: estimates, decisions by them, and limits of refined discretisations.
 
 Limits follow Richardson's extrapolation (Roache 1998, Verification and Validation in Computational Science and
 Engineering, chapter 5) for element sizes, and Aitken's, which needs no order (Press and others 2007, Numerical Recipes,
-section 5.3), for polynomial degrees. docs/notes/reference.md says what they are used for.
+section 5.3), for polynomial degrees. Their use: docs/notes/reference.md.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Strips of measured fabrics between clamps: membranes with the law that cells of the fabric say.
 
 A strip that is pulled along one axis is in states between those of two cells: its clamps hold the width, and in its
-middle nothing does. At a strain e along, W is taken as quadratic in the strain l across,
+middle it is free. At a strain e along, W is taken as quadratic in the strain l across,
 
     W(e, l) = W_free(e) + k(e) (l - l_free(e))^2 / 2 + G g^2 / 2,
 
@@ -34,7 +34,7 @@ JUDGED = slice(1, 6)  # of them: 0.05 to 0.25 N/mm
 KNOTS, ELEMENTS = 30, 8
 CELLS = several("simulation", "fabric-*", fewest=5)
 LENGTH = {"cotton": 0.1}  # of strains, relative: of 3 % of its yarn in a stitch (docs/notes/fabrics.md)
-SMALL = 2e-3  # strain across below which forces say nothing of a stiffness
+SMALL = 2e-3  # strain across below which forces give no stiffness
 
 
 @dataclass(frozen=True, eq=False)

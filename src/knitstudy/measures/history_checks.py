@@ -53,7 +53,7 @@ def allowed_penetration(history: xr.Dataset) -> float:
 
 
 def is_unloaded(history: xr.Dataset, scene: Scene) -> bool:
-    """Whether the energies of a history are rounding errors, so that their ledger says nothing."""
+    """Whether the energies of a history are rounding errors, so that their balance has no meaning."""
     energy = float(np.abs(history["energy"]).max())
     return energy <= UNLOADED * scene.yarn.youngs_modulus * scene.yarn.diameter**3
 
@@ -66,7 +66,7 @@ def unbalanced_contact(history: xr.Dataset) -> float:
 
 
 def faults(history: xr.Dataset, scene: Scene) -> list[str]:
-    """Return what is wrong with a history that ended, one phrase each, by the limits of the scene's gates."""
+    """Return the errors of a history that ended, a phrase for each, by the limits of the scene's gates."""
     values = {name: history[name].to_numpy() for name in FINITE}
     phrases = [
         f"{name} holds what is no number" for name, value in values.items() if not np.isfinite(value).all()

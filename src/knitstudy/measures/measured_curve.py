@@ -52,7 +52,7 @@ def at(curve: pd.Series, strain: np.ndarray) -> np.ndarray:
 
 
 def within(curve: pd.Series, strain: float) -> pd.Series:
-    """Return the part of a curve up to a strain, without points at rest, which say nothing."""
+    """Return the part of a curve up to a strain, without points at rest."""
     return curve[(curve.index > 0) & (curve.index <= strain * (1 + 1e-9))]
 
 

@@ -34,7 +34,7 @@ SIZES = (0.0, 0.5, 1.0, 2.0, 3.0, 4.5, 6.0, 8.0, 12.0)  # steeper curves are a c
 MIRROR = np.array([1.0, 1.0, -1.0])
 AXES = ("11", "22", "12")
 ENTRIES = np.tril_indices(3)  # of a form
-KINDS, NOTHING = ("course", "wale", "shear"), 1e-4  # strains by name, and what is none
+KINDS, NOTHING = ("course", "wale", "shear"), 1e-4  # not names of strains
 SHEARED, ALIGNED = 0.3, 0.02  # shares of shear in a state: of one that is sheared; of none
 LEAST = 4  # states that a law is fitted to
 
@@ -71,7 +71,7 @@ class States(Chosen):
 
     @property
     def mirrored(self) -> bool:
-        """Whether tension brings no shear: states with hardly any other strain have no shear force, nor shear."""
+        """Whether tension brings no shear: states with nearly no other strain have no shear force, nor shear."""
         shear = [np.abs(each[:, 2]) / np.linalg.norm(each, axis=1) for each in (self.stretch, self.force)]
         tension = shear[0] < SHEARED
         return bool(np.all(shear[0][tension] < ALIGNED) and np.all(shear[1][tension] < ALIGNED))
@@ -171,7 +171,7 @@ def fit_exponentials(
 
 
 def _reach(strain: np.ndarray) -> np.ndarray:
-    """Return the largest strains (3,); of components that hardly occur, that of the others."""
+    """Return the largest strains (3,); for components that are nearly zero, the largest of the others."""
     reach = np.abs(strain).max(axis=0)
     return np.where(reach > 1e-3 * reach.max(), reach, reach.max())
 

@@ -47,7 +47,9 @@ _ALL = (*_SOLIDS, "rom2d", "rom3d", "beam")
 SHARES = tuple(round(0.1 * tenth, 1) for tenth in range(1, 11))
 """Shares of the strain at which a curve is compared."""
 
-BEGINS = 0.1  # of the force at full load: below it a curve is not compared, slack yarns carry next to nothing
+BEGINS = (
+    0.1  # of the force at full load: curves are compared above it, since slack yarns carry nearly no force
+)
 
 
 def curve_force(share: float) -> str:
@@ -129,7 +131,7 @@ def _pressure(history: xr.Dataset, contacts: xr.Dataset) -> np.ndarray:
 
 
 def _of_beams(values: np.ndarray, scene: Scene) -> np.ndarray:
-    """Return the mean size (I,) of what beams have at all crossings (I, k, ...), over those of the centre cell."""
+    """Return the mean size (I,) over the crossings of the centre cell of values (I, k, ...) at all crossings."""
     loops, rows = scene.pattern.loops, scene.pattern.rows
     middle = (rows // 2) * loops + loops // 2
     values = values[:, ZONES * middle : ZONES * (middle + 1)]

@@ -1,4 +1,4 @@
-"""Summary of a result file: a few quantities with their units, and the layout that is required of it."""
+"""Summary of a result file: a few quantities with their units, and its required layout."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def summarise(dataset: xr.Dataset) -> list[Quantity]:
 def require_layout(dataset: xr.Dataset, kind: str) -> None:
     """Check that the variables of a dataset are laid out as those of its kind.
 
-    Raises DataFileError naming the variable, what it has and what it must have.
+    Raises DataFileError naming the variable, its layout and the required one.
     """
     places = {name: tuple(dims.split()) for dims, names in LAYOUT[kind].items() for name in names.split()}
     for name, dims in places.items():

@@ -1,7 +1,7 @@
 """Sweeps of course spacing and yarn diameter (Fig. 11): out-of-plane motion of knits and its uncertainty.
 
 Scenes go by their names: "sweep-{hold}-{value}-{interaction}-course", with "-p3" or "-hexahedra" for other
-discretisations. ``hold`` is the reading of what is held fixed (``pattern.keep``); a value begins with c (course
+discretisations. ``hold`` is the reading of the fixed quantity (``pattern.keep``); a value begins with c (course
 spacing) or d (diameter). Without a value the loop has the drawn spacing and diameter; of the reading "shape", these are
 the knits of Fig. 15. The relative error of a discretisation is known from the reference of the drawn loop and from
 polynomials of the next degree at other loops; the largest one counts for all points.
@@ -26,7 +26,7 @@ from knitstudy.study.scene import Scene
 SPACING, DIAMETER = "pattern.course_ratio", "yarn.diameter"  # Keys that are swept
 LETTER = {SPACING: "c", DIAMETER: "d"}
 FRICTION = 0.76  # Coefficient of friction of Table 1
-# Readings of what is held fixed, in words; needles hold the wale spacing.
+# Readings of the fixed quantity, in words; needles hold the wale spacing.
 HELD = {"wale_spacing": "wale spacing held", "length": "yarn in a loop held", "shape": "drawn shape held"}
 
 SWEPT = re.compile(r"sweep-(wale|length|shape)(?:-([cd])\d+)?-(tie|isotropic)-course(?:-(p3|hexahedra))?")

@@ -36,7 +36,7 @@ class Counted:
 
 
 def law_of(count: Callable[[Fabric], int], knit: Fabric) -> Polynomial:
-    """Return the law a n^2 + b n of what is counted in knits like one of them, from n = 1 and n = 2."""
+    """Return the law a n^2 + b n of counts in knits of n x n cells like a given one, from n = 1 and n = 2."""
     more = knit.cells[1] - knit.cells[0]
     single, four = (count(KNITS[knit.specimen](knit.loop, n, n + more)) for n in (1, 2))
     return Polynomial([0.0, 2 * single - four / 2, four / 2 - single])

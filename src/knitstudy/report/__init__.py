@@ -1,1 +1,1 @@
-"""The report: one HTML page that holds every figure and table, beside the findings of the paper."""
+"""The report: one HTML page that holds every figure and table with the findings of the paper."""

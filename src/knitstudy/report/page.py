@@ -56,13 +56,13 @@ def render(
     results : mapping of str to DataFrame
         Tables by name.
     provenance : DataFrame
-        What made each data file, one a row; its first column is the file's path from the page.
+        Provenance of every data file, a row for each; its first column is the file's path from the page.
     study : str
         Name of the study.
     notes : sequence of str
-        What readers are to know of the whole page.
+        Notes for readers on the whole page.
     kept : DataFrame, optional
-        Verdicts of the full study, to be shown beside this one's.
+        Verdicts of the full study, shown with those of this one.
     full : Path, optional
         Folder of tables (CSV) and pictures (PNG) of the full study, which replace those of a smaller study.
     turning : str, optional

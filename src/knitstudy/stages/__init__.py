@@ -1,1 +1,1 @@
-"""Which stages there are, what each needs and leaves, and whether a result is up to date. No physics."""
+"""Stages: their inputs and results, and which results are up to date. No physics."""

@@ -1,4 +1,4 @@
-"""What a simulation is expected to take of memory and time, before anything of it is made: for whoever places jobs.
+"""Memory and time that a simulation is expected to take, from its scene alone: for the placement of jobs.
 
 Unknowns are counted from the scene, bytes and seconds an unknown were measured (docs/notes/performance.md). Stages
 refuse what does not fit, by their meshes; this is known before there is one.
@@ -46,8 +46,8 @@ START = 10  # Minutes on top, for a start on a busy file system
 MORE_SLICES, MORE_SPANS = 0.65, 0.6
 """Share of a yarn that lies near crossings, where a mesh is refined and spans are shorter."""
 
-UNEVEN = 1.12  # Slices over those of elements as long as `mesh.growth` lets them be
-NODES_OF_QUADRATIC = 3.3  # Nodes of quadratic hexahedra over those of linear ones
+UNEVEN = 1.12  # Number of slices over that of elements of the largest length that `mesh.growth` allows
+NODES_OF_QUADRATIC = 3.3  # Number of nodes of quadratic hexahedra over that of linear ones
 
 
 def machine_memory() -> int:
@@ -56,7 +56,7 @@ def machine_memory() -> int:
 
 
 def expected_memory(scene: Scene) -> int:
-    """Return what a simulation is expected to take [MB]."""
+    """Return the memory that a simulation is expected to take [MB]."""
     if not scene.kind.fidelity.solid:
         return scene.kind.fidelity.memory
     element, touches = _element(scene), scene.kind.interaction.touches

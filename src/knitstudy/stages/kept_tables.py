@@ -19,18 +19,18 @@ from knitstudy.tables.catalogue import TABLES
 STUDY, VERDICTS = "full", "verdicts"
 
 VERDICTS_KEPT = RESOURCES / "verdicts.csv"
-"""What the report of every study shows beside its own verdicts."""
+"""Verdicts of the full study, which the report of every study shows."""
 
 REFERENCE = RESOURCES / "reference" / "reference.csv"
-"""What models are measured against; the values of single simulations lie beside it."""
+"""Reference values; those of single simulations are in a file next to it."""
 
 SIMULATED = ("simulation", "contacts")  # Stages that the reference is made from
 
 
 def age_warning(kept: Path, column: str, wanted: str, what: str, target: str) -> str:
-    """Return a warning where not all of a kept table was made under a digest, which a column holds; else nothing.
+    """Return a warning where rows of a kept table have another digest; else an empty text.
 
-    `what` names the rows in the plural, `target` is what makes them anew.
+    `what` names the rows in the plural, `target` is the target of make for them.
     """
     table = read_table(kept, needs=(column, "made"))
     if set(table[column].astype(str)) == {wanted}:
@@ -46,7 +46,7 @@ def full_study(catalogue: Catalogue, plan: Plan, scenes: list[Scene], config: Pa
 
 
 def verdicts_warning(plan: Plan, config: Path = CONFIG) -> str:
-    """Return a warning where the kept verdicts were made by other code or scenes than today's; otherwise nothing."""
+    """Return a warning where the kept verdicts were made by other code or scenes than today's; else an empty text."""
     displays = full_study(TABLES, plan, [plan.scenes[name] for name in load_study(STUDY, config)], config)
     wanted = displays.digest(VERDICTS) if VERDICTS in displays.names() else ""
     return age_warning(VERDICTS_KEPT, "digest", wanted, f"Verdicts of the study {STUDY!r}", VERDICTS)

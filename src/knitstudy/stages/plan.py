@@ -1,4 +1,4 @@
-"""Which results there are of the scenes of a configuration, what each is made from, and which are up to date."""
+"""Results of the scenes of a configuration: their inputs, and which of them are up to date."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Step = tuple[Stage, Scene]
 
 
 def digest_or_warning(path: Path) -> str:
-    """Return the digest that a result was written with; nothing, and a warning, where the file cannot be used."""
+    """Return the digest that a result was written with; an empty text, and a warning, where the file cannot be used."""
     try:
         return recorded_digest(path)
     except DataFileError as error:
@@ -56,7 +56,7 @@ def make(
     run: Run = IN_MEMORY,
     record: Record | None = None,
 ) -> xr.Dataset | None:
-    """Make a result, write it with its digest if there is a path, and then delete what a long run had kept.
+    """Make a result, write it with its digest if there is a path, and then delete the restart file.
 
     The function sees the keys of `scene` alone; the `record` in the file has all of them.
 
@@ -86,19 +86,19 @@ def make(
 
 
 def kept_of(path: Path) -> Path:
-    """Return the file of a history that ended before full load, beside that of the whole one."""
+    """Return the file of a history that ended before full load, next to that of a whole one."""
     return path.with_suffix(".incomplete.nc")
 
 
 def _require_open_end(path: Path, wanted: str) -> None:
-    """Refuse a result of which it is known that it ends early."""
+    """Refuse a result that is known to end early."""
     if why := why_incomplete(path, wanted):
         kept = kept_of(path)
         raise EndedEarly(f"{why} The curve up to there is in {kept}; to compute it again, delete it")
 
 
 def why_incomplete(path: Path, wanted: str) -> str:
-    """Return where and why the history of a digest ended before full load; nothing where that is not known."""
+    """Return where and why the history of a digest ended before full load; an empty text where none did."""
     try:
         known = read_dataset(kept_of(path)).attrs if kept_of(path).is_file() else {}
     except DataFileError:
@@ -136,12 +136,12 @@ class Plan:
         return cls(ChainMap(own, configured), configured, knits)
 
     def record(self, stage: Stage, scene: Scene) -> Record:
-        """Return what a result of a scene records, with the scenes that `named` begins with."""
+        """Return the record of a result: its scene, and the configured scenes that the scene names."""
         named = filter(None, map(scene.value, scene.kind.fidelity.sources))
         return Record(stage.name, scene, {name: self.scenes[name] for name in named if name in self.scenes})
 
     def needs(self, stage: Stage, scene: Scene) -> dict[str, Step]:
-        """Return what a result is made from, by the parameters of its stage's function.
+        """Return the inputs of a result, by the parameters of its stage's function.
 
         A scene that names another one that does not exist or does not fit raises a ConfigurationError.
         """
@@ -151,7 +151,7 @@ class Plan:
     def digest(self, stage: Stage, scene: Scene) -> str:
         """Return the digest of a result that is up to date: of the keys and code that it depends on, and of its needs.
 
-        The digest decides what is made again, for the workflow (as a param of the rules) and for `simulate`.
+        The digest decides which results are made again, in the workflow (as a param of the rules) and in `simulate`.
         """
         path = stage.path(scene)
         if path not in self._digests:
@@ -187,12 +187,12 @@ class Plan:
         return {scene.name: reason for scene in scenes if (reason := why(history, scene))}
 
     def steps(self, scenes: Iterable[Scene]) -> list[Step]:
-        """Return everything that may be made of scenes, each path once and after what it is made from."""
+        """Return all results of scenes, each path once and after its inputs."""
         pairs = [step for step in product(STAGES.values(), scenes) if step[0].of(step[1])]
         return list({stage.path(scene): (stage, scene) for stage, scene in pairs}.values())
 
     def wanted(self, scenes: Iterable[Scene]) -> list[Path]:
-        """Return what a study of scenes consists of."""
+        """Return the paths of all results that a study of scenes asks for."""
         return [stage.path(scene) for stage, scene in self.steps(scenes) if stage.wanted(scene)]
 
     def named(self, scene: Scene, key: str) -> Scene:

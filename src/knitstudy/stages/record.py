@@ -1,4 +1,4 @@
-"""What a result says of itself: every key of its scene, who made it, and what its variables are (CF-1.11).
+"""Attributes of a result: every key of its scene, its provenance, and the meaning of its variables (CF-1.11).
 
 A result holds its scene, and those that its joints and springs come from: the file alone can be run again.
 """
@@ -26,7 +26,7 @@ KEYS, SOURCES = "scene_keys", "source_keys"
 
 @dataclass(frozen=True)
 class Record:
-    """What is recorded in a result of a stage: its scene, and the scenes by name that it takes something from."""
+    """Record in a result of a stage: its scene, and by name the scenes whose results it uses."""
 
     stage: str
     scene: Scene

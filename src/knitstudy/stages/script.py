@@ -1,4 +1,4 @@
-"""The frame of a workflow script: its log file, its progress, and what the console says when it fails."""
+"""The frame of a workflow script: its log file, its progress, and the message on the console when it fails."""
 
 from __future__ import annotations
 

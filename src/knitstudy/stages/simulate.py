@@ -1,7 +1,7 @@
-"""From a scene to its results in one call: what a notebook and the `knitstudy` command use.
+"""From a scene to its results in one call, for notebooks and for the `knitstudy` command.
 
-The stages are those of the workflow (`stages.table`), with the same files, and the same digests decide what is up to
-date.
+The stages are those of the workflow (`stages.table`), with the same files, and the same digests decide which
+results are up to date.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ log = logging.getLogger(__name__)
 OF_STUDY = Path("results")  # Where studies leave results, which are read and never written here
 
 BeginProgress = Callable[[str], ReportProgress]
-"""Returns what the progress of a stage is reported to, for example `knitstudy.loading.restart.Progress`."""
+"""Returns the receiver of the progress of a stage, for example `knitstudy.loading.restart.Progress`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,7 @@ def simulate(
     config, plan
         Configuration folder that names of other scenes refer to; its plan, where it has been read already.
     progress : callable, optional
-        Called with the label of a stage, returns what its progress is reported to; for example
+        Called with the label of a stage, returns the receiver of its progress; for example
         `knitstudy.loading.restart.Progress`, which prints lines with the time left.
     anew : bool
         Simulate the scene even if its result is there.

@@ -1,4 +1,4 @@
-"""The stages, each declared once: what it reads of a scene, what it is made from, its function, and its file.
+"""The stages, each declared once: the keys that it reads, its inputs, its function, and its file.
 
     geometry -> mesh, rest -> simulation -> contacts, stress -> exports
 
@@ -63,7 +63,7 @@ class Stage:
     needs: Callable[[Scene, Named], Needs] = lambda scene, named: {}
     code: tuple[str, ...] = MODEL  # rooms whose code makes the result (`stages.code`)
     outputs: tuple[str, ...] = ()  # entries of the scene's outputs that the result depends on
-    # Whether a study asks for it, beside what stages need
+    # Whether a study asks for it, in addition to the inputs of stages
     wanted: Callable[[Scene], bool] = lambda scene: True
     long: bool = False  # whether it takes a restart file and progress
     queued: bool = False  # whether a cluster's queue runs it; others take seconds
@@ -72,7 +72,7 @@ class Stage:
 
     @property
     def is_dataset(self) -> bool:
-        """Whether its result is a netCDF file, which says what it was made from."""
+        """Whether its result is a netCDF file, which records its inputs."""
         return self.path_pattern.endswith(".nc")
 
     @property
@@ -107,7 +107,7 @@ class Stage:
         return (*KIND, *scene.sections) if self.reads is None else self.reads
 
     def document(self, scene: Scene) -> dict:
-        """Return what it reads of a scene, as plain data."""
+        """Return the keys that it reads of a scene, as plain data."""
         document = scene.read(self.keys(scene))
         if self.outputs:
             document["outputs"] = [name for name in self.outputs if name in scene.outputs]
@@ -151,13 +151,13 @@ def _require_fields(scene: Scene) -> None:
 
 
 def _fields(scene: Scene, named: Named) -> Needs:
-    """Return what deformed yarns and stresses come from."""
+    """Return the inputs of deformed yarns and stresses."""
     _require_fields(scene)
     return _solids(scene, named) | {"history": ("simulation", scene)}
 
 
 def _series(scene: Scene, named: Named) -> Needs:
-    """Return what a time series is drawn from: with a mesh where solids are drawn as well."""
+    """Return the inputs of a time series, a mesh among them where solids are drawn."""
     if has_mesh(scene) and "fields" in scene.outputs:
         return _fields(scene, named)
     return {"geometry": ("geometry", scene), "history": ("simulation", scene)}

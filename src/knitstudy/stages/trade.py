@@ -1,6 +1,6 @@
-"""What accuracy costs, measured: a knit by all model settings (docs/notes/accuracy.md).
+"""Errors and prices of all model settings on a knit, measured (docs/notes/accuracy.md).
 
-`measure` takes one of one's own; ``benchmarks/trade.py`` takes those of the sample. The reference value of a
+`measure` takes a knit of the user; ``benchmarks/trade.py`` takes the knits of the sample. The reference value of a
 quantity is the limit of solid yarns of rising degree; a run that fails, or exceeds its time, has an infinite error.
 """
 
@@ -128,7 +128,7 @@ def rows_of(
 def reference_values(
     runs: Mapping[str, Mapping[str, Mapping[str, float]]], case: Case, trade: Trade
 ) -> dict[str, Reference]:
-    """Return what is true of every knit, at strain 1 for full load, from runs {knit: {model setting: values}}.
+    """Return the reference values of every knit, at strain 1 for full load, from runs {knit: {model setting: values}}.
 
     That is the limit of the settings `reference` of config/trade.yaml, where two or more have ended. Where the highest
     degree did not run, it is the next one, as uncertain as that is far from the limit at most on the knits of both, if
@@ -179,7 +179,7 @@ def collect(
 
 
 def measure(problem: Scene, folder: Path) -> pd.DataFrame:
-    """Run all model settings on a knit of one's own, add errors and prices to a table of one's own, and return them.
+    """Run all model settings on a knit of the user, add errors and prices to the user's table, and return them.
 
     Raises DataFileError where the reference value is not known since fewer than two of its model settings have ended.
     """

@@ -14,7 +14,7 @@ MOST = 120_000  # Corners of all increments: about 1 MB
 
 
 def turning_knit(wanted: Sequence[str], data: Iterable[Path]) -> str:
-    """Return the page of the first of some scenes whose history is among the data files; nothing where none is.
+    """Return the page of the first of some scenes whose history is among the data files; an empty text where none is.
 
     Parameters
     ----------

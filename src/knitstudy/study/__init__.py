@@ -1,1 +1,1 @@
-"""What is simulated: the keys of a scene, families of scenes, and what may be asked of them. No mechanics."""
+"""Scenes: their keys, their families, and the choice of a model for a question. No mechanics."""

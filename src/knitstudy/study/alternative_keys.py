@@ -1,4 +1,4 @@
-"""Other ways to say what a knit is: loops per length, tex, files of control points or for machines, a yarn by its name.
+"""Alternative keys of a knit: loops per length, tex, files of control points or for machines, a yarn by its name.
 
 These names may be set like keys of a scene, in families and with ``--set``; a scene has the keys that they stand for.
 """
@@ -85,7 +85,7 @@ def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
 
 
 def without_yarn(keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], dict[str, float]]:
-    """Return keys by dotted name without the name of a yarn, and the keys that the yarn gives beside them.
+    """Return keys by dotted name without the name of a yarn, and the keys that the yarn sets.
 
     The yarn in a loop of the same stitches is among the former: it asks for a loop that is drawn.
     """
@@ -105,13 +105,13 @@ def without_yarn(keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], d
 
 @cache
 def _knitted_repeat(path: Path, _changed: int) -> tuple[str, ...]:
-    """Return the repeat of a file, which is knitted once for every version of it."""
+    """Return the repeat of a file; every version of the file is knitted once."""
     return repeat_of(path)
 
 
 @cache
 def _said_points(path: Path, _changed: int) -> tuple[np.ndarray, float]:
-    """Return points and wale spacing of a file; what makes them symmetric is said once for every version of it."""
+    """Return points and wale spacing of a file; changes that make them symmetric are logged once for every version."""
     points, wale, moved = read_points(path)
     if moved > ROUNDED * wale:
         log.warning("%s: control points were moved by at most %.3g mm to be symmetric", path, 1e3 * moved)

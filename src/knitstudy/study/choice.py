@@ -1,7 +1,7 @@
 """A scene whose fidelity is ``auto``: the cheapest model that answers its question accurately enough.
 
-What is promised was measured on a sample of knits (`knitstudy.study.sample`, ``resources/trade.csv``), or on this very
-knit (`OWN`, which ``knitstudy measure`` writes). A scene that asks becomes an ordinary one where scenes are read.
+Promises follow from measurements on a sample of knits (`knitstudy.study.sample`, ``resources/trade.csv``), or on this
+knit itself (`OWN`, which ``knitstudy measure`` writes). Reading the scenes replaces such a scene by an ordinary one.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from knitstudy.study.sample import ANY, Inputs, Trade, endless, load_trade, same
 from knitstudy.study.scene import Scene, set_dotted
 from knitstudy.study.scene_type import MODELS, role_of
 
-TRADE_KEPT = RESOURCES / "trade.csv"  # What `make trade` measured: a row a knit, model setting and question
-OWN = Path("measured.csv")  # The same of knits of one's own, in the working folder
+TRADE_KEPT = RESOURCES / "trade.csv"  # From `make trade`: a row for every knit, model setting and question
+OWN = Path("measured.csv")  # The same for the user's own knits, in the working folder
 
 AUTO = "auto"  # The fidelity of a scene that leaves the model open
 
@@ -38,15 +38,15 @@ COLUMNS = ("knit", "case", "model setting", "question", *Inputs.__annotations__,
 COLUMNS += ("quantity", "uncertainty of the reference value [1]", "unknowns [1]", "increments [1]", "reason")
 COLUMNS += ("problem", "code", "value [SI]")
 
-OF_BEAMS = {*BeamYarn.model_fields} - {*Yarn.model_fields}  # what only beams know of a yarn
+OF_BEAMS = {*BeamYarn.model_fields} - {*Yarn.model_fields}  # keys of a yarn that only beams have
 
 ALIKE = 0.01  # Relative difference of two errors that are the same
 
 
 class Requirements(Section):
-    """What is asked of a scene whose fidelity is `auto`, how surely, and at which price at most.
+    """The question to a scene whose fidelity is `auto`, its accuracy, and the largest price.
 
-    It is resolved where scenes are read: what is simulated is an ordinary scene of the cheapest model that will do.
+    The model is chosen when scenes are read: the simulated scene is an ordinary one of the cheapest model.
     """
 
     question: Literal["force", "curve", "out_of_plane", "contact", "stress"] = output(
@@ -54,33 +54,33 @@ class Requirements(Section):
         allowed="force (at full load), curve (force from a tenth of the strain on), out_of_plane (motion), "
         "contact (force and slip) or stress (normal, at a contact)",
     )
-    """What the model is chosen for. Checked: all five."""
+    """Quantity that the model is chosen for. Checked: all five."""
     accuracy: float = output("choice", meaning="the relative error that may be made", gt=0, le=10)
     """A model is taken that is promised to be off by at most this at full load (accuracy.md). Checked: made-up
     samples."""
     seconds: float | None = output("choice", unit="s", default=None, gt=0)
-    """What the simulation may take. Checked: prices are those of one core of the machine that measured them."""
+    """Largest processor time. Checked: prices are those of one core of the machine that measured them."""
     memory: float | None = output("choice", unit="MB", default=None, gt=0)
-    """By how much the memory of the process may grow. Checked: as ask.seconds."""
+    """Largest growth of the memory of the process. Checked: as ask.seconds."""
     among: tuple[Annotated[str, Field(min_length=1)], ...] = output(
         "choice",
         allowed="a list of fidelities to choose from, for example [rom3d, spline_yarns]; [] for all",
         default=(),
     )
-    """Narrows what is taken. Checked: single ones."""
+    """Models to choose from. Checked: single ones."""
 
 
 BESIDE = {"force": "curve", "curve": "force"}
-"""Questions whose errors are said of a choice besides: accurate at full load is not accurate on the way."""
+"""Questions whose errors are printed as well: a model that is accurate at full load may not be so before it."""
 
 
 @dataclass(frozen=True)
 class ModelSetting:
-    """A model with its settings: what is promised of it for a scene, and its price."""
+    """A model with its settings: the error that is promised for a scene, and the price."""
 
     name: str
     keys: Mapping[str, Any]
-    error: float  # at most [1]; infinite where nothing is promised
+    error: float  # at most [1]; infinite without a promise
     seconds: float  # expected [s]
     most_seconds: float
     memory: float  # at most [MB]
@@ -92,18 +92,18 @@ class ModelSetting:
 
 @dataclass(frozen=True)
 class Choice:
-    """What was chosen for a problem, out of all model settings that have a promise, and what the promise rests on."""
+    """The chosen model setting of a problem, all settings that have a promise, and the basis of the promise."""
 
-    problem: Scene  # what is simulated, by any model
+    problem: Scene  # scene without a model
     ask: Requirements
     setting: ModelSetting
     settings: tuple[ModelSetting, ...]
     basis: str
-    promise: Callable[[str], list[ModelSetting]]  # settings with what they are promised for another question
+    promise: Callable[[str], list[ModelSetting]]  # settings with their promises for another question
 
     @property
     def beside(self) -> dict[str, float]:
-        """Errors that the model settings are promised for the question that is `BESIDE` the one of the choice [1]."""
+        """Promised errors [1] of the model settings for the question in `BESIDE`."""
         return {each.name: each.error for each in self.promise(BESIDE.get(self.ask.question, ""))}
 
     @property
@@ -118,12 +118,12 @@ def is_open(keys: Mapping[str, Any]) -> bool:
 
 
 def of_model(key: str) -> bool:
-    """Whether a key says by which model a scene is computed, and how, and not what it is of."""
+    """Whether a key belongs to the model and its settings, not to the physical problem."""
     return key == "outputs" or ("." in key and role_of(key) in ("resolution", "numerics"))
 
 
 def problem_of_keys(name: str, keys: Mapping[str, Any], where: str, defaults: Mapping) -> Scene:
-    """Return what is to be simulated, by any model, of a scene that sets keys, by dotted name, over defaults."""
+    """Return the physical problem of a scene that sets keys, by dotted name, over defaults."""
     own: dict[str, Any] = {}
     for key, value in keys.items():
         if of_model(key) and key != "outputs":
@@ -140,10 +140,10 @@ def problem_of_keys(name: str, keys: Mapping[str, Any], where: str, defaults: Ma
 
 
 def choose(problem: Scene, ask: Requirements, drawn: Mapping, where: str) -> Choice:
-    """Return the cheapest model for a scene, which says what is to be simulated, by any model.
+    """Return the cheapest model for a physical problem.
 
     `drawn` are the defaults that the sample was made with; `where` begins messages.
-    Raises ConfigurationError where nothing is promised, or no model setting is accurate, fast or small enough: the
+    Raises ConfigurationError where there is no promise, or no model setting is accurate, fast or small enough: the
     message names the nearest one, and the endless cell where that would do.
     """
     try:
@@ -154,7 +154,7 @@ def choose(problem: Scene, ask: Requirements, drawn: Mapping, where: str) -> Cho
 
 
 def without_edges(problem: Scene, ask: Requirements, drawn: Mapping) -> str:
-    """Return what a cell of the endless fabric would cost in place of a knit, if it will do."""
+    """Return the price of a cell of the endless fabric in place of a knit, if the cell is accurate enough."""
     if not problem.is_knit:
         return ""
     try:
@@ -261,7 +261,7 @@ def promised(
 
 
 def measured_knits(rows: Iterable[Mapping], case: str, known: bool = True) -> set[str]:
-    """Return the knits among rows of a case whose reference value is known, or those of which it is not."""
+    """Return the knits among rows of a case that have a reference value, or those without one."""
     return {row["knit"] for row in rows if row["case"] == case and isnan(row[ERROR]) != known}
 
 
@@ -285,7 +285,7 @@ def _read(path: Path, _: int) -> tuple[dict[str, Any], ...]:
         raise ConfigurationError(f"{path}: is no table of errors and prices ({error}); {remedy}") from error
 
 
-# ---- Pareto fronts: what nothing else beats in error and in price at once
+# ---- Pareto fronts: no other point is better in both error and price
 
 
 Each = TypeVar("Each")
@@ -296,8 +296,8 @@ def front(
 ) -> list[Each]:
     """Return the points that no other is at most as dear as and as accurate, from the cheapest on.
 
-    `price` and `error` are numbers of a point; the less the better. Errors that differ by less than `ALIKE` are alike:
-    what is left of a tolerance buys no place on a front.
+    `price` and `error` are numbers of a point; smaller is better. Errors that differ by less than `ALIKE` count as
+    equal, since they are within the tolerances of the solvers.
     """
     points_on_front: list[Each] = []
     for point in sorted(points, key=lambda each: (price(each), error(each))):

@@ -35,7 +35,7 @@ _LOOP_KEYS = {
     "free": "geometry.free",
 }
 
-_RECORD = "achieved"  # What a calibration says of the loop that it found, for people
+_RECORD = "achieved"  # Record of the calibration, for readers
 
 
 class Workflow(Section):
@@ -52,11 +52,11 @@ class Workflow(Section):
         allowed="a list of the dotted names of modules, for example [my_elements], that register kinds of their own",
         default=(),
     )
-    """What the study is extended by. Checked: kinds of the tests."""
+    """Plugins that extend the study. Checked: kinds of the tests."""
 
 
 def workflow_configuration(config: Any) -> Workflow:
-    """Return the checked configuration of the workflow: ``config/config.yaml`` under what the command line says.
+    """Return the checked configuration of the workflow: ``config/config.yaml`` under the options of the command line.
 
     Raises ConfigurationError, naming the key, its value and what is allowed.
     """
@@ -83,7 +83,7 @@ def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
     file, or of a folder without defaults, are added to those of the default configuration.
     Raises ConfigurationError, naming file, scene, key, value and what is allowed.
     """
-    default_keys(config)  # what is wrong in the defaults is said of the defaults
+    default_keys(config)  # errors in the defaults name the defaults
     scenes = dict(scenes_at_need(config)[0])
     check_together(scenes.values(), scenes, knits_of(scenes), config)
     return scenes
@@ -140,7 +140,7 @@ def load_scene(name: str, config: Path = CONFIG) -> Scene:
 
 
 def load_families(config: Path = CONFIG) -> dict[str, Member]:
-    """Return the families' members by the names of their scenes: where each stands, its studies and what it sets."""
+    """Return the families' members by the names of their scenes: file, studies and keys of each."""
     config, base = Path(config), base_of(config)
     paths = family_files(base / FAMILIES)
     if config.is_file():
@@ -179,7 +179,7 @@ def own_scenes(config: Path) -> tuple[str, ...]:
 
 
 def knits_of(scenes: Mapping[str, Scene]) -> dict[str, Scene]:
-    """Return for every knit or pair the first scene of it: the geometry of all that share the label is the same."""
+    """Return the first scene of every knit or pair by its label: scenes that share a label share the geometry."""
     knits: dict[str, Scene] = {}
     for scene in scenes.values():
         knits.setdefault(scene.knit, scene)
@@ -214,7 +214,7 @@ def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Cho
 
 
 def problem_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> tuple[Scene, dict, str]:
-    """Return what a scene with changed keys simulates, by any model, its keys, and what begins messages about it."""
+    """Return the physical problem of a scene with changed keys, its keys, and the beginning of messages about it."""
     member = _named(name, load_families(config), config)
     keys = {key: value for key, value in member.keys.items() if is_open(member.keys) or not of_model(key)}
     keys |= dict(changes)
@@ -232,7 +232,7 @@ def _named(name: str, scenes: Mapping[str, Any], config: Path) -> Any:
 
 
 def _scene(member: Member, defaults: dict) -> Scene:
-    """Return the scene of a member of a family, what it sets laid over the defaults."""
+    """Return the scene of a member of a family: its keys over the defaults."""
     own: dict[str, Any] = {}
     for name, value in member.keys.items():
         if name.startswith("ask."):
@@ -299,7 +299,7 @@ def _read_loop(path: Path) -> dict:
 def check_together(
     checked: Iterable[Scene], scenes: Mapping[str, Scene], knits: Mapping[str, Scene], config: Path
 ) -> None:
-    """Check what scenes say of others: shared knits, and where reduced models take their joints from.
+    """Check scenes against others: shared knits, and simulations that reduced models take their joints from.
 
     Raises ConfigurationError, naming both scenes and the key.
     """
@@ -330,7 +330,7 @@ SPRINGS = (
     "contact.friction",
     "load.strain",
 )
-"""Keys that springs depend on, beside the knit: secants at full load of the yarn that they are measured of."""
+"""Keys other than those of the knit that springs depend on: springs are secants at full load."""
 
 
 def measures(scene: Scene, source: str) -> bool:
@@ -345,7 +345,7 @@ def measures(scene: Scene, source: str) -> bool:
 def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: str) -> None:
     """Check that a key names a direct simulation, and one that goes with the scene.
 
-    Raises ConfigurationError, naming the other scene and what it has to share.
+    Raises ConfigurationError, naming the other scene and the key that both have to share.
     """
     name = scene.value(source)
     if name is None:

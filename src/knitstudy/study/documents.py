@@ -1,4 +1,4 @@
-"""YAML documents of a configuration: what YAML lets pass without a word, or reads as something else, is refused.
+"""YAML documents of a configuration; ambiguous YAML is refused: doubled keys, and values that change their type.
 
 A key that stands twice is an error instead of the last one winning, keys are text (``no`` is not false), 045 is
 not 37, 1e-6 is a number as in YAML 1.2, and values are written out instead of being named (``*alias``).
@@ -18,7 +18,7 @@ import yaml
 from knitstudy.errors import ConfigurationError, said_by
 
 DATA = Path(str(files("knitstudy"))) / "data"
-"""What is installed with the package; in a checkout, links to its folders."""
+"""Data of the package; in a checkout, links to its folders."""
 
 CONFIG, RESOURCES, WORKFLOW = ((DATA / name).resolve() for name in ("config", "resources", "workflow"))
 """The default configuration, the kept tables, and scripts and rules of the workflow."""
@@ -41,7 +41,7 @@ def _read_once(text: str, where: str) -> Any:
 
 
 def parsed(text: str, where: str) -> Any:
-    """Return what a YAML text says; `where` begins the message of the ConfigurationError if that is nothing."""
+    """Return the content of a YAML text; `where` begins the message of the ConfigurationError if it is empty."""
     try:
         for event in yaml.parse(text, Loader=_Loader) if "*" in text else ():
             if isinstance(
@@ -51,7 +51,7 @@ def parsed(text: str, where: str) -> Any:
         return yaml.load(text, Loader=_Loader)
     except _Refused as error:
         raise ConfigurationError(f"{where}, line {error.problem_mark.line + 1}: {error.problem}") from error
-    # ValueError: 2001-99-99 looks like a date; AttributeError: a tag of a date before what is none.
+    # ValueError: 2001-99-99 looks like a date; AttributeError: a tag of a date before another value.
     except (yaml.YAMLError, ValueError, AttributeError) as error:
         raise ConfigurationError(f"{where}: is not YAML: {_reason(error, text)}") from error
     except RecursionError as error:
@@ -75,7 +75,7 @@ def _read_text(path: Path) -> str:
 
 
 def _reason(error: Exception, text: str) -> str:
-    """Return what is wrong with a text and where, in one line."""
+    """Return the error in a text and its place, in one line."""
     mark = getattr(error, "problem_mark", None)
     if mark is None:
         return said_by(error, Exception)
@@ -86,7 +86,7 @@ def _reason(error: Exception, text: str) -> str:
 
 
 class _Refused(yaml.MarkedYAMLError):
-    """What is YAML but means another thing than it seems to."""
+    """Valid YAML that means something else than it seems to."""
 
     def __init__(self, problem: str, node: Any) -> None:
         super().__init__(problem=problem, problem_mark=node.start_mark)

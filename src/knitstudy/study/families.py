@@ -23,7 +23,7 @@ from knitstudy.registry import unknown_choice
 from knitstudy.study.documents import read_yaml
 
 STUDIES = ("ci", "reduced", "full", "reference", "fabrics")  # Names of the studies that a scene can belong to
-MOST = 10_000  # Scenes that one entry may make: with more, a list is not what was meant
+MOST = 10_000  # Scenes that one entry may make; more are taken for a mistake
 
 _OF_FAMILY = ("studies", "keys", "scenes")
 _OF_ENTRY = ("name", "studies", "keys")
@@ -48,21 +48,21 @@ class Member:
     where: str
 
 
-CONFIGURATION = "config.yaml"  # Of the workflow, and no family, where it lies beside families
+CONFIGURATION = "config.yaml"  # Configuration of the workflow, no family, in the same folder
 
 
 def read_families(paths: Iterable[Path]) -> dict[str, Member]:
     """Return the scenes of files by name, in the order of the files and of each file.
 
     Whether a scene may have the keys and values that it sets is not known here.
-    Raises ConfigurationError, naming the file, and what in it is unknown, doubled or of the wrong type.
+    Raises ConfigurationError, naming the file and the key that is unknown, doubled or of the wrong type.
     """
     paths = tuple(paths)
     return dict(_read_once(paths, tuple(map(_state, paths))))
 
 
 def _state(path: Path) -> tuple:
-    """Return what changes with a file."""
+    """Return path, time and size of a file, which change with its content."""
     stat = path.stat() if path.is_file() else None
     return path.resolve(), stat and (stat.st_mtime_ns, stat.st_size)
 
@@ -121,7 +121,7 @@ def _place(path: Path) -> tuple[float, str]:
 
 
 def _blocks(document: dict, shared: Blocks, path: Path) -> dict[str, dict[str, dict]]:
-    """Return the blocks of a file: what each choice of a placeholder sets."""
+    """Return the blocks of a file: the keys that each choice of a placeholder sets."""
     blocks = {name: choices for name, choices in document.items() if name not in _OF_FAMILY}
     for name, choices in blocks.items():
         if name in _OF_ENTRY:

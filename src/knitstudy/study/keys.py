@@ -31,13 +31,13 @@ ROLES = {
     "numerics": "how it is computed: the model and its settings",
     "output": "what is recorded or asked for",
 }
-"""What a key is for; what other modules do with a key follows from its role."""
+"""Role of a key; other modules treat keys by their roles."""
 
 PROVENANCES = ("stated", "inferred", "assumed", "calibrated", "choice")
-"""What an input is worth; see config/README.md."""
+"""Provenance of an input; see config/README.md."""
 
-LARGEST = 2**63  # Larger whole numbers count nothing
-LONG = 120  # Characters of a value beyond which a message does not show all of it
+LARGEST = 2**63  # Larger whole numbers are mistakes
+LONG = 120  # Largest number of characters of a value in a message
 
 SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
 
@@ -53,7 +53,7 @@ Count = Annotated[int, Field(ge=1, le=10_000)]
 
 @dataclass(frozen=True)
 class OneOf:
-    """Type of a key whose value is the name of a registered thing; `entries` returns what is registered by name."""
+    """Type of a key whose value is the name of a registered thing; `entries` returns the registered things by name."""
 
     entries: Callable[[], Mapping[str, Any]]
 
@@ -110,7 +110,7 @@ declared = partial(output, "choice")
 
 @dataclass(frozen=True)
 class Description:
-    """What is known of one key; see `key`."""
+    """Description of one key; see `key`."""
 
     role: str
     provenance: str
@@ -128,12 +128,12 @@ class Section(BaseModel):
 
 
 def describe(section: type[Section], name: str) -> Description:
-    """Return what is known of the key `name` of a section, without its source."""
+    """Return the description of the key `name` of a section, without its source."""
     return section.model_fields[name].json_schema_extra
 
 
 def describe_with_source(section: type[Section], name: str) -> Description:
-    """Return what is known of the key `name` of a section, and what the text under it says."""
+    """Return the description of the key `name` of a section with the text below the key."""
     text = " ".join(_texts(section).get(name, "").split())
     source, _, checked = text.partition(" Checked: ")
     about = {"source": source.removesuffix("."), "checked": checked.removesuffix(".") or "none"}
@@ -142,7 +142,7 @@ def describe_with_source(section: type[Section], name: str) -> Description:
 
 @cache
 def _texts(section: type[Section]) -> dict[str, str]:
-    """Return the texts under the keys of a section, which nothing but pages and ``check --sources`` asks for."""
+    """Return the texts below the keys of a section, for pages and ``check --sources``."""
     texts: dict[str, str] = {}
     for each in reversed(section.__mro__[: section.__mro__.index(Section)]):
         if get_annotations(each):  # combinations of sections have no key of their own, and no source
@@ -154,7 +154,7 @@ def _texts(section: type[Section]) -> dict[str, str]:
 
 
 def allowed_values(section: type[Section], name: str) -> str:
-    """Return in words what the key `name` of a section may be: by its type and bounds, where it does not say it."""
+    """Return the allowed values of the key `name` of a section in words: its own, or by type and bounds."""
     field, known = section.model_fields[name], describe(section, name)
     if known.allowed:
         return known.allowed() if callable(known.allowed) else known.allowed
@@ -188,7 +188,7 @@ def validated(section: type[Section], values: Any, where: str, prefix: str = "")
     """Return a section of given values, as read from YAML: lists stand for tuples.
 
     The file or scene that they come from, `where`, begins the message of an error; `prefix` is the name of the section
-    with a dot, or nothing.
+    with a dot, or is empty.
     Raises ConfigurationError for the first key that is unknown, missing or has a value that is not allowed.
     """
     if not isinstance(values, Mapping):
@@ -229,7 +229,7 @@ def _said_of(prefix: str, path: Sequence, value: Any) -> str:
 
 
 def _said(key: str, value: Any, verb: str = "is") -> str:
-    """Say what the value of a key is, or of an entry of its list: as YAML has it, cut where it is long."""
+    """Return the value of a key, or of an entry of its list, as YAML, cut where it is long."""
     text = repr(lists(value))
     if isinstance(value, int) and abs(value) > LARGEST:
         text = f"a whole number of {math.ceil(math.log10(2) * value.bit_length())} digits"

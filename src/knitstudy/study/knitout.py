@@ -30,7 +30,7 @@ Place = tuple[int, Needle]  # row and needle of a loop
 def repeat_of(path: Path | str) -> tuple[str, ...]:
     """Return the rows of letters of the smallest repeat of a knitout file, the bottom row first.
 
-    Letters are those of ``pattern.stitches``.
+    Letters are as in ``pattern.stitches``.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def _rows(path: Path) -> tuple[list[list[Any]], Any]:
 
 
 def _reason(path: Path, error: Exception) -> str:
-    """Return what an error of the package says of a file in one line; it counts lines from 0."""
+    """Return the message of an error of the package in one line; the package counts lines from 0."""
     number, line = getattr(error, "line_number", None), getattr(error, "knitout_line", "")
     where = str(path) if number is None else f"{path}, line {number + 1}"
     reason = getattr(error, "error", getattr(error, "parse_error", error))
@@ -112,7 +112,7 @@ def _needle(loop: Any) -> Needle:
 
 
 def _knitted(path: Path) -> tuple[list[list[Any]], dict[Place, list[Place]], set[Place]]:
-    """Return rows up to where loops are bound off, what loops are drawn through, and loops moved in front of others.
+    """Return rows up to where loops are bound off, the loops below each loop, and loops moved to the front.
 
     Raises ConfigurationError where a loop passes in front of one and behind another.
     """

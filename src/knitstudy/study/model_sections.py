@@ -45,7 +45,7 @@ class SolidMesh(Section):
 
     @property
     def smallest(self) -> float:
-        """Size of elements at crossings in yarn radii: what contact is measured with."""
+        """Size of elements at crossings in yarn radii: the length scale of contact."""
         return self.size / self.refinement
 
 
@@ -226,7 +226,7 @@ class HexahedralNewton(SolidNewton):
     (docs/notes/sensitivity.md)."""
 
 
-# Gates: limits of what a run may leave wrong; beyond them it ends in one line (docs/reference/gates.md)
+# Gates: limits of errors of a run; beyond a limit the run ends with one message (docs/reference/gates.md)
 
 
 class Gates(Section):
@@ -253,7 +253,7 @@ class TouchingBeamGates(BeamGates):
     """Additional limits of beams in contact."""
 
     point: float = numerics("choice", meaning="over the internal energy", default=0.1, gt=0)
-    """What contact stores where yarns bend, cross or overlap beyond what its law is verified for, gates.md.
+    """Energy of contact where yarns bend, cross or overlap beyond the verified range of the law, gates.md.
     Checked: 0.1, at which cells of beams are 5 % softer than solid yarns."""
 
 
@@ -306,14 +306,14 @@ class PlanarJoints(Joints):
     section: Literal["single", "doubled"] = numerics(
         "assumed", meaning="a segment of the planar model that two yarns share"
     )
-    """Section 2.4: the same cross section as the yarns; where two yarns share a segment nothing is printed. Checked:
+    """Section 2.4: the same cross section as the yarns; not printed where two yarns share a segment. Checked:
     single and doubled (scenes rom2d-doubled-*)."""
     honeycomb: Literal["geometry", "principal_stress"] = numerics(
         "stated",
         allowed="geometry (segments of the planar model join the contacts) or principal_stress (they lie along it)",
         default="geometry",
     )
-    """Section 3.4: MPS-based honeycombs beside the one from geometry. Checked: both (scenes rom2d-by-*-stress-*)."""
+    """Section 3.4: MPS-based honeycombs and the one from geometry. Checked: both (scenes rom2d-by-*-stress-*)."""
     stress_from: SceneName | None = numerics(
         "choice",
         allowed="the name of a scene of solid yarns (empty where rom.honeycomb is geometry)",
@@ -362,7 +362,7 @@ class Springs(SpatialJoints):
     springs_from: SceneName | None = numerics(
         "choice", allowed="the name of the scene of solid yarns to measure (empty: that of rom.contacts_from)"
     )
-    """Springs of another simulation test what carries over from one load to another. Checked: course springs in wale
+    """Springs of another simulation: how far they hold for another load. Checked: course springs in wale
     tension and the other way round (scenes rom3d-carried-*)."""
     stiffness: tuple[Annotated[float, Field(gt=0)], ...] = numerics(
         "stated",
@@ -370,7 +370,7 @@ class Springs(SpatialJoints):
         allowed="[], or a list of the springs' three stiffnesses along x, y and z in N/m instead of measured ones",
         max_length=3,
     )
-    """Table 2; none: the springs are measured. Checked: those of Table 2 (scenes rom3d-table2-*)."""
+    """Table 2; none: the springs are measured. Checked: the values of Table 2 (scenes rom3d-table2-*)."""
     axes: Literal["local", "global"] = numerics(
         "inferred",
         allowed="local (z along the contact normal, x the course direction in the tangent plane) or global",
@@ -416,4 +416,4 @@ class Beam(Section):
     )
     """Section 2.3 ties the outer rows; tied solids turn nearly freely and yield. Checked: all three."""
     stiffness: Positive = numerics("assumed", meaning="over Hertz's 0.8 to 0.9 where sections yield")
-    """Nothing printed; hard contact. Checked: 10 and 100 (scenes beam-*)."""
+    """Not printed; hard contact. Checked: 10 and 100 (scenes beam-*)."""

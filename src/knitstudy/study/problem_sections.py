@@ -1,4 +1,4 @@
-"""Sections of what is simulated: the specimen, how its loops are optimised, its yarn and its load."""
+"""Sections of the physical problem: specimen, optimisation of its loops, yarn and load."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ Point = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class StitchKind:
-    """What a letter of a repeat stands for; `geometry.stitch_mesh` draws K, P, T and -."""
+    """Meaning of a letter of a repeat; `geometry.stitch_mesh` draws K, P, T and -."""
 
     name: str  # the letter
     meaning: str
     # The loop below is drawn to the front (1) or to the back (-1); 0: that loop is held, and this one laid beside it.
     side: int
-    has_head: bool = True  # or nothing is laid on the needle
+    has_head: bool = True  # or the needle gets no yarn
     # Points (n, 3) of one drawn to the front, of a `Drawing` and a `Stitch`, instead of those of a loop or a tuck [m]
     draw: Callable[[Any, Any], Any] | None = None
 
@@ -63,7 +63,7 @@ def size_of_repeat(stitches: Sequence[str]) -> tuple[int, int]:
 
 
 def wrong_stitches(stitches: tuple[str, ...]) -> str | None:
-    """Return what is wrong with rows of stitches in words; None if they are a rectangle in which all needles knit."""
+    """Return the error in rows of stitches in words; None if they are a rectangle in which all needles knit."""
     rows = [stitches_of_row(row) for row in stitches]
     for row, every in enumerate(rows, 1):
         for number, stitch in enumerate(every, 1):
@@ -110,11 +110,11 @@ class Pattern(Section):
 
     `control_points` (P, 3) in m describe one loop from sinker centre to sinker centre before optimisation; `clearance`
     is the gap c0 wanted at every crossing, in yarn radii. `course_spacing` and `wale_spacing` are those that it is
-    drawn for; rows stand `course_ratio` times the course spacing apart, and `keep` says what stays of the drawn loop.
-    Without control points a loop is drawn for the spacings, the diameter and `loop_length` (knitstudy loop).
+    drawn for; rows stand `course_ratio` times the course spacing apart, and `keep` names the quantity of the drawn
+    loop that stays. Without control points a loop is drawn for the spacings, the diameter and `loop_length`.
     `stitches` are the rows of a repeat, the bottom row first, seen from the front: K, a knit stitch, is drawn through
     the loop below it from the back to the front; P, a purl stitch, from the front to the back. ["KP"] is a 1 x 1 rib,
-    ["K", "P"] a garter, ["KP", "PK"] a seed stitch. A tuck (T) is laid on the needle beside the loop that is held, a
+    ["K", "P"] a garter, ["KP", "PK"] a seed stitch. A tuck (T) is laid on the needle next to the held loop, a
     float (-) passes it: ["KP", "KT"] is a half cardigan. Marks move loops to other needles before the next row:
     ["K>K(", "KK"] is a 1 x 1 cable, ["K)K", "TK"] a lace. Where letters differ, loops are drawn. `loops` and `rows` are
     multiples of those of the repeat.
@@ -162,7 +162,7 @@ class Pattern(Section):
         meaning="what stays of the drawn loop at another course spacing or diameter",
         default="shape",
     )
-    """Not printed: Fig. 11 does not say what is held fixed (docs/notes/geometry.md). Checked: all three."""
+    """Not printed: Fig. 11 does not name the fixed quantity (docs/notes/geometry.md). Checked: all three."""
 
     @model_validator(mode="after")
     def _stitches_are_a_repeat(self) -> Pattern:
@@ -192,7 +192,7 @@ class Pair(Section):
 
 
 class Geometry(Section):
-    """Optimisation of the loop: weights of Eqs. (1) and (3), what may move, and samples a Bezier curve.
+    """Optimisation of the loop: weights of Eqs. (1) and (3), free control points, and samples a Bezier curve.
 
     `free` lists for every control point the components that may move: "", "z", "yz", "xyz" and so on.
     """
@@ -230,7 +230,7 @@ class Yarn(Section):
     """Circular yarn of one material.
 
     Of a transversely isotropic material `youngs_modulus` and `poisson_ratio` are those along the axis of the yarn, and
-    the other three constants are as of an isotropic one where nothing is said.
+    the other three constants default to those of an isotropic one.
     """
 
     diameter: Length = physics("inferred", unit="m")
@@ -241,7 +241,7 @@ class Yarn(Section):
     poisson_ratio: float = physics("inferred", gt=-1, lt=0.5)
     """The same data sheet. Checked: 0.42."""
     material: Annotated[str, OneOf(MATERIALS.all)] = physics("assumed")
-    """Isotropic polypropylene (section 2.3) with geometric nonlinearity; Hencky is what Abaqus computes then. Checked:
+    """Isotropic polypropylene (section 2.3) with geometric nonlinearity; Abaqus uses Hencky then. Checked:
     the isotropic laws: force +1.2 % at most (docs/notes/sensitivity.md)."""
     transverse_modulus: Modulus | None = physics(
         "assumed",
@@ -331,7 +331,7 @@ class BeamYarn(Yarn):
 class Tension(Section):
     """A specimen is deformed to an engineering `strain`, compressed if it is negative.
 
-    `lateral`: what goes with it held or free; `stops`: strains at which an increment has to end.
+    `lateral`: strains across the load, held or free; `stops`: strains at which an increment has to end.
     """
 
     strain: float = physics("stated", meaning="not 0 (0.05 is 5 %, -0.05 a compression)", ge=-0.2, le=0.5)

@@ -1,8 +1,8 @@
-"""What a sample of knits promises of other knits from the same box: bounds by order statistics, with a confidence.
+"""Bounds for knits from a box by a sample of other knits from it: order statistics, with a confidence.
 
 The k-th smallest of n independent values lies above the quantile p of their population with the probability
 P(Bin(n, p) <= k - 1), whatever the distribution (Wilks 1941, Annals of Mathematical Statistics 12). A regression on
-the inputs of a knit takes what is known out of the values; its leave-one-out residuals are bounded in the same way.
+the inputs of a knit explains a part of the values; its leave-one-out residuals are bounded in the same way.
 """
 
 from __future__ import annotations
@@ -41,11 +41,11 @@ class Quantile:
 
 @dataclass(frozen=True)
 class Law:
-    """What a positive value is expected to be by inputs, and at most: factors on the exponential of a linear law."""
+    """Expected and largest positive value by inputs: factors on the exponential of a linear law."""
 
     coefficients: np.ndarray  # (1 + m,) of 1 and the inputs
     between: tuple[float, float]  # logarithms between which the sample's own expectations lie
-    factor: float  # at most, over what is expected
+    factor: float  # largest over expected value
 
     def expected(self, inputs: np.ndarray) -> np.ndarray:
         """Return the expected values for inputs (..., m)."""
@@ -69,7 +69,7 @@ def law_of(inputs: np.ndarray, values: Sequence[float], quantile: Quantile) -> L
     constant = np.zeros(1 + inputs.shape[1])
     constant[0] = np.median(logs[known])
     laws = [(constant, logs - constant[0])]
-    used = np.append(True, np.ptp(inputs[known], axis=0) > 0)  # an input that never varies tells nothing
+    used = np.append(True, np.ptp(inputs[known], axis=0) > 0)  # without inputs that never vary
     terms = np.column_stack([np.ones(len(inputs)), inputs])[:, used]
     if known.sum() > 2 * used.sum():
         inverse = np.linalg.pinv(terms[known])

@@ -1,7 +1,7 @@
 """The sample of knits that errors and prices of models are measured on: its box, its points, and the model settings.
 
 ``config/trade.yaml`` declares all of it. A knit is described by `Inputs`, which have no dimension: a knit of another
-scale or modulus is the same one. `Case` is what is computed of a knit: cut out or endless, tied or touching.
+scale or modulus is the same one. `Case` is a specimen of a knit: cut out or endless, tied or touching.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ OF_CONTACT = ("friction", "edges")
 """Inputs that tied yarns do not have."""
 
 OF_KNIT = {"loops": 1, "rows": 1, "edges": "none"}
-"""Inputs that an endless knit does not have, and what they are there."""
+"""Inputs that an endless knit does not have, and the values that stand for them."""
 
 OVER = {
     "course": " over yarn.diameter",
@@ -63,10 +63,10 @@ FREE = {
     "geometry.alpha",
     "geometry.free",
 }
-"""Physical keys that may differ from those of the sample: inputs stand for them, results scale with them, or they say
-nothing of a loop without control points."""
+"""Physical keys that may differ from those of the sample: inputs stand for them, results scale with them, or they do
+not concern a loop without control points."""
 
-PEIRCE = 5.94  # Diameters of yarn in Peirce's loop, beside twice the course and once the wale spacing
+PEIRCE = 5.94  # Peirce's loop: 2 course spacings + wale spacing + so many diameters of yarn
 DIAMETER = 1e-3  # of all knits of the sample [m]: no result depends on it
 
 
@@ -124,7 +124,7 @@ class Inputs:
 
 @dataclass(frozen=True)
 class Case:
-    """What is computed of a knit: a specimen whose yarns are `TIED` or `TOUCHING`, to `SMALL` or `LARGE` strains."""
+    """A specimen of a knit whose yarns are `TIED` or `TOUCHING`, to `SMALL` or `LARGE` strains."""
 
     specimen: str
     yarns: str
@@ -143,7 +143,7 @@ class Large(Section):
 
 
 class Trade(Section):
-    """What ``config/trade.yaml`` holds."""
+    """Content of ``config/trade.yaml``."""
 
     knits: Count = declared(allowed="a whole number from 1 on")
     fewest: Count = declared(allowed="a whole number from 1 on")
@@ -163,7 +163,7 @@ class Trade(Section):
 
     @property
     def quantile(self) -> Quantile:
-        """What is promised of knits in the box."""
+        """Share of knits in the box that a promise holds for, and its confidence."""
         return Quantile(self.coverage, self.confidence)
 
     def cases(self) -> list[Case]:
@@ -204,7 +204,7 @@ class Trade(Section):
                 yield Inputs(**point | {"friction": point["friction"] if slips < 0.5 else inf})
 
     def outside(self, scene: Scene, defaults: Mapping) -> str:
-        """Return in what a scene lies outside of the box, in words; nothing where it lies inside.
+        """Return the inputs of a scene that lie outside of the box, in words; an empty text where all lie inside.
 
         `defaults` are those that the sample was made with.
         """
@@ -237,7 +237,7 @@ class Trade(Section):
         return ""
 
     def scene(self, case: Case, inputs: Inputs, defaults: Mapping, name: str = "sampled") -> Scene:
-        """Return what is to be simulated of a knit, by any model; `inputs` have the strain of the case."""
+        """Return the physical problem of a knit; `inputs` have the strain of the case."""
         touches, endless = case.yarns == TOUCHING, case.specimen == "cell"
         interaction = ("rough" if isinf(inputs.friction) else "isotropic") if touches else "tie"
         lacks = {"tie": OF_CONTACT, "rough": ("friction",)}.get(interaction, ())
@@ -257,7 +257,7 @@ class Trade(Section):
 
 
 def load_trade(path: Path = DECLARED) -> Trade:
-    """Return what is declared; ConfigurationError names the key, its value and what is allowed."""
+    """Return the declaration; ConfigurationError names the key, its value and the allowed values."""
     return validated(Trade, read_yaml(path), str(path))
 
 

@@ -135,7 +135,7 @@ class Scene:
         }
 
     def read(self, keys: Iterable[str]) -> dict:
-        """Return what sections and dotted keys say, as plain nested mappings: what a result depends on.
+        """Return sections and dotted keys as plain nested mappings: the inputs of a result.
 
         Keys that have a default in their field (see `study.keys.key`) are left out at that default, so that adding one
         changes nothing; sections that the scene does not have are left out as well.
@@ -293,11 +293,11 @@ def digest(document: Any) -> str:
     return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()[:16]
 
 
-# What a key of one section allows of another; sections check themselves
+# Checks between sections; sections check themselves
 
 
 def _contradictions(scene: Scene) -> Iterator[str]:
-    """Yield what keys of different sections say against each other."""
+    """Yield the contradictions between keys of different sections."""
     specimen, fidelity = scene.kind.specimen, scene.fidelity
     for name, value in specimen.requires.items():
         if scene.value(name) not in (None, value):

@@ -40,7 +40,7 @@ class Specimen:
     sections: Sections
     geometry: tuple[str, ...]  # sections and dotted keys that its geometry depends on
     whole: bool = True  # whether all its yarns are whole and end
-    outputs: tuple[str, ...] = ()  # what a scene may ask to be written besides the outputs of its model
+    outputs: tuple[str, ...] = ()  # outputs that a scene may ask for besides those of its model
     # Dotted keys that have one value alone there, of scenes that have them
     requires: Mapping[str, Any] = field(default_factory=dict)
 
@@ -51,9 +51,9 @@ class Interaction:
 
     name: str
     meaning: str
-    # Coefficient of friction from the section `contact`, inf where nothing slips; None where yarns are tied instead
+    # Coefficient of friction from the section `contact`, inf for rough yarns; None for tied yarns
     friction: Callable[[Any], float] | None
-    keys: type[Section] | None = None  # what the section ``contact`` has beside the keys of the fidelity
+    keys: type[Section] | None = None  # keys of the section ``contact`` besides those of the fidelity
 
     @property
     def touches(self) -> bool:
@@ -72,7 +72,7 @@ def _joined(keys: type[Section], base: type[Section]) -> type[Section]:
 
 @dataclass(frozen=True)
 class Model:
-    """A model of a fabric: what it can simulate, the keys that it reads, how it is called and what it costs."""
+    """A model of a fabric: its specimens and interactions, keys, name, look in figures and cost."""
 
     name: str  # value of the key `fidelity`
     meaning: str
@@ -88,7 +88,7 @@ class Model:
     slips: tuple[str, ...] = ()  # specimens of it whose yarns have to slip: none that are `ROUGH`
     solid: bool = False  # whether all yarns are solids
     sources: tuple[str, ...] = ()  # dotted keys that name direct simulations which it takes something from
-    outputs: tuple[str, ...] = ("vtu",)  # what a scene may ask to be written besides
+    outputs: tuple[str, ...] = ("vtu",)  # outputs that a scene may ask for besides the history
     look: tuple[str, str, str] = ("#1A1A1A", "-", "o")  # colour, dash and marker of its lines in figures
     # Expected memory [MB], and processor time of a cell in twelve increments [s]; of solids by their unknowns
     memory: int = 1000
@@ -174,18 +174,18 @@ class Labels(Section):
     outputs: tuple[str, ...] = output(
         "choice", allowed="a list of what is written besides, for example [fields, vtu]"
     )
-    """What is written; no result depends on it. Checked: all."""
+    """Further files; no result depends on them. Checked: all."""
 
 
 def labels_of(document: Mapping, where: str) -> Labels:
-    """Return the labels in a document, which may hold other keys; a ConfigurationError names what is not allowed."""
+    """Return the labels in a document, which may hold other keys; a ConfigurationError names the wrong label."""
     labels = {name: document[name] for name in Labels.model_fields if name in document}
     return validated(Labels, labels, where)
 
 
 @dataclass(frozen=True)
 class Kind:
-    """What kind of scene one is, and the sections that it has for that."""
+    """Kind of a scene, and its sections."""
 
     specimen: Specimen
     interaction: Interaction
@@ -231,7 +231,7 @@ class Kind:
 
     @property
     def outputs(self) -> tuple[str, ...]:
-        """What a scene may ask to be written besides."""
+        """Outputs that a scene may ask for."""
         return tuple(dict.fromkeys((*self.fidelity.outputs, *self.specimen.outputs)))
 
     def has(self, key: str) -> bool:
@@ -296,13 +296,13 @@ def role_of(key: str) -> str | None:
 
 
 def unit_of(key: str) -> str:
-    """Return the unit of a dotted key or a label; nothing if there is no such key."""
+    """Return the unit of a dotted key or a label; an empty text if there is no such key."""
     section = all_keys().get(key)
     return describe(section, key.rpartition(".")[2]).unit if section else ""
 
 
 def unknown_key(key: str) -> str:
-    """Return the message for a key that no scene has, with those of all sections that are like it."""
+    """Return the message for a key that no scene has, with similar keys of all sections."""
     hint = near_names(key, [*all_sections(), *all_keys()])
     return f"unknown key {key!r}{hint}; `knitstudy check SCENE` lists the keys of a scene"
 

@@ -1,7 +1,7 @@
-"""Yarns as files: what is measured of a yarn, printed, fitted or assumed, each value with its unit and its source.
+"""Yarns as files: measured, printed, fitted or assumed values, each with its unit and its source.
 
-A scene that says ``yarn.of: acrylic`` takes the values of ``resources/yarns/acrylic.yaml`` as those of its keys; what
-it says itself counts more; friction is left out of scenes whose yarns do not slide. A path names a file of one's own.
+A scene that says ``yarn.of: acrylic`` takes the values of ``resources/yarns/acrylic.yaml`` as those of its keys. Keys
+of the scene itself have priority; friction is left out of scenes whose yarns do not slide. A path names a user's file.
 """
 
 from __future__ import annotations
@@ -65,9 +65,9 @@ def known_yarns() -> dict[str, Path]:
 
 
 def read_yarn(name: str, where: str = OF) -> YarnFile:
-    """Return a yarn by its name, or of a file of one's own.
+    """Return a yarn by its name, or from a file of the user.
 
-    Raises ConfigurationError, naming the file, the value and what is allowed.
+    Raises ConfigurationError, naming the file, the value and the allowed values.
     """
     own = Path(str(name))
     path = own if own.suffix in (".yaml", ".yml") else find("yarn", known_yarns(), str(name), where)

@@ -13,7 +13,7 @@ TABLES = Catalogue("table", "knitstudy.tables")
 
 
 def tabulate(name: str, **sources: Any) -> pd.DataFrame:
-    """Build a table from what it takes.
+    """Build a table from its sources.
 
     Raises ConfigurationError when there is no such table, or something that it needs is missing.
     """

@@ -27,7 +27,7 @@ FORCES = ["course force over width [N/m]", "wale force over width [N/m]", "shear
 # Strain and force of secant and tangent, by ``load.deformation``: of a biaxial stretch the course's.
 AXIS = {"course": 0, "wale": 1, "biaxial": 0, "shear": 2}
 CONTRACTS = {"course": (1, 0), "wale": (0, 1)}  # Strain across and along, of a pull
-AT_REST = ("knit", "pattern", "yarn", "mesh", "tie")  # What the stiffness at rest hangs on
+AT_REST = ("knit", "pattern", "yarn", "mesh", "tie")  # Keys that the stiffness at rest depends on
 UNITS = {0: "N/m", 1: "N", 2: "N m"}  # By how many of row and column are bending
 
 

@@ -1,4 +1,4 @@
-"""Measured stockinette beside its prediction, and predictions of other fabrics of the same yarns."""
+"""Measured stockinette and its prediction, and predictions of other fabrics of the same yarns."""
 
 from __future__ import annotations
 

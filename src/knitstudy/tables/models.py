@@ -1,4 +1,4 @@
-"""Models beside the reference, and interactions beside each other."""
+"""Models compared with the reference, and interactions compared with each other."""
 
 from __future__ import annotations
 

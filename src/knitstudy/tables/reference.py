@@ -17,7 +17,7 @@ from knitstudy.tables.catalogue import TABLES
 
 REFERENCE_SCENES = several("simulation", "reference-*")  # Increments end at `STRAINS`
 RESULTS = {"histories": REFERENCE_SCENES, "contacts": several("contacts", "reference-*")}
-# What a row is of; ``problem`` is the digest of the physical problem.
+# Labels of a row; ``problem`` is the digest of the physical problem.
 SAID = ["problem", "knit", "interaction", "direction", "strain [1]", "quantity", "unit"]
 
 COLUMNS = [
@@ -79,7 +79,7 @@ def values_of(histories: Datasets, contacts: Datasets) -> pd.DataFrame:
 def limits(values: pd.DataFrame, scenes: Scenes) -> pd.DataFrame:
     """Return the reference, as `tabulate` does, from values of single simulations (`values_of`).
 
-    Nothing says how far from a single discretisation another would be: as far as those of other problems at most.
+    A single discretisation is taken to be as far from others as those of other problems are at most.
     """
     single, rows = [], []
     for head, series in _refined(values, scenes):
@@ -115,7 +115,7 @@ def _row(row: dict, common: Common, refined: Refined) -> dict:
 
 
 def _refined(values: pd.DataFrame, scenes: Scenes) -> Iterator[tuple[dict, Refined]]:
-    """Yield what each row is of, and its refinement series whose simulations all have a value."""
+    """Yield the labels of each row, and its refinement series whose simulations all have a value."""
     by_row = {
         key: dict(zip(of["scene"], of["value"], strict=True))
         for key, of in values.groupby(["quantity", "strain [1]"])

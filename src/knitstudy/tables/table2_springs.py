@@ -1,4 +1,4 @@
-"""Table 2: springs that stand for contact, from direct simulations, beside the paper's."""
+"""Table 2: springs that stand for contact, from direct simulations, and the paper's."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ TOUCHING = of_cases(
     (*SOLIDS, *OTHER_SOLIDS, "dns-{case}-penalty*"),
 )
 
-# What reduced models use: crossings count by their displacements
+# Springs of reduced models: crossings count by their displacements
 AVERAGED = "averaged, sum(F d) / sum(d d) [N/m]"
 SECANTS = {  # Statistics of the secants of the crossings
     "mean of F / d [N/m]": "mean",
@@ -92,7 +92,7 @@ def _rows(scene: Scene, contacts: xr.Dataset, paper: pd.DataFrame) -> Iterator[d
     "springs", "Table 2 at a glance: springs", results={"contacts": several("contacts", *TOUCHING)}, order=4
 )
 def tabulate_averages(contacts: Datasets, paper: pd.DataFrame, scenes: Scenes) -> pd.DataFrame:
-    """Return one row a simulation and axes: the averaged springs of interfaces beside the paper's."""
+    """Return one row a simulation and axes: the averaged springs of interfaces and the paper's."""
     found = tabulate(contacts, paper, scenes)
     shown = found[
         (found["displacement"] == DISPLACEMENT) & (found["normal"] == MAIN) & found["axes"].isin(SHOWN)

@@ -58,7 +58,7 @@ def _costs(series: Series, domain: Datasets) -> tuple[np.ndarray, np.ndarray, np
     )
 
 
-# ---- Counts without a solution, beside Tables 3 and 5
+# ---- Counts without a solution, for Tables 3 and 5
 
 
 @TABLES.add(

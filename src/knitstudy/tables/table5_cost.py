@@ -1,4 +1,4 @@
-"""Table 5: cost of the models with ties and with isotropic friction, beside the paper's numbers for ties."""
+"""Table 5: cost of the models with ties and with isotropic friction, and the paper's numbers for ties."""
 
 from __future__ import annotations
 

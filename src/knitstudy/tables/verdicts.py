@@ -98,7 +98,7 @@ def _row(finding: Finding) -> dict[str, object]:
 
 @TABLES.add("combinations", "Readings under which most claims hold together", **SOURCES, order=17)
 def tabulate_combinations(readings: pd.DataFrame, **sources: Any) -> pd.DataFrame:
-    """Return the combinations of readings under which most claims hold, and the base, with what each gains and loses.
+    """Return the combinations of readings under which most claims hold, and the base, with gained and lost claims.
 
     The last column holds, in the first row, the pairs of claims that no combination reproduces together.
     """

@@ -33,7 +33,7 @@ STRESSES = (
     *(name for name in _SOLIDS if name.startswith(("yarns-isotropic", "dns-isotropic"))),
     "reading-*-yarns-isotropic-*",
 )
-# What claims are judged by, for tables and figures of them.
+# Evidence of claims, for their tables and figures.
 RESULTS = {
     "geometry": one("geometry", *of_cases(("tie-course", "isotropic-course"), SOLIDS)),
     "histories": several("simulation", *SIMULATIONS),
@@ -42,7 +42,7 @@ RESULTS = {
     "geometries": several("geometry", "reading-*-yarns-tie-course", "inputs-*-tie-course", optional=True),
 }
 
-# What figures and tables of findings take (`measures.catalogue.Display`), the sources of `Evidence`
+# Sources of figures and tables of findings (`measures.catalogue.Display`), the sources of `Evidence`
 SOURCES = {"results": RESULTS, "files": ("paper", "reference"), "scenes": True}
 
 NO_DIRECT = "the study has no direct simulation with"
@@ -73,10 +73,10 @@ class Evidence:
     # The same with `direct` of another discretisation, by the discretisation in words
     again: Mapping[str, Evidence] = field(default_factory=dict)
     geometries: Datasets = field(default_factory=dict)  # of other knits than the base's
-    held: str = "shape"  # what sweeps hold fixed (``pattern.keep``)
+    held: str = "shape"  # quantity that sweeps hold fixed (``pattern.keep``)
     axes: str = "local"  # of springs (``rom.axes``)
     normal: str = "normal_resultant"  # of contacts (``rom.normal``)
-    base: Evidence | None = None  # what the reference knows; None of the base itself
+    base: Evidence | None = None  # reference values; None of the base itself
 
     def named(self) -> Evidence:
         """Return the evidence with `direct` by the names of `SOLIDS`, and `again` by those of `AGAIN`."""
@@ -142,7 +142,7 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Judgement:
-    """The rows of a claim, a remark, the scenes that must reach the paper's strain, and what follows from them.
+    """The rows of a claim, a remark, the scenes that must reach the paper's strain, and the grade.
 
     The first of the rows stands for all of them where there is room for one only. Without a `verdict` of its own the
     judgement has the worst grade of its rows.

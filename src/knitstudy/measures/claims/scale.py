@@ -1,4 +1,4 @@
-"""One scale for all claims: what the paper's words mean in numbers, and the four grades of a claim.
+"""One scale for all claims: the paper's words in numbers, and the four grades of a claim.
 
 The paper has words where a rule needs a number. All claims use the same numbers:
 
@@ -139,7 +139,7 @@ def comparable(
 
 
 def trend(quantity: str, values: Sequence[Estimate], sign: int, paper: str) -> Row:
-    """Return the row of values, in rising order of what varies, that grow (sign 1) or fall (-1).
+    """Return the row of values, in rising order of the input, that grow (sign 1) or fall (-1).
 
     A pair of values that differ by less than both uncertainties counts half.
     """

@@ -1,6 +1,6 @@
 """The table of rules: the function that judges, by claim; readings of the paper, and the verdicts under every reading.
 
-A reading is a row of ``resources/reference/readings.csv``: what the paper may mean where the base takes something else
+A reading is a row of ``resources/reference/readings.csv``: a meaning of the paper where the base takes another one
 (kind "reading"), or another value of an input (kind "input"), and which scenes judge a claim in place of the base's.
 """
 
@@ -64,7 +64,7 @@ DIRECT = of_cases(CASES, SOLIDS)  # Scenes whose knit is the one that is judged
 
 @dataclass(frozen=True)
 class Reading:
-    """What the paper may mean, or another value of an input, beside what the base has.
+    """A possible meaning of the paper, or value of an input, that differs from the base.
 
     Scenes whose names match the expression `changes` give way to those with `becomes` in place of the match; without an
     expression scenes are the base's. Where the paper speaks for the base, `against` says how.
@@ -72,9 +72,9 @@ class Reading:
 
     name: str = "base"
     kind: str = READING
-    choice: str = ""  # What the reading decides: readings of one choice exclude each other
+    choice: str = ""  # Choice that the reading decides: readings of one choice exclude each other
     reading: str = "base"  # in words
-    base: str = ""  # what the base has instead, in words
+    base: str = ""  # the choice of the base, in words
     against: str = ""
     changes: str = ""
     becomes: str = ""
