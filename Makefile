@@ -58,12 +58,12 @@ predictions: environment  ## run the study of measured fabrics and keep its pred
 
 .PHONY: test
 test: environment  ## pass all tests, in two processes
-	@$(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder $(TESTS)
+	@OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder $(TESTS)
 
 .PHONY: verify
 verify: environment  ## verify at full resolution, and start every scene; resources/verification.csv
 	@$(BIN)/python -m pytest tests/verification --full --cases --table resources/verification.csv
-	@$(BIN)/python -m pytest tests/unit -m full --full
+	@$(BIN)/python -m pytest tests/unit tests/workflow -m full --full
 	@OMP_NUM_THREADS=1 $(BIN)/python -m pytest tests/verification/test_first_increments.py --full --numprocesses 2
 
 .PHONY: bench

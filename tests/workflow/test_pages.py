@@ -40,7 +40,14 @@ def test_readme_in_python(fresh, tmp_path):
     assert (tmp_path / "cell.png").stat().st_size > 10_000
 
 
-@pytest.mark.parametrize("example", sorted((ROOT / "examples").glob("*.py")), ids=lambda path: path.stem)
+LONG = {"7_machine_knits": pytest.mark.full}  # four fabrics to 30 %
+SCRIPTS = [
+    pytest.param(path, id=path.stem, marks=LONG.get(path.stem, ()))
+    for path in sorted((ROOT / "examples").glob("*.py"))
+]
+
+
+@pytest.mark.parametrize("example", SCRIPTS)
 def test_example(tmp_path, example):
     code = example.read_text(encoding="utf-8")
     assert len(code.splitlines()) <= 48
