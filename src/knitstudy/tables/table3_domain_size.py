@@ -11,6 +11,7 @@ import xarray as xr
 from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.measures.catalogue import SQUARES, Datasets, Scenes, one, several
 from knitstudy.measures.cost import MEGABYTE, Series, effort, memory_growth, series_of
+from knitstudy.measures.estimate import UNKNOWN
 from knitstudy.measures.paper_values import number_if_printed
 from knitstudy.measures.unknowns import NONE, SIZES, counted_models
 from knitstudy.tables.catalogue import TABLES
@@ -43,6 +44,32 @@ def tabulate(domain: Datasets, scenes: Scenes) -> pd.DataFrame:
             }
             counts = "Newton iterations [1]", "Krylov iterations [1]", "increments [1]"
             rows.append(row | {name: work[name] for name in counts})
+    return pd.DataFrame(rows)
+
+
+@TABLES.add("cost_growth", "How cost grows with the size of a knit", results={"domain": KNITS}, order=5.1)
+def tabulate_growth(domain: Datasets, scenes: Scenes) -> pd.DataFrame:
+    """Return one row for every series: exponents of power laws in cells in a row, with their standard errors."""
+    rows = []
+    for series in series_of(scenes[name] for name in domain):
+        dof, memory, _ = _costs(series, domain)
+        work = pd.DataFrame([effort(domain[scene.name]) for scene in series.scenes])
+        costs = {"degrees of freedom": dof, "memory": memory, "time": work["time [s]"]}
+        costs |= {name: work[f"{name} [1]"] for name in ("Newton iterations", "Krylov iterations")}
+        row = {
+            "model": series.model,
+            "interaction": series.interaction,
+            "cells in a row [1]": f"3 to {series.cells[-1]}",
+        }
+        for name, values in costs.items():
+            grows = (
+                series.growth(values) if np.all(values) else UNKNOWN
+            )  # no Krylov iterations of direct solvers
+            row |= {
+                f"exponent of {name} [1]": grows.value,
+                f"standard error, {name} [1]": grows.uncertainty,
+            }
+        rows.append(row)
     return pd.DataFrame(rows)
 
 
