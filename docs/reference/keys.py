@@ -28,7 +28,7 @@ fidelity asks for with its interaction. A key of another kind is refused by name
 units; lengths that resolve are in yarn radii. [config/README.md](../../config/README.md) explains provenance. A key
 without a default here has it in [config/defaults.yaml](../../config/defaults.yaml), or must be set.
 A spacing without control points has a loop drawn for it;
-[other ways to say what a knit is](../../config/README.md#a-knit-of-ones-own) stand for keys of this page.
+[alternative keys of a knit](../../config/README.md#a-knit-of-your-own) stand for keys of this page.
 """
 
 

@@ -34,7 +34,7 @@ try:
     # Load paths that are known to end early, and what is made from them: the report names them.
     ENDED = PLAN.ended_early(STUDY, Path("results"))
     STUDY = [scene for scene in STUDY if scene.name not in ENDED]
-    # Scenes that jobs are of: of the study, or of a folder of one's own
+    # Scenes that jobs are of: of the study, or of a folder of your own
     ASKED = STUDY or [PLAN.scenes[name] for name in own_scenes(CONFIG)]
 except KnitstudyError as error:
     stop(error)

@@ -144,7 +144,7 @@ def config_option(command: Any) -> Any:
         default=CONFIG,
         callback=_configuration,
         show_default="the one of knitstudy",
-        help="A file or a folder of scenes of one's own; with defaults.yaml, a configuration of its own.",
+        help="A file or a folder of scenes of your own; with defaults.yaml, a configuration of its own.",
     )(command)
 
 

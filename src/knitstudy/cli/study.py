@@ -24,7 +24,7 @@ DRY = {"-n", "--dry-run", "--dryrun"}  # Options of Snakemake that only plan
 )
 @click.argument("name", default="reduced", metavar="[STUDY]")
 @click.argument("options", nargs=-1, type=click.UNPROCESSED, metavar="[-- TARGETS AND OPTIONS OF SNAKEMAKE]")
-@click.option("--folder", help="Scenes, or a configuration, of one's own.")
+@click.option("--folder", help="Scenes, or a configuration, of your own.")
 def study(name: str, options: tuple[str, ...], folder: str | None) -> None:
     """Run a study with Snakemake in the working folder: ci, reduced, full, reference or fabrics.
 
