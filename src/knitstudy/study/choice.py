@@ -166,58 +166,67 @@ def without_edges(problem: Scene, ask: Requirements, drawn: Mapping) -> str:
 def _choose(problem: Scene, ask: Requirements, drawn: Mapping, where: str) -> Choice:
     if problem.specimen == "pair":
         raise ConfigurationError(f"{where}: fidelity is {AUTO} but must be named where specimen is pair")
-    trade, knit = load_trade(), same_knit(problem)
-    mine = [row for row in measured_rows(OWN) if row["problem"] == knit]
-    if not mine:
-        remedy = f"`knitstudy measure {problem.name}`, with the same options, runs all models on this knit"
-        if outside := trade.outside(problem, drawn):
-            raise ConfigurationError(f"{where}: {outside}: nothing is promised of other knits; {remedy}")
-        case = str(trade.case_of(problem))
-        if (count := len(measured_knits(measured_rows(TRADE_KEPT), case))) < trade.fewest:
-            measured = f"{count or 'no'} knits have been measured of {case} ({TRADE_KEPT.name})"
-            more = f"a promise takes {trade.fewest} or more, which `make trade` measures"
-            raise ConfigurationError(f"{where}: {measured}: {more}; {remedy}")
-    rows, own = mine or measured_rows(TRADE_KEPT), bool(mine)
-
-    def promise(question: str) -> list[ModelSetting]:
-        return promised(problem, question, trade, rows, own)
-
-    settings = promise(ask.question)
+    promise, basis = _promises(problem, drawn, where)
     for name in ask.among:
         MODELS.find(name, f"{where}: ask.among")
-    settings = [setting for setting in settings if not ask.among or setting.keys["fidelity"] in ask.among]
+    settings = [each for each in promise(ask.question) if not ask.among or each.keys["fidelity"] in ask.among]
     if not settings:
         of = f" among {', '.join(ask.among)}" if ask.among else ""
         raise ConfigurationError(
-            f"{where}: ask.question is {ask.question!r}, which no model of {trade.case_of(problem)}{of} "
+            f"{where}: ask.question is {ask.question!r}, which no model of {load_trade().case_of(problem)}{of} "
             "is promised to answer; ask for another, or name a fidelity"
         )
+    good = _good_enough(settings, ask, where)
+    setting = min(good, key=lambda setting: (setting.seconds, setting.error, setting.name))
+    return Choice(problem, ask, setting, tuple(settings), basis, promise)
+
+
+def _promises(problem: Scene, drawn: Mapping, where: str) -> tuple[Callable[[str], list[ModelSetting]], str]:
+    """Return the function from a question to the settings with a promise, and the basis of the promises in words.
+
+    Raises ConfigurationError where a problem lies outside of the box, or too few knits have been measured.
+    """
+    trade, knit = load_trade(), same_knit(problem)
+    mine = [row for row in measured_rows(OWN) if row["problem"] == knit]
+    if mine:
+        return lambda question: promised(problem, question, trade, mine, own=True), "on this very knit"
+    remedy = f"`knitstudy measure {problem.name}`, with the same options, runs all models on this knit"
+    if outside := trade.outside(problem, drawn):
+        raise ConfigurationError(f"{where}: {outside}: nothing is promised of other knits; {remedy}")
+    case, rows = str(trade.case_of(problem)), measured_rows(TRADE_KEPT)
+    if (count := len(measured_knits(rows, case))) < trade.fewest:
+        measured = f"{count or 'no'} knits have been measured of {case} ({TRADE_KEPT.name})"
+        more = f"a promise takes {trade.fewest} or more, which `make trade` measures"
+        raise ConfigurationError(f"{where}: {measured}: {more}; {remedy}")
+    share, sure = 100 * trade.coverage, 100 * trade.confidence
+    basis = f"on {share:.3g} % of the knits in the box of config/trade.yaml, at {sure:g} % confidence"
+    basis += f", by {count} that were measured"
+    if without := len(measured_knits(rows, case, known=False)):
+        basis += f" and without {without} on which solid yarns did not end"
+    return lambda question: promised(problem, question, trade, rows), basis
+
+
+def _good_enough(settings: list[ModelSetting], ask: Requirements, where: str) -> list[ModelSetting]:
+    """Return the settings that are accurate, fast and small enough.
+
+    Raises ConfigurationError, which names the nearest setting, where there are none.
+    """
     good = [setting for setting in settings if setting.error <= ask.accuracy]
     if not good:
         best = min(settings, key=attrgetter("error"))
         raise ConfigurationError(f"{where}: ask.accuracy is {ask.accuracy:g}, but nearest comes {best}")
     for key, price in (("seconds", attrgetter("most_seconds")), ("memory", attrgetter("memory"))):
         allowed = getattr(ask, key)
-        least = min(good, key=price)
-        if allowed is not None and price(least) > allowed:
-            cheap = min(
-                (setting for setting in settings if price(setting) <= allowed),
-                key=attrgetter("error"),
-                default=None,
-            )
+        if allowed is None:
+            continue
+        least, good = min(good, key=price), [setting for setting in good if price(setting) <= allowed]
+        if not good:
+            within = [setting for setting in settings if price(setting) <= allowed]
+            cheap = min(within, key=attrgetter("error"), default=None)
             instead = f"within it comes {cheap}" if cheap else "nothing is within it"
-            within = f"within ask.accuracy {ask.accuracy:g} the least is {least}"
-            raise ConfigurationError(f"{where}: ask.{key} is {allowed:g}, but {within}; {instead}")
-        good = [setting for setting in good if allowed is None or price(setting) <= allowed]
-    basis = "on this very knit"
-    if not mine:
-        share, sure = 100 * trade.coverage, 100 * trade.confidence
-        basis = f"on {share:.3g} % of the knits in the box of config/trade.yaml, at {sure:g} % confidence"
-        basis += f", by {count} that were measured"
-        if without := len(measured_knits(measured_rows(TRADE_KEPT), case, known=False)):
-            basis += f" and without {without} on which solid yarns did not end"
-    setting = min(good, key=lambda setting: (setting.seconds, setting.error, setting.name))
-    return Choice(problem, ask, setting, tuple(settings), basis, promise)
+            needed = f"within ask.accuracy {ask.accuracy:g} the least is {least}"
+            raise ConfigurationError(f"{where}: ask.{key} is {allowed:g}, but {needed}; {instead}")
+    return good
 
 
 def applies(problem: Scene, keys: Mapping[str, Any]) -> bool:
