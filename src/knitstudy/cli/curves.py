@@ -16,6 +16,7 @@ from knitstudy.cli.results import log_on_console
 from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
 from knitstudy.files import read_dataset, write_table
 from knitstudy.loading.restart import Progress
+from knitstudy.measures.curve_fit import Fit
 from knitstudy.study.scene import Scene
 from knitstudy.study.scene_type import unit_of
 
@@ -204,18 +205,24 @@ def fit(
             raise ConvergenceError(f"scene {chosen.name!r}: {count}, and 3 are needed; change --between")
         more_accurate = (lambda frictions: forces(frictions, dict(check))) if check else None
         fitted = curve_fit.fit(curve.to_numpy(), simulated, more_accurate)
-    moduli = {key: chosen.value(key) for key in MODULI if chosen.value(key) is not None}
+    table, values = _table_of(fitted, chosen)
+    curves = {"measured": whole, "fit": pd.Series(np.append(0, fitted.forces), np.append(0, curve.index))}
+    title = f"fit of {chosen.name} to {measured.name}"
+    _write(output / "fit" / f"{chosen.name}-{name}", table, curves, title)
+    click.echo(" ".join(f"--set {key}={console.plain(value)}" for key, (value, *_) in values.items()))
+
+
+def _table_of(fitted: Fit, scene: Scene) -> tuple[pd.DataFrame, dict[str, tuple]]:
+    """Print a fit; return its table, and the values of keys with their intervals."""
+    moduli = {key: scene.value(key) for key in MODULI if scene.value(key) is not None}
     values = {key: tuple(value * each for each in fitted.factor) for key, value in moduli.items()}
-    values |= {FRICTION: fitted.friction} if slides else {}
+    values |= {FRICTION: fitted.friction} if scene.value(FRICTION) is not None else {}
     rows = [(key, *values[key], unit_of(key)) for key in values]
     of = "force" if fitted.proportional else "largest force"
-    rows.append((f"what is left, of the {of}", 100 * fitted.noise, "", "", "%"))
+    rows.append((f"deviation that remains, of the {of}", 100 * fitted.noise, "", "", "%"))
     table = pd.DataFrame(rows, columns=["quantity", "value", "95 % from", "to", "unit"])
     console.print_table(list(table.columns), table.to_numpy())
     table["note"] = ["; ".join(fitted.remarks()), *[""] * (len(rows) - 1)]
     for line in fitted.remarks():
         click.echo(line, err=True)
-    curves = {"measured": whole, "fit": pd.Series(np.append(0, fitted.forces), np.append(0, curve.index))}
-    title = f"fit of {chosen.name} to {measured.name}"
-    _write(output / "fit" / f"{chosen.name}-{name}", table, curves, title)
-    click.echo(" ".join(f"--set {key}={console.plain(value)}" for key, (value, *_) in values.items()))
+    return table, values
