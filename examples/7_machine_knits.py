@@ -22,7 +22,7 @@ for panel, name in zip(axes[1:], ("jersey", "rib", "half_cardigan", "jacquard"),
     scene = load_scene("fabric-acrylic-rib-course-free").vary(knit | changes)
     results = simulate(scene)
     history = results.history
-    per_width = history["force_per_width"].isel(plane=0)  # N/m, along the courses
+    per_width = history["force_per_width"].sel(plane="course")  # N/m
     print(f"{name} {list(scene.pattern.stitches)}: {float(per_width[-1]):.1f} N/m at 30 %")
     axes[0].plot(100 * history["strain"], per_width, "o-", label=name)
     plot(results, colour="u_z", axes=panel)

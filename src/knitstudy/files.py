@@ -154,6 +154,9 @@ REMEDY = "delete it and make it again, with `make study` or `knitstudy run`"
 COORDINATES = {"strain": "increment"}
 """Variables that are coordinates along a dimension, such as the strain of every increment."""
 
+STRAINS = ("course", "wale", "shear")
+"""Strains in the plane of a fabric, by which forces per width and stiffnesses of a cell are ordered."""
+
 FINITE = ("load", "strain", "displacement", "force", "reaction", "energy")
 """Variables of a history that hold a number at every increment."""
 
@@ -221,9 +224,17 @@ def read_dataset(path: Path | str) -> xr.Dataset:
 
 
 def with_coordinates(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a dataset whose variables in `COORDINATES` are coordinates, for ``history.force.plot(x="strain")``."""
+    """Return a dataset whose variables in `COORDINATES` are coordinates, for ``history.force.plot(x="strain")``.
+
+    Strains in the plane have their names, for ``history.force_per_width.sel(plane="course")``.
+    """
     named = [name for name, dim in COORDINATES.items() if name in dataset and dataset[name].dims == (dim,)]
-    return dataset.set_coords(named)
+    labels = {
+        dim: (dim, list(STRAINS), {"long_name": "strains in the plane, and the forces that go with them"})
+        for dim in ("plane", "of_plane")
+        if dataset.sizes.get(dim) == len(STRAINS)
+    }
+    return dataset.set_coords(named).assign_coords(labels)
 
 
 def read_result(path: Path | str) -> xr.Dataset:

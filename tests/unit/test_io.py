@@ -177,3 +177,14 @@ def test_a_kill_leaves_the_old_file(tmp_path):
     with replacing(path) as temporary:
         temporary.write_text("new")
     assert list(tmp_path.iterdir()) == [path], "what the killed process left is gone"
+
+
+def test_strains_in_the_plane_have_names(tmp_path):
+    """Forces per width of a cell by name; two parameters of another plane have none."""
+    forces = xr.Dataset({"force_per_width": (("increment", "plane"), [[1.0, 2.0, 3.0]])})
+    write_dataset(forces, tmp_path / "cell.nc", "cell", "digest")
+    read = read_dataset(tmp_path / "cell.nc")
+    assert read["force_per_width"].sel(plane="wale").item() == 2.0
+    section = xr.Dataset({"section_points": (("section_node", "plane"), np.zeros((4, 2)))})
+    write_dataset(section, tmp_path / "section.nc", "section", "digest")
+    assert "plane" not in read_dataset(tmp_path / "section.nc").coords

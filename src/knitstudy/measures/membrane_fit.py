@@ -20,6 +20,7 @@ from scipy.optimize import nnls
 from scipy.stats import t as student
 
 from knitstudy.errors import DataFileError
+from knitstudy.files import STRAINS
 from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.membrane_law import ExponentialLaw, green
 
@@ -34,7 +35,7 @@ SIZES = (0.0, 0.5, 1.0, 2.0, 3.0, 4.5, 6.0, 8.0, 12.0)  # steeper curves are a c
 MIRROR = np.array([1.0, 1.0, -1.0])
 AXES = ("11", "22", "12")
 ENTRIES = np.tril_indices(3)  # of a form
-KINDS, NOTHING = ("course", "wale", "shear"), 1e-4  # not names of strains
+KINDS, NOTHING = STRAINS, 1e-4  # names of strains; strains below NOTHING count as none
 SHEARED, ALIGNED = 0.3, 0.02  # shares of shear in a state: of one that is sheared; of none
 LEAST = 4  # states that a law is fitted to
 

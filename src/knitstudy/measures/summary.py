@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import DataFileError
+from knitstudy.files import STRAINS
 from knitstudy.loading.history import FORMS
 from knitstudy.measures.centre_cell import SEGMENT, stress_angles
 from knitstudy.measures.response import largest_out_of_plane, secant_stiffness
@@ -110,7 +111,7 @@ def _mesh(dataset: xr.Dataset) -> list[Quantity]:
 
 
 def _rest(dataset: xr.Dataset) -> list[Quantity]:
-    strains = zip(("course", "wale", "shear"), dataset.attrs["strain_from_drawn"], strict=True)
+    strains = zip(STRAINS, dataset.attrs["strain_from_drawn"], strict=True)
     return [
         *(Quantity(name, dataset.attrs[name], "m") for name in ("wale_spacing", "course_spacing")),
         *(Quantity(f"{name} strain from the drawn loops", float(strain), "1") for name, strain in strains),
@@ -173,10 +174,10 @@ def _widths(dataset: xr.Dataset) -> list[Quantity]:
     """Return the strains and forces per width of a cell."""
     names = {"cell_strain": ("strain", "1"), "force_per_width": ("force over width", "N/m")}
     return [
-        Quantity(f"{way} {quantity} at the end", dataset[name].isel(increment=-1, plane=place).item(), unit)
+        Quantity(f"{way} {quantity} at the end", dataset[name].isel(increment=-1).sel(plane=way).item(), unit)
         for name, (quantity, unit) in names.items()
         if "force_per_width" in dataset
-        for place, way in enumerate(("course", "wale", "shear"))
+        for way in STRAINS
     ]
 
 

@@ -76,7 +76,7 @@ class Evidence:
     held: str = "shape"  # quantity that sweeps hold fixed (``pattern.keep``)
     axes: str = "local"  # of springs (``rom.axes``)
     normal: str = "normal_resultant"  # of contacts (``rom.normal``)
-    base: Evidence | None = None  # reference values; None of the base itself
+    base: Evidence | None = None  # evidence of the base, which has the reference; None for the base
 
     def named(self) -> Evidence:
         """Return the evidence with `direct` by the names of `SOLIDS`, and `again` by those of `AGAIN`."""
