@@ -191,6 +191,22 @@ def test_the_command_says_what_is_taken_and_where_too_few_were_measured(ask, kep
     assert "5 knits have been measured of cut-knit-tied (few.csv): a promise takes 12" in said[0]
 
 
+def test_of_a_large_knit_the_command_says_the_cell_first_and_what_the_whole_costs(ask):
+    """Costs of 30 x 30 cells by the laws of jobs, errors of 4 x 4 cells by the sample."""
+    arguments = ["plan", "yarns-tie-course", "--question", "force", "--accuracy", "0.05"]
+    for key, value in (LOOP | {"pattern.loops": 30, "pattern.rows": 30}).items():
+        arguments += ["--set", f"{key}={value}"]
+    offer, without, head, *rows = CliRunner().invoke(main, arguments).stdout.splitlines()
+    assert offer.startswith("if no edges matter, specimen: cell by yarns2: error at most ")
+    assert without.startswith("no error is promised of 30 x 30 cells")
+    assert head.split("\t") == ["model", "seconds", "MB", "error at most on 4 x 4 cells [%]"]
+    costs = {
+        name: (float(seconds), float(error)) for name, seconds, _, error in (row.split("\t") for row in rows)
+    }
+    assert costs["yarns2"][0] > 5 * costs["network"][0]
+    assert costs["honeycomb"][1] > costs["network"][1] > costs["yarns2"][1]
+
+
 def test_scenes_of_a_family_may_ask(ask, config):
     """Read as everything reads them: an ordinary scene; keys of a model are refused."""
     family = config / "scenes" / "9-asks.yaml"

@@ -20,16 +20,26 @@ from knitstudy.cli.console import (
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.registry import unknown_choice
-from knitstudy.study.choice import BESIDE, Choice, digits, front, without_edges
+from knitstudy.study.choice import (
+    BESIDE,
+    Choice,
+    ModelSetting,
+    as_measured,
+    choose,
+    digits,
+    front,
+    promises,
+    without_edges,
+)
 from knitstudy.study.configuration import (
     STUDIES,
+    asked_of,
     default_keys,
     drawn_defaults,
     knits_of,
     load_families,
     load_scenes,
     load_study,
-    plan_of,
 )
 from knitstudy.study.keys import describe_with_source
 from knitstudy.study.scene import Scene, differences, flat
@@ -166,11 +176,42 @@ def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -
     knitstudy plan yarns-tie-course --question force --accuracy 0.05 --set pattern.course_spacing=5e-3
     knitstudy run yarns-tie-course --set fidelity=auto --set ask.question=force --set ask.accuracy=0.05
 
+    Of a knit with more cells than those of the sample, the endless cell comes first, then the costs of the whole knit.
+
     Each line of the printed table costs more and is more accurate than the line before. If no model meets the
     accuracy or the budget, one message names the nearest.
     """
     asked_keys = {f"ask.{name}": value for name, value in asks.items() if value is not None}
-    _print_plan(plan_of(scene, dict(changes) | asked_keys, config))
+    problem, ask, where = asked_of(scene, dict(changes) | asked_keys, config)
+    drawn = drawn_defaults()
+    try:
+        choice = choose(problem, ask, drawn, where)
+    except ConfigurationError:
+        if (small := as_measured(problem)) is None:
+            raise
+        settings = promises(small, drawn, where)[0](ask.question)
+        click.echo(
+            without_edges(problem, ask, drawn) or f"the endless cell is not promised to be accurate to {100 * ask.accuracy:g} %"
+        )
+        _print_larger(problem, small, settings)
+    else:
+        _print_plan(choice)
+
+
+def _print_larger(problem: Scene, small: Scene, settings: list[ModelSetting]) -> None:
+    """Print what a knit costs that is larger than those of the sample, and the errors on a smaller one."""
+    from knitstudy.stages.cost import expected_memory, expected_seconds
+
+    size, less = (f"{each.pattern.loops} x {each.pattern.rows}" for each in (problem, small))
+    click.echo(
+        f"no error is promised of {size} cells by any model; expected costs, and errors on {less} cells:"
+    )
+    wholes = [(each, problem.vary(each.keys)) for each in settings]
+    rows = [
+        (each.name, digits(expected_seconds(whole)), expected_memory(whole), digits(100 * each.error))
+        for each, whole in wholes
+    ]
+    print_table(("model", "seconds", "MB", f"error at most on {less} cells [%]"), rows)
 
 
 def _print_plan(choice: Choice) -> None:

@@ -163,10 +163,19 @@ def without_edges(problem: Scene, ask: Requirements, drawn: Mapping) -> str:
         return ""
 
 
+def as_measured(problem: Scene) -> Scene | None:
+    """Return a knit with as many cells as the largest knits of the sample; None for a knit that is no larger."""
+    if not problem.is_knit:
+        return None
+    most = {key: load_trade().box[key.rpartition(".")[2]][1] for key in ("pattern.loops", "pattern.rows")}
+    less = {key: count for key, count in most.items() if problem.value(key) > count}
+    return problem.vary(less) if less else None
+
+
 def _choose(problem: Scene, ask: Requirements, drawn: Mapping, where: str) -> Choice:
     if problem.specimen == "pair":
         raise ConfigurationError(f"{where}: fidelity is {AUTO} but must be named where specimen is pair")
-    promise, basis = _promises(problem, drawn, where)
+    promise, basis = promises(problem, drawn, where)
     for name in ask.among:
         MODELS.find(name, f"{where}: ask.among")
     settings = [each for each in promise(ask.question) if not ask.among or each.keys["fidelity"] in ask.among]
@@ -181,7 +190,7 @@ def _choose(problem: Scene, ask: Requirements, drawn: Mapping, where: str) -> Ch
     return Choice(problem, ask, setting, tuple(settings), basis, promise)
 
 
-def _promises(problem: Scene, drawn: Mapping, where: str) -> tuple[Callable[[str], list[ModelSetting]], str]:
+def promises(problem: Scene, drawn: Mapping, where: str) -> tuple[Callable[[str], list[ModelSetting]], str]:
     """Return the function from a question to the settings with a promise, and the basis of the promises in words.
 
     Raises ConfigurationError where a problem lies outside of the box, or too few knits have been measured.

@@ -208,9 +208,15 @@ def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Cho
 
     Raises ConfigurationError as `load_scenes`, and where no model will do.
     """
+    problem, ask, where = asked_of(name, changes, config)
+    return choose(problem, ask, drawn_defaults(), where)
+
+
+def asked_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> tuple[Scene, Requirements, str]:
+    """Return the physical problem of a scene with changed keys, its question, and the beginning of messages."""
     problem, keys, where = problem_of(name, changes, config)
     wish = {key.partition(".")[2]: value for key, value in keys.items() if key.startswith("ask.")}
-    return choose(problem, validated(Requirements, wish, where, "ask."), drawn_defaults(), where)
+    return problem, validated(Requirements, wish, where, "ask."), where
 
 
 def problem_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> tuple[Scene, dict, str]:
