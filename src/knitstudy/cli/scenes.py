@@ -191,7 +191,8 @@ def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -
             raise
         settings = promises(small, drawn, where)[0](ask.question)
         click.echo(
-            without_edges(problem, ask, drawn) or f"the endless cell is not promised to be accurate to {100 * ask.accuracy:g} %"
+            without_edges(problem, ask, drawn)
+            or f"the endless cell is not promised to be accurate to {100 * ask.accuracy:g} %"
         )
         _print_larger(problem, small, settings)
     else:
