@@ -100,6 +100,7 @@ def _draw_curves(upper: Axes, lower: Axes, force: Axes, dns: xr.Dataset, contact
     upper.set(xlabel="", xticklabels=[])
     onset.set(xlabel="strain (%)")
     upper.yaxis.set_major_locator(MaxNLocator(integer=True))
+    lower.yaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))  # few digits: the label needs the room
     for axes, letter in ((upper, "a"), (force, "b")):
         above = 1 + NUMBERS / (INCH * axes.figure.get_figheight() * axes.get_position().height)
         _number(axes, points, above)

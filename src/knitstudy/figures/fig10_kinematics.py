@@ -25,6 +25,7 @@ from knitstudy.measures.centre_cell import centre_cell, closest_neighbour, rotat
 CURVES = 112.0  # height of the curves [mm]
 REACH = 2.4  # half the width of the pictures of the crossing, in radii
 MAGNIFIED = 5.0  # rotation and sliding in these pictures; yarns are true to scale
+ROUNDING = 1e-9  # values of a panel below which all of them are rounding errors
 LOWER, UPPER = "#0072B2", "#D55E00"
 
 # How crossings are drawn, by zone: right ones lie thin on their wide mirror images.
@@ -166,6 +167,8 @@ def _draw_histories(drawing: Figure, contacts: xr.Dataset) -> None:
             for (name, look), value in zip(ZONES, values[:, :, side].T, strict=True):
                 axes.plot(strain, value, label=name, clip_on=False, **look)
         row[0].set_ylabel(label)
+        if np.nanmax(np.abs(values), initial=0.0) < ROUNDING:
+            row[0].set_ylim(-1, 1)
     for axes, letter, title in zip(panels[0], "de", SIDES, strict=True):
         panel_letter(axes, letter, title)
     for axes in panels[-1]:
