@@ -61,17 +61,17 @@ def draw(
         look = BEAMS[scenes[name].beam.section]
         dash = DASHES.get(scenes[name].value("beam.tie"), look.dash)
         curves.append(force_curve(replace(look, label=label_of(scenes[name]), dash=dash), history, true))
-    axes = place(drawing, 0.095, low + 12.0, 0.5, BELOW - 20.0)
+    axes = place(drawing, 0.11, low + 12.0, 0.5, BELOW - 20.0)
     draw_curves(axes, [replace(curve, value=curve.value / full) for curve in curves], quantity, "1", "course")
     draw_reference(axes, true, full)
     panel_letter(axes, "b", "beams in contact, isotropic friction")
     if untied is not None:
         curve = force_curve(replace(DIRECT, marker=""), untied, reference_of(reference, scenes["untied"]))
-        axes = place(drawing, 0.095, 12.0, 0.5, low - 20.0)
+        axes = place(drawing, 0.11, 12.0, 0.5, low - 20.0)
         draw_curves(axes, [replace(curve, value=curve.value / full)], "force, as in (b)", "1", "course")
         panel_letter(axes, "c", "the same without tied rows")
     if geometry is not None:
-        axes = place(drawing, 0.095, low + BELOW + 12.0, 0.5, ABOVE - 20.0)
+        axes = place(drawing, 0.11, low + BELOW + 12.0, 0.5, ABOVE - 20.0)
         _draw_size(axes, geometry, scenes["geometry"], paper)
     return drawing
 

@@ -114,7 +114,8 @@ def draw_variants(
     names = list(dict.fromkeys(model.label for _, model in others))
     kinds = list(dict.fromkeys(case.interaction for case in cases))
     high = LINE * max(len(names), 1)
-    drawing = figure(DOUBLE, HEAD + high + 1.6 * FOOT)
+    whole = HEAD + high + 1.6 * FOOT
+    drawing = figure(DOUBLE, whole)
     places = [place(drawing, 0.45 + 0.28 * k, 1.6 * FOOT, 0.26, high) for k in range(len(kinds))]
     for axes in places[1:]:
         axes.sharex(places[0])
@@ -134,7 +135,7 @@ def draw_variants(
         axes.grid(axis="y", linewidth=0.4, color=FAINT, alpha=0.5)
         panel_letter(axes, letter, INTERACTIONS[kind])
     quantity = f"force at full strain over the {owners(case.reference for case in cases)} (1)"
-    drawing.supxlabel(quantity, x=0.71, y=0.08, fontsize=8.0)
+    drawing.supxlabel(quantity, x=0.71, y=0.7 * FOOT / whole, fontsize=8.0)
     shared_legend(drawing, ncols=2, bbox_to_anchor=(0.71, 0.0))
     return drawing
 
