@@ -15,7 +15,13 @@ from knitstudy.registry import find, load_plugins
 from knitstudy.stages.cost import machine_memory, time_limit
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.table import STAGES
-from knitstudy.study.configuration import folder_of, load_scenes, load_study, own_scenes, workflow_configuration
+from knitstudy.study.configuration import (
+    folder_of,
+    load_scenes,
+    load_study,
+    own_scenes,
+    workflow_configuration,
+)
 from knitstudy.study.documents import RESOURCES
 
 
