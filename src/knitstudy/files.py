@@ -12,15 +12,17 @@ from contextlib import contextmanager
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import netCDF4
 import numpy as np
-import pandas as pd
-import xarray as xr
 
 import knitstudy
 from knitstudy.errors import DataFileError, said_by
 from knitstudy.interruption import uninterrupted
+
+if TYPE_CHECKING:  # where they are needed, functions import them: the command starts in half the time
+    import pandas as pd
+    import xarray as xr
 
 # Files written whole or not at all
 
@@ -130,6 +132,8 @@ def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
 
     Raises DataFileError when the file is missing, is not CSV, or lacks a column.
     """
+    import pandas as pd
+
     path = Path(path)
     try:
         table = pd.read_csv(path)
@@ -208,6 +212,8 @@ def read_dataset(path: Path | str) -> xr.Dataset:
 
     Raises DataFileError when the file is missing, truncated or no netCDF, or was changed after it was written.
     """
+    import xarray as xr
+
     path = Path(path)
     if path.is_dir():
         raise DataFileError(f"{path}: is a folder; move it away, or name a file in it")
@@ -266,6 +272,8 @@ def recorded_digest(path: Path | str) -> str:
 
     Raises DataFileError when the file is truncated or no netCDF.
     """
+    import netCDF4
+
     try:
         with netCDF4.Dataset(path) as file:
             return "" if hasattr(file, "incomplete") else str(getattr(file, "digest", ""))

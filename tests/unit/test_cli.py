@@ -1,6 +1,7 @@
 """The command parses and prints, and ends with one message where something is wrong."""
 
 import re
+import subprocess
 import sys
 from importlib import import_module
 
@@ -11,7 +12,9 @@ from synthetic import geometry
 from knitstudy.cli.main import main
 from knitstudy.errors import ConvergenceError, EndedEarly
 from knitstudy.files import write_dataset
+from knitstudy.mechanics.spline_yarn import basis
 from knitstudy.stages.simulate import Results
+from knitstudy.study import model_sections
 
 
 @pytest.fixture
@@ -32,6 +35,23 @@ def message(result):
     assert result.stdout == ""
     (line,) = result.stderr.splitlines()
     return line
+
+
+def test_help_and_completion_import_no_library_of_results_and_no_model():
+    """A command starts in a third of the time: half of a second is what a shell waits for a completion."""
+    heavy = "pandas", "xarray", "netCDF4", "scipy", "knitstudy.models.solids"
+    code = (
+        "import sys; from click.testing import CliRunner; from knitstudy.cli.main import main;"
+        "from knitstudy.study.configuration import load_families; load_families();"
+        "ended = [CliRunner().invoke(main, [name, '--help']).exit_code for name in ('run', 'show', 'plan', 'export')];"
+        f"print(ended, [name for name in {heavy} if name in sys.modules])"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert ended.stdout.strip() == "[0, 0, 0, 0] []"
+
+
+def test_the_largest_degree_of_a_scene_is_that_of_the_mechanics():
+    assert model_sections.LARGEST_DEGREE == basis.LARGEST_DEGREE
 
 
 @pytest.mark.parametrize(

@@ -6,10 +6,9 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from textwrap import shorten
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
-import xarray as xr
 import yaml
 from click.shell_completion import CompletionItem
 from rich import box
@@ -32,6 +31,9 @@ from knitstudy.study.configuration import (
 from knitstudy.study.documents import CONFIG, parsed, read_yaml
 from knitstudy.study.scene import Scene
 from knitstudy.study.scene_type import all_keys
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 FOLDER = click.Path(path_type=Path, file_okay=False)
 FILE = click.Path(path_type=Path, dir_okay=False)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
@@ -15,10 +15,11 @@ from knitstudy.cli.console import SIZE, THERE
 from knitstudy.cli.results import log_on_console
 from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
 from knitstudy.files import read_dataset, write_table
-from knitstudy.loading.restart import Progress
-from knitstudy.measures.curve_fit import Fit
 from knitstudy.study.scene import Scene
 from knitstudy.study.scene_type import unit_of
+
+if TYPE_CHECKING:
+    from knitstudy.measures.curve_fit import Fit
 
 FRICTION = "contact.friction"
 MODULI = ("yarn.youngs_modulus", "yarn.transverse_modulus", "yarn.axial_shear_modulus")
@@ -167,6 +168,7 @@ def fit(
     the scene's load.strain are used. Table and picture are written to the folder fit of the results; the last line is
     what to add to `knitstudy run`.
     """
+    from knitstudy.loading.restart import Progress
     from knitstudy.measures import curve_fit
     from knitstudy.measures.measured_curve import at, simulated_curve, within
     from knitstudy.stages.simulate import simulate

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
-import xarray as xr
 
 from knitstudy.cli import console
 from knitstudy.errors import DataFileError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def write_pictures(

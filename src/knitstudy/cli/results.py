@@ -8,21 +8,21 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
-import xarray as xr
 
 from knitstudy.cli import console
 from knitstudy.cli.console import changed_scene, config_option, plain, print_table, scene_argument, set_option
 from knitstudy.errors import DataFileError
 from knitstudy.files import read_dataset, read_table
-from knitstudy.geometry.fabric_file import fabric_of
-from knitstudy.loading.restart import Progress
 from knitstudy.study.choice import ERROR, MEMORY, OWN, SECONDS
 from knitstudy.study.configuration import asks, default_keys, plan_of, problem_of
 from knitstudy.study.scene import flat
 from knitstudy.study.scene_type import unit_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 DIALECTS = ("abaqus", "calculix", "paraview")  # Programs that files are written for
 
@@ -67,6 +67,7 @@ def run(
     if threads is not None:
         os.environ["OMP_NUM_THREADS"] = str(threads)
     # Models are imported here: the other commands and --help do not need them.
+    from knitstudy.loading.restart import Progress
     from knitstudy.measures.differences import differing_variables
     from knitstudy.measures.summary import summarise
     from knitstudy.stages.simulate import simulate, write_outputs
@@ -297,6 +298,7 @@ def export(scene: str, dialect: str, changes: tuple, output: Path | None, config
         return
     from knitstudy.exchange.deck import require_deck, specimen_deck
     from knitstudy.exchange.inp import write_inp
+    from knitstudy.geometry.fabric_file import fabric_of
     from knitstudy.mesh.sweep import SweptMesh
     from knitstudy.stages.plan import Plan
     from knitstudy.stages.table import STAGES

@@ -18,7 +18,6 @@ from knitstudy.cli.console import (
     set_option,
 )
 from knitstudy.errors import ConfigurationError
-from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.registry import unknown_choice
 from knitstudy.study.choice import (
     BESIDE,
@@ -49,7 +48,7 @@ from knitstudy.study.scene_type import MODELS, Labels
 @click.command("list")
 @click.option("--study", type=click.Choice(STUDIES), help="Only scenes of this study.")
 @click.option("--family", help="Only scenes of this family, by the name of its file.")
-@click.option("--fidelity", type=click.Choice(sorted(MODELS.names())), help="Only scenes of this model.")
+@click.option("--fidelity", help="Only scenes of this model.")
 @config_option
 def list_scenes(study: str | None, family: str | None, fidelity: str | None, config: Path) -> None:
     """List the scenes: family, studies, and the keys that differ from the defaults (SI units).
@@ -62,6 +61,8 @@ def list_scenes(study: str | None, family: str | None, fidelity: str | None, con
     knitstudy list --family 2-medium             the scenes that config/scenes/2-medium.yaml defines
     knitstudy list | cut -f1                     names alone
     """
+    if fidelity is not None:
+        MODELS.find(fidelity, "--fidelity")
     scenes, defaults = load_scenes(config), default_keys(config)
     members = load_families(config)
     families = dict.fromkeys(member.family for member in members.values())
@@ -124,6 +125,7 @@ def _check_folder(folder: Path) -> None:
 def _checked_loop(scene: Scene) -> str:
     """Lay out the loop of a scene, divide its knit, and describe both in words."""
     # The geometry is imported here: the other commands and --help do not need it.
+    from knitstudy.geometry.fabric_file import fabric_of
     from knitstudy.geometry.lay_out import lay_out
     from knitstudy.models.simulate import require_resolution
 

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.study.knitout import repeat_of
@@ -175,6 +174,8 @@ def read_points(path: Path) -> tuple[np.ndarray, float, float]:
 
 def _table(path: Path) -> np.ndarray:
     """Return the points (P + 1, 3) of a file, with or without names of its columns. [m]"""
+    import pandas as pd
+
     table = pd.read_csv(path, comment="#", skipinitialspace=True, header=None, dtype=str)
     head = [str(name).strip() for name in table.iloc[0]]
     named = {name[1]: (k, name[2] or "m") for k, name in enumerate(map(_COLUMN.fullmatch, head)) if name}
