@@ -249,7 +249,7 @@ KEEPERS = {
 # All tables
 
 TARGETS = {
-    "loops": ("loops.csv", 1),
+    "loops": ("loops.csv", 8),
     "predictions": ("predictions.csv", 15),
     "verify": ("verification.csv", 25),
     "extremes": ("extremes.csv", 15),
