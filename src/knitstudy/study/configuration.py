@@ -7,8 +7,8 @@ family, or a folder without ``defaults.yaml``, adds its scenes to those of the d
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections import UserDict
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -104,27 +104,18 @@ def scenes_at_need(config: Path = CONFIG) -> tuple[Mapping[str, Scene], Mapping[
     first: dict[str, str] = {}
     for name, member in members.items():
         first.setdefault(str(member.keys.get("knit")), name)
-    return AtNeed(dict(zip(members, members, strict=True)), read), AtNeed(first, read)
+    return AtNeed({name: name for name in members}, read), AtNeed(first, read)
 
 
-@dataclass(frozen=True)
-class AtNeed(Mapping[str, Scene]):
-    """Scenes that are read when they are asked for: their `names` by the keys of the mapping."""
+class AtNeed(UserDict[str, Scene]):
+    """Scenes that are read when they are asked for, by the names of these scenes by key."""
 
-    names: Mapping[str, str]
-    read: Callable[[str], Scene]
+    def __init__(self, names: Mapping[str, str], read: Callable[[str], Scene]) -> None:
+        super().__init__(names)
+        self.read = read
 
     def __getitem__(self, key: str) -> Scene:
-        return self.read(self.names[key])
-
-    def __contains__(self, key: object) -> bool:
-        return key in self.names
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.names)
-
-    def __len__(self) -> int:
-        return len(self.names)
+        return self.read(super().__getitem__(key))
 
 
 def load_scene(name: str, config: Path = CONFIG) -> Scene:
