@@ -36,6 +36,15 @@ def test_a_wrong_scene_stops_itself_and_no_other(config):
             load(config)
 
 
+def test_a_wrong_first_scene_of_a_knit_stops_no_other_scene_of_the_knit(config):
+    other = "studies: []\nscenes:\n- name: beam-b\n  keys: {knit: plain, fidelity: beam, interaction: isotropic}\n"
+    (config / "scenes" / "z-beams.yaml").write_text(other)
+    rewrite(config / FAMILY, "outputs: [fields, vtu]", "load.strian: 0.01")
+    with pytest.raises(ConfigurationError, match=r"'dns-a'.*load\.strian"):
+        load_scene("dns-a", config)
+    assert load_scene("beam-b", config).knit == "plain"
+
+
 def test_scenes_of_one_knit_share_its_geometry(config):
     rewrite(config / FAMILY, "load.strain: 2e-2", "yarn.diameter: 1.7e-3")
     message = r"scene 'rom3d-a': knit is 'plain', as in .*'dns-a', but yarn\.diameter is 0\.0017"

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import UserDict
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -90,7 +91,7 @@ def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
 
 
 def scenes_at_need(config: Path = CONFIG) -> tuple[Mapping[str, Scene], Mapping[str, Scene]]:
-    """Return the scenes of a configuration by name, and the first of every knit or pair by its label.
+    """Return the scenes of a configuration by name, and the first correct one of every knit or pair by its label.
 
     Every scene is read and checked when it is asked for: jobs and commands need few of hundreds.
     """
@@ -101,16 +102,22 @@ def scenes_at_need(config: Path = CONFIG) -> tuple[Mapping[str, Scene], Mapping[
         member = members[name]
         return plan_of(name, {}, config).scene if is_open(member.keys) else _scene(member, defaults)
 
-    first: dict[str, str] = {}
+    def first(names: list[str]) -> Scene:
+        for name in names[:-1]:
+            with suppress(ConfigurationError):  # a wrong scene stops no other one of its knit
+                return read(name)
+        return read(names[-1])
+
+    of_knit: dict[str, list[str]] = {}
     for name, member in members.items():
-        first.setdefault(str(member.keys.get("knit")), name)
-    return AtNeed({name: name for name in members}, read), AtNeed(first, read)
+        of_knit.setdefault(str(member.keys.get("knit")), []).append(name)
+    return AtNeed({name: name for name in members}, read), AtNeed(of_knit, first)
 
 
 class AtNeed(UserDict[str, Scene]):
-    """Scenes that are read when they are asked for, by the names of these scenes by key."""
+    """Scenes that are read when they are asked for, each by the name, or the names, that its key stands for."""
 
-    def __init__(self, names: Mapping[str, str], read: Callable[[str], Scene]) -> None:
+    def __init__(self, names: Mapping[str, Any], read: Callable[[Any], Scene]) -> None:
         super().__init__(names)
         self.read = read
 
