@@ -207,6 +207,19 @@ def test_of_a_large_knit_the_command_says_the_cell_first_and_what_the_whole_cost
     assert costs["honeycomb"][1] > costs["network"][1] > costs["yarns2"][1]
 
 
+def test_a_large_knit_that_was_measured_itself_is_chosen_for_as_any_other(ask):
+    knit = LOOP | {"pattern.loops": 30, "pattern.rows": 30}
+    problem, _, _ = problem_of("yarns-tie-course", knit)
+    case = load_trade().case_of(problem)
+    write_table(pd.DataFrame([row(case, problem, "network", (0.03, 2, 9))]), choice.OWN)
+    changes = [each for key, value in knit.items() for each in ("--set", f"{key}={value}")]
+    plan = ["plan", "yarns-tie-course", "--question", "force", *changes]
+    assert "take network: error at most 3 %" in CliRunner().invoke(main, [*plan, "--accuracy", "0.05"]).stdout
+    said = CliRunner().invoke(main, [*plan, "--accuracy", "0.01"])
+    assert said.exit_code == 1
+    assert "ask.accuracy is 0.01, but nearest comes network" in said.stderr
+
+
 def test_scenes_of_a_family_may_ask(ask, config):
     """Read as everything reads them: an ordinary scene; keys of a model are refused."""
     family = config / "scenes" / "9-asks.yaml"

@@ -186,11 +186,7 @@ def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -
     asked_keys = {f"ask.{name}": value for name, value in asks.items() if value is not None}
     problem, ask, where = asked_of(scene, dict(changes) | asked_keys, config)
     drawn = drawn_defaults()
-    try:
-        choice = choose(problem, ask, drawn, where)
-    except ConfigurationError:
-        if (small := as_measured(problem)) is None:
-            raise
+    if small := as_measured(problem):
         settings = promises(small, drawn, where)[0](ask.question)
         click.echo(
             without_edges(problem, ask, drawn)
@@ -198,7 +194,7 @@ def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -
         )
         _print_larger(problem, small, settings)
     else:
-        _print_plan(choice)
+        _print_plan(choose(problem, ask, drawn, where))
 
 
 def _print_larger(problem: Scene, small: Scene, settings: list[ModelSetting]) -> None:

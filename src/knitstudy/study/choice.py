@@ -164,8 +164,11 @@ def without_edges(problem: Scene, ask: Requirements, drawn: Mapping) -> str:
 
 
 def as_measured(problem: Scene) -> Scene | None:
-    """Return a knit with as many cells as the largest knits of the sample; None for a knit that is no larger."""
-    if not problem.is_knit:
+    """Return a knit with as many cells as the largest knits of the sample, in place of a larger one.
+
+    None for a knit that is no larger, or that was measured itself.
+    """
+    if not problem.is_knit or _own_rows(problem):
         return None
     most = {key: load_trade().box[key.rpartition(".")[2]][1] for key in ("pattern.loops", "pattern.rows")}
     less = {key: count for key, count in most.items() if problem.value(key) > count}
@@ -195,9 +198,8 @@ def promises(problem: Scene, drawn: Mapping, where: str) -> tuple[Callable[[str]
 
     Raises ConfigurationError where a problem lies outside of the box, or too few knits have been measured.
     """
-    trade, knit = load_trade(), same_knit(problem)
-    mine = [row for row in measured_rows(OWN) if row["problem"] == knit]
-    if mine:
+    trade = load_trade()
+    if mine := _own_rows(problem):
         return lambda question: promised(problem, question, trade, mine, own=True), "on this very knit"
     remedy = f"`knitstudy measure {problem.name}`, with the same options, runs all models on this knit"
     if outside := trade.outside(problem, drawn):
@@ -213,6 +215,12 @@ def promises(problem: Scene, drawn: Mapping, where: str) -> tuple[Callable[[str]
     if without := len(measured_knits(rows, case, known=False)):
         basis += f" and without {without} on which solid yarns did not end"
     return lambda question: promised(problem, question, trade, rows), basis
+
+
+def _own_rows(problem: Scene) -> list[Mapping]:
+    """Return what `knitstudy measure` has measured on this very knit."""
+    knit = same_knit(problem)
+    return [row for row in measured_rows(OWN) if row["problem"] == knit]
 
 
 def _good_enough(settings: list[ModelSetting], ask: Requirements, where: str) -> list[ModelSetting]:
