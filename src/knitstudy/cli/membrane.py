@@ -12,7 +12,7 @@ import pandas as pd
 from knitstudy.cli import console
 from knitstudy.cli.console import FILE, SIZE, THERE
 from knitstudy.errors import DataFileError
-from knitstudy.files import read_dataset, write_dataset, write_table
+from knitstudy.files import STRAINS, read_dataset, write_dataset, write_table
 
 SHARES = (0.1, 0.25, 0.5, 0.75, 1.0)  # of the largest force, at which strains are printed
 
@@ -70,7 +70,7 @@ def _require_one_fabric(results: tuple[Path, ...]) -> None:
 @click.option("--length", type=SIZE, required=True, help="Length between the clamps [m].")
 @click.option("--width", type=SIZE, required=True, help="Width of the clamped edge at rest [m].")
 @click.option("--strain", type=SIZE, required=True, help="Displacement of the clamps over the length.")
-@click.option("--direction", type=click.Choice(("course", "wale")), default="course", show_default=True)
+@click.option("--direction", type=click.Choice(STRAINS[:2]), default="course", show_default=True)
 @click.option("-o", "--output", type=FILE, help="File of the curve (.csv); default: beside the law.")
 def strip(law: Path, length: float, width: float, strain: float, direction: str, output: Path | None) -> None:
     """Pull a strip of a fabric with a LAW (.nc, of `knitstudy membrane`) between clamps that hold its edges.
@@ -82,14 +82,13 @@ def strip(law: Path, length: float, width: float, strain: float, direction: str,
     knitstudy strip jersey.nc --length 0.0691 --width 0.0666 --strain 0.5
     knitstudy strip jersey.nc --length 0.0455 --width 0.0959 --strain 0.3 --direction wale
     """
-    from knitstudy.loading.history import DIRECTIONS
     from knitstudy.measures.membrane_fit import law_of
     from knitstudy.models.strip import WRINKLES, strain_at, stretch_strip
 
     fitted = read_dataset(law)
     if not {"form", "weight", "slope", "largest_strain"} <= set(fitted.variables):
         raise DataFileError(f"{law}: is no law of a fabric; `knitstudy membrane` makes one")
-    axis, path = DIRECTIONS.index(direction), output or law.with_name(f"{law.stem}-{direction}.csv")
+    axis, path = STRAINS.index(direction), output or law.with_name(f"{law.stem}-{direction}.csv")
     pulled, free = (
         stretch_strip(law_of(fitted), length, width, strain, axis, clamped) for clamped in (True, False)
     )

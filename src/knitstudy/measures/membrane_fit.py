@@ -35,7 +35,7 @@ SIZES = (0.0, 0.5, 1.0, 2.0, 3.0, 4.5, 6.0, 8.0, 12.0)  # steeper curves are a c
 MIRROR = np.array([1.0, 1.0, -1.0])
 AXES = ("11", "22", "12")
 ENTRIES = np.tril_indices(3)  # of a form
-KINDS, NOTHING = STRAINS, 1e-4  # names of strains; strains below NOTHING count as none
+NOTHING = 1e-4  # strains below it count as none
 SHEARED, ALIGNED = 0.3, 0.02  # shares of shear in a state: of one that is sheared; of none
 LEAST = 4  # states that a law is fitted to
 
@@ -65,7 +65,7 @@ class States(Chosen):
             raise DataFileError(f"{chosen.sum()} states of cells are too few for a law: {LEAST} are needed")
         states = every[chosen]
         most = np.abs(states.stretch).max(axis=0)
-        if missing := [name for name, each in zip(KINDS, most, strict=True) if each < NOTHING]:
+        if missing := [name for name, each in zip(STRAINS, most, strict=True) if each < NOTHING]:
             what = f"no state is strained in {', '.join(missing)}: the law would not know the stiffness"
             raise DataFileError(f"{what}; add a cell whose load.deformation is {' or '.join(missing)}")
         return states
