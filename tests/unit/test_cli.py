@@ -12,9 +12,7 @@ from synthetic import geometry
 from knitstudy.cli.main import main
 from knitstudy.errors import ConvergenceError, EndedEarly
 from knitstudy.files import write_dataset
-from knitstudy.mechanics.spline_yarn import basis
 from knitstudy.stages.simulate import Results
-from knitstudy.study import model_sections
 
 
 @pytest.fixture
@@ -48,10 +46,6 @@ def test_help_and_completion_import_no_library_of_results_and_no_model():
     )
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert ended.stdout.strip() == "[0, 0, 0, 0] []"
-
-
-def test_the_largest_degree_of_a_scene_is_that_of_the_mechanics():
-    assert model_sections.LARGEST_DEGREE == basis.LARGEST_DEGREE
 
 
 @pytest.mark.parametrize(

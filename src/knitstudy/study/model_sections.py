@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from knitstudy.mechanics.elements import ELEMENTS
+from knitstudy.mechanics.spline_yarn import LARGEST_DEGREE
 from knitstudy.study.keys import (
     Count,
     OneOf,
@@ -60,9 +61,6 @@ class BeamMesh(Section):
     """Section 2.5 prints none; curved: as stiff as a bent yarn of solids (docs/notes/beams.md). Checked: curved and
     straight: force -4 to -6 % (scenes rom3d-straight-*)."""
 
-
-LARGEST_DEGREE = 12
-"""That of `mechanics.spline_yarn.basis`, whose imports take longer than all of a scene's keys."""
 
 Degree = Annotated[int, Field(ge=2, le=LARGEST_DEGREE)]
 

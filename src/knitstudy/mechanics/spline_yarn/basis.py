@@ -22,8 +22,6 @@ from knitstudy.errors import MeshError
 # m = n, n - 2, ..., where P is the Jacobi polynomial P_j^(0, m), j = (n - m) / 2. Their mean square over the disc is 1,
 # so that phi_0 = 1, phi_1 = 2 x1 and phi_2 = 2 x2. On the rim P is 1: they are c cos(m theta) and c sin(m theta) there.
 
-LARGEST_DEGREE = 12  # beyond it nothing has been verified, and a span costs more than those that it saves
-
 
 def size(degree: int | np.ndarray) -> int | np.ndarray:
     """Return the number of functions up to a degree: 1, 3, 6, 10, 15, ..."""

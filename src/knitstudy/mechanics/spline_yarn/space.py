@@ -20,6 +20,7 @@ from scipy.spatial import cKDTree
 
 from knitstudy.errors import MeshError
 from knitstudy.mechanics.elements.hexahedron import CLOSE, inverted, require_near
+from knitstudy.mechanics.spline_yarn import LARGEST_DEGREE
 from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.basis import Spline
 
@@ -183,10 +184,10 @@ def yarn_space(
             "linear cannot widen where a bent yarn is compressed, which makes it (1 - nu) / ((1 + nu) (1 - 2 nu)) "
             "times too stiff, 2.1 at nu = 0.4"
         )
-    if degrees.min() < LEAST_DEGREE or degrees.max() > disc.LARGEST_DEGREE:
+    if degrees.min() < LEAST_DEGREE or degrees.max() > LARGEST_DEGREE:
         raise MeshError(
             f"the degrees over the section are {degrees.min()} to {degrees.max()}, but must be whole numbers from "
-            f"{LEAST_DEGREE} to {disc.LARGEST_DEGREE}"
+            f"{LEAST_DEGREE} to {LARGEST_DEGREE}"
         )
     spline = Spline.on(breaks, spline_degree, sharp)
     largest = np.zeros(spline.size, dtype=int)
