@@ -88,7 +88,7 @@ def test_axes_of_a_parabola_are_exact_to_its_ends(length):
     yarn, s = points.yarn, points.arc_length
     axes = Axes.of(yarn, s, points.weight, length, None)
     assert np.all(yarn[axes.points] == yarn[:, None])
-    derivatives = axes.at(along(yarn, s), np.zeros((2, 3)))
+    derivatives = axes.at(np.arange(len(s)), along(yarn, s), np.zeros((2, 3)))
     for order, found in enumerate(derivatives, start=1):
         np.testing.assert_allclose(found, along(yarn, s, order), atol=1e-10)
 

@@ -8,7 +8,6 @@ import pytest
 from crossing_beams import LAWS, curved_yarns
 
 from knitstudy.mechanics.beams.beam_contact import NO_LATTICE
-from knitstudy.mechanics.beams.line_friction import PairFriction
 from knitstudy.mechanics.rotation import exp
 
 FRICTION = {"stick": 1e4, "slip": 0.05, "rough": np.inf, "frictionless": 0.0}
@@ -34,9 +33,7 @@ def on_the_way(law, kind):
 def rubbing(model, state):
     """Friction of the pairs of points that touch."""
     line, points = model.contact.line, model.contact.at_points(state)
-    return PairFriction.of(
-        line.repulsion, line.friction, points, line.pairs(points.position, NO_LATTICE), state.contact.points
-    )
+    return line.rubbing(points, line.pairs(points.position, NO_LATTICE), state.contact.points)
 
 
 def alone(model):

@@ -15,7 +15,6 @@ from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.endless_beams import EndlessBeams
 from knitstudy.mechanics.beams.hertz import LAYERS, Patch
 from knitstudy.mechanics.beams.line_contact import LineContact
-from knitstudy.mechanics.beams.line_friction import PairFriction
 from knitstudy.mechanics.beams.repulsion import Power, Repulsion
 from knitstudy.mechanics.beams.state import BeamState, LineHistory
 from knitstudy.mechanics.periodic import Lattice
@@ -113,7 +112,7 @@ def test_tangent_is_the_derivative(friction, patch):
     contact = model.contact
     points = model.at_points(state)
     pairs = contact.pairs(points.position, model.vectors(state))
-    rubs = PairFriction.of(contact.repulsion, contact.friction, points, pairs, state.contact)
+    rubs = contact.rubbing(points, pairs, state.contact)
     assert len(pairs.i) > 50
     assert friction == 0 or 0 < rubs.slides.mean() < 1
     assert friction == 0 or 0 < (rubs.rate != 0).mean() < 1  # some close
@@ -136,7 +135,7 @@ def test_an_image_is_the_yarn_itself():
     one = model.contact
     yarn = np.repeat([0, 1], 2 * n)
     weight = one.weight.reshape(2, 1, n).repeat(2, axis=1).ravel()
-    own = LineContact(yarn, s, weight, one.repulsion, beside=one.beside, period=np.full(2, 8.0))
+    own = LineContact(yarn, s, weight, one.repulsion, beside=one.search.beside, period=np.full(2, 8.0))
     vectors = np.array([2 * shift, model.vectors(state)[1]])
     beams = BeamState(twice, np.tile(np.eye(3), (4 * n, 1, 1)))
     force, energy, _ = own.respond(beams, vectors, model.moves, LineHistory.none(), False)

@@ -79,9 +79,9 @@ def require_known(
 ) -> None:
     """Refuse a state beyond the verified law of contact; raises as `require_known_contact`."""
     pairs = contact.pairs(points.position, vectors)
-    along = contact.axes.at(points.position, vectors)
-    _, bends = contact.bends(pairs, along)
-    energy, factor = contact.energy(pairs, along)[1].value, contact.shaped(pairs, bends)[2].value
+    _, bends = contact.bends(pairs, points.position, vectors)
+    energy = contact.energy(pairs, points.position, vectors)[1].value
+    factor = contact.shaped(pairs, bends)[2].value
     depth = 2 * (1 - pairs.distance / contact.repulsion.diameter)
     shape = np.stack([each.value for each in bends[:3]], axis=1)
 

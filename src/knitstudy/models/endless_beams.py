@@ -135,7 +135,7 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
         held = np.append(HELD, model.lattice_unknowns)
         model = model.starting_at(_balanced("the drawn cell", scene, model, held, increments=1).state)
     else:
-        model = model.starting_at(_state(rest))
+        model = model.starting_at(_state(rest, model))
     motion, prescribed = cell_path(scene.load, model.lattice.lengths, HELD, model.size)
     repulsion, cell = model.contact.repulsion, BeamCell(rows, model)
     return Problem(
@@ -208,11 +208,13 @@ def _balanced(what: str, scene: Scene, model: EndlessBeams, held: np.ndarray, **
     return last
 
 
-def _state(rest: xr.Dataset) -> EndlessState:
-    """Return the state that a shape at rest describes."""
-    position, rotation = rest["centreline"].to_numpy(), rest["rotation"].to_numpy()
+def _state(rest: xr.Dataset, model: EndlessBeams) -> EndlessState:
+    """Return the state of a model that a shape at rest describes."""
+    beams = BeamState(rest["centreline"].to_numpy(), rest["rotation"].to_numpy())
     history = LineHistory(**{field: rest[name].to_numpy() for name, field in KEPT.items()})
-    return EndlessState(BeamState(position, rotation), np.zeros(3), history, np.zeros(position.size * 2 + 3))
+    state = EndlessState(beams, np.zeros(3), history, np.zeros(model.size))
+    points = model.contact.committed(model.at_points(state), model.vectors(state))
+    return replace(state, contact=replace(history, points=points if len(history.key) else None))
 
 
 def _model(

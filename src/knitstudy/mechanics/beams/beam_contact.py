@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.line_contact import LineContact
-from knitstudy.mechanics.beams.repulsion import PointPairs
+from knitstudy.mechanics.beams.pair_search import PointPairs
 from knitstudy.mechanics.beams.state import BeamContactHistory, BeamState, LineHistory
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.rotation import hat
@@ -140,6 +140,12 @@ class BeamContact:
             self.line.pairs(points.position, NO_LATTICE, near=True),
             np.full(len(self.yarn) + 1, np.nan),
         )
+        # Pairs are in the order of their points: of a point with all points of a yarn, the nearest one counts.
+        yarn, distance = self.points.yarn[near.j], near.distance
+        first = np.flatnonzero(np.diff(near.i, prepend=-1) | np.diff(yarn, prepend=-1))
+        if len(first):
+            least = np.repeat(np.minimum.reduceat(distance, first), np.diff(first, append=len(yarn)))
+            near = near[np.flatnonzero(distance == least)]
         at = self._crossings(near)[0]
         order = np.lexsort((near.distance, at))
         at, nearest = np.unique(at[order], return_index=True)
@@ -173,7 +179,7 @@ class BeamContact:
                 "loop; use a smaller load"
             )
         return BeamContactHistory(
-            points=self.line.remembered(points, NO_LATTICE, past.points, rubs),
+            points=self.line.remembered(points, NO_LATTICE, past.points.dissipated, pairs, rubs),
             on_stations=self._on_stations(self.line.forces(loads, NO_MOVES, len(points.position)))[:, :3],
             force=force[:-1],
             gap=gap,

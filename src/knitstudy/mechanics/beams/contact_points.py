@@ -126,7 +126,9 @@ class Axes:
         _, first, second = parabolas(knots, arc_length)
         return cls(points, image, first, second)
 
-    def at(self, position: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the derivatives (n, 3) for points (n, 3) with the lattice vectors (2, 3) [m]."""
-        place = position[self.points] + self.image[..., None] * vectors[0]
-        return np.einsum("np,npi->ni", self.first, place), np.einsum("np,npi->ni", self.second, place)
+    def at(
+        self, which: np.ndarray, position: np.ndarray, vectors: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the derivatives (k, 3) at some points (k,), of all points (n, 3) and lattice vectors (2, 3) [m]."""
+        place = position[self.points[which]] + self.image[which][..., None] * vectors[0]
+        return tuple(np.einsum("np,npi->ni", each[which], place) for each in (self.first, self.second))

@@ -169,7 +169,10 @@ class EndlessBeams:
 
     def _contact(self, state: EndlessState) -> LineContact:
         """Return the contact of yarns as thick as they have grown."""
-        return self.contact.thinner((1 - state.beams.released) * self.thinner) if self.ramps else self.contact
+        if not self.ramps:
+            return self.contact
+        thinner = (1 - state.beams.released) * self.thinner
+        return self.contact.of_diameter(self.contact.repulsion.diameter - thinner)
 
     def _all(self, state: EndlessState) -> BeamState:
         """Return the state of all nodes, images included."""

@@ -57,6 +57,21 @@ class Expansion:
         zero = np.zeros((k, v, v)) if second else None
         return [cls(values[:, c], np.tile(np.eye(v)[c], (k, 1)), zero) for c in range(v)]
 
+    @classmethod
+    def over_roots(cls, values: np.ndarray, top: int, below: list[int], second: bool) -> Expansion:
+        """Return one of the variables (k, v) over the roots of others, which are positive."""
+        per = 1 / np.sqrt(values[:, below].prod(axis=1))
+        value, slope, bend = values[:, top] * per, np.zeros(values.shape), None
+        by = -0.5 / values[:, below]
+        slope[:, top], slope[:, below] = per, value[:, None] * by
+        if second:
+            bend = np.zeros((*values.shape, values.shape[1]))
+            for column, one in zip(below, by.T, strict=True):
+                bend[:, top, column] = bend[:, column, top] = per * one
+                bend[:, column, below] = slope[:, below] * one[:, None]
+                bend[:, column, column] *= 3.0
+        return cls(value, slope, bend)
+
     def through(self, value: np.ndarray, first: np.ndarray, second: np.ndarray) -> Expansion:
         """Return an outer function of this one, from the outer value and derivatives (k,) by this one."""
         bend = None
@@ -177,7 +192,7 @@ class Patch:
         nu = self.poisson_ratio
         if nu is None:
             return flat
-        _, trace, det = _surfaces(*Expansion.variables(bends))
+        _, trace, det = _surfaces(*Expansion.variables(bends, second=False))
         half = 0.5 * trace.value
         root = np.sqrt(np.maximum(half**2 - det.value, 0.0))
         ratio = np.maximum((half + root) / np.maximum(half - root, 1e-3 * LEAST_DET), 1.0)

@@ -26,10 +26,11 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import dataclass, replace
+from functools import reduce
+from operator import add
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.spatial import cKDTree
 
 from knitstudy.mechanics.batches import by_parts, parts, share
 from knitstudy.mechanics.beams.contact_points import Axes
@@ -39,10 +40,12 @@ from knitstudy.mechanics.beams.line_friction import (
     PairFriction,
     closest_points,
     friction_tangent,
+    met,
     remember,
 )
-from knitstudy.mechanics.beams.repulsion import PointPairs, Repulsion
-from knitstudy.mechanics.beams.state import BeamState, LineHistory
+from knitstudy.mechanics.beams.pair_search import PairSearch, PointPairs
+from knitstudy.mechanics.beams.repulsion import Repulsion
+from knitstudy.mechanics.beams.state import BeamState, CommittedPoints, LineHistory
 
 NEAR = 1.1  # distance up to which pairs are near each other, and remembered, over the diameter
 SPACINGS = 2.5  # length of contact from which on the law is exact in the mean, over the spacing of points
@@ -63,6 +66,15 @@ for _row, (_one, _other) in enumerate(PRODUCTS):
     BOTH[_row, _one, :, _other] += np.eye(3)
     BOTH[_row, _other, :, _one] += np.eye(3)
 BOTH = BOTH.reshape(-1, 15, 15)
+
+
+def slope_of(U: Expansion, z: np.ndarray) -> np.ndarray:
+    """Return the derivatives (k, 5, 3) by z (k, 5, 3) of functions of its products."""
+    slope = np.zeros_like(z)
+    for by, (one, other) in zip(U.slope.T, PRODUCTS, strict=True):
+        slope[:, one] += by[:, None] * z[:, other]
+        slope[:, other] += by[:, None] * z[:, one]
+    return slope
 
 
 def products_by(z: np.ndarray) -> np.ndarray:
@@ -91,23 +103,13 @@ def shifts(pairs: PointPairs, moves: np.ndarray) -> np.ndarray:
     return np.einsum("ka,aij->kij", pairs.image, moves)
 
 
-def _serves(
-    pairs: PointPairs,
-    far: float,
-    before: np.ndarray,
-    lattice: np.ndarray,
-    position: np.ndarray,
-    vectors: np.ndarray,
-    reach: float,
-) -> bool:
-    """Return whether the pairs nearer than `far` before have all those within a reach now."""
-    move = position - before
-    moved = 2 * np.linalg.norm(move - move.mean(axis=0), axis=1).max()
-    images = np.abs(pairs.image).max(axis=0, initial=1) + 1
-    return moved + images @ np.linalg.norm(vectors - lattice, axis=1) < far - reach
-
-
-FAR = 1 << 6  # images are at most half as many periods away
+def by_rows(at: np.ndarray, blocks: np.ndarray, size: int) -> sp.csr_matrix:
+    """Return a matrix over so many unknowns with blocks (k, a, a) at the unknowns (k, a); entries may repeat."""
+    row, a = at.ravel(), at.shape[1]
+    order = np.argsort(row, kind="stable")
+    ends = a * np.cumsum(np.bincount(row, minlength=size))
+    data, columns = blocks.reshape(-1, a)[order].ravel(), at[order // a].ravel()
+    return sp.csr_matrix((data, columns, np.append(0, ends)), (size, size))
 
 
 class LineContact:
@@ -128,71 +130,37 @@ class LineContact:
     ) -> None:
         self.yarn, self.arc_length, self.weight, self.period = yarn, arc_length, weight, period
         self.repulsion, self.friction = repulsion, min(friction, ROUGH)
-        self.beside, self.joined = beside, joined
         self.axes = Axes.of(yarn, arc_length, weight, CHORD * repulsion.diameter, period)
-        # Pairs of the last search; their reach, points and lattice then
-        self._found: tuple[PointPairs, float, np.ndarray, np.ndarray] | None = None
+        self.search = PairSearch(yarn, arc_length, beside, period, joined)
 
-    def thinner(self, by: float) -> LineContact:
-        """Return the contact of yarns whose diameter is smaller by a length [m]."""
+    def of_diameter(self, diameter: float) -> LineContact:
+        """Return the contact of yarns of another diameter [m]."""
         contact = copy(self)
-        contact.repulsion = replace(self.repulsion, diameter=self.repulsion.diameter - by)
+        contact.repulsion = replace(self.repulsion, diameter=diameter)
         return contact
 
     def pairs(self, position: np.ndarray, vectors: np.ndarray, near: bool = False) -> PointPairs:
         """Return the pairs that touch, or those `near` each other, of points (n, 3) and lattice vectors (2, 3) [m]."""
         reach = (NEAR if near else 1.0) * self.repulsion.diameter
-        if self._found is None or not _serves(*self._found, position, vectors, reach):
-            far = (1 + MARGIN) * NEAR * self.repulsion.diameter
-            self._found = self._search(position, vectors, far), far, position, vectors
-        pairs = self._found[0]
-        way = position[pairs.j] + pairs.image @ vectors - position[pairs.i]
-        return replace(pairs, way=way)[np.einsum("ki,ki->k", way, way) < reach**2]
-
-    def _search(self, position: np.ndarray, vectors: np.ndarray, reach: float) -> PointPairs:
-        n, extent, most = len(position), np.ptp(position[:, :2], axis=0) + reach, np.zeros(2, dtype=int)
-        if self.period is not None:
-            # (x, y) = vectors^T (a, b): bounds of a and b for all ways that points may be apart
-            most = np.abs(np.linalg.inv(vectors[:, :2].T)) @ extent
-            most = np.ceil(most).astype(int).clip(max=FAR // 2 - 1)
-        a, b = np.meshgrid(np.arange(-most[0], most[0] + 1), np.arange(most[1] + 1), indexing="ij")
-        image = np.stack([a.ravel(), b.ravel()], axis=1)
-        # The others are these seen from the other point.
-        image = image[(image[:, 1] > 0) | (image[:, 0] > 0)]
-        tree = cKDTree(position)
-        i, j = tree.query_pairs(reach, output_type="ndarray").T.astype(np.int64)
-        of_image = np.zeros((len(i), 2), dtype=np.int64)
-        if len(image):
-            moved = (position + (image @ vectors)[:, None]).reshape(-1, 3)
-            near = tree.sparse_distance_matrix(cKDTree(moved), reach, output_type="coo_matrix")
-            i, j = np.append(i, near.row), np.append(j, near.col % n)
-            of_image = np.concatenate([of_image, image[near.col // n]])
-        a, b = of_image.T
-        apart = self.arc_length[j] - self.arc_length[i]
-        if self.period is not None:
-            apart = apart + a * self.period[self.yarn[j]]
-        chosen = (self.yarn[i] != self.yarn[j]) | (b != 0) | (np.abs(apart) > self.beside)
-        if self.joined is not None:
-            chosen &= (self.joined[i] < 0) | (self.joined[i] != self.joined[j])
-        key = ((i * n + j) * FAR + a + FAR // 2) * FAR + b
-        order = np.flatnonzero(chosen)[np.argsort(key[chosen])]
-        i, j, of_image = i[order], j[order], of_image[order]
-        return PointPairs(i, j, of_image, position[j] + of_image @ vectors - position[i], key[order])
+        return self.search.within(reach, (1 + MARGIN) * NEAR * self.repulsion.diameter, position, vectors)
 
     def bends(
-        self, pairs: PointPairs, along: tuple[np.ndarray, np.ndarray], second: bool = False
+        self, pairs: PointPairs, position: np.ndarray, vectors: np.ndarray, second: bool = False
     ) -> tuple[np.ndarray, list[Expansion]]:
         """Return z (k, 5, 3) and what U depends on: k_a R, k_b R, the cosine of the angle and r, by products of z.
 
-        z are the way, the second derivatives of both yarns and their tangents: `along` are those of all points.
+        z are the way, the second derivatives of both yarns and their tangents, of all points (n, 3) [m].
         """
-        first, bend = along
-        z = np.stack([pairs.way, bend[pairs.i], bend[pairs.j], first[pairs.i], first[pairs.j]], axis=1)
+        (first_i, bend_i), (first_j, bend_j) = (
+            self.axes.at(which, position, vectors) for which in (pairs.i, pairs.j)
+        )
+        z = np.stack([pairs.way, bend_i, bend_j, first_i, first_j], axis=1)
         values = np.stack([np.einsum("ki,ki->k", z[:, one], z[:, other]) for one, other in PRODUCTS], axis=1)
-        squared, of_a, of_b, square_a, square_b, both = Expansion.variables(values, second)
-        per_r, per_a, per_b = (each.power(-0.5) for each in (squared, square_a, square_b))
-        R = 0.5 * self.repulsion.diameter
-        return z, [R * (of_a * per_r), -R * (of_b * per_r), both * per_a * per_b, squared.power(0.5)]
+        squared, of_a, of_b, square_a, square_b, both = range(len(PRODUCTS))
+        k_a, k_b = (Expansion.over_roots(values, each, [squared], second) for each in (of_a, of_b))
+        cos = Expansion.over_roots(values, both, [square_a, square_b], second)
+        R, r = 0.5 * self.repulsion.diameter, Expansion.variables(values, second)[squared].power(0.5)
+        return z, [R * k_a, -R * k_b, cos, r]
 
     def shaped(self, pairs: PointPairs, bends: list[Expansion]) -> tuple[Expansion, Expansion, Expansion]:
         """Return r [m], c times both lengths [m2], and the factor by the shape, as functions of `bends`."""
@@ -202,10 +170,10 @@ class LineContact:
         return r, density.times(self.weight[pairs.i] * self.weight[pairs.j]), shape
 
     def energy(
-        self, pairs: PointPairs, along: tuple[np.ndarray, np.ndarray], second: bool = False
+        self, pairs: PointPairs, position: np.ndarray, vectors: np.ndarray, second: bool = False
     ) -> tuple[np.ndarray, Expansion]:
         """Return z (k, 5, 3) of pairs, and their energies (k,) [J] as functions of its products."""
-        z, bends = self.bends(pairs, along, second)
+        z, bends = self.bends(pairs, position, vectors, second)
         r, density, shape = self.shaped(pairs, bends)
         return z, (density * self.repulsion.potential(r, shape)).of(bends)
 
@@ -213,16 +181,16 @@ class LineContact:
         self, state: BeamState, vectors: np.ndarray, history: LineHistory, second: bool = False
     ) -> Loads:
         """Return the forces between pairs of points that touch."""
-        pairs, along = self.pairs(state.position, vectors), self.axes.at(state.position, vectors)
+        pairs = self.pairs(state.position, vectors)
 
         def energy(part: slice) -> tuple[np.ndarray, ...]:
-            z, U = self.energy(pairs[part], along, second)
+            z, U = self.energy(pairs[part], state.position, vectors, second)
             return z, U.value, U.slope, *((U.bend,) if second else ())
 
         z, *U = by_parts(energy, len(pairs.i), BATCH)
         U = Expansion(*U) if second else Expansion(*U, None)
-        slope = np.einsum("kv,kvz->kz", U.slope, products_by(z)).reshape(-1, 5, 3)
-        rubs = PairFriction.of(self.repulsion, self.friction, state, pairs, history)
+        slope = slope_of(U, z)
+        rubs = self.rubbing(state, pairs, history)
         on_j = slope[:, W].copy()
         on_j[rubs.pair] -= rubs.traction
         return Loads(pairs, z, U, slope, rubs, on_j)
@@ -249,12 +217,14 @@ class LineContact:
         np.add.at(total[:, :3], nodes, sign * on_j[:, None])
         np.add.at(total[:, 3:], nodes[rubs.pair], -sign * np.cross(rubs.arm, rubs.traction[:, None]))
         on_lattice = np.einsum("kij,ki->j", shifts(pairs, moves), on_j)
-        axes, on_axes = self.axes, np.zeros((2, n, 3))
-        np.add.at(on_axes[1], nodes, slope[:, 1:3])
-        np.add.at(on_axes[0], nodes, slope[:, 3:])
-        at_points = axes.first[..., None] * on_axes[0, :, None] + axes.second[..., None] * on_axes[1, :, None]
-        np.add.at(total[:, :3], axes.points, at_points)
-        on_lattice += np.einsum("np,npi->i", axes.image, at_points) @ moves[0]
+        touched, row = np.unique(nodes, return_inverse=True)
+        axes, on_axes = self.axes, np.zeros((2, len(touched), 3))
+        np.add.at(on_axes[1], row, slope[:, 1:3])
+        np.add.at(on_axes[0], row, slope[:, 3:])
+        of_first, of_second = (each[touched, :, None] for each in (axes.first, axes.second))
+        at_points = of_first * on_axes[0, :, None] + of_second * on_axes[1, :, None]
+        np.add.at(total[:, :3], axes.points[touched], at_points)
+        on_lattice += np.einsum("np,npi->i", axes.image[touched], at_points) @ moves[0]
         return np.append(total.ravel(), on_lattice)
 
     def _tangent(self, loads: Loads, moves: np.ndarray, size: int) -> sp.csr_matrix:
@@ -276,11 +246,9 @@ class LineContact:
 
         def summed(number: int) -> sp.csr_matrix:
             blocks_of, part = work[number]
-            at, blocks = blocks_of(part)
-            row, column = np.repeat(at, at.shape[1], axis=1), np.tile(at, at.shape[1])
-            return sp.csr_matrix((blocks.ravel(), (row.ravel(), column.ravel())), (size + 3, size + 3))
+            return by_rows(*blocks_of(part), size + 3)
 
-        return sum(share(summed, len(work)), sp.csr_matrix((size + 3, size + 3)))
+        return reduce(add, share(summed, len(work)))
 
     def _motion(
         self, pairs: PointPairs, shift: np.ndarray, moves: np.ndarray, size: int
@@ -302,25 +270,49 @@ class LineContact:
 
     def gaps(self, pairs: PointPairs, state: BeamState, vectors: np.ndarray) -> np.ndarray:
         """Return the gaps (k,) of the yarns of pairs at their closest points, by parabolas there [m]."""
-        z, _ = self.bends(pairs, self.axes.at(state.position, vectors))
+        z, _ = self.bends(pairs, state.position, vectors)
         D = self.repulsion.diameter
         return closest_points(z, 0.5 * D)[1] - D
 
+    def rubbing(self, state: BeamState, pairs: PointPairs, history: LineHistory) -> PairFriction:
+        """Return the friction of pairs that touch."""
+        history = self._completed(history, pairs)
+        return PairFriction.of(self.repulsion, self.friction, state, pairs, history)
+
     def commit(self, state: BeamState, vectors: np.ndarray, history: LineHistory) -> LineHistory:
         """Return the history that a converged increment leaves."""
-        rubs = PairFriction.of(
-            self.repulsion, self.friction, state, self.pairs(state.position, vectors), history
-        )
-        return self.remembered(state, vectors, history, rubs)
+        pairs = self.pairs(state.position, vectors)
+        rubs = self.rubbing(state, pairs, history)
+        return self.remembered(state, vectors, history.dissipated, pairs, rubs)
 
     def remembered(
-        self, state: BeamState, vectors: np.ndarray, history: LineHistory, rubs: PairFriction
+        self, state: BeamState, vectors: np.ndarray, dissipated: float, pairs: PointPairs, rubs: PairFriction
     ) -> LineHistory:
-        """Return the history that a converged increment with such friction leaves."""
-        pairs = self.pairs(state.position, vectors, near=True)
-        z, bends = self.bends(pairs, self.axes.at(state.position, vectors))
+        """Return the history that a converged increment leaves, whose pairs touch and rub so."""
+        points = self.committed(state, vectors)
+        touching = self._met(points, pairs)
+        return remember(self.friction, touching, points, pairs, rubs, dissipated)
+
+    def committed(self, state: BeamState, vectors: np.ndarray) -> CommittedPoints:
+        """Return what is remembered of all points."""
+        return CommittedPoints(state.position, state.rotation, vectors, self.repulsion.diameter)
+
+    def _met(self, points: CommittedPoints, pairs: PointPairs) -> LineHistory:
+        """Return the history of pairs in one configuration that have not rubbed."""
+        z, bends = self.bends(pairs, points.position, points.vectors)
         _, *weights = self.shaped(pairs, bends)
-        density, shape = (weight.value for weight in weights)
         angles = np.stack([each.value for each in bends[:3]], axis=1)
-        close = ClosePairs(pairs, z, angles, density, shape)
-        return remember(self.repulsion, self.friction, state, close, rubs, history.dissipated)
+        close = ClosePairs(pairs, z, angles, *(weight.value for weight in weights))
+        return met(self.repulsion, points, close)
+
+    def _completed(self, history: LineHistory, pairs: PointPairs) -> LineHistory:
+        """Return a history that knows all of these pairs: of those that did not touch, where their points were."""
+        points = history.points
+        if points is None:
+            return history
+        new = pairs[np.flatnonzero(~np.isin(pairs.key, history.key, assume_unique=True))]
+        position = points.position
+        way = position[new.j] + new.image @ points.vectors - position[new.i]
+        fresh = self.of_diameter(points.diameter)._met(points, replace(new, way=way))
+        both = history.joined(fresh)
+        return both[np.argsort(both.key)]

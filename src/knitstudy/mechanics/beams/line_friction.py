@@ -17,19 +17,20 @@ Deresiewicz (1953) and Walton (1987) say; elastic slip stores psi = t . S^-1 t /
     (t_0 + t) . u_slid / 2,
 
 is never negative, in whatever order yarns are pressed and sheared. Normals, S and t turn with both sections; where k at
-the end of an increment is smaller, t falls so that psi does not rise. Pairs that do not touch yet are remembered as
-well: they rub in the very increment in which they meet.
+the end of an increment is smaller, t falls so that psi does not rise. Pairs rub in the very increment in which they
+meet: of those that did not touch before it, the history follows from where all points were.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from knitstudy.mechanics.batches import Chosen
-from knitstudy.mechanics.beams.repulsion import PointPairs, Repulsion
-from knitstudy.mechanics.beams.state import BeamState, LineHistory
+from knitstudy.mechanics.beams.pair_search import PointPairs
+from knitstudy.mechanics.beams.repulsion import Repulsion
+from knitstudy.mechanics.beams.state import BeamState, CommittedPoints, LineHistory
 from knitstudy.mechanics.rotation import hat
 
 # Yarns along each other have no closest points: smallest second derivative of r^2 / 2 along them
@@ -150,34 +151,15 @@ class PairFriction(Chosen):
         )  # fmt: skip
 
 
-def remember(
-    law: Repulsion,
-    friction: float,  # mu
-    state: BeamState,
-    close: ClosePairs,
-    rubs: PairFriction,
-    dissipated: float,  # work of friction before [J]
-) -> LineHistory:
-    """Return the history of close pairs after an increment with such friction."""
+def met(law: Repulsion, points: CommittedPoints, close: ClosePairs) -> LineHistory:
+    """Return the history of pairs that have not rubbed, of points in one configuration."""
     pairs, z, density, shape, r = close.pairs, close.z, close.density, close.shape, close.pairs.distance
     normal, closest, tangent = closest_points(z, 0.5 * law.diameter)
     # Where yarns overlap by more than their bends the parabolas may pass each other: only the plane counts.
     share = np.abs(np.einsum("ki,ki->k", normal, pairs.way)) / r
     shear = law.shear(tangent, close.angles, normal)
-    force = law.push(share * density, shape, r)[0]
-    spring = density * law.closing(r - closest, shape) / (2 * np.pi * r)
-    traction, past = np.zeros((len(r), 3)), np.zeros(len(r))
-    old = np.searchsorted(pairs.key, rubs.key)
-    traction[old], past[old] = rubs.traction, rubs.stored
-    traction -= normal * np.einsum("ki,ki->k", normal, traction)[:, None]
-    stiff = shear + normal[:, :, None] * normal[:, None, :]
-    most = _ratio(friction * force, np.linalg.norm(traction, axis=1))
-    most = np.minimum(most, np.sqrt(_ratio(past, stored_energy(traction, spring, stiff))))
-    traction = traction * np.minimum(most, 1.0)[:, None]
-    stored = stored_energy(traction, spring, stiff)
-    turned = state.rotation[pairs.both]
+    turned = points.rotation[pairs.both]
     half = 0.5 * np.stack([pairs.way, -pairs.way], axis=1)
-    lost = rubs.dissipated.sum() + rubs.left_behind + rubs.stored.sum() - stored.sum()
     return LineHistory(
         key=pairs.key,
         arm=np.einsum("kaji,kaj->kai", turned, half),
@@ -186,12 +168,40 @@ def remember(
         density=density,
         shape=shape,
         distance=r,
-        force=force,
+        force=law.push(share * density, shape, r)[0],
         shear=turned.swapaxes(2, 3) @ shear[:, None] @ turned,
-        spring=spring,
-        traction=np.einsum("kaji,kj->kai", turned, traction),
-        stored=stored,
-        dissipated=dissipated + float(lost),
+        spring=density * law.closing(r - closest, shape) / (2 * np.pi * r),
+        traction=np.zeros((len(r), 2, 3)),
+        stored=np.zeros(len(r)),
+    )
+
+
+def remember(
+    friction: float,  # mu
+    touching: LineHistory,  # of the pairs that touch, as if they had not rubbed
+    points: CommittedPoints,
+    pairs: PointPairs,  # the same ones
+    rubs: PairFriction,
+    dissipated: float,  # work of friction before [J]
+) -> LineHistory:
+    """Return the history of pairs that touch after an increment with such friction."""
+    on_j, past, old = (
+        np.zeros((len(pairs.i), 3)),
+        np.zeros(len(pairs.i)),
+        np.searchsorted(pairs.key, rubs.key),
+    )
+    on_j[old], past[old] = rubs.traction, rubs.stored
+    normal, spring = touching.normal, touching.spring
+    traction = np.einsum("kaji,kj->kai", points.rotation[pairs.both], on_j)
+    traction -= normal * np.einsum("kai,kai->ka", normal, traction)[..., None]
+    stiff = touching.shear[:, 0] + normal[:, 0, :, None] * normal[:, 0, None, :]
+    most = _ratio(friction * touching.force, np.linalg.norm(traction[:, 0], axis=1))
+    most = np.minimum(most, np.sqrt(_ratio(past, stored_energy(traction[:, 0], spring, stiff))))
+    traction *= np.minimum(most, 1.0)[:, None, None]
+    stored = stored_energy(traction[:, 0], spring, stiff)
+    lost = rubs.dissipated.sum() + rubs.left_behind + rubs.stored.sum() - stored.sum()
+    return replace(
+        touching, traction=traction, stored=stored, dissipated=dissipated + float(lost), points=points
     )
 
 

@@ -11,7 +11,6 @@ from functools import cache
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.beams.hertz import LAYERS, Expansion, Patch
 from knitstudy.mechanics.contact.patch_compliance import local_compliance
 
@@ -160,24 +159,3 @@ class Repulsion:
         x = f * f * r.through(*self._depth(r.value))
         F = x.through(*self.law.force(x.value))
         return (1 / (2 * np.pi)) * (F * f.power(-3.0) * r.power(-1.0))
-
-
-@dataclass(frozen=True, eq=False)
-class PointPairs(Chosen):
-    """Pairs of points in one configuration: of point i, and of the image of point j."""
-
-    i: np.ndarray  # int (k,)
-    j: np.ndarray  # int (k,)
-    image: np.ndarray  # int (k, 2), how many periods away
-    way: np.ndarray  # (k, 3), vectors from i to the image of j [m]
-    key: np.ndarray  # int (k,), ascending
-
-    @property
-    def distance(self) -> np.ndarray:
-        """Distances (k,) [m]."""
-        return np.linalg.norm(self.way, axis=1)
-
-    @property
-    def both(self) -> np.ndarray:
-        """Points (k, 2)."""
-        return np.stack([self.i, self.j], axis=1)

@@ -6,10 +6,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knitstudy.mechanics.batches import Chosen
+
 
 @dataclass(frozen=True, eq=False)
-class LineHistory:
-    """History of the pairs of points that were near each other at the last converged increment."""
+class CommittedPoints:
+    """Points of contact at the last converged increment."""
+
+    position: np.ndarray  # (p, 3) [m]
+    rotation: np.ndarray  # (p, 3, 3), of the sections
+    vectors: np.ndarray  # (2, 3), of the lattice [m]
+    diameter: float  # of the yarns [m]
+
+
+@dataclass(frozen=True, eq=False)
+class LineHistory(Chosen):
+    """History of the pairs of points that touched at the last converged increment, and all points then."""
 
     key: np.ndarray  # int (m,), ascending; which pairs
     arm: np.ndarray  # (m, 2, 3), from the centres to the points that met, in the sections' axes [m]
@@ -24,6 +36,7 @@ class LineHistory:
     traction: np.ndarray  # (m, 2, 3), friction on j in the axes of both sections [N]
     stored: np.ndarray  # (m,), energy of elastic slip [J]
     dissipated: float = 0.0  # work of friction so far [J]
+    points: CommittedPoints | None = None  # None: nothing has been converged yet
 
     @classmethod
     def none(cls) -> LineHistory:
