@@ -148,7 +148,9 @@ def test_elements_that_are_too_large_for_the_yarn(specimen, refinement, across, 
         mesh = SimpleNamespace(size=2 / across, refinement=refinement)
         return SimpleNamespace(specimen=specimen, mesh=mesh, gates=SimpleNamespace(elements_across=asked))
 
-    with pytest.raises(MeshError, match=rf"mesh\.size is .*gates\.elements_across asks for {needed}: use") as caught:
+    with pytest.raises(
+        MeshError, match=rf"mesh\.size is .*gates\.elements_across asks for {needed}: use"
+    ) as caught:
         require_elements_across(scene(across))
     require_elements_across(scene(2 / float(str(caught.value).split(": use ")[1].split()[0])))
     require_elements_across(scene(needed))

@@ -33,10 +33,8 @@ from knitstudy.study.scene import Scene
 
 HELD = np.arange(3)  # the displacements of the first node: nothing else holds the whole in its place
 
-# Variables of a shape at rest that are what its contact remembers (`LineHistory`)
-KEPT = {"touching": "key", "touching_friction": "traction"}
-FIELDS = ("arm", "normal", "share", "density", "shape", "distance", "force", "shear", "spring", "stored")
-KEPT |= {f"touching_{field}": field for field in FIELDS}
+# Variables of a shape at rest that do not follow from it: fields of `LineHistory`
+KEPT = {"touching": "key", "touching_friction": "traction", "touching_stored": "stored"}
 
 RELAXATION = 20  # increments of the way to rest, where none of them fails
 
@@ -211,10 +209,10 @@ def _balanced(what: str, scene: Scene, model: EndlessBeams, held: np.ndarray, **
 def _state(rest: xr.Dataset, model: EndlessBeams) -> EndlessState:
     """Return the state of a model that a shape at rest describes."""
     beams = BeamState(rest["centreline"].to_numpy(), rest["rotation"].to_numpy())
-    history = LineHistory(**{field: rest[name].to_numpy() for name, field in KEPT.items()})
-    state = EndlessState(beams, np.zeros(3), history, np.zeros(model.size))
-    points = model.contact.committed(model.at_points(state), model.vectors(state))
-    return replace(state, contact=replace(history, points=points if len(history.key) else None))
+    state = EndlessState(beams, np.zeros(3), LineHistory.none(), np.zeros(model.size))
+    carried = {field: rest[name].to_numpy() for name, field in KEPT.items()}
+    history = model.contact.resumed(model.at_points(state), model.vectors(state), **carried)
+    return replace(state, contact=history)
 
 
 def _model(

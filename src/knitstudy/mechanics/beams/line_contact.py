@@ -293,6 +293,14 @@ class LineContact:
         touching = self._met(points, pairs)
         return remember(self.friction, touching, points, pairs, rubs, dissipated)
 
+    def resumed(
+        self, state: BeamState, vectors: np.ndarray, key: np.ndarray, traction: np.ndarray, stored: np.ndarray
+    ) -> LineHistory:
+        """Return the history of pairs that touch in a state, from what does not follow from it; see `LineHistory`."""
+        points, pairs = self.committed(state, vectors), self.pairs(state.position, vectors)
+        touching = self._met(points, pairs[np.flatnonzero(np.isin(pairs.key, key))])
+        return replace(touching, traction=traction, stored=stored, points=points)
+
     def committed(self, state: BeamState, vectors: np.ndarray) -> CommittedPoints:
         """Return what is remembered of all points."""
         return CommittedPoints(state.position, state.rotation, vectors, self.repulsion.diameter)
