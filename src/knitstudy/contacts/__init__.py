@@ -1,1 +1,1 @@
-"""What acts and moves where two yarns cross: contact zones, resultants, kinematics."""
+"""Forces and motions where two yarns cross: contact zones, resultants, kinematics."""

@@ -81,7 +81,7 @@ class Rings:
         return values
 
 
-# ---- The crossings of a specimen on the surfaces of its mesh: facets that face each other, and what touches near them
+# ---- The crossings of a specimen on the surfaces of its mesh: facets that face each other, and the contact near them
 
 
 REACH = 2.0  # distance along the yarn from a crossing, in radii, up to which contact is counted to it
@@ -97,7 +97,7 @@ class CrossingFacets:
 
     @classmethod
     def of(cls, crossings: Crossings, mesh: SweptMesh) -> CrossingFacets:
-        """Find the facets: the layer that the closest point lies in, and what faces the other yarn there."""
+        """Find the facets: the layer that the closest point lies in, and the facet that faces the other yarn there."""
         across = crossings.point[:, ::-1] - crossings.point
         below = mesh.slice_below(crossings.yarn, crossings.arc_length)
         directors = (mesh.frames[below] + mesh.frames[below + 1])[:, :, :2]
@@ -133,7 +133,7 @@ class CrossingFacets:
         return crossing, side
 
 
-# ---- What a simulation keeps of its contact points: one row for every point that touches, at every increment
+# ---- Contact points in the history of a simulation: one row for every point that touches, at every increment
 
 
 def touching_points(
@@ -171,7 +171,7 @@ def touching_points(
 def crossing_forces(columns: dict[str, np.ndarray], count: int) -> np.ndarray:
     """Return the force (count, 3) of contact on the yarn of side 0 at every crossing [N].
 
-    Each side's points carry half of the stiffness; what acts on the yarn of side 1 counts with the other sign.
+    Each side's points carry half of the stiffness; forces on the yarn of side 1 count with the other sign.
     """
     force = columns["pressure"][:, None] * columns["normal"] + columns["traction"]
     force *= (PASS_SHARE * columns["area"] * np.where(columns["side"] == 0, 1.0, -1.0))[:, None]

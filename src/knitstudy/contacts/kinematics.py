@@ -1,7 +1,7 @@
 """How the cross-sections of solid yarns move and deform where yarns cross (Fig. 10 of the paper).
 
 Linear hexahedra have no rotations. That of a section is the rotation in the affine map that comes closest to the
-displacements of all nodes around it; what the map leaves out, such as the dent that a contact makes, averages out.
+displacements of all nodes around it; motion beyond the map, such as the dent of a contact, averages out.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def kinematics(
     relative: np.ndarray,
     contact: np.ndarray,
 ) -> dict[str, np.ndarray]:
-    """Return what is derived, by names of `loading.columns.CONTACTS`.
+    """Return the derived quantities, by names of `loading.columns.CONTACTS`.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """A fabric: yarns as curves, where these cross, and where a load grips them.
 
-Every specimen is one: `plain_knit`, `cut_cells`, `endless_cell`, `yarn_pair`, and `pieces_of` any of them. What comes
+Every specimen is one: `plain_knit`, `cut_cells`, `endless_cell`, `yarn_pair`, and `pieces_of` any of them. Everything
 after the geometry reads curves, crossings and grips; rows, columns and zones of crossings are labels for reports.
 """
 

@@ -4,7 +4,7 @@ A drawn loop is x = w t / (2 pi) + a sin 2t, y = -h/2 cos t, z = -b cos 2t, as l
 move to where the bending and length terms of Eq. (1) are smallest among the loops that have room: yarns stand exactly
 2R + c0 apart at the crossings, all other pieces of yarn at least as far, and the yarn bends to R / rho of at most
 `LARGEST_CURVATURE` (sequential quadratic programming). The share of the radius that the yarn has is an unknown as well,
-and what it lacks of 1 costs more than all bending: the minimum is the wanted loop, or the thickest one that fits. A
+and a share below 1 costs more than all bending: the minimum is the wanted loop, or the thickest one that fits. A
 wanted length follows in the same way. Of stitches that differ the loops of a whole repeat are one problem, whose
 symmetries are kept. Lengths are in radii but for those of `Loop` and `LoopTarget`.
 
@@ -45,7 +45,7 @@ SMALLEST_STRIDE = 1e-4  # and at least, or there is no way on
 IDLE = 3e-5  # the same, below which the minimisation makes no headway
 MIXED_PATIENCE = 4  # such minimisations one after the other, of stitches that differ, before the way ends
 EXACT = 5e-5  # radii by which distances, and the length, may miss what is asked
-LACK = 1e3  # what the share that a loop lacks costs, over the largest slope of the bending and length terms
+LACK = 1e3  # cost of a share below 1, over the largest slope of the bending and length terms
 STATIONARY = 1e-3  # slope over the largest one of the bending and length terms that a minimum may have
 RETREAT = 0.01  # share by which the yarn gets thinner where a minimisation makes no headway
 GAIN = 1e-4  # share below which a loop that fits is no better than the one before
@@ -64,7 +64,7 @@ def peirce_length(course: float, wale: float, diameter: float) -> float:
 
 @dataclass(frozen=True)
 class LoopTarget:
-    """What loops are made from: as of `Loop`, and the length of each if it is given. [m]"""
+    """Input of a fit: spacings and radius as of `Loop`, and the length of a loop if it is given [m]."""
 
     course: float
     wale: float
@@ -177,7 +177,7 @@ def _millimetres(length: float) -> str:
 
 def _of_spacings(wanted: LoopTarget, settings: Any) -> _End:
     """Return the end of the path to the loop of free length; InfeasibleLoop where the drawn one does not interlock."""
-    # A problem of another scale is the same one to the last bit, and so is what becomes of it.
+    # A problem of another scale is the same one to the last bit, and so is its solution.
     spacings = (float(f"{each / wanted.radius:.12g}") for each in (wanted.course, wanted.wale))
     unit = LoopTarget(*spacings, 1.0, wanted.clearance, stitches=standard(wanted.stitches)[0])
     try:
@@ -219,7 +219,7 @@ _End = tuple["_Room", Optimum | None, str]
 
 @dataclass(frozen=True)
 class _Path:
-    """What is asked of a loop at a share of the way: radius and length a + share b, in radii of the wanted yarn."""
+    """Targets of a loop at a share of the way: radius and length a + share b, in radii of the wanted yarn."""
 
     rest: float  # length that the length term of Eq. (1) aims at
     radius: tuple[float, float]
@@ -394,7 +394,7 @@ class _Room:
     # Each of these returns values (k,), slopes along the control points (k, P, 3), and along the share (k,).
 
     def _lack(self, points: np.ndarray, share: float) -> _Valued:
-        """F without its term of the distances, which are constraints here, and the cost of what the share lacks."""
+        """F without its term of the distances, which are constraints here, and the cost of a share below 1."""
         value, slope = self.cost.value(points, share=0.0)
         return (
             np.array([value / self._unit + LACK * (1 - share)]),
@@ -452,7 +452,7 @@ class _Room:
         return minimize(of(self._cost, 0), self._start, jac=of(self._cost, 1), **slsqp)
 
     def stationary(self, x: np.ndarray) -> float:
-        """Return what remains of the gradient beside the forces of the constraints that are met with equality."""
+        """Return the gradient less the forces of the active constraints."""
         value, slope = self.evaluate(x)
         met = np.abs(value) < EXACT
         met[self._cost] = False

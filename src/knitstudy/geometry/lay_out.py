@@ -88,7 +88,7 @@ def drawn_radius(scene: Scene) -> float:
 
 
 def _target(scene: Scene) -> LoopTarget:
-    """Return what the loop of a scene without control points must have."""
+    """Return the target of the loop of a scene that has no control points."""
     pattern = scene.pattern
     spacings = pattern.course_spacing, pattern.wale_spacing
     return LoopTarget(

@@ -1,4 +1,4 @@
-"""Cells of knits with tucks, floats, cables and lace: curves of all rows, from what every stitch is made of.
+"""Cells of knits with tucks, floats, cables and lace: curves of all rows, put together from stitches.
 
 A stitch has feet in its own row, and a head in the row of the stitch that is drawn through it. A loop that is held
 over tucks (T) or floats (-) has long legs; a tuck has no loop below it, and its head lies behind and below that of the
@@ -33,7 +33,7 @@ ASIDE = 0.6
 
 @dataclass(frozen=True)
 class Stitch:
-    """What a letter of a repeat stands for, in its place."""
+    """A stitch of a repeat, in its place."""
 
     letter: str
     moved: int  # needles to the right by which its head is moved
@@ -148,7 +148,7 @@ def loop(drawing: Drawing, stitch: Stitch, tuck: bool = False) -> np.ndarray:
 
 
 def straight(drawing: Drawing, stitch: Stitch) -> np.ndarray:
-    """Return the points (4, 3) of a float: straight on from sinker to sinker, behind what is held."""
+    """Return the points (4, 3) of a float: straight on from sinker to sinker, behind the loop that is held."""
     return drawing.plain[0] + np.linspace(0, drawing.wale, 4, endpoint=False)[:, None] * [1, 0, 0]
 
 

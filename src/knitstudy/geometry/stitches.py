@@ -1,4 +1,4 @@
-"""Stitches: rows of letters, what they say of a yarn's path, and which of them are one knit.
+"""Stitches: rows of letters, the paths of yarns that they describe, and which rows are the same knit.
 
 A repeat is written as rows of letters, the bottom row first: ["KP"] is a 1 x 1 rib, ["K", "P"] a garter. A knit stitch
 (K) is drawn through the loop below it from the back to the front, a purl stitch (P) from the front to the back: a purl

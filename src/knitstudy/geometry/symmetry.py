@@ -23,7 +23,7 @@ SAME_PLACE = 1e-3  # Bezier segments within which two places on a yarn are one
 
 @dataclass(frozen=True, eq=False)
 class Symmetry:
-    """A motion of space that maps a knit onto itself, by what it does to rows and parameters."""
+    """A motion of space that maps a knit onto itself, as a map of rows and parameters."""
 
     sign: np.ndarray  # (3,) of the components: 1 or -1
     by: int  # parameter u of a row goes to sign[0] u + by,

@@ -39,7 +39,7 @@ def require_sound(
     increment: Increment,
     recorder: Recorder,  # with the increment as its last one
 ) -> None:
-    """Refuse an increment that has converged to something else than what the scene asks for.
+    """Refuse an increment that has converged to something else than the scene asks for.
 
     Until solids are loaded only the ledger and the work of viscous flows are judged.
     Raises ConvergenceError as the functions below.
@@ -217,7 +217,7 @@ def require_small_hourglass(scene: Scene, increment: Increment) -> None:
 def require_small_stabilisation(scene: Scene, increment: Increment, reaction: np.ndarray) -> None:
     """Refuse a state in which viscous forces carry load.
 
-    Raises ConvergenceError if what they have dissipated exceeds the share ``gates.stabilisation`` of the internal
+    Raises ConvergenceError if their dissipation exceeds the share ``gates.stabilisation`` of the internal
     energy, or the sum of their magnitudes the share ``gates.viscous_force`` of the reaction (3,) of the driven side.
     """
     energy, pull = increment.response.energy, float(np.linalg.norm(reaction))
@@ -245,9 +245,9 @@ def require_closed_ledger(
     """Refuse an increment after which the ledger of energies is open: external work = the sum of all other forms.
 
     A gap is work that the computation has made or lost: a rule that is too coarse for how the force changes within an
-    increment, or forces that no form accounts for. What an increment adds is held against half of its own work, so that
-    none uses up what is allowed to others. Where hardly any work is done yet, and for the whole gap, the work counts
-    that will have been done at full load (`expected_work`).
+    increment, or forces that no form accounts for. The addition of an increment is held against half of its own work,
+    so that none uses up the allowance of others. Where hardly any work is done yet, and for the whole gap, the work
+    counts that will have been done at full load (`expected_work`).
 
     Raises CoarseIncrement if this increment adds too much; ConvergenceError if the gap is too large though none did:
     the work that was expected has not been done.
@@ -279,7 +279,7 @@ def require_closed_ledger(
 
 
 def require_lasting_friction(recorder: Recorder, index: int) -> None:
-    """Refuse an accepted increment, the last one of a recorder, in which friction gives back what it has dissipated.
+    """Refuse an accepted increment, the last one of a recorder, in which friction gives dissipated energy back.
 
     Raises ConvergenceError if the energy of friction falls by more than `ROUNDING` of the largest energy so far.
     """
@@ -294,7 +294,7 @@ def require_lasting_friction(recorder: Recorder, index: int) -> None:
 
 
 def expected_work(recorder: Recorder) -> float:
-    """Return the largest external work so far, and what the force will do on the rest of the path [J].
+    """Return the largest external work so far, and the work that the force will do on the rest of the path [J].
 
     The force is taken to go on growing as in the last increment, and not to fall.
     """
@@ -316,7 +316,7 @@ def _path_length(motion: Motion, start: float, end: float) -> float:
     return float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
 
 
-# What the law of contact of beams is verified for (tests/verification/test_line_contact.py):
+# Limits up to which the law of contact of beams is verified (tests/verification/test_line_contact.py):
 # curvatures towards each other over 1/R, the sine of the angle, and the spread f^2 delta / R, where f is the factor of
 # both on the force: the area of the patch over that of a section. The factor is bounded as well.
 BENT, SINE, SPREAD = 0.45, 0.25, 0.3

@@ -173,7 +173,7 @@ class Recorder:
         observed: Mapping[str, Any],  # with `centreline_displacement` (S, 3) [m] at least
         points: Mapping[str, np.ndarray] | None = None,  # of the points in contact, without `contact_`
     ) -> None:
-        """Append a converged increment and what the observer reports; DataFileError if `HISTORY` has no such name."""
+        """Append a converged increment and the columns of the observer; DataFileError if `HISTORY` has no such name."""
         reaction = np.array([increment.response.force[self.driven[:, i]].sum() for i in range(3)])
         displacement, axis = self.motion.at(increment.load), self.motion.axis
         row = {

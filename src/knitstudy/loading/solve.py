@@ -36,10 +36,10 @@ Reported = tuple[dict[str, Any], dict[str, np.ndarray]]
 
 
 class Observer(Protocol):
-    """Reports what a model does at every converged increment."""
+    """Reports columns of a model at every converged increment."""
 
     def record(self, increment: Increment) -> Reported:
-        """Return what the history takes from an increment."""
+        """Return the columns of the history for an increment."""
         ...
 
 
@@ -90,7 +90,7 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
     Raises
     ------
     ConvergenceError
-        If the load cannot be reached or a check refuses a state; its `history` is what had converged.
+        If the load cannot be reached or a check refuses a state; its `history` holds the increments that had converged.
     DataFileError
         If the restart file is damaged or belongs to another scene.
     """

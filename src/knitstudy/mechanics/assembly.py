@@ -123,7 +123,7 @@ class Assembly:
         return sp.bsr_matrix((blocks, self.indices, self.indptr), shape=(size, size))
 
     def _linked(self, linked: sp.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
-        """Return the pattern's entries (k,) that are links, and what they add to every component [N/m]."""
+        """Return the pattern's entries (k,) that are links, and their stiffness for every component [N/m]."""
         row = np.repeat(np.arange(self.retained), np.diff(linked.indptr))
         if not len(row):
             return np.empty(0, dtype=np.int64), np.empty(0)
@@ -154,8 +154,8 @@ class StiffnessSum:
     """Stiffness blocks on their way into the matrix, batch by batch in any order and by any thread.
 
     Entries that one batch alone touches may be written at once; all else is added in the order of the batches, so that
-    rounding does not depend on who came first: what comes early waits for its turn. `data` (entries, block^2) is the
-    sum once all batches are there.
+    rounding does not depend on which came first: a batch that comes early waits for its turn. `data` (entries, block^2)
+    is the sum once all batches are there.
     """
 
     def __init__(self, entries: int, block: int, sums: Sequence[PairSum | SpanSum], room: int) -> None:
@@ -188,7 +188,7 @@ class PairSum:
         self._to_own, self._to_joint = weights[alone], weights[~alone]
 
     def put(self, data: np.ndarray, blocks: np.ndarray) -> np.ndarray:
-        """Write entries of its own into `data` (entries, b); return what others get of blocks (e a^2, b)."""
+        """Write entries of its own into `data` (entries, b); return blocks (e a^2, b) of entries that it shares."""
         data[self._own] = self._to_own @ blocks
         return self._to_joint @ blocks
 
@@ -331,9 +331,9 @@ class PatternSum:
         return same and (large.indices is self._large or np.array_equal(large.indices, self._large))
 
     def add(self, large: sp.bsr_matrix, small: sp.bsr_matrix) -> sp.bsr_matrix:
-        """Return the sum; it takes the place of the large matrix if behind that is room for what is inserted.
+        """Return the sum; it takes the place of the large matrix if that has room for the entries to insert.
 
-        Room is what the array whose first part `large.data` is has besides.
+        Room is the rest of the array whose first part is `large.data`.
         """
         if not self.inserted:
             large.data[self._at] += small.data
@@ -368,7 +368,7 @@ def lacking(matrix: sp.bsr_matrix, part: sp.bsr_matrix) -> Iterator[None]:
 def _places(large: sp.bsr_matrix, small: sp.bsr_matrix) -> tuple[np.ndarray, np.ndarray]:
     """Return where the large pattern has, or would have, every block of a small one, and whether it has it.
 
-    What it has not goes before the first block of the row with a larger column, or to the row's end.
+    Blocks that it does not have go before the first block of the row with a larger column, or to the row's end.
     """
     nodes = len(large.indptr) - 1
     count = np.diff(small.indptr)

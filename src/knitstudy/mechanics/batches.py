@@ -43,7 +43,7 @@ def inverse(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 class Chosen:
-    """Arrays over the same points, of which some can be chosen, or groups of them; what else there is holds for all."""
+    """Arrays over the same points, of which some can be chosen, or groups of them; other attributes hold for all."""
 
     def __getitem__(self, chosen: np.ndarray | slice) -> Self:
         return type(self)(*(each[chosen] if _is_over_points(each) else each for each in vars(self).values()))
@@ -67,10 +67,10 @@ def _joined(parts: Sequence[Any]) -> Any:
 
 
 class Scratch(threading.local):
-    """Arrays of one thread by name; what is in them lasts until the next use of the name.
+    """Arrays of one thread by name; their content lasts until the next use of the name.
 
-    In fresh memory the system clears every page when it is first touched, which costs several times as much as what is
-    computed into it, and threads wait for each other there.
+    In fresh memory the system clears every page when it is first touched, which costs several times as much as the
+    computation, and threads wait for each other there.
     """
 
     def __init__(self) -> None:
@@ -122,7 +122,7 @@ _SHARING = threading.Lock()
 def share(work: Callable[[int], Result], count: int) -> list[Result]:
     """Return ``work(0)`` to ``work(count - 1)``; threads take the next number whenever they are free.
 
-    The first exception ends it. What shared work shares in turn stays on its thread.
+    The first exception ends it. Work that is shared from within shared work stays on its thread.
     """
     results: list[Result] = [None] * count
     numbers: Iterator[int] = iter(range(count))  # taking the next one cannot be interrupted

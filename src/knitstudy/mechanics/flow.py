@@ -1,4 +1,4 @@
-"""Viscous flow: what leads a path on where Newton's method makes no headway.
+"""Viscous flow, which leads a path on where Newton's method makes no headway.
 
 Within an increment of the load, steps of a quasi-static flow follow each other: viscous forces c D (u - u_n) hold all
 unknowns near u_n, the last balanced state. It is committed as a converged increment is, so that friction goes along the
@@ -6,8 +6,8 @@ way of the flow and knows what yarns meet on it. Shorter steps have a larger c.
 
 c falls from `FIRST` to zero as long as viscous forces do not grow, as they do where equilibrium is unstable: there a
 smaller c than the stiffness that is missing finds nothing, or goes back. It rises where steps become longer than half
-an element, so that the trapezoidal rule knows the work of viscous forces, or do not balance. What ends at c = 0 is in
-equilibrium as any other increment.
+an element, so that the trapezoidal rule knows the work of viscous forces, or do not balance. A flow that ends at c = 0
+is in equilibrium as any other increment.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ import numpy as np
 from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.model import Response
 
-# What drives a model along its load path, how accurately, and what every increment leaves
+# Motion that drives a model along its load path, settings of accuracy, and the increments that result
 
 # Phases of a Newton iteration whose time is recorded; line searches count as elements and assembly.
 PHASES = ("elements", "assembly", "constraints", "setup", "solve")
@@ -137,7 +137,7 @@ class Increment:
     response: Response  # forces and energies in this state, without tangent
     size: float  # increment of the load factor to try next
     rates: tuple[Rate, ...] = ()  # the last converged increments, newest first, for the predictor
-    # (size,), what every settling of the state, such as an update of multipliers, changed: the first guess for
+    # (size,), change by every settling of the state, such as an update of multipliers: the first guess for
     # the next one
     updates: tuple[np.ndarray, ...] = ()
     damped: float = 0.0  # work of viscous flows so far [J]

@@ -19,7 +19,7 @@ FIRST, SECOND = [0, 1, 0], [0, 1, 1]
 
 
 class MembraneModel(Memoryless):
-    """Quadrilaterals with a law; unknowns are the displacements of the nodes, and states (N, 2) what they sum to."""
+    """Quadrilaterals with a law; unknowns are the displacements of the nodes, and states (N, 2) are their sums."""
 
     block = 2
 
@@ -67,7 +67,7 @@ class MembraneModel(Memoryless):
         gradient, slope = self.deformation(state), self._slope
         inside_out = np.linalg.det(gradient) <= 0
         strain = np.where(inside_out[..., None], np.nan, strains(gradient))
-        with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused
+        with np.errstate(over="ignore", invalid="ignore"):  # values that are not finite are refused
             density, stress, tangent = self.law.respond(strain)
             tensor = stress[..., [[0, 2], [2, 1]]]
             force = np.einsum("eg,egij,egjk,egak->eai", self.area, gradient, tensor, slope, optimize=True)

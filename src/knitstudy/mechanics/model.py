@@ -1,4 +1,4 @@
-"""What a mechanical model gives to a solver: a residual and a tangent; constraints and viscous forces."""
+"""A mechanical model as a solver sees it: a residual and a tangent; constraints and viscous forces."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ class Response:
     """Internal force of a state, with its tangent if that was asked for."""
 
     force: np.ndarray  # (size,), internal force conjugate to the unknowns [N, and N m for spins]
-    # mean magnitude of the nodal forces of the single elements [N]; what a residual is measured against
+    # mean magnitude of the nodal forces of the single elements [N]; residuals are measured against it
     mean_force: float
     energy: dict[str, float] = field(default_factory=dict)  # stored energies by form [J], from potentials
     # (size, size), derivative of `force` with respect to a step of the unknowns
     stiffness: sp.spmatrix | sp.sparray | None = None
-    # (N, 3), internal force at all nodes of solids, tied ones included [N]: there it is what the tie supplies
+    # (N, 3), internal force at all nodes of solids, tied ones included [N]: there the tie supplies it
     node_force: np.ndarray | None = None
-    # (size, size), what friction and the turning of contact surfaces add to `stiffness`: without it the rest is
+    # (size, size), addition to `stiffness` by friction and the turning of contact surfaces: without it the rest is
     # symmetric and as positive as the solids. None where the whole stiffness is
     unsymmetric: sp.bsr_matrix | None = None
     # nodes of the unknowns that contact acts on; empty without contact
@@ -52,7 +52,7 @@ def summed(one: dict[str, float], other: dict[str, float]) -> dict[str, float]:
 
 
 class Memoryless:
-    """What a `Model` does in between increments if its response depends on its unknowns alone."""
+    """Steps between increments of a `Model` whose response depends on its unknowns alone."""
 
     def begin(self, state: Any, load: float, change: float) -> Any:
         """Return the state in which an increment starts."""
@@ -100,7 +100,7 @@ class Model(Protocol):
         """
 
     def commit(self, state: Any) -> Any:
-        """Return the state that a converged increment leaves: what is remembered is up to date."""
+        """Return the state that a converged increment leaves: its history is up to date."""
 
 
 # Constraints by elimination: prescribed unknowns in the matrix, and linear ties between nodes

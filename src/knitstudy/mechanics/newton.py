@@ -71,8 +71,8 @@ def trace(
 ) -> Generator[Increment, str | None, None]:
     """Follow the load path from the undeformed state (or from `resume`) to full load.
 
-    Whoever takes an increment may send why it is too large: it is forgotten then, half of it is tried, and those that
-    follow grow from there.
+    Whoever takes an increment may send why it is too large. The path forgets it then, tries half of it, and grows
+    from there.
 
     Yields
     ------
@@ -83,7 +83,7 @@ def trace(
     ------
     ConvergenceError
         If halving the increment `settings.cutbacks` times does not help, `settings.waste` iterations bring nothing, or
-        rounding keeps the residual up; what was yielded stays valid.
+        rounding keeps the residual up; increments that were yielded stay valid.
     """
     share, now = 1.0 / settings.increments, resume
     if now is None:
@@ -109,7 +109,7 @@ def trace(
                 f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {failure}"
             )
         else:
-            # One increment that was too coarse for what is summed says little about those far behind it.
+            # One increment that was too coarse for the sums of a check says little about increments far behind it.
             most = min(share, largest * settings.growth)
             quick = flows or done.newton_iterations <= settings.quick
             newton, krylov = (attempts.spent + path.spent).tolist()
@@ -147,7 +147,7 @@ def _target(load: float, size: float, prescribed: PrescribedDisplacement, settin
 
 
 class _Attempts:
-    """What was tried in vain since the last increment, and since the path last made headway."""
+    """Attempts in vain since the last increment, and since the path last made headway."""
 
     def __init__(self, settings: Settings, headway: tuple[float, int, int]) -> None:
         self.settings = settings
@@ -252,7 +252,7 @@ class _Path:
         """Return the increment at load factor `target` to which a viscous flow leads, or raise _Failed.
 
         It ends after `most` iterations. The load moves in its first step. The work of viscous forces counts, by the
-        trapezoidal rule, less that which the driven side did against them.
+        trapezoidal rule, less the work that the driven side did against them.
         """
         change, fixed = target - now.load, self.prescribed.fixed
         moved = self.prescribed.at(target) - self.prescribed.at(now.load)
@@ -322,10 +322,10 @@ class _Path:
     def _predicted(self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]) -> _Iterate:
         """Return the predicted state.
 
-        A straight step stretches what turns, and the state knows that. A curve through what came before foresees the
+        A straight step stretches yarns that turn, and the state knows that. A curve through earlier states foresees the
         turning as well; but where it overshoots it presses yarns, which may have no stiffness then.
         """
-        # Multipliers start from zero again, so does what they moved.
+        # Multipliers start from zero again, and so do the displacements that they caused.
         total = self._guess(now, begun, target, rates) - sum(now.updates)
         state = self.model.advance(begun, total)
         if len(rates) > 1:
@@ -354,7 +354,7 @@ class _Path:
     def _accepted(self, at: _Iterate, now: Increment) -> bool:
         """Return whether a state has converged and its model accepts it as it is; else it has to be balanced further.
 
-        What the next update of the model changes anyway need not be balanced to the last digit.
+        A state that the next update of the model changes anyway need not be balanced to the last digit.
         """
         while True:
             converged = self._balanced(at) and at.correction <= self.settings.correction_tolerance
@@ -394,7 +394,7 @@ class _Path:
             )
 
     def _take(self, at: _Iterate, taken: Trial) -> None:
-        """Advance by the part of a step that the line search has found, and measure what is left."""
+        """Advance by the part of a step that the line search has found, and measure the residual."""
         at.changed = not taken.response.same_status(at.response)
         at.state, at.response = taken.state, taken.response
         at.total += taken.step
@@ -406,7 +406,7 @@ class _Path:
         if at.changed:
             at.correction, at.tangent_is_stale = np.inf, True
         elif taken.share == 1.0 and at.residual <= 0.3 * self.settings.residual_tolerance:
-            # Corrections fall as residuals do: what is still to come need not be computed to be known.
+            # Corrections fall as residuals do: the next one need not be computed to be known.
             at.correction *= min(at.residual / max(at.residuals[-2], 1e-300), 1.0)
         number = len(at.residuals) - 1
         log.debug("iteration %d: residual %.3e, correction %.3e h", number, at.residual, at.correction)

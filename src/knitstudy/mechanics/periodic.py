@@ -40,7 +40,7 @@ class Lattice:
 
     @property
     def lengths(self) -> np.ndarray:
-        """What strains (3,) in the plane are multiplied with for a displacement: edges of the cell [m]."""
+        """Edges of the cell (3,) by which strains in the plane are multiplied for a displacement [m]."""
         return np.linalg.norm(self.vectors, axis=1)[[0, 1, 1]]
 
     def jumps(
@@ -63,8 +63,8 @@ class Lattice:
 class PeriodicModel:
     """A model whose unknowns are weighted sums of fewer ones, u = T v.
 
-    The last three of v are the lattice: the strains in the plane times `Lattice.lengths` [m]. What is conjugate to them
-    are the forces on the edges of the cell.
+    The last three of v are the lattice: the strains in the plane times `Lattice.lengths` [m]. Forces on the edges of
+    the cell are conjugate to them.
     """
 
     block = 3
@@ -125,7 +125,7 @@ def condensed(
 ) -> np.ndarray:
     """Return the symmetric stiffness (m, m) against the amounts of fields, u = S q + fields a, with q in balance.
 
-    Raises ConvergenceError if something moves for nothing besides.
+    Raises ConvergenceError if something else moves without any stiffness.
     """
     free = np.ones(spread.shape[1], dtype=bool)
     free[held] = False

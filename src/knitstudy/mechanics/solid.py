@@ -1,6 +1,6 @@
 """Solids as a model: elements of one material, contact between their surfaces, dependent nodes eliminated, u = T v.
 
-A node is what an unknown vector belongs to: a point, or a coefficient of which places are weighted sums.
+A node carries an unknown vector: it is a point, or a coefficient; places are weighted sums of coefficients.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ UNLOADED = 1e-9  # mean force over E h^2 below which solids count as unloaded
 
 @dataclass(frozen=True)
 class Memory:
-    """What solids remember of the last converged increment."""
+    """History of solids at the last converged increment."""
 
     displacement: np.ndarray  # (n, 3), of the retained nodes [m]
     damped: float = 0.0  # work that viscous forces have taken so far [J]
@@ -66,7 +66,7 @@ class Memory:
 
 @dataclass(frozen=True)
 class SolidState:
-    """Displacement of the retained nodes, and what came before."""
+    """Displacement of the retained nodes, and their history."""
 
     displacement: np.ndarray  # (n, 3), of the retained nodes [m]
     memory: Memory | None = None  # with contact and viscous forces
@@ -74,16 +74,16 @@ class SolidState:
     change: float = 1.0  # its size
     augmentations: int = 0  # updates of the contact multipliers within the running increment
     led: float = 1.0  # share of the drag on free bodies: 1, `FADED`, or 0 where contact holds them
-    # (n, 3), what it came by, straight from where a tangent was formed [m]; None where it came by no such way
+    # (n, 3), straight step to it from where a tangent was formed [m]; None where there was no such step
     step: np.ndarray | None = field(default=None, kw_only=True)
     pulled: bool = False  # whether surfaces that have not touched yet are pulled together
 
 
 @dataclass(frozen=True)
 class Penetration:
-    """What is done about penetration: the largest allowed [m], and how often multipliers may be updated.
+    """Limits of penetration: the largest allowed [m], and how often multipliers may be updated.
 
-    ``remedy`` says what to change where that does not do.
+    ``remedy`` says which key to change where that is not enough.
     """
 
     limit: float = np.inf
@@ -104,12 +104,13 @@ class SolidModel:
         transformation: sp.csr_matrix
         | None = None,  # (N, n), T of nodes that depend on others; see `assembly`
         stabilisation: Stabilisation | None = None,
-        # (N, N), positive semidefinite stiffness between nodes, the same for every component [N/m]; what it stores
+        # (N, N), positive semidefinite stiffness between nodes, the same for every component [N/m]; its energy
         # counts as energy of a penalty
         links: sp.csr_matrix | None = None,
         contact: Contact | None = None,  # between surfaces of the nodes
         penetration: Penetration = Penetration(),  # of that contact
-        free_bodies: FreeBodies | None = None,  # what nothing but contact can hold; none of its nodes is tied
+        # bodies that nothing but contact can hold; none of their nodes is tied
+        free_bodies: FreeBodies | None = None,
     ) -> None:
         self.nodes, self.groups, self.links = nodes, tuple(groups), links
         self.transformation, self.stabilisation = transformation, stabilisation
@@ -126,7 +127,7 @@ class SolidModel:
             weights = transformation.data[:, None, None] * np.eye(3)
             pattern = transformation.indices, transformation.indptr
             self._ties = sp.bsr_matrix((weights, *pattern), shape=(nodes.size, self.size))
-        # Blocks of the tangent that what contact adds to it needs besides; memory not written to costs nothing.
+        # Further blocks of the tangent, for contact; memory that is not written to costs nothing.
         self._room = self.assembly.entries // 2 if contact else 0
         self._sum: PatternSum | None = None
         self._evaluated: tuple[SolidState, ContactPoints] | None = None
@@ -209,13 +210,13 @@ class SolidModel:
         return tuple(self.nodes + self._spread(each.displacement) for each in (state, state.memory))
 
     def _drag(self, state: SolidState) -> np.ndarray | None:
-        """Return the diagonal stiffness (size,) against what moves within the increment [N/m]; None if nothing is."""
+        """Return the diagonal stiffness (size,) against motion within the increment [N/m]; None if there is none."""
         drag = None
         if self.stabilisation is not None:
             drag = self.stabilisation.stiffness(state.load, state.change)
         if self.free_bodies is not None:
             at_nodes = self.free_bodies.drag()
-            if self.transformation is not None:  # what tied nodes have goes to those that they hang on
+            if self.transformation is not None:  # forces at tied nodes go to the nodes that they hang on
                 at_nodes = self.transformation.T @ at_nodes
             leading = state.led * np.repeat(at_nodes, 3)
             drag = leading if drag is None else drag + leading

@@ -19,7 +19,7 @@ from knitstudy.study.scene import Scene
 # Distances from a crossing over the yarn's radius.
 REACH = 1.0  # up to which slices stand at their closest
 RAMP = 2.0  # over which their spacing then grows
-PATCH = 0.5  # of full refinement: half of a patch, and what it slides
+PATCH = 0.5  # of full refinement: half of a patch, and the length that it slides
 PATCH_RAMP = 1.0  # over which the refinement then ends
 
 ACROSS = 6  # elements over the diameter of sampled sections, and as close along the yarn near crossings
@@ -165,7 +165,7 @@ def grips(mesh: SweptMesh, scene: Scene, fabric: Fabric) -> Grips:
     """Return the nodes of a mesh that a scene's load holds and drives.
 
     These are the nodes of all slices in gripped arcs, or those of the half of their surface that is gripped.
-    Raises MeshError if no slice stands where an arc ends: the mesh was made for another direction, and what is gripped
+    Raises MeshError if no slice stands where an arc ends: the mesh was made for another direction, and the grip
     would be shorter by a part of an element.
     """
     load = load_of(scene)

@@ -156,7 +156,7 @@ def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Centreline]) -> QuadraticMe
 
 
 def _with_middles(s: np.ndarray) -> np.ndarray:
-    """What slices (s, ...) of a yarn have, such as arc lengths, with the means between them (2 s - 1, ...)."""
+    """Values (s, ...) at the slices of a yarn, such as arc lengths, with the means between them (2 s - 1, ...)."""
     return np.insert(s, np.arange(1, len(s)), 0.5 * (s[1:] + s[:-1]), axis=0)
 
 

@@ -1,7 +1,7 @@
 """Grading of cross-sections: near crossings their nodes are drawn towards the other yarn.
 
-The section keeps its topology along the yarn, so what is finer on one side has to be coarser on the other. A Moebius
-map of the disc onto itself,
+The section keeps its topology along the yarn, so a layer that is finer on one side has to be coarser on the other. A
+Moebius map of the disc onto itself,
 
     f(z) = (z + a) / (1 + conj(a) z) ,   |a| = (m - 1) / (m + 1) ,
 

@@ -56,7 +56,7 @@ def contact_of(
 def joined(points: ContactPoints, tied: Crossings, reach: float) -> np.ndarray:
     """Return the number (p,) of the tied crossing within reach [m] along the yarn of a point, or -1.
 
-    A disc of radius a carries what overlaps by up to a^2 / R, as Hertz's patch of that size does: straight yarns that
+    A disc of radius a carries overlaps of up to a^2 / R, as Hertz's patch of that size does: straight yarns that
     do have points nearer than the diameter up to 2 a from the crossing.
     """
     apart = 4 * points.arc_length.max()
@@ -94,7 +94,7 @@ def require_known(
 
 
 def pressing(scene: Scene) -> Power | CrossedCylinders:
-    """Return the force of two yarns that cross, over their gap: ``yarn.pressing``, else what ``beam.section`` says."""
+    """Return the force of two yarns that cross, over their gap, by ``yarn.pressing`` or else by ``beam.section``."""
     yarn = scene.yarn
     if (stiffness := scene.value("yarn.pressing")) is not None:
         return Power(stiffness / yarn.diameter**yarn.pressing_exponent, yarn.pressing_exponent)
@@ -106,7 +106,7 @@ def pressing(scene: Scene) -> Power | CrossedCylinders:
 
 
 def patch(scene: Scene) -> Patch:
-    """Return what the shape of a contact does: that of half spaces where Hertz's law holds, else that of layers."""
+    """Return the effect of the shape of a contact: of half spaces where Hertz's law holds, else of layers."""
     hertzian = scene.value("yarn.pressing") is None and scene.value("beam.section") in (None, "hertz")
     return Patch(scene.yarn.poisson_ratio if hertzian else None)
 

@@ -81,7 +81,7 @@ class Cell:
     lattice: Lattice
 
     def record(self, increment: Increment) -> Reported:
-        """Return strains, forces per width, of a tied cell its tangent, and what solid yarns report."""
+        """Return strains, forces per width, of a tied cell its tangent, and the columns of solid yarns."""
         state = increment.state
         columns, points = self.yarns.record(state)
         moved, force = self.model.stretched(state.displacement.ravel()), increment.response.force

@@ -143,7 +143,7 @@ def divide(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
 def _discretisation(
     scene: Scene, nodes: np.ndarray, elements: np.ndarray, yarn: np.ndarray, function: Callable, **parts: Any
 ) -> Discretisation:
-    """Return what linear and quadratic hexahedra share: nodes are places."""
+    """Return the parts that linear and quadratic hexahedra share: nodes are places."""
     return Discretisation(
         nodes=nodes,
         unity=np.ones(len(nodes)),

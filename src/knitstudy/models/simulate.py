@@ -30,7 +30,7 @@ def build(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None, **data: x
     mesh : SweptMesh, optional
         Of solid yarns.
     **data
-        What the model takes of other simulations: contacts, springs or stresses; None counts as left out.
+        Results of other simulations that the model takes: contacts, springs or stresses; None counts as left out.
     """
     meter = Meter()
     given = {name: each for name, each in {"mesh": mesh, **data}.items() if each is not None}
@@ -40,7 +40,7 @@ def build(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None, **data: x
 
 
 def require_resolution(scene: Scene, fabric: Fabric) -> str:
-    """Divide the yarns of a scene without simulating them, and return what that resolves, in words.
+    """Divide the yarns of a scene without simulating them, and return a description of the discretisation.
 
     Raises MeshError where yarns overlap or bend too tightly, or gates refuse the size of hexahedra or beams.
     """

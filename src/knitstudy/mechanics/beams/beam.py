@@ -32,7 +32,7 @@ SLENDERNESS = 0.25  # slenderness compensation factor of Abaqus' B31
 
 
 class SectionLaw(Protocol):
-    """What elements are made of."""
+    """Stiffness of beam elements."""
 
     def stiffness(self, chord: np.ndarray) -> np.ndarray:
         """Return C (E, 6, 6) of elements with the reference chords (E, 3) [m].

@@ -1,7 +1,7 @@
 """Contact with friction of yarns that are beams: `line_contact` between points that stations carry along.
 
-Stations lie on rigid arms of nodes: nodes of ties carry two of them. What presses within the disc of a tie is carried
-by the tie. Forces are reported by crossings, those of pairs of points at the nearest crossing of their yarns.
+Stations lie on rigid arms of nodes: nodes of ties carry two of them. Pressure within the disc of a tie is carried by
+the tie. Forces are reported by crossings, those of pairs of points at the nearest crossing of their yarns.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.model import Memoryless, Response
 from knitstudy.mechanics.rotation import exp, hat
 
-# Force over what rounding of places makes in elements, up to which a network counts as unloaded
+# Force over the force that rounding of places makes in elements, up to which a network counts as unloaded
 UNLOADED = 5e6
 
 

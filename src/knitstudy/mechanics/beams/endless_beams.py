@@ -19,8 +19,8 @@ from knitstudy.mechanics.periodic import Lattice
 # times EI / L^3 of the yarn of one period. Loops resist by a hundred EI / L^3 and more
 DRAG = 0.01
 
-# Load factor at which a way to rest has ended: what an increment makes friction remember is out of balance by as much
-# as the increment has moved yarns, so that the last ones move none.
+# Load factor at which a way to rest has ended. Friction after an increment is out of balance by as much as the
+# increment has moved yarns: the last increments move none.
 RELEASED = 0.9
 
 

@@ -32,14 +32,14 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.special import ellipk, elliprd
 
-# Hertz's patch is small against R. That of yarns that conform or lie along each other is not: what becomes flat or
-# sharp there has a smooth lower bound. Up to kR = 0.45 around each other, or down to 15 degrees, the bounds change
-# forces by less than 2 %.
+# Hertz's patch is small against R. The patch of yarns that conform or lie along each other is not: curvatures that
+# become flat or sharp there have smooth lower bounds. Up to kR = 0.45 around each other, or down to 15 degrees, the
+# bounds change forces by less than 2 %.
 LEAST_DET = 0.006  # of det M
 LEAST_OPEN = 0.015  # of 2 - alpha: yarns bent beyond 1 / 2R do not touch at one point
 LEAST_INNER = 0.02  # of 1 - kR: a yarn bent to its own radius has no inner side
 
-_LOGARITHMS = np.linspace(0.0, 9.0, 400)  # of l, up to more than what `LEAST_DET` admits
+_LOGARITHMS = np.linspace(0.0, 9.0, 400)  # of l, beyond the largest that `LEAST_DET` admits
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +167,7 @@ class Patch:
     poisson_ratio: float | None = None  # of half spaces; None: layers
 
     def density(self, k_a: Expansion, k_b: Expansion, cos: Expansion) -> tuple[Expansion, Expansion]:
-        """Return what the integrand of a potential over both axes lacks, and the force over F(delta) that makes.
+        """Return the factor of the integrand of a potential over both axes, and the force over F(delta) that it makes.
 
         Arguments are k_a R, k_b R and the cosine of the angle.
         """

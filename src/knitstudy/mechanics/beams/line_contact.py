@@ -125,7 +125,7 @@ class LineContact:
         beside: float = np.inf,  # lengths along a yarn within which it does not touch itself [m]
         # (Y,), lengths of one period of the yarns, along the first lattice vector; None where nothing repeats [m]
         period: np.ndarray | None = None,
-        # int (n,), number of the tie that carries what its points press, or -1; None: no tie does
+        # int (n,), number of the tie that carries the pressure of a point, or -1; None: no tie does
         joined: np.ndarray | None = None,
     ) -> None:
         self.yarn, self.arc_length, self.weight, self.period = yarn, arc_length, weight, period
@@ -147,7 +147,7 @@ class LineContact:
     def bends(
         self, pairs: PointPairs, position: np.ndarray, vectors: np.ndarray, second: bool = False
     ) -> tuple[np.ndarray, list[Expansion]]:
-        """Return z (k, 5, 3) and what U depends on: k_a R, k_b R, the cosine of the angle and r, by products of z.
+        """Return z (k, 5, 3) and the variables of U: k_a R, k_b R, the cosine of the angle and r, by products of z.
 
         z are the way, the second derivatives of both yarns and their tangents, of all points (n, 3) [m].
         """
@@ -202,7 +202,7 @@ class LineContact:
 
         The lattice has the vectors (2, 3); `moves` (2, 3, 3) is their derivative by its three unknowns.
         """
-        # Without friction pairs have nothing to remember.
+        # Pairs without friction have no history.
         loads = self.loads(state, vectors, history if self.friction else LineHistory.none(), stiffness)
         rubs, n = loads.rubs, len(state.position)
         energy = {"penalty": float(loads.energy.value.sum() + rubs.stored.sum())}
@@ -296,13 +296,13 @@ class LineContact:
     def resumed(
         self, state: BeamState, vectors: np.ndarray, key: np.ndarray, traction: np.ndarray, stored: np.ndarray
     ) -> LineHistory:
-        """Return the history of pairs that touch in a state, from what does not follow from it; see `LineHistory`."""
+        """Return the history of pairs that touch in a state, from their friction; see `LineHistory`."""
         points, pairs = self.committed(state, vectors), self.pairs(state.position, vectors)
         touching = self._met(points, pairs[np.flatnonzero(np.isin(pairs.key, key))])
         return replace(touching, traction=traction, stored=stored, points=points)
 
     def committed(self, state: BeamState, vectors: np.ndarray) -> CommittedPoints:
-        """Return what is remembered of all points."""
+        """Return all points, as a history keeps them."""
         return CommittedPoints(state.position, state.rotation, vectors, self.repulsion.diameter)
 
     def _met(self, points: CommittedPoints, pairs: PointPairs) -> LineHistory:
@@ -314,7 +314,7 @@ class LineContact:
         return met(self.repulsion, points, close)
 
     def _completed(self, history: LineHistory, pairs: PointPairs) -> LineHistory:
-        """Return a history that knows all of these pairs: of those that did not touch, where their points were."""
+        """Return a history of all these pairs: that of new ones follows from where their points were."""
         points = history.points
         if points is None:
             return history

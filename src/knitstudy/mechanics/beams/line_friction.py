@@ -10,9 +10,9 @@ Popov and Hess 2015):
 
     k = c F''(y) / (2 pi r),   y = r - d,
 
-d the distance of the yarns there. A piece closes with no traction and opens with a loss of what it stores. So what was
-sheared before stays where yarns are pressed further, and falls with the patch where they are released, as Mindlin and
-Deresiewicz (1953) and Walton (1987) say; elastic slip stores psi = t . S^-1 t / 2k with a constant k; and what is lost,
+d the distance of the yarns there. A piece closes with no traction and opens with a loss of what it stores. So
+shear stays where yarns are pressed further, and falls with the patch where they are released, as Mindlin and
+Deresiewicz (1953) and Walton (1987) say; elastic slip stores psi = t . S^-1 t / 2k with a constant k; and the loss,
 
     (t_0 + t) . u_slid / 2,
 

@@ -126,8 +126,8 @@ class Repulsion:
     def _spread(self, shape: np.ndarray | Expansion) -> np.ndarray | Expansion:
         """Return the factor f of half spaces by the shape of their contact, and 1 of layers.
 
-        A contact of f times the force F(delta) spreads as a circle does at f^2 delta: what a yarn yields beyond a half
-        space counts as much. So F, without the factor itself, is F(f^2 delta) / f^3.
+        A contact of f times the force F(delta) spreads as a circle does at f^2 delta: the compliance of a yarn
+        beyond that of a half space counts as much. So F, without the factor itself, is F(f^2 delta) / f^3.
         """
         return shape if self.patch.poisson_ratio is not None else shape * 0.0 + 1.0
 

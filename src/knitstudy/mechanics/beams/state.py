@@ -28,7 +28,7 @@ class LineHistory(Chosen):
     normal: np.ndarray  # (m, 2, 3), at the closest points of both yarns, in the axes of both sections
     share: np.ndarray  # (m,), part of the pairs' force along it
     density: np.ndarray  # (m,), c times the lengths of both pieces [m2]
-    shape: np.ndarray  # (m,), what the shape of the contact makes of F(delta)
+    shape: np.ndarray  # (m,), factor of F(delta) by the shape of the contact
     distance: np.ndarray  # (m,), r [m]
     force: np.ndarray  # (m,), their part of the force [N]
     shear: np.ndarray  # (m, 2, 3, 3), S in the axes of both sections

@@ -59,8 +59,8 @@ class Cylinders:
         self._total = sp.csr_matrix(entries, shape=(self.block * len(many), space.size))
         self._rings = self._values_at(along)
         self._first_ring = np.concatenate([[0], np.cumsum(self.cells[:, 0] + 1)])
-        # Waves of degree p are at most 1 / cos(pi p / n) times what they are at n > 2 p equal angles (Ehlich and Zeller
-        # 1964).
+        # Waves of degree p are at most 1 / cos(pi p / n) times their largest values at n > 2 p equal angles (Ehlich and
+        # Zeller 1964).
         controls = 2 * self.block
         self._control_waves = _waves(self.block, 2 * np.pi * np.arange(controls) / controls, 0)[0]
         self.overshoot = float(1 / np.cos(np.pi * degree / controls))

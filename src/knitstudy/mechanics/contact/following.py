@@ -1,7 +1,8 @@
-"""How much nearer surfaces can have come: by what affine maps of their neighbourhoods do, and what these leave.
+"""How much nearer surfaces can have come: by affine maps of their neighbourhoods, and by the motion beyond these.
 
 A fabric as a whole shears and bends unevenly, a few loops of it much less: every neighbourhood has an affine map of its
-own. What is nearer to each other than a neighbourhood is wide follows one map, what is farther apart that of the whole.
+own. Places that are nearer to each other than a neighbourhood is wide follow one map; places farther apart follow that
+of the whole.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ class Motion:
     way: np.ndarray  # (b,), largest distance [m] of a place from where its map takes it
 
     def least(self, gap: np.ndarray | float, number: np.ndarray | slice = slice(None)) -> np.ndarray:
-        """Return the least gaps [m] that gaps [m] of maps (k,) can have become; what is farther moves no nearer."""
+        """Return the least gaps [m] that gaps [m] of maps (k,) can have become; farther places come no nearer."""
         return self.shrink[number] * gap - 2 * self.way[number]
 
 
@@ -94,19 +95,19 @@ class Neighbourhoods:
         self._beside = sp.csr_matrix(pairs, shape=(len(keys), len(keys)))
 
     def motion(self, now: np.ndarray, then: np.ndarray) -> Motion:
-        """Return how what is around every box has moved between two states of the carriers (M, 3).
+        """Return how the surroundings of every box have moved between two states of the carriers (M, 3).
 
-        What lies in a box is seen from the map of its own surroundings, and from there the map of a box beside it is
-        off by as much as at a corner of what lies there.
+        Places in a box are seen from the map of its own surroundings. From there the map of a box beside it is off by
+        as much as at a corner of the places in that box.
         """
         return self._motion(*self._seen(now, then))
 
     def keeps_apart(self, now: np.ndarray, then: np.ndarray, margin: float) -> bool:
-        """Return whether what was farther apart than a margin [m] then cannot have met between two states."""
+        """Return whether places that were farther apart than a margin [m] cannot have met between two states."""
         place, way = self._seen(now, then)
         if self._motion(place, way).least(margin).min() < 0:
             return False
-        # What was too far apart for one neighbourhood follows the map of the whole.
+        # Places that are too far apart for one neighbourhood follow the map of the whole.
         whole = _Maps.of(_moments(place, way).sum(axis=0, keepdims=True))
         rest = _farthest(way - whole.at(np.zeros(len(place), dtype=np.int64), place)).max(keepdims=True)
         return bool(Motion(whole.shrink, self._surfaces.overshoot * rest).least(self._apart)[0] >= 0)
@@ -146,7 +147,7 @@ def _farthest(way: np.ndarray) -> np.ndarray:
 
 
 # Pairs that may touch, from one configuration to the next: searched for as seldom as motion allows
-# What is kept here saves time: answers depend on what was asked before by no more than rounding.
+# State that is kept here saves time: answers depend on earlier questions by no more than rounding.
 
 
 class Following:
@@ -160,7 +161,7 @@ class Following:
         angles: bool,  # whether the angles between the lines of both surfaces are asked for
     ) -> None:
         self._search, self._margin, self._with_angles = search, margin, angles
-        self.history = ContactHistory.empty()  # of all pairs; what was open is filled in when it is asked for
+        self.history = ContactHistory.empty()  # of all pairs; open ones are filled in when they are asked for
         self.angle = np.empty(0)  # (c,), between their lines at the last increment; nan until it is asked for
         self._source: ContactHistory | None = None  # the history asked about
 
@@ -184,7 +185,7 @@ class Following:
         if not (
             again and self._neighbourhoods.keeps_apart(carriers, self._search_status.searched, self._margin)
         ):
-            # What was found for trial states, however wild, is forgotten.
+            # Pairs that were found for trial states, however wild, are forgotten.
             self._begin(carriers, before, history)
         every = self.history
         known = self._search_status
@@ -200,7 +201,7 @@ class Following:
         return number, least
 
     def saw(self, carriers: np.ndarray, least: np.ndarray) -> None:
-        """Take over what the gaps (c,) of all pairs are at least [m] where carriers (M, 3) are."""
+        """Take over lower bounds of the gaps (c,) of all pairs [m] where carriers (M, 3) are."""
         self._search_status.seen, self._search_status.least = carriers, least
 
     def go_on(
@@ -219,7 +220,7 @@ class Following:
         return successor
 
     def _begin(self, carriers: np.ndarray, before: np.ndarray, history: ContactHistory) -> None:
-        """Search for all pairs that may touch now; those that a history knows keep what it remembers."""
+        """Search for all pairs that may touch now; pairs that a history knows keep their part of it."""
         pairs, arc, gap = self._search.find(carriers, self._margin)
         same = same_pair(pairs, arc, history, self._search.arc(history.surface, history.xi[:, 0]))
         least = np.full(len(history.point), -np.inf)

@@ -18,10 +18,10 @@ from knitstudy.mechanics.contact.surface import Projection
 class ContactPoints:
     """Pairs that can touch in one configuration; all other pairs are open."""
 
-    history: ContactHistory  # what they remember, in the same order
+    history: ContactHistory  # of these pairs, in the same order
     followed: ContactHistory  # of all pairs that are followed
     number: np.ndarray  # int (c,), which of those these are
-    least: np.ndarray  # (f,), what the gaps of all pairs that are followed are at least [m]
+    least: np.ndarray  # (f,), lower bounds of the gaps of all pairs that are followed [m]
     carriers: np.ndarray  # (M, 3), of the surfaces, in this configuration [m]
     position: np.ndarray  # (c, 3), points [m]
     projection: Projection  # against the surfaces that they face
@@ -44,7 +44,7 @@ class ContactPoints:
         return np.flatnonzero(self.status != OPEN)
 
     def signature(self) -> np.ndarray:
-        """Return points, surfaces and status (a, 3) of the pairs that touch: what must not change any more."""
+        """Return points, surfaces and status (a, 3) of the pairs that touch, which must not change any more."""
         active = self.active
         table = np.stack(
             [self.history.point[active], self.history.surface[active], self.status[active]], axis=1
@@ -52,7 +52,7 @@ class ContactPoints:
         return table[np.lexsort(table.T)]
 
 
-# What contact points remember from one converged increment to the next, and who is who after a new search
+# History of contact points from one converged increment to the next, and which pair is which after a new search
 
 
 @dataclass(eq=False)
@@ -61,7 +61,7 @@ class ContactStatus:
 
     searched: np.ndarray  # (M, 3), carriers of the surfaces when pairs were searched for [m]
     seen: np.ndarray  # (M, 3), where they were when gaps were seen last [m]
-    least: np.ndarray  # (c,), what the gaps of all pairs were at least there [m]
+    least: np.ndarray  # (c,), lower bounds of the gaps of all pairs there [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +74,7 @@ class ContactHistory(Chosen):
     # (c,), its gap [m]; inf where the closest point was not within the surface's edges, -inf where none was
     # looked for: it was open then, and xi is a guess
     gap: np.ndarray
-    # (c,), its pressure [Pa], what multipliers carried included; where it is positive, the anchor counts
+    # (c,), its pressure [Pa], that of multipliers included; where it is positive, the anchor counts
     pressure: np.ndarray
     traction: np.ndarray  # (c, 3), its tangential traction [Pa]
     multiplier: np.ndarray  # (c,), pressure (negative) that augmentation has added within the increment [Pa]
@@ -209,7 +209,7 @@ class Coulomb(Chosen):
     ) -> np.ndarray:
         """Return the symmetric positive part (k, 3, 3) of the law's stiffness [Pa/m].
 
-        It leaves out what a rotation of the surface and the coupling of friction to the pressure do.
+        It leaves out the rotation of the surface and the coupling of friction to the pressure.
         """
         along_normal = normal[:, :, None] * normal[:, None, :]
         slips = status == SLIP

@@ -27,7 +27,7 @@ class Grid:
     # how far inside of the interpolated surface the contact surface lies [m]: a polygon inflated to the area of
     # its circle has its nodes outside of the circle
     offset: float = 0.0
-    # (m, a, 2), what the chords before and behind a node contribute to its tangent around: half of each, as Catmull
+    # (m, a, 2), shares of the chords before and behind a node in its tangent around: half of each, as Catmull
     # and Rom have it, if left out; see `circular_chords`
     chords: np.ndarray | None = None
 

@@ -46,16 +46,16 @@ class Crossing:
 
 
 # The local indentation that a space of displacements cannot show, as a law of contact in series with that space
-# Under a force P two yarns approach by Hertz's delta_H(P) and by 2 C_far P, what they give way besides
-# (`patch_compliance`). In their space they approach by u(P) at the middle of the patch. What is left is the depth D of
+# Under a force P two yarns approach by Hertz's delta_H(P) and by 2 C_far P, their other compliance
+# (`patch_compliance`). In their space they approach by u(P) at the middle of the patch. The rest is the depth D of
 # a gap whose curvatures A' and B' are those of the cylinders less those of u:
 #
 #     D = delta_H + 2 C_far P - 2 u_0 P,    A' = A - 2 k_x P,    B' = B - 2 k_y P
 #
 # A pressure p(g) on it gives P = 2 pi R_e' F(D), F the integral of p, R_e' = 1 / (2 sqrt(A' B')). So p = dF/dD with
 # F(D(P)) = P / (2 pi R_e'(P)): nothing is fitted. Along the surface a patch that sticks gives way by Mindlin's share
-# m = (2 - nu) / (2 (1 - nu)) of d delta_H / dP, and by C_far along and across; what the space does not show of that is
-# the compliance 1 / K of the law, and its stiffness is spread as the pressure is:
+# m = (2 - nu) / (2 (1 - nu)) of d delta_H / dP, and by C_far along and across; the part of it that the
+# space does not show is the compliance 1 / K of the law, and its stiffness is spread as the pressure is:
 #
 #     1 / K = m d delta_H / dP + sum (C_far - C_shown),    t = d/dD (K / (2 pi R_e'))
 #
@@ -166,7 +166,7 @@ class Indentation:
                 6 * g + 18 * x * g1 + 9 * x**2 * g2 + x**3 * g3,
             ]
         )
-        # Beyond what is tabulated F is a parabola of the depth.
+        # Beyond the table F is a parabola of the depth.
         pressure = f[1] / (2 * last)
         slope = np.maximum((f[2] - 2 * pressure) / (4 * last**2), LEAST * pressure / last**2)
         more = q**2 - last**2

@@ -1,6 +1,6 @@
 """Contact of smooth surfaces in two passes: Gauss points of each surface against the other, so that none is master.
 
-The points' history holds what friction remembers: where a point last stuck on the other surface, in convected
+The points' history holds the memory of friction: where a point last stuck on the other surface, in convected
 coordinates, so that a rotation of both changes nothing. It is updated when an increment has converged. Sources:
 Wriggers, Computational Contact Mechanics (2006), chapters 5 and 6; Laursen, Computational Contact and Impact Mechanics
 (2002), chapter 5.
@@ -159,7 +159,7 @@ class Contact:
         rate = (-ends[1] / span**2)[:, None] * moved
         slip = share[:, None] * moved
         if self.law.directional:
-            # Stiffness that is gained carries nothing at first; what is lost takes its share of the traction along.
+            # New stiffness carries nothing at first; lost stiffness takes its share of the traction along.
             carried = np.where(fresh[:, None], 0.0, history.xi - history.anchor)
             kept = np.minimum(self.law.at(history.gap, angle).tangential / local.tangential, 1.0)
             slip -= (1 - kept)[:, None] * carried
@@ -277,7 +277,7 @@ class Contact:
     def _hysteresis(self, points: ContactPoints) -> float:
         """Return the loss of energy at sticking points as their stiffness changes with the gap [J].
 
-        Stiffness that is gained carries nothing, and what is lost takes its share along: neither does work.
+        New stiffness carries nothing, and lost stiffness takes its share along: neither does work.
         """
         touched = np.flatnonzero(points.history.pressure > 0)
         history, now = points.history[touched], points.law[touched].tangential

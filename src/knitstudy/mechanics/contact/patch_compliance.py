@@ -83,7 +83,7 @@ def _logarithmic_slope(m: np.ndarray, k: np.ndarray) -> np.ndarray:
     return m + k * ratios[m, place.reshape(k.shape)]
 
 
-# How a patch on the side of a yarn yields beyond what the yarn does as a beam
+# Compliance of a patch on the side of a yarn, beyond that of the yarn as a beam
 # A patch of radius a on a straight yarn carries a force, spread evenly over it, and every A along the yarn another one
 # of the opposite sign. The mean displacement of the patch is known in closed form, of the elastic cylinder
 # (`surface_compliance`), and so is that of Timoshenko's beam with the force at the end of a rigid arm.
@@ -122,7 +122,7 @@ def _beam_patch(radius: float, apart: float, poisson_ratio: float) -> np.ndarray
     return 2 / apart * np.array([np.sum(wave * each) for each in (bent, stretched, twisted)])
 
 
-# What a space of solid yarns shows of a patch's compliance, and what is missing of it
+# The part of a patch's compliance that a space of solid yarns shows, and the missing part
 # Forces spread over a small disc on the side of a straight yarn, with the weights of its moments (the mean and both
 # linear ones), move the same moments of its displacement: a compliance. That of the yarn is known in closed form, that
 # of the space from its own stiffness. Their difference is positive, since the space is a part of all displacements, and
@@ -150,7 +150,7 @@ def missing_tie_compliance(
 ) -> np.ndarray:
     """Return the compliance (k, 2) of the mean and of the linear moments of patches that yarns do not show [m/N].
 
-    The same for every direction of the force, and for both linear moments: means over what differs, so that a tie
+    The same for every direction of the force, and for both linear moments: means over all that differs, so that a tie
     with this compliance does not notice how the yarns have turned.
     """
     compliance = np.empty((len(yarn), 2))
@@ -277,9 +277,9 @@ def _straight(yarn: YarnSpace) -> np.ndarray:
     return yarn.coefficients(middle[:, None] * axis, d1, d2, 1.0)
 
 
-# What a space shows under a patch of load: a straight yarn, held at its ends, in small strains
-# Lengths are over the yarn's radius, stiffnesses over E times the radius. What is true is known from a space with far
-# more functions, on a patch that it resolves, and from the half space, which is exact for what is local:
+# Displacements that a space shows under a patch of load: a straight yarn, held at its ends, in small strains
+# Lengths are over the yarn's radius, stiffnesses over E times the radius. True values are known from a space with far
+# more functions, on a patch that it resolves, and from the half space, which is exact for the local part:
 #
 #     C(a) = C_half(a) + C_far,   C_half(a) = 0.6 (1 - nu^2) / a for Hertz's pressure on a circle
 #
@@ -287,17 +287,17 @@ def _straight(yarn: YarnSpace) -> np.ndarray:
 # 0.3 it is constant within 0.5% for a from 0.3 to 0.5. C_half is the mean of Hertz's displacement, weighted with his
 # pressure (Johnson 1985, Contact Mechanics, sections 4.2 and 7.2).
 
-LENGTH = 6.0  # of the yarn; what is missing in a space does not depend on it
+LENGTH = 6.0  # of the yarn; the part that a space misses does not depend on it
 # Place of the patch within a span: under its ends a space shows as much more as it shows less under its middle.
 PHASE = 0.25
-# Degree of the space that shows what is true on a patch of radius `RESOLVED`, with spans of `FINE` near the patch.
+# Degree of the space that shows true values on a patch of radius `RESOLVED`, with spans of `FINE` near the patch.
 RICH = 8
 FINE, RESOLVED, NEAR = 0.3, 0.5, 1.2
 
 
 @dataclass(frozen=True)
 class PatchResponse:
-    """Displacement over force, on a patch: at its middle, what it falls by along the axes, and its weighted mean.
+    """Displacement over force, on a patch: at its middle, its fall along the axes, and its weighted mean.
 
     The displacement is ``middle - fall[0] x^2 - fall[1] y^2`` on the patch's axes.
     """
@@ -360,7 +360,7 @@ def patched_yarn(degree: int, span: float, spline_degree: int, poisson: float) -
 
 @lru_cache(maxsize=2)
 def _rich(poisson: float) -> PatchedYarn:
-    """Return a yarn that shows what is true on a patch of radius `RESOLVED`."""
+    """Return a yarn that shows true values on a patch of radius `RESOLVED`."""
     fine = np.linspace(-NEAR, NEAR, round(2 * NEAR / FINE) + 1)
     coarse = np.linspace(NEAR, 0.5 * LENGTH, round((0.5 * LENGTH - NEAR) / (2 * FINE)) + 1)[1:]
     breaks = 0.5 * LENGTH + np.concatenate([-coarse[::-1], fine, coarse])
@@ -370,7 +370,7 @@ def _rich(poisson: float) -> PatchedYarn:
 
 @lru_cache(maxsize=8)
 def far_compliance(poisson: float, direction: int = NORMAL) -> float:
-    """Return C_far: what a yarn gives way besides the half space, under a force in a direction."""
+    """Return C_far, the compliance of a yarn beyond that of the half space, for a force in a direction."""
     response = _rich(poisson).response((RESOLVED, RESOLVED), direction=direction)
     return response.mean - half_space_compliance(RESOLVED, poisson, direction)
 

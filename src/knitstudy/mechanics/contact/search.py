@@ -62,7 +62,7 @@ class Search:
     def find(self, carriers: np.ndarray, margin: float) -> tuple[ContactHistory, np.ndarray, np.ndarray]:
         """Return all pairs whose distance may be below `margin` [m] where the carriers (M, 3) are now, as open ones.
 
-        And their arcs (c,), as of `arc`, and what their gaps (c,) are at least [m].
+        And their arcs (c,), as of `arc`, and lower bounds of their gaps (c,) [m].
         """
         cell, size, row = self._near_cells(carriers, margin)
         surface, middle = self._surface[row], self._middles(cell, carriers)

@@ -72,7 +72,7 @@ class Surfaces(Protocol):
     def places(
         self, surface: np.ndarray, xi: np.ndarray, carriers: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return what `Stencil.places` gives at places xi (k, 2) on surfaces (k,), for carriers (M, 3)."""
+        """Return the result of `Stencil.places` at places xi (k, 2) on surfaces (k,), for carriers (M, 3)."""
 
     def positions(self, surface: np.ndarray, xi: np.ndarray, carriers: np.ndarray) -> np.ndarray:
         """Return places (k, 3) alone [m]."""

@@ -1,4 +1,4 @@
-"""What a solid element answers, and the registry of them.
+"""The response of a solid element, and the registry of elements.
 
 An element of n nodes, hexahedra in VTK order, maps its displacements u (e, n, 3) to nodal forces (e, n, 3), energies
 and, if asked, stiffness blocks (e, n^2, 9): pair of nodes (a, b), then components (i, k).
@@ -50,7 +50,7 @@ def in_parts(
     out: np.ndarray | None = None,
     step: np.ndarray | None = None,
 ) -> ElementResponse:
-    """Return the response of a batch, about `few` elements at a time: what they need fits into a processor's cache.
+    """Return the response of a batch, about `few` elements at a time: their arrays fit into a processor's cache.
 
     `respond` takes their slice, displacements, memory for the stiffness or None and, if there is one, the step. It
     returns forces and energies.

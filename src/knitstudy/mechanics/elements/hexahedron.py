@@ -1,4 +1,4 @@
-"""What eight-node hexahedra in total Lagrangian form share: shape functions, strains and tangent moduli, in batches."""
+"""Common parts of eight-node hexahedra in total Lagrangian form, in batches: shape functions, strains, moduli."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ NOWHERE = np.empty(0, dtype=np.int64)
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """A matrix, and what preconditioners want to know of it."""
+    """A matrix, with data for preconditioners."""
 
     matrix: sp.bsr_matrix | sp.csr_matrix  # (size, size)
     # (size, size), part of it without which it is symmetric and positive definite
@@ -44,7 +44,7 @@ class LinearSolver(Protocol):
     setup_seconds: float  # time that the last call of `solve` spent on factors
 
     def begin(self) -> None:
-        """Begin an increment: a run that goes on from a file knows nothing of the matrices of those before."""
+        """Begin an increment: a run that goes on from a file has no matrices of earlier increments."""
 
     def use(self, system: System) -> None:
         """Take over a new matrix; factors are made when they are needed."""

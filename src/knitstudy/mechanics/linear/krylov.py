@@ -103,7 +103,7 @@ def conjugate_gradients(
 ) -> str | None:
     """Improve an iterate in place by preconditioned conjugate gradients (Notay 2000).
 
-    Return what went wrong, if anything: `INDEFINITE` if a direction has no stiffness. What was found before then
+    Return what went wrong, if anything: `INDEFINITE` if a direction has no stiffness. The iterate before then
     lowers the energy all the same (Steihaug 1983).
     """
     direction = image = np.zeros_like(state.x)
@@ -171,7 +171,7 @@ class Preconditioner(Protocol):
     def update(self, system: System) -> None:
         """Make it anew; here `system.matrix` is without the part that makes it unsymmetric.
 
-        The matrix changes afterwards: what is to be kept of it has to be copied.
+        The matrix changes afterwards: a part that is kept has to be copied.
         """
 
     def apply(self, residual: np.ndarray) -> np.ndarray:
@@ -189,7 +189,7 @@ class Krylov:
     def __init__(
         self,
         preconditioner: Preconditioner,
-        # solves what iterations do not: beyond a limit point a tangent is indefinite. Without it, as in large knits,
+        # solves where iterations do not: beyond a limit point a tangent is indefinite. Without it, as in large knits,
         # an indefinite matrix ends conjugate gradients with the step found so far, which lowers the energy: where a
         # predicted state presses yarns that will be pulled, that is enough
         direct: LU | None = None,

@@ -63,9 +63,9 @@ AXES = np.arange(3)
 class YarnScale:
     """Banded Cholesky factors of every yarn's diagonal block.
 
-    Single precision halves memory and time and costs no iteration. What ties and contact add outside of the elements'
-    band is held by a band at most `WIDER` times as wide; otherwise it is left out, and its magnitude is added to the
-    diagonal, so that the block stays positive definite (Ajiz and Jennings 1984).
+    Single precision halves memory and time and costs no iteration. The part that ties and contact add outside of the
+    elements' band is held by a band at most `WIDER` times as wide; otherwise it is left out, and its magnitude is added
+    to the diagonal, so that the block stays positive definite (Ajiz and Jennings 1984).
     """
 
     def __init__(self, structure: KnitStructure) -> None:
@@ -93,7 +93,7 @@ class YarnScale:
     def _band(self, matrix: sp.bsr_matrix, yarn: int, dtype: type) -> tuple[np.ndarray, np.ndarray]:
         """Return the lower band (bandwidth + 1, unknowns) of a yarn in LAPACK's order.
 
-        And what was added to the diagonal of every node (nodes, 3) for what lies outside of it.
+        And the addition to the diagonal of every node (nodes, 3) for entries outside of it.
         """
         first, last = self._nodes[yarn : yarn + 2]
         bandwidth = self._reach(matrix, first, last)
@@ -118,7 +118,7 @@ class YarnScale:
         return band.reshape((width, (last - first) * 3), order="F"), lumps
 
     def _reach(self, matrix: sp.bsr_matrix, first: int, last: int) -> int:
-        """Return the bandwidth of nodes first .. last: what they need of each other, or the elements' own."""
+        """Return the bandwidth of nodes first .. last: that of their coupling, or that of the elements."""
         reach = self._bandwidth
         for _, _, row, column, _ in _chunks(matrix, first, last):
             reach = max(reach, int((row - column).max(where=column >= first, initial=0)))
@@ -127,7 +127,7 @@ class YarnScale:
     def correct(self, residual: np.ndarray, correction: np.ndarray) -> None:
         """Add the correction of all yarns and take its effect off the residual, both (size,) in place.
 
-        What remains of the residual is the effect of what the factors leave out: no product with the whole matrix.
+        The new residual is the effect of the entries that the factors leave out: no product with the whole matrix.
         """
 
         def solve(yarn: int) -> np.ndarray:
@@ -153,7 +153,7 @@ def _chunks(matrix: sp.bsr_matrix, first: int, last: int) -> Iterator[tuple]:
 def _outside(
     matrix: sp.bsr_matrix, nodes: np.ndarray, bandwidth: list[int], lumps: np.ndarray
 ) -> sp.csr_matrix:
-    """Return a matrix without the bands of its yarns, and without what was added to them."""
+    """Return a matrix without the bands of its yarns and the additions to them."""
     parts = []
     for first, last, reach in zip(nodes[:-1], nodes[1:], bandwidth, strict=True):
         for low, high, row, column, data in _chunks(matrix, first, last):
@@ -167,7 +167,7 @@ def _outside(
     return sp.vstack(parts, format="csr") - sp.diags(lumps.ravel(), format="csr")
 
 
-# The scale of a crossing: what acts between yarns, solved for both of them together
+# The scale of a crossing: coupling between yarns, solved for both of them together
 
 GROUPS = 8  # parts that threads share: patches that do not act on each other, of about as many unknowns each
 
@@ -182,7 +182,7 @@ class CrossingScale:
     def update(self, system: System) -> None:
         """Factorise the patches of a matrix: around ties, and around the nodes where contact acts.
 
-        What friction adds lies within the patches, whose factors need no symmetry.
+        The entries of friction lie within the patches, whose factors need no symmetry.
         """
         matrix, unsymmetric = system.matrix, system.unsymmetric
         self.release()
@@ -313,8 +313,8 @@ class ThreeScale:
         self.crossing = CrossingScale(structure) if structure.patch is not None else None
 
     def update(self, system: System) -> None:
-        """Make all factors anew; only those of the crossings know what friction adds."""
-        self.fabric.release()  # room for what the others need on the way
+        """Make all factors anew; only those of the crossings have the entries of friction."""
+        self.fabric.release()  # room for the work arrays of the others
         self.yarn.update(system.matrix)
         if self.crossing is not None:
             self.crossing.update(system)

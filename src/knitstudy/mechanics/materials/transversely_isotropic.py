@@ -57,7 +57,7 @@ class TransverselyIsotropic:
 
     @classmethod
     def of(cls, yarn: Any) -> Self:
-        """Return the material of a scene's section `yarn`; what it leaves open is as of an isotropic yarn."""
+        """Return the material of a scene's section `yarn`; open constants are those of an isotropic yarn."""
         modulus, ratio = yarn.youngs_modulus, yarn.poisson_ratio
         given = yarn.transverse_modulus, yarn.transverse_poisson_ratio, yarn.axial_shear_modulus
         isotropic = modulus, ratio, modulus / (2 * (1 + ratio))
@@ -71,14 +71,14 @@ class TransverselyIsotropic:
 
     @property
     def across(self) -> tuple[float, float]:
-        """E_t [Pa] and nu_t, at most what an isotropic solid can have."""
+        """E_t [Pa] and nu_t, within the bounds of an isotropic solid."""
         return self.transverse_modulus, min(self.transverse_poisson_ratio, 0.49)
 
     def without_dilatation(self) -> tuple[TransverselyIsotropic, float]:
         """Return a law with the bulk modulus 2/3 G_t, if this one has more, and the difference [Pa].
 
         Of equal constants that is the first Lame constant. The bulk modulus is the pressure over the dilatation that it
-        causes; what is left of a stiffness without less than that is positive definite.
+        causes; a stiffness less a smaller one than that stays positive definite.
         """
         stiffness = self.stiffness[:3, :3]
         shear = 0.5 * self.transverse_modulus / (1 + self.transverse_poisson_ratio)

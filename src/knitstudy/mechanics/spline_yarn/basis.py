@@ -40,7 +40,7 @@ class Modes:
 
 @cache
 def modes(degree: int) -> Modes:
-    """Return what the functions up to a degree are, by rising degree."""
+    """Return the functions up to a degree, by rising degree."""
     rows = [
         (n, m, sine) for n in range(degree + 1) for m in range(n, -1, -2) for sine in ((0, 1) if m else (0,))
     ]
@@ -116,8 +116,8 @@ class Spline:
     def on(cls, breaks: np.ndarray, degree: int, sharp: Sequence[int] = ()) -> Spline:
         """Return the splines with knots at breaks (b,), smooth there but for the breaks of numbers `sharp`.
 
-        At a sharp break the knot stands `degree` times: one function alone is 1 there, and what is prescribed on one
-        side ends there exactly.
+        At a sharp break the knot stands `degree` times: one function alone is 1 there, and a value that is prescribed
+        on one side ends there exactly.
 
         Raises MeshError if the degree is no positive number, or breaks do not rise.
         """

@@ -8,7 +8,7 @@ along the yarn,
 
 a B-bar and F-bar projection (Elguedj et al. 2008, doi:10.1016/j.cma.2008.01.012) span by span. Displacements of degree
 p over the section have every divergence of degree p - 1, so that no strain along the yarn is locked there; along it,
-means ask one thing of each span, and splines have one unknown to answer it. What is left of the law, with a first Lame
+means ask one thing of each span, and splines have one unknown to answer it. The rest of the law, with a first Lame
 constant of zero, resists every strain with twice the shear modulus: no mode becomes soft. The mean pressure
 lame sum of theta_r M_r acts pointwise; the products lame d theta_r d theta_r are the rest of the tangent.
 """

@@ -25,7 +25,7 @@ from knitstudy.mechanics.spline_yarn.dilatation import MeanDilatation
 from knitstudy.mechanics.spline_yarn.space import Space
 
 CACHE = 3000  # points whose moduli fit into a processor's cache together
-CLOSE = 16_384  # numbers that fit into the part of it that is nearest, with what is made of them
+CLOSE = 16_384  # numbers that fit into the nearest part of it, together with their products
 
 
 class Spans:
@@ -102,9 +102,9 @@ class Spans:
         """Return the response of the spans `batch` to the displacements (e, a, 3) of their nodes [m].
 
         With the `step` (e, a, 3) that they came by straight from where a tangent was formed, the stress in the tangent
-        is what that tangent foresaw, without stretches of second order: as in Newton's method with stresses as unknowns
-        of their own (Magisano et al. 2017). A straight step stretches what turns, by half the square of the angle. In
-        slender yarns that would be most of the stress, in the very step that takes it away.
+        is the one that the tangent foresaw, without stretches of second order: as in Newton's method with stresses as
+        unknowns of their own (Magisano et al. 2017). A straight step stretches a yarn that turns by half the square of
+        the angle. In slender yarns that would be most of the stress, in the very step that takes it away.
         """
         few = max(1, CACHE // self.points)
         return in_parts(self._respond, few, batch, displacement, stiffness, out, step)
@@ -189,7 +189,8 @@ class Spans:
     ) -> None:
         """Put the stiffness of a few spans into `out` (e, a a, 9).
 
-        From A (points, alpha i, beta k) without stress, the stress (alpha, beta, points) and what `_dilatations` gives.
+        From A (points, alpha i, beta k) without stress, the stress (alpha, beta, points) and the result of
+        `_dilatations`.
         """
         along = self._along[:, spans]
         _, e, g, d = along.shape
