@@ -51,6 +51,16 @@ def test_no_force_acts_at_rest(soft):
     assert history.energy.sel(form="friction").values[-1] > 0  # yarns rub from the first increment on
 
 
+def test_a_rest_without_friction_does_not_depend_on_friction(soft):
+    """Two ways to one shape: with little friction and with much, which then goes."""
+    scene, geometry, rest = soft
+    other = STAGES["rest"].function(scene.vary({"contact.friction": 0.05}), geometry)
+    for name in ("wale_spacing", "course_spacing"):
+        assert other.attrs[name] == pytest.approx(rest.attrs[name], rel=1e-6)
+    held = STAGES["rest"].function(scene.vary({"load.start": "rest_with_friction"}), geometry)
+    assert abs(held.attrs["course_spacing"] / rest.attrs["course_spacing"] - 1) > 1e-3
+
+
 def test_a_cycle_dissipates_and_closes_the_ledger(soft):
     scene, geometry, rest = soft
     turned = scene.vary({"load.strain": 0.3, "load.turns": [0.3, 0.05], "solver.increments": 40})

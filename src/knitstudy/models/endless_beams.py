@@ -165,21 +165,20 @@ def relax(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
     """Return the shape in which no force acts on the edges of the cell, and the friction that holds it there.
 
     From the drawn shape, the natural curvature of the yarns grows from that of the drawn one to its own, and their
-    diameter from that for which the loops are drawn, with friction on the way if `load.start` says so.
+    diameter from that for which the loops are drawn. Friction on the way leads to one shape; without it a slack fabric
+    may have several. `load.start` says whether friction goes in the end.
     Raises ConvergenceError if there is no way to rest; other errors as of `build`.
     """
     fabric = fabric_of(geometry)
     rows = divided(fabric, scene.metres("mesh.beam_size"))
-    rubs = scene.load.start == "rest_with_friction"
-    model = _model(
-        scene,
-        rows,
-        Lattice(fabric.periods),
-        scene.kind.interaction.friction(scene.contact) if rubs else 0.0,
-        drawn_for=2 * fabric.radius,
-    )
+    friction = scene.kind.interaction.friction(scene.contact)
+    model = _model(scene, rows, Lattice(fabric.periods), friction, drawn_for=2 * fabric.radius)
     # Yarns that did not touch have come far in an increment for nothing: the next one begins where they are.
     last = _balanced("the way to rest", scene, model, HELD, predictor=0, increments=RELAXATION)
+    if friction and scene.load.start == "rest":
+        free = _model(scene, rows, Lattice(fabric.periods), 0.0)
+        free = free.starting_at(replace(last.state, contact=LineHistory.none()))
+        last = _balanced("the rest without friction", scene, free, HELD, predictor=0, increments=RELAXATION)
     state = last.state
     vectors, kept = model.vectors(state), state.contact
     values = {
