@@ -410,8 +410,8 @@ class CellStrain(Tension):
     """Loading, unloading and loading again show hysteresis. Checked: one cycle to 30 %."""
     start: Literal["drawn", "rest", "rest_with_friction"] = physics(
         "choice",
-        allowed="drawn (the shape of the loop as drawn), rest_with_friction (without forces on the edges, where friction "
-        "stops the yarns) or rest (to which they move from there once friction has gone): of beams",
+        allowed="drawn (the shape of the loop as drawn), rest_with_friction (without forces on the edges, where "
+        "friction stops the yarns) or rest (to which they move from there once friction has gone): of beams",
         default="drawn",
     )
     """Strains and forces refer to the spacings at rest then. Checked: all three."""
