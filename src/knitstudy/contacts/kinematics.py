@@ -161,7 +161,13 @@ def twist(rotation: np.ndarray, axis: np.ndarray) -> np.ndarray:
 
 
 def angle_between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return the angles (...) between vectors (..., 3) [rad], accurate for small ones too."""
+    """Return the angles (...) between vectors (..., 3) [rad], accurate for small ones too.
+
+    Examples
+    --------
+    >>> angle_between(np.array([1.0, 0.0, 0.0]), np.array([0.0, 2.0, 0.0])).round(6).tolist()
+    1.570796
+    """
     sine = np.linalg.norm(np.cross(first, second), axis=-1)
     return np.arctan2(sine, np.sum(first * second, axis=-1))
 
@@ -223,7 +229,13 @@ def foot(curve: Centreline, place: np.ndarray, start: np.ndarray) -> np.ndarray:
 
 
 def since_first(values: np.ndarray) -> np.ndarray:
-    """Return values (I, ...) minus the first along I that is not nan."""
+    """Return values (I, ...) minus the first along I that is not nan.
+
+    Examples
+    --------
+    >>> since_first(np.array([[np.nan], [1.0], [3.0]])).tolist()
+    [[nan], [0.0], [2.0]]
+    """
     known = np.isfinite(values)
     first = np.take_along_axis(values, np.argmax(known, axis=0)[None], axis=0)
     return values - first

@@ -158,6 +158,13 @@ def of_curves(
     """Return a fabric of any curves, whose crossings are found; see `Fabric` for the arguments.
 
     Strains refer to the extent of the curves where no size is given.
+
+    Examples
+    --------
+    >>> from knitstudy.geometry.readers import centreline
+    >>> low, high = (centreline(np.array([[-5, 0, z], [0, 0, z], [5, 0, z]]) * 1e-3) for z in (0, 2))
+    >>> of_curves([low, high], radius=0.9e-3).radius
+    0.0009
     """
     count = len(centrelines)
     copy_of = np.arange(count) if copy_of is None else copy_of
@@ -388,6 +395,12 @@ def yarn_pair(radius: float, angle: float, length: float, clearance: float = 0.0
     driven, at "ends" or at the "back", the half of the surface that is turned away from the other yarn.
     Raises GeometryError when the radius is not positive, the clearance negative, the angle not in (0, 90] or the yarns
     are not longer than two diameters.
+
+    Examples
+    --------
+    >>> fabric = yarn_pair(radius=0.9e-3, angle=90, length=10e-3, clearance=0.0)
+    >>> len(fabric.centrelines), len(fabric.crossings.yarn)
+    (2, 1)
     """
     for name, value, fits, allowed in (
         ("yarn.diameter", f"{2 * radius} m", radius > 0, "a positive number"),

@@ -58,7 +58,13 @@ ACTIVE = 0.03  # distance from a limit below which it is named as the reason why
 
 
 def peirce_length(course: float, wale: float, diameter: float) -> float:
-    """Return the length of yarn in Peirce's loop, whose arcs lie in the plane and touch: all in one unit."""
+    """Return the length of yarn in Peirce's loop, whose arcs lie in the plane and touch: all in one unit.
+
+    Examples
+    --------
+    >>> round(peirce_length(course=0.9, wale=1.1, diameter=0.25), 3)  # one unit for all
+    4.385
+    """
     return 2 * course + wale + 5.94 * diameter
 
 

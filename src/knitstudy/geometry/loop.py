@@ -107,7 +107,14 @@ class Loop:
 
 
 def whole_loop(quarter: np.ndarray, wale_spacing: float) -> np.ndarray:
-    """All control points (4 k, 3) of a loop from those of a quarter (k + 1, 3): sinker to middle of the leg."""
+    """All control points (4 k, 3) of a loop from those of a quarter (k + 1, 3): sinker to middle of the leg.
+
+    Examples
+    --------
+    >>> quarter = np.array([[0.0, 0.0, 0.5], [0.2, 0.1, 0.3], [0.5, 0.5, 0.0]])
+    >>> whole_loop(quarter, wale_spacing=2.0).shape
+    (8, 3)
+    """
     turned = [wale_spacing / 2, 0, 0] + quarter[-2::-1] * [-1, -1, 1]
     half = np.vstack([quarter, turned])
     mirrored = [wale_spacing, 0, 0] + half[-2:0:-1] * [-1, 1, 1]

@@ -168,6 +168,11 @@ def squared_join_curvature(cosine: np.ndarray, sigma: np.ndarray) -> tuple[np.nd
 
     The cosine (P,) is that of the angle by which the control polygon turns, -cos(theta); sigma (P,) is the local
     spacing of the control points.
+
+    Examples
+    --------
+    >>> float(squared_join_curvature(np.array([1.0]), np.array([1.0]))[0][0])  # of a straight line
+    0.0
     """
     # theta > pi/4: (2/sigma)^2 cos^2(theta/2) = (2/sigma^2)(1 + cos(theta)), smooth where it is straight too.
     square, derivative = 2 * (1 - cosine) / sigma**2, -2 / sigma**2

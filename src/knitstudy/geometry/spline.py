@@ -160,7 +160,13 @@ class Rows(CatmullRom):
 
 
 def stencil(u: ArrayLike, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return indices and weights (..., 4) of the control points behind a derivative (order 0 to 2) at u (...)."""
+    """Return indices and weights (..., 4) of the control points behind a derivative (order 0 to 2) at u (...).
+
+    Examples
+    --------
+    >>> stencil(np.array([0.5]), order=0)[1].tolist()  # halfway between two control points
+    [[-0.0625, 0.5625, 0.5625, -0.0625]]
+    """
     u = np.asarray(u, dtype=float)
     segment = np.floor(u)
     t = u - segment

@@ -20,7 +20,13 @@ PLAIN = (KNIT,)
 
 
 def sides(stitches: Sequence[str]) -> np.ndarray:
-    """Return 1 for every knit and -1 for every purl stitch: (r, k). Raises GeometryError for other letters."""
+    """Return 1 for every knit and -1 for every purl stitch: (r, k). Raises GeometryError for other letters.
+
+    Examples
+    --------
+    >>> sides(("KP", "PK")).tolist()
+    [[1, -1], [-1, 1]]
+    """
     wrong = wrong_stitches(tuple(stitches))
     if not is_plain(stitches):
         wrong = wrong or "loops of K and P alone are alike"
@@ -30,7 +36,13 @@ def sides(stitches: Sequence[str]) -> np.ndarray:
 
 
 def letters(side: np.ndarray) -> tuple[str, ...]:
-    """Return the rows of letters of sides (r, k)."""
+    """Return the rows of letters of sides (r, k).
+
+    Examples
+    --------
+    >>> letters(np.array([[1, -1]]))
+    ('KP',)
+    """
     return tuple("".join(KNIT if each > 0 else PURL for each in row) for row in side)
 
 
@@ -44,6 +56,11 @@ def standard(stitches: Sequence[str]) -> tuple[tuple[str, ...], int, int, int]:
     -------
     stitches : tuple of str
     up, along, front : int
+
+    Examples
+    --------
+    >>> standard(("PP",))[0]  # seen from behind, all purl is plain knit
+    ('K',)
     """
     side = sides(stitches)
     rows, columns = (

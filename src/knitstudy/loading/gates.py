@@ -382,7 +382,13 @@ def require_elements_across(scene: Scene) -> None:
 
 
 def times(part: float, whole: float) -> str:
-    """Return "12.3% of", or "1.2e+04 times" where it is many times as much."""
+    """Return "12.3% of", or "1.2e+04 times" where it is many times as much.
+
+    Examples
+    --------
+    >>> times(0.02, 1.0), times(30.0, 1.0)
+    ('2.0% of', '30 times')
+    """
     if part < 10 * whole:
         return f"{part / whole:.1%} of"
     return f"{part / whole:.2g} times" if whole > 0 else "any number of times"

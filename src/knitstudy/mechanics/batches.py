@@ -21,13 +21,25 @@ from knitstudy.interruption import uninterrupted
 
 
 def determinant(matrix: np.ndarray) -> np.ndarray:
-    """Return the determinants (e,) of matrices (e, 3, 3)."""
+    """Return the determinants (e,) of matrices (e, 3, 3).
+
+    Examples
+    --------
+    >>> determinant(2 * np.eye(3)[None]).tolist()
+    [8.0]
+    """
     (a, b, c), (d, e, f), (g, h, i) = np.moveaxis(matrix, 0, -1)
     return a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)
 
 
 def inverse(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the inverses (e, 3, 3) of matrices (e, 3, 3), by their cofactors, and the determinants (e,)."""
+    """Return the inverses (e, 3, 3) of matrices (e, 3, 3), by their cofactors, and the determinants (e,).
+
+    Examples
+    --------
+    >>> inverse(2 * np.eye(3)[None])[1].tolist()
+    [8.0]
+    """
     (a, b, c), (d, e, f), (g, h, i) = np.moveaxis(matrix, 0, -1)
     cofactors = (
         (e * i - f * h, c * h - b * i, b * f - c * e),
@@ -150,14 +162,26 @@ def share(work: Callable[[int], Result], count: int) -> list[Result]:
 
 
 def parts(count: int, size: int) -> list[slice]:
-    """Return slices of `size` of so many, at least one."""
+    """Return slices of `size` of so many, at least one.
+
+    Examples
+    --------
+    >>> parts(5, size=2)
+    [slice(0, 2, None), slice(2, 4, None), slice(4, 6, None)]
+    """
     return [slice(first, first + size) for first in range(0, max(count, 1), size)]
 
 
 def by_parts(
     work: Callable[[slice], np.ndarray | tuple[np.ndarray, ...] | Chosen], count: int, size: int
 ) -> Any:
-    """Return the arrays that ``work(part)`` returns, of `size` of so many at a time: that bounds the memory."""
+    """Return the arrays that ``work(part)`` returns, of `size` of so many at a time: that bounds the memory.
+
+    Examples
+    --------
+    >>> by_parts(lambda part: np.arange(5)[part] ** 2, count=5, size=2).tolist()
+    [0, 1, 4, 9, 16]
+    """
     slices = parts(count, size)
     results = share(lambda number: work(slices[number]), len(slices))
     if isinstance(results[0], tuple):

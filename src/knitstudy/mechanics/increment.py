@@ -78,7 +78,13 @@ def between_corners(
     corners: tuple[float, ...],  # their load factors, rising
     load: float,
 ) -> np.ndarray:
-    """Return the linear interpolation (k,) at a load factor, from zero to the first of the values and on."""
+    """Return the linear interpolation (k,) at a load factor, from zero to the first of the values and on.
+
+    Examples
+    --------
+    >>> between_corners(np.array([[1.0], [0.0]]), (0.5, 1.0), load=0.75).tolist()  # there and half of the way back
+    [0.5]
+    """
     loads = (0.0, *corners)
     leg = min(int(np.searchsorted(corners, load)), len(values) - 1)
     start = values[leg - 1] if leg else np.zeros_like(values[0])

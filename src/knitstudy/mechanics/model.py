@@ -115,6 +115,13 @@ def eliminate(
 
     The matrix keeps its pattern and its symmetry, and with the mean stiffness its conditioning; a zero right-hand side
     gives a zero step.
+
+    Examples
+    --------
+    >>> matrix = sp.bsr_matrix(np.full((2, 2), 3.0), blocksize=(1, 1))
+    >>> eliminate(matrix, np.array([0]))
+    >>> matrix.toarray().tolist()
+    [[3.0, 0.0], [0.0, 3.0]]
     """
     block = matrix.blocksize[0] if matrix.format == "bsr" else 1
     level = float(np.mean(np.abs(matrix.diagonal()))) if diagonal is None else diagonal

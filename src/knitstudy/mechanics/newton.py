@@ -519,7 +519,14 @@ def extrapolated(
     rates: tuple[Rate, ...],  # the last increments, newest first; as many as the polynomial's order
     change: float,  # of the load factor
 ) -> np.ndarray:
-    """Return the change (size,) of the unknowns that the polynomial through the last converged states foresees."""
+    """Return the change (size,) of the unknowns that the polynomial through the last converged states foresees.
+
+    Examples
+    --------
+    >>> rates = Rate(0.1, np.array([2.0])), Rate(0.1, np.array([1.0]))
+    >>> extrapolated(rates, change=0.1).round(12).tolist()
+    [0.3]
+    """
     # Newton's divided differences: rates are the first ones.
     differences = [rate.step for rate in rates]
     widths = [rate.increment for rate in rates]

@@ -35,7 +35,13 @@ def cauchy_stress(gradient: np.ndarray, material: Material, axes: np.ndarray | N
 
 
 def von_mises(stress: np.ndarray) -> np.ndarray:
-    """Return sqrt(3/2 s : s) (k,) of the deviators s of stresses (k, 3, 3)."""
+    """Return sqrt(3/2 s : s) (k,) of the deviators s of stresses (k, 3, 3).
+
+    Examples
+    --------
+    >>> von_mises(np.diag([3.0, 0.0, 0.0])[None]).tolist()  # of tension
+    [3.0]
+    """
     mean = np.einsum("kii->k", stress) / 3
     deviator = stress - mean[:, None, None] * np.eye(3)
     return np.sqrt(1.5 * np.einsum("kij,kij->k", deviator, deviator))

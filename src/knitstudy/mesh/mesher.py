@@ -56,6 +56,13 @@ def mesh_fabric(
     MeshError
         If the sizes are not allowed, the mesh does not fit into memory, crossings are too close together for them,
         elements are folded, the yarn bends too tightly, or yarns overlap.
+
+    Examples
+    --------
+    >>> from knitstudy.geometry.fabric import yarn_pair
+    >>> pair = yarn_pair(radius=0.9e-3, angle=90, length=10e-3, clearance=0.0)
+    >>> mesh_fabric(pair, size=0.5, growth=1.2, refinement=1.0).hexahedra.shape
+    (798, 8)
     """
     radius, curves = fabric.radius, fabric.centrelines
     require_memory_to_mesh(curves, radius, size, growth)

@@ -27,6 +27,12 @@ def scaled_jacobian(nodes: np.ndarray, hexahedra: np.ndarray) -> np.ndarray:
     At each corner it is the triple product of the edge vectors over the product of their lengths (Knupp 2000,
     "Achieving finite element mesh quality via optimization of the Jacobian matrix norm and associated
     quantities", part II, International Journal for Numerical Methods in Engineering 48).
+
+    Examples
+    --------
+    >>> cube = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1.0]])
+    >>> scaled_jacobian(cube, np.arange(8)[None]).tolist()
+    [1.0]
     """
     quality = np.empty(len(hexahedra))
     for low in range(0, len(hexahedra), AT_ONCE):

@@ -86,7 +86,13 @@ class Section:
 
 
 def nodes_for_size(diameter: float, size: float) -> int:
-    """Return how many nodes `Section.for_size` has, without making it."""
+    """Return how many nodes `Section.for_size` has, without making it.
+
+    Examples
+    --------
+    >>> nodes_for_size(diameter=1.8e-3, size=0.3e-3)
+    41
+    """
     core, rings = _divisions(diameter, size)
     return (core + 1) ** 2 + rings * 4 * core
 

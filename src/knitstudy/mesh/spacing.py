@@ -20,7 +20,13 @@ from knitstudy.errors import MeshError
 
 
 def smooth_step(t: np.ndarray) -> np.ndarray:
-    """Return the cubic that grows from 0 at t = 0 to 1 at t = 1 with slopes of 0; constant beyond."""
+    """Return the cubic that grows from 0 at t = 0 to 1 at t = 1 with slopes of 0; constant beyond.
+
+    Examples
+    --------
+    >>> smooth_step(np.array([0.0, 0.5, 1.0])).tolist()
+    [0.0, 0.5, 1.0]
+    """
     t = np.clip(t, 0.0, 1.0)
     return t**2 * (3 - 2 * t)
 

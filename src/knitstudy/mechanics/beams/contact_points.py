@@ -15,7 +15,14 @@ from knitstudy.errors import GeometryError
 
 
 def parabolas(knots: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return weights (n, 3) of three values, and for both derivatives, of parabolas through knots (n, 3) at (n,)."""
+    """Return weights (n, 3) of three values, and for both derivatives, of parabolas through knots (n, 3) at (n,).
+
+    Examples
+    --------
+    >>> value, slope, bend = parabolas(np.array([[-1.0, 0.0, 1.0]]), np.array([0.5]))
+    >>> value.tolist(), slope.tolist(), bend.tolist()
+    ([[-0.125, 0.75, 0.375]], [[0.0, -1.0, 1.0]], [[1.0, -2.0, 1.0]])
+    """
     others = knots[:, [[1, 2], [0, 2], [0, 1]]]
     per, way = 1 / np.prod(knots[..., None] - others, axis=2), at[:, None, None] - others
     return per * way.prod(axis=2), per * way.sum(axis=2), 2 * per

@@ -33,7 +33,13 @@ def shape(natural: np.ndarray) -> np.ndarray:
 
 
 def shape_gradient(natural: np.ndarray, functions: Functions = shape) -> np.ndarray:
-    """Return the gradients (k, a, 3) of shape functions: exact, by a complex step (Squire and Trapp 1998)."""
+    """Return the gradients (k, a, 3) of shape functions: exact, by a complex step (Squire and Trapp 1998).
+
+    Examples
+    --------
+    >>> shape_gradient(np.zeros((1, 3))).shape
+    (1, 8, 3)
+    """
     return np.stack([functions(natural + STEP * d).imag for d in 1j * np.eye(3)], axis=2) / STEP
 
 

@@ -23,7 +23,13 @@ NODES = len(NATURAL)
 
 
 def quadratic_shape(natural: np.ndarray) -> np.ndarray:
-    """Return the shape functions (k, 20) at natural coordinates (k, 3)."""
+    """Return the shape functions (k, 20) at natural coordinates (k, 3).
+
+    Examples
+    --------
+    >>> float(quadratic_shape(np.zeros((1, 3))).sum().round(12))
+    1.0
+    """
     factor = 1 + NATURAL * natural[:, None]  # (k, 20, 3)
     product = factor.prod(axis=2)
     reach = (CORNERS * natural[:, None]).sum(axis=2) - 2

@@ -148,6 +148,11 @@ def factorise(matrix: sp.spmatrix) -> spla.SuperLU:
     """Return SuperLU factors of a structurally symmetric matrix.
 
     Raises ConvergenceError if the matrix is singular.
+
+    Examples
+    --------
+    >>> factorise(sp.csr_matrix(2 * np.eye(2))).solve(np.ones(2)).tolist()
+    [0.5, 0.5]
     """
     try:
         return spla.splu(

@@ -78,7 +78,13 @@ def material_of(yarn: Any) -> Material:
 
 
 def axes_along(direction: np.ndarray) -> np.ndarray:
-    """Return local axes (k, 3, 3) in columns, the first along directions (k, 3) of any length."""
+    """Return local axes (k, 3, 3) in columns, the first along directions (k, 3) of any length.
+
+    Examples
+    --------
+    >>> axes_along(np.array([[0.0, 0.0, 2.0]]))[0].round(12).tolist()
+    [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]
+    """
     first = direction / np.linalg.norm(direction, axis=1, keepdims=True)
     away = np.eye(3)[np.abs(first).argmin(axis=1)]
     second = np.cross(first, away)

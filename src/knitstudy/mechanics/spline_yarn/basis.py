@@ -24,7 +24,13 @@ from knitstudy.errors import MeshError
 
 
 def size(degree: int | np.ndarray) -> int | np.ndarray:
-    """Return the number of functions up to a degree: 1, 3, 6, 10, 15, ..."""
+    """Return the number of functions up to a degree: 1, 3, 6, 10, 15, ...
+
+    Examples
+    --------
+    >>> [size(degree) for degree in (1, 2, 3)]
+    [3, 6, 10]
+    """
     return (degree + 1) * (degree + 2) // 2
 
 
@@ -60,7 +66,13 @@ def values(degree: int, x: np.ndarray) -> np.ndarray:
 
 
 def gradients(degree: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return phi (k, n_p) and its derivatives (k, n_p, 2) at points x (k, 2)."""
+    """Return phi (k, n_p) and its derivatives (k, n_p, 2) at points x (k, 2).
+
+    Examples
+    --------
+    >>> [each.shape for each in gradients(1, np.zeros((1, 2)))]
+    [(1, 3), (1, 3, 2)]
+    """
     kind = modes(degree)
     m, j = kind.wave, (kind.degree - kind.wave) // 2
     place = 2 * np.einsum("kc,kc->k", x, x)[:, None] - 1
