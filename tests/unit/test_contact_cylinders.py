@@ -8,6 +8,7 @@ from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.following import WIDTH, Neighbourhoods
 from knitstudy.mechanics.contact.friction import ContactHistory, Coulomb
 from knitstudy.mechanics.contact.interaction import Contact
+from knitstudy.mechanics.contact.search import Search
 from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
 
 RNG = np.random.default_rng(0)
@@ -74,6 +75,32 @@ def test_normals_point_outward_and_points_stand_for_the_area(crossing):
     assert contact.quadrature.area.sum() == pytest.approx(2 * 2 * np.pi * RADIUS * LENGTH, rel=1e-12)
     points = contact.points(nodes, nodes, ContactHistory.empty())
     assert contact.smallest_gap(points) == pytest.approx(0.01, abs=1e-3)
+
+
+def test_pairs_are_found_again_where_yarns_have_moved(monkeypatch):
+    """Of two long yarns beside each other one bends towards the other at its end; all else has not moved."""
+    length, (x, y, z) = 60.0, np.eye(3)
+    own = yarn_space(np.linspace(0, length, 61), [2] * 60)
+    s = np.linspace(0, length, 400)
+
+    def yarn(height, bump):
+        centre = own.spline.fit(s, s[:, None] * x + (height - bump * np.exp(-((s - 57) ** 2)))[:, None] * z)
+        return own.coefficients(centre, *(np.tile(d, (own.spline.size, 1)) for d in (z, -y)), RADIUS)
+
+    nodes, bent = (np.concatenate([yarn(0.0, 0.0), yarn(2 * RADIUS + 0.25, bump)]) for bump in (0.0, 0.27))
+    surfaces = Cylinders(Space((own, own)), RADIUS, [np.linspace(0, length, 121)] * 2, ANGLES)
+    anew, again = (
+        Contact(nodes, surfaces, Coulomb(1.0, 1.0, 0.0), margin=0.1, overlap=1e-3) for _ in range(2)
+    )
+    find, searched = Search.find, []
+    monkeypatch.setattr(Search, "find", lambda *given: searched.append(given[3:]) or find(*given))
+    assert not len(again.points(nodes, nodes, ContactHistory.empty()).active)
+    found = again.points(bent, nodes, ContactHistory.empty())
+    ((rings,),) = searched
+    assert 0 < rings.mean() < 0.5
+    expected = anew.points(bent, bent, ContactHistory.empty())
+    np.testing.assert_array_equal(found.signature(), expected.signature())
+    assert len(found.active) > 10
 
 
 def test_no_place_moves_farther_than_is_said(crossing):

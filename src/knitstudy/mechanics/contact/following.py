@@ -20,6 +20,8 @@ from knitstudy.mechanics.contact.tangent import CHUNK
 
 # Distance up to which two rings share a neighbourhood, over the reach of a ring: two radii of yarns, and three.
 WIDTH = 5.0
+# Share of the boxes up to which these are searched alone, and how often before all are
+MOST, SEARCHES = 0.5, 4
 # Squared extents of a neighbourhood, over its largest, below which it has none: a straight yarn is no solid.
 FLAT = 1e-9
 # Of a box: where it takes the upper one of its limits.
@@ -91,6 +93,7 @@ class Neighbourhoods:
         other = np.minimum(np.searchsorted(keys, beside), len(keys) - 1)
         pairs = np.flatnonzero((keys[other] == beside) & (np.diff(self._sum.indptr) > 0)[other])
         self._one, self._other = pairs // len(around), other[pairs]
+        self.count = len(keys)
         pairs = np.ones(len(pairs)), (self._one, self._other)
         self._beside = sp.csr_matrix(pairs, shape=(len(keys), len(keys)))
 
@@ -102,15 +105,19 @@ class Neighbourhoods:
         """
         return self._motion(*self._seen(now, then))
 
-    def keeps_apart(self, now: np.ndarray, then: np.ndarray, margin: float) -> bool:
-        """Return whether places that were farther apart than a margin [m] cannot have met between two states."""
-        place, way = self._seen(now, then)
-        if self._motion(place, way).least(margin).min() < 0:
-            return False
+    def may_meet(self, now: np.ndarray, searched: np.ndarray, last: np.ndarray, margin: float) -> np.ndarray:
+        """Return in which boxes (b,) places may have met since they were farther apart than a margin [m].
+
+        Boxes were searched last (b,) at one of the states (n, M, 3), all of them at the first one.
+        """
+        place, way = self._seen(now, searched[0])
         # Places that are too far apart for one neighbourhood follow the map of the whole.
         whole = _Maps.of(_moments(place, way).sum(axis=0, keepdims=True))
         rest = _farthest(way - whole.at(np.zeros(len(place), dtype=np.int64), place)).max(keepdims=True)
-        return bool(Motion(whole.shrink, self._surfaces.overshoot * rest).least(self._apart)[0] >= 0)
+        if Motion(whole.shrink, self._surfaces.overshoot * rest).least(self._apart)[0] < 0:
+            return np.ones(len(last), dtype=bool)
+        least = [self.motion(now, then).least(margin) for then in searched]
+        return np.choose(last, least) < 0
 
     def _motion(self, place: np.ndarray, way: np.ndarray) -> Motion:
         """Return how boxes have moved, of control points (S, a, 3) with places and ways [m]."""
@@ -144,6 +151,12 @@ def _moments(place: np.ndarray, way: np.ndarray) -> np.ndarray:
 def _farthest(way: np.ndarray) -> np.ndarray:
     """Return the lengths (k,) of the longest of ways (k, n, 3) [m]."""
     return np.sqrt(np.einsum("kni,kni->kn", way, way).max(axis=1))
+
+
+def _in_order(every: ContactHistory, least: np.ndarray) -> tuple[ContactHistory, np.ndarray]:
+    """Return pairs and values (c,) in one order: sums are the same whenever was searched, after a restart too."""
+    order = np.lexsort((every.xi[:, 0], every.surface, every.point))
+    return every[order], least[order]
 
 
 # Pairs that may touch, from one configuration to the next: searched for as seldom as motion allows
@@ -180,16 +193,22 @@ class Following:
         if (
             self._source is ContactHistory.empty() and history.search_status is not None
         ):  # from a restart file
-            self._follow(before, history, history)
+            first = history.search_status.searched[0]
+            boxes = Neighbourhoods(self._search.surfaces, first, self._search.reach)
+            self._follow(before, history, history, boxes)
         again = self._source is history and np.array_equal(self._before, before)
-        if not (
-            again and self._neighbourhoods.keeps_apart(carriers, self._search_status.searched, self._margin)
-        ):
-            # Pairs that were found for trial states, however wild, are forgotten.
-            self._begin(carriers, before, history)
+        may_meet = np.ones(1, dtype=bool)
+        if again:
+            known = self._search_status
+            may_meet = self._neighbourhoods.may_meet(carriers, known.searched, known.last, self._margin)
+        if may_meet.any():
+            if may_meet.mean() < MOST and len(known.searched) < SEARCHES:
+                self._renew(carriers, may_meet)
+            else:
+                # Pairs that were found for trial states, however wild, are forgotten.
+                self._begin(carriers, before, history)
         every = self.history
-        known = self._search_status
-        least = self._neighbourhoods.motion(carriers, known.seen).least(known.least, self._box)
+        least = self._least(carriers)
         number = np.flatnonzero(~((least > reach) & (every.pressure <= 0) & (every.multiplier == 0)))
         new = number[np.isneginf(every.gap[number])]
         position = self._search.positions(every.point[new], before)
@@ -199,6 +218,11 @@ class Following:
             new = number[np.isnan(self.angle[number])]
             self.angle[new] = self._angles(every[new], before)
         return number, least
+
+    def _least(self, carriers: np.ndarray) -> np.ndarray:
+        """Return lower bounds of the gaps (c,) of all pairs [m]."""
+        known = self._search_status
+        return self._neighbourhoods.motion(carriers, known.seen).least(known.least, self._box)
 
     def saw(self, carriers: np.ndarray, least: np.ndarray) -> None:
         """Take over lower bounds of the gaps (c,) of all pairs [m] where carriers (M, 3) are."""
@@ -221,34 +245,46 @@ class Following:
 
     def _begin(self, carriers: np.ndarray, before: np.ndarray, history: ContactHistory) -> None:
         """Search for all pairs that may touch now; pairs that a history knows keep their part of it."""
-        pairs, arc, gap = self._search.find(carriers, self._margin)
+        every, least = self._found(carriers, history)
+        boxes = Neighbourhoods(self._search.surfaces, carriers, self._search.reach)
+        last = np.zeros(boxes.count, dtype=np.int64)
+        status = ContactStatus(carriers[None], last, carriers, least)
+        self._follow(before, history, replace(every, search_status=status), boxes)
+
+    def _renew(self, carriers: np.ndarray, boxes: np.ndarray) -> None:
+        """Search in some boxes (b,) alone for pairs that may touch now."""
+        known, here = self._search_status, boxes[self._box]
+        among = boxes[self._neighbourhoods.of_ring]
+        others, least = self.history[np.flatnonzero(~here)], self._least(carriers)[~here]
+        every, own = self._found(carriers, self.history[np.flatnonzero(here)], among)
+        every, least = _in_order(others.joined(every), np.append(least, own))
+        last = np.where(boxes, len(known.searched), known.last)
+        status = ContactStatus(np.concatenate([known.searched, carriers[None]]), last, carriers, least)
+        every = replace(every, search_status=status)
+        self._follow(self._before, self._source, every, self._neighbourhoods)
+
+    def _found(
+        self, carriers: np.ndarray, history: ContactHistory, among: np.ndarray | None = None
+    ) -> tuple[ContactHistory, np.ndarray]:
+        """Return the pairs of a search, with their part of a history, and lower bounds of their gaps (c,) [m]."""
+        pairs, arc, gap = self._search.find(carriers, self._margin, among)
         same = same_pair(pairs, arc, history, self._search.arc(history.surface, history.xi[:, 0]))
         least = np.full(len(history.point), -np.inf)
         least[same[same >= 0]] = gap[same >= 0]
         stays = history.pressure > 0
         stays[same[same >= 0]] = True
         stays, new = np.flatnonzero(stays), np.flatnonzero(same < 0)
-        every = history[stays].joined(pairs[new])
-        # In one order, so that sums are the same whenever was searched, after a restart too.
-        order = np.lexsort((every.xi[:, 0], every.surface, every.point))
-        least = np.append(least[stays], gap[new])[order]
-        status = ContactStatus(carriers, carriers, least)
-        self._follow(before, history, replace(every[order], search_status=status))
+        return _in_order(history[stays].joined(pairs[new]), np.append(least[stays], gap[new]))
 
-    def _follow(self, before: np.ndarray, history: ContactHistory, every: ContactHistory) -> None:
+    def _follow(
+        self, before: np.ndarray, history: ContactHistory, every: ContactHistory, boxes: Neighbourhoods
+    ) -> None:
         """Follow all pairs that a search has found."""
-        self._source, self._before, self.history, self._search_status = (
-            history,
-            before,
-            every,
-            every.search_status,
-        )
+        self._source, self._before, self.history = history, before, every
+        self._search_status, self._neighbourhoods = every.search_status, boxes
         self.angle = np.full(len(every.point), np.nan)
-        self._neighbourhoods = Neighbourhoods(
-            self._search.surfaces, every.search_status.searched, self._search.reach
-        )
         cell = every.point // self._search.quadrature.per_cell
-        self._box = self._neighbourhoods.of_ring[self._search.ring(cell)]  # (c,), box that a pair lies in
+        self._box = boxes.of_ring[self._search.ring(cell)]  # (c,), box that a pair lies in
 
     def _angles(self, history: ContactHistory, before: np.ndarray) -> np.ndarray:
         """Return the angles (c,) between the first parameters' lines at pairs."""
