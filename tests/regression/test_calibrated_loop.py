@@ -27,7 +27,7 @@ def radii(dataset, name):
     return dataset[name] / dataset["radius"]
 
 
-def test_loop_is_what_it_was_made_for(after):
+def test_loop_has_the_length_and_spacings_that_were_asked_for(after):
     """Bars of the study: 3 degrees, 2 %. The file was made with the weights of defaults.yaml, and meets them closer."""
     before, now = (after.sel(state=state) for state in ("before", "after"))
     assert float(now["interlock_angle"]) == pytest.approx(66.0, abs=0.01)
@@ -72,7 +72,7 @@ def test_angles_hardly_depend_on_the_weights(scene, after, weight):
 def test_elements_of_the_mesh_are_well_shaped():
     scene = load_scene("dns-tie-course")
     fine = mesh_fabric(fabric_of(lay_out(scene)), scene.mesh.size, scene.mesh.growth)
-    # What the section's corners allow (0.86); bending the yarn to 2.3 mm costs next to nothing.
+    # The section's corners allow 0.86; bending the yarn to 2.3 mm costs next to nothing.
     assert scaled_jacobian(fine.nodes, fine.hexahedra).min() > 0.84
     assert (fine.section.size, fine.section.ring.size) == (41, 16)
     steps = np.diff(fine.stations[0])

@@ -1,4 +1,4 @@
-"""Yarns pressed between plates, and what that says of two yarns that cross.
+"""Yarns pressed between plates, and the force of two yarns that cross which follows from it.
 
 A yarn is taken as a round layer whose pressure p grows with a power m of its compression u, point by point:
 p = C u^m. Of a yarn of radius R between plates that approach by e, half of it is pressed by u = e/2 - x^2 / 2R at x

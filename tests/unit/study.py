@@ -1,4 +1,4 @@
-"""A whole study, made up: four cases of tension with all models, and what each of them would have found."""
+"""A whole study, made up: four cases of tension with all models, and made-up results of each."""
 
 import numpy as np
 import pandas as pd
@@ -80,7 +80,7 @@ def scenes(plain):
 
 
 def histories(scenes, **changes):
-    """Return what all scenes would have found, by name; changes replace arguments of `synthetic.history`."""
+    """Return made-up results of all scenes by name; changes replace arguments of `synthetic.history`."""
     found = {}
     for kind, way in CASES:
         for form, (_, force, lift) in MODELS.items():

@@ -1,4 +1,4 @@
-"""Sweeps of course spacing and yarn diameter, made up: the scenes of the study, and what they would have found."""
+"""Sweeps of course spacing and yarn diameter, made up: the scenes of the study, and their made-up results."""
 
 import pandas as pd
 import study

@@ -88,7 +88,7 @@ def contact_history(knit: Fabric, interaction="isotropic", friction=0.76, **attr
     """History of a knit whose outer rows are tied, and whose other crossings close zone after zone.
 
     A closed crossing has two points of 1e-8 m2 on each side, 2 mm apart, under 1 MPa times its zone plus one at full
-    load; what slips carries `friction` times the pressure along x.
+    load; slipping contacts carry `friction` times the pressure along x.
     """
     stations = history_of(knit)
     strain = np.array(SNAPSHOTS)

@@ -1,4 +1,4 @@
-"""Ties of a run of beams in contact, and what it records."""
+"""Ties of a run of beams in contact, and the columns that it records."""
 
 import numpy as np
 import pytest

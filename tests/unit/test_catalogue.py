@@ -104,7 +104,7 @@ register(Interaction("sticky", "contact that sticks", friction=lambda contact: 0
 
 @pytest.fixture
 def plugin(tmp_path, monkeypatch):
-    """Function that imports a module written for it; what it registers is forgotten afterwards."""
+    """Function that imports a module written for it; its entries in registries are forgotten afterwards."""
     monkeypatch.syspath_prepend(tmp_path)
     before = [dict(kinds) for kinds in (SPECIMENS, INTERACTIONS)]
     written = []
@@ -137,7 +137,7 @@ STITCHES.register(StitchKind("D", "a deep knit", 1, draw=long))
 
 
 def test_a_stitch_is_one_file(plugin, monkeypatch):
-    """Its letter, what it means, and how it is drawn."""
+    """Its letter, its meaning, and how it is drawn."""
     monkeypatch.setattr(STITCHES, "_entries", dict(STITCHES.all()))
     plugin("deep_stitch", LONG)
     target = LoopTarget(2.2e-3, 3.3e-3, 0.22e-3, 0.0)

@@ -1,4 +1,4 @@
-"""A model is chosen for what is asked: the cheapest that is promised to do, or one message of what comes nearest."""
+"""A question chooses a model: the cheapest with a promise that is good enough, or a message with the nearest ones."""
 
 from dataclasses import asdict
 from itertools import islice
@@ -87,7 +87,7 @@ def test_the_cheapest_that_is_promised_is_taken(ask, accuracy, setting):
     assert {each.name for each in found.settings} == set(MEASURED["cut_knit", "tied"])
 
 
-def test_what_fails_too_often_is_not_promised(ask):
+def test_a_model_that_fails_too_often_is_not_promised(ask):
     assert [each.name for each in ask(scene="yarns-isotropic-course", accuracy=0.05).settings] == ["yarns2"]
 
 
@@ -133,7 +133,7 @@ def test_cells_of_several_loops_have_no_promise(ask):
         ask({"pattern.loops": 10, "pattern.rows": 10}, scene="cell-course", accuracy=5.0)
 
 
-def test_a_knit_of_ones_own_has_what_was_measured_on_it(ask):
+def test_a_knit_of_ones_own_takes_its_own_measurements(ask):
     changes = {"yarn.poisson_ratio": 0.49}
     mine = load_scene("yarns-tie-course").vary(LOOP | changes).scaled(1e-2, 1e3)
     rows = [
@@ -163,7 +163,7 @@ def test_a_knit_of_ones_own_has_what_was_measured_on_it(ask):
         ({"accuracy": 0.1, "among": ("beams",)}, r"ask\.among: unknown fidelity 'beams'"),
     ],
 )
-def test_what_cannot_be_had_names_what_comes_nearest(ask, asks, said, monkeypatch):
+def test_a_question_without_an_answer_names_the_nearest_choices(ask, asks, said, monkeypatch):
     monkeypatch.setattr(choice, "without_edges", lambda *_: "if no edges matter, a cell")
     with pytest.raises(ConfigurationError, match=said):
         ask(**asks)
@@ -176,7 +176,7 @@ def test_the_endless_cell_is_offered_where_a_knit_has_no_promise(ask):
         ask({"pattern.loops": 30}, accuracy=0.05)
 
 
-def test_the_command_says_what_is_taken_and_where_too_few_were_measured(ask, kept, monkeypatch, tmp_path):
+def test_the_command_names_the_choice_and_where_too_few_were_measured(ask, kept, monkeypatch, tmp_path):
     arguments = ["plan", "yarns-tie-course", "--question", "force", "--accuracy", "0.05"]
     for key, value in LOOP.items():
         arguments += ["--set", f"{key}={value}"]

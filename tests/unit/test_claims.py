@@ -126,7 +126,7 @@ UNLIKE_THE_PAPER = {"M3", "R7", "S1", "S3"}
 
 
 @pytest.mark.parametrize("claim", sorted(RULES.keys() - UNLIKE_THE_PAPER))
-def test_what_the_paper_has_is_reproduced(evidence, claim):
+def test_values_of_the_paper_are_reproduced(evidence, claim):
     judged = RULES[claim](evidence)
     assert judged.verdict == "reproduced", judged.rows
     assert any(row.grade for row in judged.rows)
@@ -189,7 +189,7 @@ def test_without_a_reference_nothing_is_decided(evidence, claim):
         ("B1", "beam-isotropic-course", {"force": (0, 4.95, 9.9)}),
     ],
 )
-def test_what_is_decided_by_less_than_the_uncertainty_is_open(evidence, claim, scene, changes):
+def test_a_margin_below_the_uncertainty_is_open(evidence, claim, scene, changes):
     judged = RULES[claim](with_history(evidence, scene, **changes))
     assert judged.verdict == "undecidable", judged.rows
     certain = replace(evidence, reference=study.reference(evidence.scenes, uncertainty=1e-4))
@@ -334,7 +334,7 @@ CHANGED = [
     ("R8", NO, with_history, "rom3d-tie-wale", {"force": (0, 10, 20)}),
     *(("K11", NO, with_harmless_ties, name) for name in ("force", "newton_iterations")),
 ]
-"""Claim, the verdict with changed evidence, and what changes it: arguments, and named ones in a mapping."""
+"""Claim, the verdict with changed evidence, and the changes: arguments, and named ones in a mapping."""
 
 
 @pytest.mark.parametrize(("claim", "verdict", "change"), [(case[0], case[1], case[2:]) for case in CHANGED])

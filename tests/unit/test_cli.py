@@ -242,7 +242,7 @@ def test_deck(knitstudy, tmp_path):
 
 @pytest.fixture
 def simulated(monkeypatch, knit):
-    """Take the place of the simulation, and return what it was asked for."""
+    """Take the place of the simulation, and return its arguments."""
     asked = {}
 
     def simulate(scene, folder, **options):
@@ -292,7 +292,7 @@ def test_show(knitstudy, knit, tmp_path):
     ]
 
 
-def test_show_what_is_not_there_or_damaged(knitstudy, tmp_path):
+def test_show_of_missing_and_damaged_files(knitstudy, tmp_path):
     assert "nix.nc: there is no such file" in message(knitstudy("show", "nix.nc"))
     assert "nix.csv: there is no such file" in message(knitstudy("show", "nix.csv"))
     (tmp_path / "a.nc").write_bytes(b"CDF\x01")

@@ -1,4 +1,4 @@
-"""Configuration files become scenes, or one message that names file, key, value and what is allowed."""
+"""Configuration files become scenes, or one message that names file, key, value and the allowed values."""
 
 import pytest
 import yaml

@@ -1,4 +1,4 @@
-"""Which points touch, what they remember, and what they refuse."""
+"""Contact points: which of them touch, their history, and inputs that are refused."""
 
 import numpy as np
 import pytest
@@ -71,7 +71,7 @@ def test_surfaces_far_apart_are_not_pulled_together():
     assert not len(points.active)
 
 
-def test_what_was_far_away_touches_within_one_increment():
+def test_places_that_were_far_apart_touch_within_one_increment():
     nodes, grids, upper = crossing(3.0)
     answer = contact(nodes, grids, meets=APART)
     assert not len(answer.points(nodes, nodes, ContactHistory.empty()).gap)
@@ -122,7 +122,7 @@ def test_slip_adds_up_and_is_forgotten_when_a_point_opens(pressed):
         deep = points.pressure > 0.8 * points.pressure.max()
         assert set(points.status[deep]) == {SLIP}
         history = answer.commit(points)
-    # All of the way but what is still elastic.
+    # All of the way but the elastic part.
     np.testing.assert_allclose(
         history.slip[points.number[deep]], 0.1 - 0.3 * points.pressure[deep] / 7, atol=5e-3
     )

@@ -1,4 +1,4 @@
-"""Facets at crossings, and what the points that touch near them add up to."""
+"""Facets at crossings, and sums over the points that touch near them."""
 
 import numpy as np
 import pytest
@@ -164,7 +164,7 @@ def test_pieces_of_a_segment_join_its_contact_zones(knit, cut):
     assert angle["leg, left"] == pytest.approx(angle["leg, right"], abs=1e-6)
 
 
-def test_what_meets_no_other_yarn_is_no_segment(knit, cut):
+def test_a_piece_that_meets_no_other_yarn_is_no_segment(knit, cut):
     """Of the top yarn its heads, of the bottom yarn its feet, and of all yarns the cut ends."""
     ends = (cut.arc_length[:, 0] == 0) | (cut.arc_length[:, 1] == knit.centrelines[0].length)
     assert np.all(cut.of_piece[ends] == NO_SEGMENT)

@@ -77,7 +77,7 @@ def test_closest_points_are_where_the_distance_is_normal():
 
 @pytest.mark.parametrize("refinement", [1.5, 3.0])
 def test_graded_angles_keep_the_radius(refinement):
-    """Tangents touch the circle where steps differ: what is left falls with the fourth power of the step."""
+    """Tangents touch the circle where steps differ: the error falls with the fourth power of the step."""
     errors = []
     for count in (24, 48):
         pull = np.array([[(refinement - 1) / (refinement + 1), 0.0]])

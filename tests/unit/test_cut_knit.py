@@ -1,4 +1,4 @@
-"""Cells cut out of a knit: what is left of its yarns, what is gripped, and where they touch beside ties."""
+"""Cells cut out of a knit: pieces of its yarns, grips, and where yarns touch beside ties."""
 
 import numpy as np
 import pytest

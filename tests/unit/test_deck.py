@@ -26,7 +26,7 @@ DIALECTS = pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
 
 @pytest.fixture(scope="module")
 def made(plain_scene):
-    """Return a function that gives a deck and what it was made of: a tied 1 x 1 knit, or two yarns in contact."""
+    """Return a function that gives a deck and its inputs: a tied 1 x 1 knit, or two yarns in contact."""
     knit = {"fidelity": "hexahedra", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 2 / 3}
     knit |= {"tie.radius": 0.3}
     down = {"pair.support": "ends", "load.path": [[0, 0, -1e-4]], "interaction": "isotropic"}
@@ -99,7 +99,7 @@ def test_ends_are_held_and_driven(made, written, dialect):
 
 
 def test_equations_tie_the_moments_of_both_yarns(made, written):
-    """What is written are the equations of the deck; they let both yarns move as one, and join nothing that is held."""
+    """The deck has these equations; they let both yarns move as one, and join nothing that is held."""
     deck, parts = made("knit").deck, made("knit").parts
     (rows,) = data(written("calculix"), "*EQUATION")
     entries = iter(",".join(rows).replace(" ", "").split(","))
@@ -126,7 +126,7 @@ def test_equations_tie_the_moments_of_both_yarns(made, written):
     np.testing.assert_allclose(followed, rigid[equations.slave], atol=1e-12)
 
 
-def test_surfaces_in_contact_hold_what_the_other_yarn_can_reach(made):
+def test_surfaces_in_contact_hold_the_facets_within_reach_of_the_other_yarn(made):
     """Yarns that cross are in reach near the crossing alone, on the sides that face each other."""
     found, radius = made("pair"), made("pair").mesh.radius
     (pair,) = found.deck.contacts
@@ -225,7 +225,9 @@ def remarks(path):
         ),
     ],
 )
-def test_what_a_deck_leaves_unsaid_is_in_it_and_in_the_log(written, caplog, dialect, specimen, changes, keys):
+def test_omissions_of_a_deck_are_named_in_it_and_in_the_log(
+    written, caplog, dialect, specimen, changes, keys
+):
     base = {"contact.augmentations": 0, "solver.stabilisation": 0} if specimen == "pair" else {}
     path = written(dialect, specimen, base | changes)
     assert remarks(path) == keys
@@ -246,7 +248,7 @@ def test_what_a_deck_leaves_unsaid_is_in_it_and_in_the_log(written, caplog, dial
         ),
     ],
 )
-def test_what_a_deck_cannot_say_is_refused(made, tmp_path, dialect, change, message):
+def test_scenes_that_no_deck_can_express_are_refused(made, tmp_path, dialect, change, message):
     with pytest.raises(ConfigurationError, match=message):
         write_inp(replace(made("knit").deck, **change), tmp_path / "deck.inp", dialect)
     assert not list(tmp_path.iterdir())

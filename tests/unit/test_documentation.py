@@ -1,4 +1,4 @@
-"""What is said of keys follows from their sections: the page, and what a problem is."""
+"""The page of keys follows from their sections."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Square knits of rising size: what belongs together, how cost grows, and what the tables say of it."""
+"""Square knits of rising size: series of sizes, growth of cost, and their tables."""
 
 import numpy as np
 import scipy.linalg
@@ -11,7 +11,7 @@ from knitstudy.mesh.mesher import mesh_fabric, slices_of
 
 
 def test_counts_of_a_cell_are_those_of_larger_knits(plain_scene, knit_of):
-    """Of the mesh of 3 x 3 cells and of what 6 x 6 have."""
+    """Of the meshes of 3 x 3 and 6 x 6 cells."""
     loop = knit_of(plain_scene).loop
     cell = cut_cells(loop, 1, 1)
     slices = law_of(lambda fabric: slices_of(fabric, 0.5, 1.2), cell)

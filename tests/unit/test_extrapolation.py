@@ -1,4 +1,4 @@
-"""Limits of sequences whose errors are known, and what several ways to one limit leave open."""
+"""Limits of sequences whose errors are known, and the uncertainty that several ways to one limit leave."""
 
 import numpy as np
 import pytest

@@ -131,7 +131,7 @@ def test_one_thing_at_a_time(campaign):
     assert changes(campaign, "both") == [("c", both)]
 
 
-def test_quantities_change_what_they_stand_for(campaign):
+def test_quantities_change_the_key_that_they_stand_for(campaign):
     scenes = {trial.group: trial.scene() for trial in campaign if trial.group in ("size", *QUANTITIES)}
     large, soft, fine = (scenes[name] for name in ("size", "stiffness", "across"))
     assert large.yarn.diameter == pytest.approx(1.0)

@@ -136,7 +136,7 @@ def test_a_fabric_comes_back_from_its_dataset(loop):
         (lambda loop: yarn_pair(RADIUS, 90.0, 4 * RADIUS), r"pair\.length = 0\.0036 m: allowed is more"),
     ],
 )
-def test_what_is_not_allowed_is_refused(loop, make, message):
+def test_values_that_are_not_allowed_are_refused(loop, make, message):
     with pytest.raises(GeometryError, match=message):
         make(loop)
 

@@ -1,4 +1,4 @@
-"""Files of families become scenes, or one message that names the file and what is wrong in it."""
+"""Files of families become scenes, or one message that names the file and its fault."""
 
 import re
 
@@ -54,7 +54,7 @@ def replaced(old, new, text=FAMILY):
 
 
 def refused(folder):
-    """Return what the folder is refused for, in one line."""
+    """Return the reason, in one line, for which the folder is refused."""
     with pytest.raises(ConfigurationError) as error:
         read_families(family_files(folder))
     assert "\n" not in str(error.value)

@@ -206,7 +206,7 @@ def test_file_that_is_no_loop_is_refused_in_one_line(tmp_path, paper_points, spo
     assert "\n" not in str(refused.value)
 
 
-def test_map_names_what_limits_loops_that_do_not_fit(plain_scene):
+def test_map_names_the_limits_of_loops_that_do_not_fit(plain_scene):
     scene = plain_scene.vary(
         {"geometry.samples": 20, "geometry.beta": 1e-5, "geometry.gamma": 1e-3, "geometry.beta_0": 20.0}
     )

@@ -1,4 +1,4 @@
-"""Gates let pass what is sound, and say in one line what is not: what, where, how much, what is allowed, which key."""
+"""Gates pass sound states and refuse others in one line: quantity, place, size, limit, and key."""
 
 from types import SimpleNamespace
 
@@ -113,7 +113,7 @@ def gated(hourglass=0.005):
     ],
 )
 def test_hourglass_modes_that_carry_or_run_free(coefficient, energy, remedy):
-    """Without stiffness they cost nothing and move most: what they would cost with the usual one counts."""
+    """Without stiffness they cost nothing and move most: their cost with the usual one counts."""
     scene = gated(coefficient)
     message = rf"increment 3: hourglass energy.*gates\.hourglass allows 5\.0%\. {remedy}"
     with pytest.raises(ConvergenceError, match=message):
@@ -167,7 +167,7 @@ def test_points_that_miss_the_pressure_of_a_cell():
     require_integrated_contact(scene(3))
 
 
-def test_what_does_not_fit_into_memory():
+def test_a_mesh_that_does_not_fit_into_memory():
     free = psutil.virtual_memory().available
     require_memory(free / 2, "mesh.size", 0.1, "a mesh", power=3)
     message = r"mesh\.size is 0\.1 yarn radii: a mesh would take about .* GiB.*use about 0\.21 or more"

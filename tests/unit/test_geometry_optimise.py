@@ -1,4 +1,4 @@
-"""What the optimisation of a loop refuses, and the pieces that it is made of."""
+"""Inputs that the optimisation of a loop refuses, and its parts."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The law of what a space does not show of the local indentation, and Hertz's theory that it rests on."""
+"""The law of the local indentation that a space does not show, and Hertz's theory that it rests on."""
 
 import numpy as np
 import pytest
@@ -46,7 +46,7 @@ def test_law_begins_as_hertz(law):
     assert pressure[0] > elastic / np.pi * np.sqrt(depth[0])
 
 
-def test_pressure_and_stiffness_are_derivatives_of_what_is_stored(law):
+def test_pressure_and_stiffness_are_derivatives_of_the_energy(law):
     depth = np.concatenate([np.geomspace(1e-6, 0.05, 40), [0.2]]) * RADIUS
     angle = np.linspace(0.2, np.pi / 2, len(depth))
     step = 1e-5 * depth
@@ -64,7 +64,7 @@ def test_pressure_and_stiffness_are_derivatives_of_what_is_stored(law):
 
 
 def test_a_small_patch_sticks_as_mindlins_and_a_large_one_gives_way_less_in_the_law(law):
-    """What the space shows of a large patch is in series with it: the law's share grows."""
+    """The indentation of a large patch that the space shows is in series with the law, whose share grows."""
     depth, angle = np.array([0.0, 0.01, 0.03]) * RADIUS, np.full(3, np.pi / 2)
     assert depth[-1] < law.end
     stiffness = law.at(-depth, angle)

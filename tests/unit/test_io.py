@@ -1,4 +1,4 @@
-"""Files are written whole or not at all, and reading a bad one says what to do."""
+"""Files are written whole or not at all, and errors of bad ones name a remedy."""
 
 import errno
 import os
@@ -141,7 +141,7 @@ def test_a_history_that_is_not_complete_is_no_result(tmp_path, history, other, s
         read_result(tmp_path / "a.nc")
 
 
-def test_what_is_marked_incomplete_is_no_result(tmp_path, history):
+def test_a_file_marked_incomplete_is_no_result(tmp_path, history):
     write_dataset(history().assign_attrs(incomplete="no balance"), tmp_path / "a.nc", digest="beef")
     assert recorded_digest(tmp_path / "a.nc") == ""
     with pytest.raises(DataFileError, match=r"a\.nc: is incomplete \(no balance\)"):

@@ -1,4 +1,4 @@
-"""Files for knitting machines: repeats, what cannot be knitted, and what is not simulated."""
+"""Files for knitting machines: repeats, errors of knitting, and operations that are not simulated."""
 
 import sys
 from pathlib import Path
@@ -22,7 +22,7 @@ def row(way, letters):
 
 
 def knitted(path, *instructions):
-    """Write a file that casts on with two passes of tucks on four needles and then does what it is told."""
+    """Write a file that casts on with two passes of tucks on four needles and then has these lines."""
     begin = ["inhook 3", "tuck - f4 3", "tuck - f2 3", "tuck + f1 3", "tuck + f3 3", "releasehook 3"]
     path.write_text(HEAD + "\n".join([*begin, *instructions, ""]), encoding="utf-8")
     return path
@@ -62,7 +62,7 @@ def test_a_piece_without_repeat_is_its_own_repeat(tmp_path):
     assert repeat_of(path) == ("KKKK", "KTKK", "KKKK")
 
 
-def test_what_binds_off_is_no_row(tmp_path):
+def test_rows_that_bind_off_do_not_count(tmp_path):
     bound = ["xfer f4 b4", "rack -1", "xfer b4 f3", "rack 0", "knit - f3 3"]
     path = knitted(tmp_path / "a.k", *row("-", "kkkk"), *row("+", "kkkk"), *row("-", "kkkk"), *bound)
     assert repeat_of(path) == ("K",)
@@ -72,7 +72,7 @@ def test_what_binds_off_is_no_row(tmp_path):
     ("text", "reason"),
     [("knit - f4 7", "knit - f4 7: .*inactive yarn"), ("knot - f4 3", "knot - f4 3: .*expected")],
 )
-def test_what_cannot_be_knitted_says_line_and_reason(tmp_path, text, reason):
+def test_errors_of_knitting_name_line_and_reason(tmp_path, text, reason):
     path = knitted(tmp_path / "a.k", text)
     number = path.read_text().splitlines().index(text) + 1
     with pytest.raises(
@@ -97,7 +97,7 @@ def test_loops_that_change_needles_pass_others_as_they_are_handed_over(tmp_path,
     assert repeat_of(knitted(tmp_path / "a.k", *row("-", "kkkk"), *3 * moved)) == tuple(rows.split())
 
 
-def test_what_is_not_simulated_says_where(tmp_path):
+def test_operations_that_are_not_simulated_are_named_with_their_line(tmp_path):
     away, back = [f"xfer f{n} b{n}" for n in (1, 2, 3)], ["rack 1", "xfer b1 f2", "rack -2", "xfer b3 f1"]
     both = [*away, *back, "rack 1", "xfer b2 f3", "rack 0", *row("+", "kkkk")]
     with pytest.raises(
@@ -110,7 +110,7 @@ def test_what_is_not_simulated_says_where(tmp_path):
         repeat_of(tmp_path / "b.k")
 
 
-def test_without_the_package_it_says_what_to_install(tmp_path, monkeypatch):
+def test_without_the_package_the_message_names_it(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "knitout_interpreter.run_knitout", None)
     with pytest.raises(ConfigurationError, match=r"pip install 'knitstudy\[machine\]'"):
         repeat_of(FILES / "rib.k")

@@ -12,7 +12,7 @@ COUNT = 60
 
 
 class Jacobi:
-    """The diagonal as preconditioner; counts how often it was made, and from what."""
+    """The diagonal as preconditioner; counts how often it was made, and from which matrix."""
 
     def __init__(self):
         self.made = []
@@ -26,7 +26,7 @@ class Jacobi:
 
 
 def parts(strength=1.0, seed=0):
-    """A symmetric positive matrix, and what makes it unsymmetric: a few strong blocks beside the diagonal."""
+    """A symmetric positive matrix, and an unsymmetric part: a few strong blocks beside the diagonal."""
     rng = np.random.default_rng(seed)
     dense = rng.normal(size=(COUNT, COUNT))
     positive = sp.bsr_matrix(dense @ dense.T / COUNT + 2 * np.eye(COUNT), blocksize=(3, 3))
@@ -68,7 +68,7 @@ def test_a_singular_matrix_is_an_error():
 
 
 @pytest.mark.parametrize(("factor", "direct"), [(1.0, False), (-1.0, True)])
-def test_lu_solves_what_iterations_do_not(factor, direct):
+def test_lu_solves_where_iterations_do_not(factor, direct):
     matrix = factor * parts()[0]
     solver, rhs = Krylov(Jacobi(), direct=LU()), np.random.default_rng(1).normal(size=COUNT)
     solver.use(System(matrix))

@@ -57,7 +57,7 @@ def test_grid_turns_yarns_about_where_they_have_moved_to():
 
 
 def banded_matrix(knit, further=()):
-    """Positive definite, of the bandwidth of the yarns, with rows that join nodes besides."""
+    """Positive definite, of the bandwidth of the yarns, with further rows that join nodes."""
     count = len(knit.yarn)
     apart = np.abs(np.arange(count)[:, None] - np.arange(count))
     pattern = (apart <= knit.bandwidth) & (knit.yarn[:, None] == knit.yarn)
@@ -71,7 +71,7 @@ def banded_matrix(knit, further=()):
 
 
 def corrected(knit, matrix):
-    """Residual of a random right-hand side, and what the yarns make of it."""
+    """Residual of a random right-hand side, and after the correction of the yarns."""
     scale = YarnScale(knit)
     scale.update(matrix)
     given = np.random.default_rng(3).normal(size=matrix.shape[0])
@@ -81,7 +81,7 @@ def corrected(knit, matrix):
 
 
 @pytest.mark.parametrize("further", [(), [(3, 3 + 7)]])
-def test_the_band_of_a_yarn_holds_what_reaches_a_little_further(further):
+def test_the_band_of_a_yarn_holds_entries_a_little_outside(further):
     knit = structure()
     matrix = banded_matrix(knit, further)
     given, _, correction = corrected(knit, matrix)

@@ -1,4 +1,4 @@
-"""Load paths: how grips move, and the solution along them: what it reports, records, refuses and keeps."""
+"""Load paths: how grips move, and the solution along them: its progress, columns, refusals and kept results."""
 
 import logging
 from dataclasses import dataclass, replace
@@ -96,7 +96,7 @@ def problem(plain_scene):
 
 
 class Reports(list):
-    """What progress was told; ends the run, as a signal would, at a load factor."""
+    """The calls of progress; ends the run, as a signal would, at a load factor."""
 
     def __init__(self, ends_at=np.inf):
         super().__init__()
@@ -177,7 +177,7 @@ class Regaining(Spring):
         return replace(answer, energy=answer.energy | {"friction": 0.1 * min(state.x[3], 2.4 - state.x[3])})
 
 
-def test_a_run_ends_where_friction_gives_back_what_it_has_dissipated(problem):
+def test_a_run_ends_where_friction_gives_dissipated_energy_back(problem):
     message = r"increment 3: the energy of friction falls by 0\.01 J, 0\.4% of the largest energy so far"
     with pytest.raises(ConvergenceError, match=message) as refused:
         solve_load_path(replace(problem, model=Regaining()))
@@ -196,7 +196,7 @@ def test_errors_of_one_unit_are_compared_where_an_increment_is_halved(problem):
     assert load[1] == load[-1] / 8 / problem.settings.increments
 
 
-def test_what_had_converged_before_a_failure_is_kept(problem, tmp_path):
+def test_increments_that_converged_before_a_failure_are_kept(problem, tmp_path):
     broken = replace(problem, model=Spring(breaks_at=1.2))
     run = Run(restart=tmp_path / "a.npz")
     with pytest.raises(

@@ -55,7 +55,7 @@ def test_a_toy_element_goes_through_a_simulation(toy, pull):
 
 @pytest.mark.parametrize("fidelity", ["hexahedra", "spline_yarns"])
 def test_a_yarn_with_an_axis_goes_through_a_simulation(pull, fidelity):
-    """Of equal constants it carries what Hencky's law does; softer in shear it carries less."""
+    """Of equal constants it carries as much as Hencky's law; softer in shear it carries less."""
     yarn = {"fidelity": fidelity, "yarn__material": "transversely_isotropic"}
     force = pull(**yarn)
     assert force == pytest.approx(pull(fidelity=fidelity, yarn__material="hencky"), rel=1e-9)

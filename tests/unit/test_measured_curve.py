@@ -54,7 +54,7 @@ def test_a_file_is_read_as_it_is(tmp_path, text, said, only):
         ("", {}, "must be a CSV file with names of columns in its first row"),
     ],
 )
-def test_what_cannot_be_read_is_said_with_a_remedy(tmp_path, text, said, message):
+def test_unreadable_files_are_refused_with_a_remedy(tmp_path, text, said, message):
     path = tmp_path / "lab.csv"
     path.write_text(text)
     with pytest.raises(KnitstudyError) as error:
@@ -121,7 +121,7 @@ def test_intervals_cover_the_truth_as_often_as_they_say(proportional):
 
 @pytest.mark.parametrize("share", [1.0, 1.2])
 def test_a_more_accurate_model_brings_the_truth_into_intervals(share):
-    """The model is right, or errs in its turn by 0.2 of what it corrects."""
+    """The model is right, or errs in its turn by 0.2 of its correction."""
     curves = [noisy(seed, True, lambda friction: finer(friction, share)) for seed in range(40)]
     assert not all(covered([fitted(each) for each in curves]))
     fits = [fitted(each, check=True) for each in curves]
@@ -142,7 +142,7 @@ def test_a_more_accurate_model_brings_the_truth_into_intervals(share):
         (forces, "the intervals do not contain the error of the model"),
     ],
 )
-def test_what_cannot_be_told_is_said(model, said):
+def test_parameters_that_a_curve_does_not_determine_are_named(model, said):
     (remark,) = [each for each in fitted(noisy(1, True), model).remarks() if said in each]
     assert remark
 

@@ -72,7 +72,7 @@ def test_a_strip_needs_less_strain_than_the_endless_fabric(law):
     assert curve["strain [1]"].iloc[-1] == pytest.approx(0.1)
 
 
-def test_what_is_no_law_and_cells_of_two_fabrics_are_refused(results):
+def test_files_without_a_law_and_cells_of_two_fabrics_are_refused(results):
     said = command("membrane", results / "course.nc", results / "other.nc")
     assert said.exit_code == 1
     assert "yarn.poisson_ratio is 0.1 but" in said.stderr

@@ -1,4 +1,4 @@
-"""Sections drawn towards what touches them."""
+"""Sections drawn towards the yarns that touch them."""
 
 import numpy as np
 import pytest

@@ -36,7 +36,7 @@ def test_sinkers_of_the_bottom_yarn_are_held_and_heads_of_the_top_yarn_driven(sc
         assert nodes.size == slices.size * mesh.section.size, "whole sections"
         assert set(mesh.yarn_of_slice[slices]) == {yarn}
         along = mesh.arc_length[slices]
-        # From end to end of every arc, so that what is gripped does not depend on the mesh.
+        # From end to end of every arc, so that grips do not depend on the mesh.
         assert np.abs(along[:, None, None] - arcs).min(axis=0).max() < 1e-12
         # Below all crossings of the row above, or above all of the row below.
         sign, level = (-1, knit.crossings.point[knit.crossings.row == 0, 0, 1].min())

@@ -65,7 +65,7 @@ PULL = PrescribedDisplacement(np.array([0, 3]), np.array([0.0, 3.0]))
         ([0, 3], [0.0], r"1 x 1 values are prescribed, but must be one for each of 1 corners and 2 unknowns"),
     ],
 )
-def test_what_cannot_be_prescribed_is_refused(fixed, value, message):
+def test_wrong_prescribed_unknowns_are_refused(fixed, value, message):
     with pytest.raises(ConfigurationError, match=message):
         list(trace(cubic(), PrescribedDisplacement(np.array(fixed), np.array(value)), Settings(), LU()))
 
@@ -102,7 +102,7 @@ def test_halves_increments_that_fail_and_grows_again():
     assert increments[-1].load == 1
 
 
-def test_says_where_a_path_ends_and_keeps_what_converged():
+def test_says_where_a_path_ends_and_keeps_converged_increments():
     chain = Chain(4, lambda e: np.where(e > 0.55, np.nan, e), np.ones_like)
     path, seen = trace(chain, PULL, Settings(increments=4), LU()), []
     with pytest.raises(ConvergenceError, match=r"does not converge beyond load factor 0\.5[45]"):
@@ -220,7 +220,7 @@ class Pushed(Chain):
 
 @pytest.mark.parametrize(("pulled", "first"), [(False, 1.0), (True, 0.0)])
 def test_the_first_guess_balances_forces_of_the_model_that_asks_for_it(pulled, first):
-    """Other models start where the tangent takes them, and leave what is out of balance to the iterations."""
+    """Other models start where the tangent takes them, and leave the residual to the iterations."""
     *_, last = trace(Pushed(pulled), PULL, Settings(increments=1, exact=True), LU())
     np.testing.assert_allclose(last.state.x, [0, 1.5, 2, 3], atol=1e-9)
     np.testing.assert_allclose(last.residuals[0], first, atol=1e-9)

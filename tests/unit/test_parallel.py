@@ -40,7 +40,7 @@ def test_the_first_error_ends_it(monkeypatch, count):
 
 
 def test_shared_work_may_share(monkeypatch):
-    """What shared work shares in turn is done, by the thread that asks for it."""
+    """Work that is shared from within shared work is done by the thread that asks for it."""
     monkeypatch.setenv(VARIABLE, "2")
 
     def rows(row):

@@ -1,4 +1,4 @@
-"""A straight elastic cylinder in closed form, and what spaces do not show of a patch's compliance."""
+"""A straight elastic cylinder in closed form, and the part of a patch's compliance that spaces do not show."""
 
 import numpy as np
 import pytest
@@ -48,7 +48,7 @@ def test_a_space_shows_less_than_there_is_and_more_the_richer_it_is(degree):
     assert np.trace(coarse) > np.trace(every[0])
 
 
-def test_patches_of_yarns_miss_what_their_spans_do():
+def test_patches_of_yarns_miss_as_much_as_their_spans():
     radius, modulus = 0.9e-3, 1.3e9
     own = yarn_space(radius * 0.5 * np.arange(13), np.array([3] * 6 + [4] * 6))
     place = radius * np.array([0.5, 1.5, 5.25, 4.8])

@@ -105,7 +105,7 @@ def test_equations_hold_the_same_moments(tie, parts):
     np.testing.assert_allclose(weight.sum(axis=1), 1, atol=1e-10)
 
 
-def test_what_the_yarns_cannot_show_makes_the_tie_softer(parts, pair):
+def test_compliance_that_the_yarns_do_not_show_softens_the_tie(parts, pair):
     own = 1 / (STIFFNESS * MODULUS * pair.radius)
     soft = replace(
         parts, missing_compliance=lambda yarn, place, radius: np.tile([2 * own, 5 * own], (len(yarn), 1))

@@ -117,6 +117,6 @@ def test_a_cell_has_the_values_that_its_specimen_requires():
         ({"outputs": ["film"]}, r"outputs is \['film'\] but must be a list out of \[fields, vtu, deck\]"),
     ],
 )
-def test_what_a_cell_cannot_be_is_refused_by_name(changes, message):
+def test_keys_that_a_cell_cannot_have_are_refused_by_name(changes, message):
     with pytest.raises(ConfigurationError, match=message):
         load_scene("cell-course").vary(changes)

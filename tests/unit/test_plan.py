@@ -1,4 +1,4 @@
-"""Which results scenes have, what they are made from, and which of them another key or number concerns."""
+"""Results of scenes, their inputs, and which results a change of a key or a number concerns."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -70,7 +70,7 @@ SIMULATED = {"simulation", "contacts", "stress", "series", "deck_abaqus", "deck_
         ("outputs", ["vtu", "fields", "deck"], set()),
     ],
 )
-def test_a_key_concerns_the_stages_that_read_it_and_what_is_made_from_them(config, key, value, changed):
+def test_a_key_concerns_the_stages_that_read_it_and_those_behind(config, key, value, changed):
     scene = Plan.of(config).scenes["dns-a"]
     before = digests(Plan.of(config), scene)
     varied = scene.vary({key: value, "name": "dns-a-varied", "knit": "varied"})
@@ -120,7 +120,7 @@ MEASURED = {
 
 
 @pytest.mark.parametrize("name", MEASURED)
-def test_what_was_measured_is_expected(name):
+def test_measured_costs_are_expected(name):
     """Unknowns are counted of the loop as drawn; a job may be promised up to twice too much, never too little."""
     count, peak, seconds = MEASURED[name]
     scene = load_scene(name)

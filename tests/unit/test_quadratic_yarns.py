@@ -1,4 +1,4 @@
-"""Yarns of quadratic hexahedra: what they are for ties, contact and grips."""
+"""Yarns of quadratic hexahedra: their ties, contact and grips."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Readings of the paper: which scenes judge, what is judged under each, and what verdicts follow."""
+"""Readings of the paper: their scenes, the claims that they touch, and the verdicts that follow."""
 
 from dataclasses import replace
 from pathlib import Path

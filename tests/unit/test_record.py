@@ -1,4 +1,4 @@
-"""A result file says what it is of, and can be run again from that alone."""
+"""A result file names its scene, and can be run again from that alone."""
 
 import json
 
@@ -36,7 +36,7 @@ def file(folder):
     return folder / "simulation" / "mine.nc"
 
 
-def test_files_follow_the_conventions_and_say_what_they_hold(folder):
+def test_files_follow_the_conventions_and_describe_their_variables(folder):
     for path in folder.glob("*/*.nc"):
         data = xr.open_dataset(path)
         assert data.Conventions == "CF-1.11"
@@ -71,7 +71,7 @@ def test_keys_that_differ_from_defaults_come_first(file):
     assert {row[0] for row in rows[1:]} >= {"yarn.youngs_modulus", "mesh.beam_size"}
 
 
-def test_scenes_survive_the_file_and_keep_what_they_name(config, tmp_path):
+def test_scenes_and_those_that_they_name_survive_the_file(config, tmp_path):
     plan = Plan.of(config)
     scene = plan.scenes["rom3d-a"]
     data = plan.record(STAGES["simulation"], scene).describe(xr.Dataset({"strain": ("increment", [0.0])}))

@@ -113,7 +113,7 @@ def test_models_are_compared_at_the_largest_strain_that_both_reach(cases):
     assert part.value == pytest.approx(6 / 4.8)
 
 
-def test_what_the_reference_does_not_speak_of_is_unknown(cases):
+def test_quantities_without_a_reference_are_unknown(cases):
     table, solid = study.reference(cases), cases["dns-isotropic-course"]
     slippery = reference_of(table, solid.replace("contact.friction", 0.1))
     assert not slippery.known
@@ -142,14 +142,14 @@ def test_root_mean_square_does_not_depend_on_stations():
 
 @pytest.fixture
 def copy(tmp_path, sources, monkeypatch):
-    """What is kept of all simulations of two ways, made by the physics ab12."""
+    """Kept rows of all simulations of two ways, made by the physics ab12."""
     path = tmp_path / "reference.csv"
     monkeypatch.setattr(keep, "physics_digest", lambda: "ab12")
     keep.keep_values(values_of(sources["histories"], sources["contacts"]), sources["scenes"], path)
     return path
 
 
-def test_what_was_not_simulated_anew_stays(copy, sources, monkeypatch):
+def test_rows_that_were_not_simulated_anew_stay(copy, sources, monkeypatch):
     """One mesh of one way is: its rows and the limits change, and these name both codes."""
     name = "reference-one-point-0333333"
     changed = sources["histories"][name].assign(force=sources["histories"][name]["force"] * 1.01)

@@ -135,7 +135,7 @@ def test_page_holds_every_figure_and_table_in_order_and_nothing_from_elsewhere(p
     assert places == sorted(places), "folded figures and tables come last"
 
 
-def test_page_opens_with_what_was_asked_a_picture_and_sentences(page):
+def test_page_opens_with_the_question_a_picture_and_sentences(page):
     head = page[: page.index("<main>")]
     assert "What is asked?" in head
     assert head.count("<img ") == 1
@@ -169,7 +169,7 @@ def test_captions_name_all_figures_and_tables(captions):
         assert set(texts) - {"folded", "numbers"} == {"alt", "caption", "paper", "ours"}
 
 
-def test_a_smaller_study_shows_what_the_full_study_kept(pictures, results, tmp_path, monkeypatch):
+def test_a_smaller_study_shows_kept_results_of_the_full_study(pictures, results, tmp_path, monkeypatch):
     monkeypatch.setattr(TABLES, "_entries", dict(TABLES.all()))
     TABLES.add("t", "of another package", texts={"caption": "of t"})(lambda: None)
     (tmp_path / "readings.csv").write_text("name,b\nkept,7\n")

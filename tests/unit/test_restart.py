@@ -120,7 +120,7 @@ def test_a_state_is_any_dataclass(tmp_path, present):
         ({"force": np.array(["a"])}, r"force holds <U1 and must hold numbers"),
     ],
 )
-def test_what_no_run_has_written_is_refused(saved, changes, said):
+def test_files_that_no_run_has_written_are_refused(saved, changes, said):
     file, _ = saved
     np.savez(file.path, **(dict(np.load(file.path)) | changes))
     with pytest.raises(DataFileError, match=said):

@@ -1,4 +1,4 @@
-"""What a run of a reduced model refuses, and what it records."""
+"""Inputs that a run of a reduced model refuses, and the columns that it records."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ def with_area(contacts, scene, radius):
 
 @pytest.mark.parametrize("joint", ["rigid", "patch"])
 def test_ties_need_no_simulation(plain_scene, knit, contacts, joint):
-    """What a simulation says of tied crossings is what the geometry and the radius of ties say."""
+    """Tied crossings of a simulation are those of the geometry and the radius of ties."""
     keys = {"rom.joint": joint, "mesh.beam_size": 1.2, "solver.increments": 1, "load.strain": 0.002}
     scene = plain_scene.vary(keys | {"tie.radius": 0.3, "rom.contacts_from": None})
     measured = with_area(contacts, scene, 0.3)

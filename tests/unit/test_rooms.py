@@ -94,7 +94,7 @@ def test_no_module_imports_itself_by_way_of_others():
     assert circle(IMPORTS) == []
 
 
-def test_only_what_a_newcomer_needs_lies_at_the_top():
+def test_only_files_for_newcomers_lie_at_the_top():
     found = {path.stem for path in PACKAGE.glob("*.py")}
     assert found == AT_THE_TOP
     assert {path.parent.name for path in PACKAGE.glob("*/__init__.py")} <= LEVEL.keys()

@@ -38,7 +38,7 @@ def scenes(scene, pair):
 
 
 def test_scenes_go_to_other_processes(scenes):
-    """A pool of processes pickles what it hands over, with all that a scene's kind holds."""
+    """A pool of processes pickles its arguments, with all parts of a scene's kind."""
     for each in (*scenes, scenes[2].replace("interaction", "rough")):
         assert pickle.loads(pickle.dumps(each)) == each
 
@@ -140,7 +140,7 @@ def test_scaled_multiplies_every_length_and_modulus_and_nothing_else(scenes):
         assert after == before
 
 
-def test_hash_knows_what_determines_the_result(scene, pair):
+def test_hash_follows_from_the_keys_that_determine_the_result(scene, pair):
     isotropic = scene.replace("interaction", "isotropic")
     for of, name, value in [
         (scene, "load.strain", 0.04),
@@ -153,7 +153,7 @@ def test_hash_knows_what_determines_the_result(scene, pair):
         assert scene.replace(name, value).hash == scene.hash
 
 
-def test_geometry_key_knows_what_determines_the_geometry(scene, pair):
+def test_geometry_key_follows_from_the_keys_that_determine_the_geometry(scene, pair):
     path = [[0, 0, -1e-6]]
     seen = [(scene, "yarn.diameter", 1.7e-3), (scene, "pattern.rows", 2), (scene, "geometry.alpha", 2.0)]
     seen += [(pair, "yarn.diameter", 1.7e-3), (pair, "pair.clearance", 0.02), (pair, "pair.angle", 30.0)]

@@ -1,4 +1,4 @@
-"""Which results a scene needs, and when they are made; what the stages compute is not."""
+"""Which results a scene needs, and when they are made; the computations of stages are left out."""
 
 from dataclasses import replace
 
@@ -38,7 +38,7 @@ def config(config):
 
 @pytest.fixture
 def made(monkeypatch):
-    """Let every stage return what it was made from, and list what was made."""
+    """Let every stage return its inputs, and list the stages that ran."""
     made = []
 
     def recorded(stage):
@@ -72,7 +72,7 @@ def test_changed_knit_reaches_the_sources_and_nothing_else_does(config, made):
         assert f"{base}-{source.hash[:8]}" in direct
 
 
-def test_failure_leaves_what_was_there(config, made, tmp_path, monkeypatch):
+def test_failure_leaves_earlier_results(config, made, tmp_path, monkeypatch):
     scene = load_scene("rom3d-own", config)
     path = simulate(scene, tmp_path, config=config).path
     before = path.read_bytes()

@@ -1,4 +1,4 @@
-"""Springs from contacts: secants by hand, what counts as open or undefined, and models that follow the data."""
+"""Springs from contacts: secants by hand, open and undefined contacts, and models that follow the data."""
 
 import numpy as np
 import pytest

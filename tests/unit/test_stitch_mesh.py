@@ -1,4 +1,4 @@
-"""Drawn tucks and floats: yarns stand apart, and every loop is drawn through what its letter says."""
+"""Drawn tucks and floats: yarns stand apart, and every loop is drawn as its letter says."""
 
 import numpy as np
 import pytest

@@ -69,7 +69,7 @@ def test_error_of_a_series_is_the_largest_that_is_known(scenes, reference):
         ({"shape": 1e-3}, "undecidable"),
     ],
 )
-def test_verdict_turns_with_the_slope_of_what_is_held(paper, scenes, reference, claim, slopes, verdict):
+def test_verdict_turns_with_the_slope_of_the_held_quantity(paper, scenes, reference, claim, slopes, verdict):
     found = judged(claim, paper, scenes, reference, slopes)
     assert found.verdict == verdict, found
     if "length" in slopes:

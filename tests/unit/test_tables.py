@@ -125,7 +125,7 @@ def results(knit):
 
 
 @pytest.mark.parametrize("name", catalogue.TABLES.names())
-def test_every_table_is_made_from_what_the_workflow_names(offered, results, name):
+def test_every_table_is_made_from_the_files_that_the_workflow_names(offered, results, name):
     def read(source):
         if isinstance(source, list):
             return {scene.name: read((stage, scene)) for stage, scene in source}

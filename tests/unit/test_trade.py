@@ -1,4 +1,4 @@
-"""What is promised by a sample of knits: order statistics, laws of inputs, the sample itself, and rows of the table."""
+"""Promises from a sample of knits: order statistics, laws of inputs, the sample itself, and rows of the table."""
 
 import os
 import signal
@@ -155,7 +155,7 @@ def record(setting, force, reason=""):
 
 
 def test_errors_are_to_the_limit_of_the_degrees(trade):
-    """8, 9 and 9.5 N tend to 10 N, open by half of the last step; what failed is infinitely wrong."""
+    """8, 9 and 9.5 N tend to 10 N, open by half of the last step; a failed run is infinitely wrong."""
     made = {"honeycomb": 12.0, "yarns2": 8.0, "yarns3": 9.0, "yarns4": 9.5}
     records = [record(*each) for each in made.items()] + [record("network", 0.0, "stopped")]
     (reference,) = reference_values({"a": values(records)}, TIED, trade).values()

@@ -163,7 +163,7 @@ def test_a_strip_lies_between_its_cells_and_says_nothing_beyond_them():
     assert (strip.clamps[:-2] > 0).all()
 
 
-def test_predictions_have_the_scatter_of_stockinette_and_what_a_loose_rest_changes():
+def test_predictions_have_the_scatter_of_stockinette_and_the_change_by_a_loose_rest():
     cells = cells_of("cotton-stockinette") | cells_of("cotton-rib", along=400.0)
     table = tabulate_predictions(cells)
     assert list(table.columns) == PREDICTED

@@ -1,4 +1,4 @@
-"""What a user can get wrong ends with one message and status 1, and earlier results stay."""
+"""Mistakes of a user end with one message and status 1, and earlier results stay."""
 
 import os
 import signal
@@ -31,7 +31,7 @@ def test_wrong_configuration_runs_nothing(fresh):
     assert not (fresh.folder / "results").exists()
 
 
-def test_run_that_cannot_go_on_keeps_what_had_converged(fresh):
+def test_run_that_cannot_go_on_keeps_converged_increments(fresh):
     """Yarns that are pressed too far into each other: the curve is there, and a second study leaves it out."""
     rewrite(fresh.folder / "config" / "defaults.yaml", "augmentations: 10", "augmentations: 0")
     message = one_message(fresh.study("ci", "--", "--until", RESULT))

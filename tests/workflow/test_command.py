@@ -68,7 +68,7 @@ BEAMS = ("run", "extreme-beam", "--set", "solver.increments=8")
 
 
 def history(folder):
-    """Return the only history of beams in a folder of results, without what was measured on the way."""
+    """Return the only history of beams in a folder of results, without the times that were measured."""
     (path,) = (folder / "simulation").glob("*.nc")
     return read_dataset(path).drop_vars("seconds")
 
@@ -118,7 +118,7 @@ def test_two_runs_of_one_scene_at_once_spoil_nothing(start, tmp_path):
 
 @pytest.mark.parametrize("closed", [">&- 2>&-", "<&- >&-"])
 def test_closed_streams_are_no_error(tmp_path, closed):
-    """What is printed goes nowhere, and not into a file that happens to take the place of the stream."""
+    """Printed lines go nowhere, and not into a file that happens to take the place of the stream."""
     command = f"{shlex.quote(sys.executable)} -m knitstudy list {closed}"
     environment = os.environ | {"PYTHONPATH": str(SOURCE)}
     ended = subprocess.run(command, shell=True, cwd=tmp_path, env=environment, capture_output=True, text=True)

@@ -40,7 +40,7 @@ def plan():
 
 
 @pytest.mark.parametrize("study", STUDIES)
-def test_what_is_offered_has_all_that_it_is_made_from(plan, study):
+def test_figures_that_are_offered_have_all_their_inputs(plan, study):
     """Direct simulations without fields have no stress: pictures of it are not offered, instead of ending the study."""
     scenes = [plan.scenes[name] for name in load_study(study, CONFIG)]
     for catalogue in (FIGURES, TABLES):

@@ -30,7 +30,7 @@ def increments_kept(folder):
 
 
 def test_killed_simulation_goes_on(finished, fresh):
-    """Killed while one yarn slides on the other: what contact remembers goes on as well."""
+    """Killed while one yarn slides on the other: the history of contact goes on as well."""
     log, only = fresh.folder / LOG, ("--", "--until", HISTORY)
     process = fresh.start_study("ci", *only)
     wait_until(

@@ -31,7 +31,7 @@ def data(jobs):
     return {job for job in jobs if not job.startswith(SHOWN)}
 
 
-def test_changes_run_what_reads_them(checkout, edited):
+def test_changes_run_the_stages_that_read_them(checkout, edited):
     """Values of keys, a scene that is changed and one that is added, and the code of all figures."""
     edited("config/defaults.yaml", "stiffness: 10               # E R", "stiffness: 11               # E R")
     edited("config/scenes/7-coarse-pair.yaml", "[318e-6, 318e-6", "[319e-6, 318e-6")
@@ -56,7 +56,7 @@ def test_code_of_models_runs_every_simulation_and_no_mesh(checkout, edited):
 
 
 def test_code_that_makes_no_number_runs_nothing(checkout, edited):
-    """What was planned and undone before has left nothing behind either."""
+    """Earlier plans that were undone have left nothing behind either."""
     edited("src/knitstudy/study/scene.py", "\n\n\n", "\n\nEDITED = True\n\n\n")
     ended = checkout.study("ci")
     assert ended.returncode == 0
@@ -69,7 +69,7 @@ def knitstudy(checkout, *arguments):
     assert ended.returncode == 0, ended.stderr
 
 
-def test_command_takes_what_the_study_has_and_writes_elsewhere(finished_copy):
+def test_command_takes_results_of_the_study_and_writes_elsewhere(finished_copy):
     folder, name = finished_copy.folder, "rom3d-tie-course-coarse"
     path = folder / "results" / "simulation" / f"{name}.nc"
     first, time = recorded_digest(path), path.stat().st_mtime_ns

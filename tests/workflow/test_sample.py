@@ -1,4 +1,4 @@
-"""What accuracy costs, from the box to a promise: two tiny knits by two coarse models, and one of one's own."""
+"""The price of accuracy, from the box to a promise: two tiny knits by two coarse models, and one of one's own."""
 
 import yaml
 

@@ -1,4 +1,4 @@
-"""The workflow on a cluster with Slurm, where there is one: what is left when jobs or Snakemake itself are ended."""
+"""The workflow on a cluster with Slurm, where there is one: files that are left when jobs or Snakemake are ended."""
 
 import importlib.util
 import re
@@ -70,7 +70,7 @@ def on_slurm(checkout, *arguments):
 
 
 def test_killed_cancelled_and_without_memory(own, jobs):
-    """Results are those without a cluster, and what was done is not done again."""
+    """Results are those without a cluster, and finished jobs are not run again."""
     head = on_slurm(own, ONE, *OWN)
     wait_until(lambda: jobs() == ["RUNNING"], "first job", PATIENCE)
     subprocess.run(["scancel", *jobs("%A")])
@@ -92,7 +92,7 @@ def test_killed_cancelled_and_without_memory(own, jobs):
         assert "to the last bit" in again.stderr, again.stdout + again.stderr
 
 
-def test_campaign_is_an_array_whose_jobs_ask_for_what_the_largest_needs(own, jobs):
+def test_campaign_is_an_array_whose_jobs_ask_for_the_needs_of_the_largest(own, jobs):
     assert own.snakemake("campaign", "--until", "geometry", *OWN).returncode == 0
     campaign = ("campaign", "--slurm-array-jobs", "simulation", *OWN)
     _, said = on_slurm(own, "--jobs", "1", *campaign).communicate()
