@@ -24,7 +24,6 @@ ROUNDING = 1e-9  # of load factors; of energies, over the largest: 1e5 terms of 
 
 # Energy over E d^3 up to which yarns of diameter d count as unloaded: a cell at 0.1 % stores 100,000 times as much
 UNLOADED = 1e-12
-THREE_DIGITS = 5e-3  # by which a number may differ from one that is written with three digits
 
 # Shares of the allowed gap that one increment may add: of its own work, and of all work while little is done
 OWN_SHARE, EARLY_SHARE = 0.5, 0.2
@@ -373,11 +372,10 @@ def require_elements_across(scene: Scene) -> None:
     Raises MeshError if there are fewer across the yarn.
     """
     fewest, across = scene.gates.elements_across or fewest_across(scene), 2 / scene.mesh.size
-    # Sizes are written with three digits, as in this message.
-    if across < (1 - THREE_DIGITS) * fewest:
+    if across < fewest * (1 - ROUNDING):
         raise MeshError(
             f"mesh.size is {scene.mesh.size:g} yarn radii, {across:.3g} elements across a yarn; gates.elements_across "
-            f"asks for {fewest:g}: use {2 / fewest:.3g} or less, or ask for fewer"
+            f"asks for {fewest:g}: use {np.floor(2000 / fewest) / 1000:g} or less, or ask for fewer"
         )
 
 

@@ -36,7 +36,6 @@ from knitstudy.mechanics.batches import by_parts, parts, share
 from knitstudy.mechanics.beams.contact_points import Axes
 from knitstudy.mechanics.beams.hertz import Expansion
 from knitstudy.mechanics.beams.line_friction import (
-    ClosePairs,
     PairFriction,
     closest_points,
     friction_tangent,
@@ -60,30 +59,11 @@ MARGIN = 0.1  # further distance within which pairs are searched, over that of n
 
 # z of a pair, and the scalar products that all depends on, with their second derivatives
 W, K_A, K_B, T_A, T_B = range(5)
-PRODUCTS = ((W, W), (K_A, W), (K_B, W), (T_A, T_A), (T_B, T_B), (T_A, T_B))
-BOTH = np.zeros((len(PRODUCTS), 5, 3, 5, 3))
-for _row, (_one, _other) in enumerate(PRODUCTS):
-    BOTH[_row, _one, :, _other] += np.eye(3)
-    BOTH[_row, _other, :, _one] += np.eye(3)
-BOTH = BOTH.reshape(-1, 15, 15)
-
-
-def slope_of(U: Expansion, z: np.ndarray) -> np.ndarray:
-    """Return the derivatives (k, 5, 3) by z (k, 5, 3) of functions of its products."""
-    slope = np.zeros_like(z)
-    for by, (one, other) in zip(U.slope.T, PRODUCTS, strict=True):
-        slope[:, one] += by[:, None] * z[:, other]
-        slope[:, other] += by[:, None] * z[:, one]
-    return slope
-
-
-def products_by(z: np.ndarray) -> np.ndarray:
-    """Return the derivatives (k, 6, 15) of the products by z (k, 5, 3)."""
-    J = np.zeros((len(z), len(PRODUCTS), 5, 3))
-    for row, (one, other) in enumerate(PRODUCTS):
-        J[:, row, one] += z[:, other]
-        J[:, row, other] += z[:, one]
-    return J.reshape(len(z), len(PRODUCTS), 15)
+ONE, OTHER = np.array([(W, W), (K_A, W), (K_B, W), (T_A, T_A), (T_B, T_B), (T_A, T_B)]).T
+TWICE = np.zeros((len(ONE), 5, 5))  # 2 z_one . z_other = sum TWICE_ab z_a . z_b
+np.add.at(TWICE, (np.arange(len(ONE)), ONE, OTHER), 1.0)
+TWICE += TWICE.swapaxes(1, 2)
+SECOND = np.kron(TWICE, np.eye(3))  # (6, 15, 15), second derivatives of the products by z
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +108,7 @@ class LineContact:
         # int (n,), number of the tie that carries the pressure of a point, or -1; None: no tie does
         joined: np.ndarray | None = None,
     ) -> None:
-        self.yarn, self.arc_length, self.weight, self.period = yarn, arc_length, weight, period
+        self.yarn, self.arc_length, self.weight = yarn, arc_length, weight
         self.repulsion, self.friction = repulsion, min(friction, ROUGH)
         self.axes = Axes.of(yarn, arc_length, weight, CHORD * repulsion.diameter, period)
         self.search = PairSearch(yarn, arc_length, beside, period, joined)
@@ -155,8 +135,8 @@ class LineContact:
             self.axes.at(which, position, vectors) for which in (pairs.i, pairs.j)
         )
         z = np.stack([pairs.way, bend_i, bend_j, first_i, first_j], axis=1)
-        values = np.stack([np.einsum("ki,ki->k", z[:, one], z[:, other]) for one, other in PRODUCTS], axis=1)
-        squared, of_a, of_b, square_a, square_b, both = range(len(PRODUCTS))
+        values = (z @ z.swapaxes(1, 2))[:, ONE, OTHER]
+        squared, of_a, of_b, square_a, square_b, both = range(len(ONE))
         k_a, k_b = (Expansion.over_roots(values, each, [squared], second) for each in (of_a, of_b))
         cos = Expansion.over_roots(values, both, [square_a, square_b], second)
         R, r = 0.5 * self.repulsion.diameter, Expansion.variables(values, second)[squared].power(0.5)
@@ -189,7 +169,7 @@ class LineContact:
 
         z, *U = by_parts(energy, len(pairs.i), BATCH)
         U = Expansion(*U) if second else Expansion(*U, None)
-        slope = slope_of(U, z)
+        slope = np.tensordot(U.slope, TWICE, 1) @ z
         rubs = self.rubbing(state, pairs, history)
         on_j = slope[:, W].copy()
         on_j[rubs.pair] -= rubs.traction
@@ -232,8 +212,8 @@ class LineContact:
         pairs, rubs, U, shift = loads.pairs, loads.rubs, loads.energy, shifts(loads.pairs, moves)
 
         def pressed(part: slice) -> tuple[np.ndarray, np.ndarray]:
-            J = products_by(loads.z[part])
-            bend = J.swapaxes(1, 2) @ U.bend[part] @ J + np.tensordot(U.slope[part], BOTH, 1)
+            J = np.tensordot(loads.z[part], TWICE, (1, 2)).transpose(0, 2, 3, 1).reshape(-1, len(ONE), 15)
+            bend = J.swapaxes(1, 2) @ U.bend[part] @ J + np.tensordot(U.slope[part], SECOND, 1)
             unknowns, motion = self._motion(pairs[part], shift[part], moves, size)
             return unknowns, motion.swapaxes(1, 2) @ bend @ motion
 
@@ -308,10 +288,9 @@ class LineContact:
     def _met(self, points: CommittedPoints, pairs: PointPairs) -> LineHistory:
         """Return the history of pairs in one configuration that have not rubbed."""
         z, bends = self.bends(pairs, points.position, points.vectors)
-        _, *weights = self.shaped(pairs, bends)
+        _, density, shape = self.shaped(pairs, bends)
         angles = np.stack([each.value for each in bends[:3]], axis=1)
-        close = ClosePairs(pairs, z, angles, *(weight.value for weight in weights))
-        return met(self.repulsion, points, close)
+        return met(self.repulsion, points, pairs, z, angles, density.value, shape.value)
 
     def _completed(self, history: LineHistory, pairs: PointPairs) -> LineHistory:
         """Return a history of all these pairs: that of new ones follows from where their points were."""

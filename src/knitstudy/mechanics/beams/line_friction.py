@@ -10,9 +10,9 @@ Popov and Hess 2015):
 
     k = c F''(y) / (2 pi r),   y = r - d,
 
-d the distance of the yarns there. A piece closes with no traction and opens with a loss of what it stores. So
-shear stays where yarns are pressed further, and falls with the patch where they are released, as Mindlin and
-Deresiewicz (1953) and Walton (1987) say; elastic slip stores psi = t . S^-1 t / 2k with a constant k; and the loss,
+d the distance of the yarns there. A piece closes with no traction and opens with a loss of what it stores. So shear
+stays where yarns are pressed further, and falls with the patch where they are released, as Mindlin and Deresiewicz
+(1953) and Walton (1987) say; elastic slip stores psi = t . S^-1 t / 2k with a constant k; and the loss,
 
     (t_0 + t) . u_slid / 2,
 
@@ -42,17 +42,6 @@ def stored_energy(traction: np.ndarray, spring: np.ndarray, shear: np.ndarray) -
     slip = np.linalg.solve(shear, traction[..., None])[..., 0]
     twice = np.einsum("ka,ka->k", traction, slip)
     return 0.5 * np.divide(twice, spring, out=np.zeros_like(spring), where=spring > 0)
-
-
-@dataclass(frozen=True, eq=False)
-class ClosePairs:
-    """Pairs of points that are near each other, and the shape of their contact (`LineContact.bends` and `shaped`)."""
-
-    pairs: PointPairs
-    z: np.ndarray  # (m, 5, 3)
-    angles: np.ndarray  # (m, 3), k_a R, k_b R and the cosine of the angle
-    density: np.ndarray  # (m,), c times the lengths of both pieces [m2]
-    shape: np.ndarray  # (m,), factor of F by the shape
 
 
 def closest_points(z: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -151,13 +140,21 @@ class PairFriction(Chosen):
         )  # fmt: skip
 
 
-def met(law: Repulsion, points: CommittedPoints, close: ClosePairs) -> LineHistory:
+def met(
+    law: Repulsion,
+    points: CommittedPoints,
+    pairs: PointPairs,
+    z: np.ndarray,  # (k, 5, 3), as of `LineContact.bends`
+    angles: np.ndarray,  # (k, 3), k_a R, k_b R and the cosine of the angle
+    density: np.ndarray,  # (k,), c times the lengths of both pieces [m2]
+    shape: np.ndarray,  # (k,), factor of F by the shape
+) -> LineHistory:
     """Return the history of pairs that have not rubbed, of points in one configuration."""
-    pairs, z, density, shape, r = close.pairs, close.z, close.density, close.shape, close.pairs.distance
+    r = pairs.distance
     normal, closest, tangent = closest_points(z, 0.5 * law.diameter)
     # Where yarns overlap by more than their bends the parabolas may pass each other: only the plane counts.
     share = np.abs(np.einsum("ki,ki->k", normal, pairs.way)) / r
-    shear = law.shear(tangent, close.angles, normal)
+    shear = law.shear(tangent, angles, normal)
     turned = points.rotation[pairs.both]
     half = 0.5 * np.stack([pairs.way, -pairs.way], axis=1)
     return LineHistory(
@@ -185,11 +182,8 @@ def remember(
     dissipated: float,  # work of friction before [J]
 ) -> LineHistory:
     """Return the history of pairs that touch after an increment with such friction."""
-    on_j, past, old = (
-        np.zeros((len(pairs.i), 3)),
-        np.zeros(len(pairs.i)),
-        np.searchsorted(pairs.key, rubs.key),
-    )
+    on_j, past = np.zeros((len(pairs.i), 3)), np.zeros(len(pairs.i))
+    old = np.searchsorted(pairs.key, rubs.key)
     on_j[old], past[old] = rubs.traction, rubs.stored
     normal, spring = touching.normal, touching.spring
     traction = np.einsum("kaji,kj->kai", points.rotation[pairs.both], on_j)

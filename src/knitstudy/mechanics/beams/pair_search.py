@@ -30,7 +30,7 @@ class PointPairs(Chosen):
     @property
     def distance(self) -> np.ndarray:
         """Distances (k,) [m]."""
-        return np.linalg.norm(self.way, axis=1)
+        return _lengths(self.way)
 
     @property
     def both(self) -> np.ndarray:

@@ -110,13 +110,14 @@ class Neighbourhoods:
 
         Boxes were searched last (b,) at one of the states (n, M, 3), all of them at the first one.
         """
-        place, way = self._seen(now, searched[0])
+        seen = [self._seen(now, then) for then in searched]
+        place, way = seen[0]
         # Places that are too far apart for one neighbourhood follow the map of the whole.
         whole = _Maps.of(_moments(place, way).sum(axis=0, keepdims=True))
         rest = _farthest(way - whole.at(np.zeros(len(place), dtype=np.int64), place)).max(keepdims=True)
         if Motion(whole.shrink, self._surfaces.overshoot * rest).least(self._apart)[0] < 0:
             return np.ones(len(last), dtype=bool)
-        least = [self.motion(now, then).least(margin) for then in searched]
+        least = [self._motion(*each).least(margin) for each in seen]
         return np.choose(last, least) < 0
 
     def _motion(self, place: np.ndarray, way: np.ndarray) -> Motion:
