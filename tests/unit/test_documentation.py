@@ -1,10 +1,20 @@
-"""The page of keys follows from their sections."""
+"""The page of keys follows from their sections; pages name keys and files that are there."""
+
+import re
+from pathlib import Path
 
 import pytest
 
 from knitstudy.measures.discretisation import HOW_FAR, physics_of
 from knitstudy.study.configuration import load_scenes
 from knitstudy.study.scene_type import Labels, all_sections, role_of
+
+ROOT = Path(__file__).parents[2]
+PAGES = [*sorted(ROOT.glob("docs/**/*.md")), ROOT / "README.md"]
+ROOMS = ("src/knitstudy", "src", "docs", ".")  # folders that paths on pages begin in
+MODULE = re.compile(r"`(?:python )?([\w./-]+/\w+\.py)[ `]")
+KEY = re.compile(rf"`({'|'.join(all_sections())})\.(\w+)[` ]")
+DRAWN = {"pattern.knitout", "yarn.of"}  # alternative keys, which no section has
 
 DESCRIBED = {name: (Labels, name) for name in Labels.model_fields} | {
     f"{section}.{name}": (described, name)
@@ -31,3 +41,14 @@ def test_documentation_is_up_to_date(docs_script, name):
     docs = docs_script(name)
     page = docs.PAGE.read_text(encoding="utf-8")
     assert (docs.renewed(page) if name == "columns" else docs.keys_page()) == page
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_pages_name_modules_and_keys_that_are_there(page):
+    text = page.read_text(encoding="utf-8")
+    modules = {
+        path for path in MODULE.findall(text) if not any((ROOT / room / path).is_file() for room in ROOMS)
+    }
+    keys = {".".join(found) for found in KEY.findall(text)} - DESCRIBED.keys() - DRAWN
+    dotted = {key for key in keys if not (ROOT / f"src/knitstudy/{key.replace('.', '/')}.py").is_file()}
+    assert not modules | dotted, page
