@@ -10,7 +10,7 @@ from knitstudy.study.configuration import load_scenes
 from knitstudy.study.scene_type import Labels, all_sections, role_of
 
 ROOT = Path(__file__).parents[2]
-PAGES = [*sorted(ROOT.glob("docs/**/*.md")), ROOT / "README.md"]
+PAGES = [ROOT / "README.md", ROOT / "config" / "README.md", *sorted(ROOT.glob("docs/**/*.md"))]
 ROOMS = ("src/knitstudy", "src", "docs", ".")  # folders that paths on pages begin in
 MODULE = re.compile(r"`(?:python )?([\w./-]+/\w+\.py)[ `]")
 KEY = re.compile(rf"`({'|'.join(all_sections())})\.(\w+)[` ]")
@@ -43,7 +43,7 @@ def test_documentation_is_up_to_date(docs_script, name):
     assert (docs.renewed(page) if name == "columns" else docs.keys_page()) == page
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_pages_name_modules_and_keys_that_are_there(page):
     text = page.read_text(encoding="utf-8")
     modules = {

@@ -140,13 +140,3 @@ def test_every_link_leads_somewhere(page):
 def test_every_page_is_linked_from_the_readme():
     linked = {(ROOT / path).resolve() for path in re.findall(r"\]\(([^)#:\s]+)\)", README)}
     assert {page for page in PAGES[1:] if page.parent.name != "notes" and page.name != "index.md"} <= linked
-
-
-def test_every_path_of_a_module_in_the_pages_exists():
-    """Records in docs/notes name modules of their day."""
-    for page in PAGES:
-        if page.parent.name != "notes":
-            text = page.read_text(encoding="utf-8")
-            for path in re.findall(r"`((?:src/knitstudy/)?[a-z_]+/[a-z_/]+\.py)`", text):
-                found = ROOT / path, ROOT / "src" / "knitstudy" / path
-                assert any(each.exists() for each in found), (page.name, path)
