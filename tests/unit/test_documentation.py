@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from knitstudy.measures.discretisation import HOW_FAR, physics_of
+from knitstudy.study.alternative_keys import OTHER_WAYS
 from knitstudy.study.configuration import load_scenes
 from knitstudy.study.scene_type import Labels, all_sections, role_of
 
@@ -14,7 +15,6 @@ PAGES = [ROOT / "README.md", ROOT / "config" / "README.md", *sorted(ROOT.glob("d
 ROOMS = ("src/knitstudy", "src", "docs", ".")  # folders that paths on pages begin in
 MODULE = re.compile(r"`(?:python )?([\w./-]+/\w+\.py)[ `]")
 KEY = re.compile(rf"`({'|'.join(all_sections())})\.(\w+)[` ]")
-DRAWN = {"pattern.knitout", "yarn.of"}  # alternative keys, which no section has
 
 DESCRIBED = {name: (Labels, name) for name in Labels.model_fields} | {
     f"{section}.{name}": (described, name)
@@ -49,6 +49,6 @@ def test_pages_name_modules_and_keys_that_are_there(page):
     modules = {
         path for path in MODULE.findall(text) if not any((ROOT / room / path).is_file() for room in ROOMS)
     }
-    keys = {".".join(found) for found in KEY.findall(text)} - DESCRIBED.keys() - DRAWN
+    keys = {".".join(found) for found in KEY.findall(text)} - DESCRIBED.keys() - set(OTHER_WAYS)
     dotted = {key for key in keys if not (ROOT / f"src/knitstudy/{key.replace('.', '/')}.py").is_file()}
     assert not modules | dotted, page
