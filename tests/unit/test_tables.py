@@ -89,7 +89,7 @@ def test_names_of_scenes_are_those_of_the_configuration():
         assert three is None or three in known
 
 
-OTHERS = ("domain-", "cell-", "fabric-", "reference-3x3-tie-")
+OTHERS = ("domain-", "cell-", "fabric-acrylic-stockinette-", "fabric-acrylic-rib-", "reference-3x3-tie-")
 """How names of scenes of the full study begin that other tables than those of the reduced one take."""
 
 
@@ -106,7 +106,7 @@ def results(knit):
     """Made-up results by stage, with all that any model records."""
     history = synthetic.contact_history(knit, **synthetic.COST, linear_setups=1, penetration_limit=1e-6)
     count = history.sizes["increment"]
-    each = ("residual", "correction", "krylov_iterations", "augmentations", "seam_jump")
+    each = ("residual", "correction", "krylov_iterations", "augmentations")
     path = {name: ("increment", np.zeros(count)) for name in each} | {"load": ("increment", np.ones(count))}
     path["crossing_slip"] = (("increment", "crossing"), np.ones((count, history.sizes["crossing"])))
     of_cells = {"cell_strain": [1.0, 0.5, 0.1], "force_per_width": [1e3, 1e2, 1e2]}

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import DOTS_PER_INCH
 
 from knitstudy.files import read_dataset
 
@@ -23,7 +24,7 @@ def start(tmp_path):
     return lambda *arguments: subprocess.Popen(
         [sys.executable, "-m", "knitstudy", *arguments],
         cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(SOURCE)},
+        env=os.environ | {"PYTHONPATH": str(SOURCE), "KNITSTUDY_DPI": DOTS_PER_INCH},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

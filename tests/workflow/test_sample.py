@@ -5,7 +5,7 @@ import yaml
 from knitstudy.files import read_table
 
 COARSE = {"fidelity": "spline_yarns", "solver.increments": 1, "mesh.span": 1.8, "mesh.crossing_span": 1.8}
-FINER = {"mesh.span": 0.6, "mesh.crossing_span": 0.6}
+FINER = {"mesh.span": 0.9, "mesh.crossing_span": 0.9}
 SMALL = {
     "knits": 2,
     "fewest": 2,

@@ -9,7 +9,6 @@ from math import nan
 import numpy as np
 import xarray as xr
 from numpy.polynomial import Polynomial
-from scipy.stats import linregress
 
 from knitstudy.measures.discretisation import INTERACTIONS, is_direct, made_of
 from knitstudy.measures.estimate import Estimate
@@ -86,8 +85,10 @@ class Series:
     def growth(self, values: Sequence[float]) -> Estimate:
         """Return the exponent of a power law of values (k,) in cells in a row, with its standard error."""
         large = self.cells >= SMALLEST
-        fitted = linregress(np.log(self.cells[large]), np.log(np.asarray(values)[large]))
-        return Estimate(float(fitted.slope), float(np.nan_to_num(fitted.stderr)))  # nan of equal values
+        x, y = (log - log.mean() for log in (np.log(self.cells[large]), np.log(np.asarray(values)[large])))
+        slope = x @ y / (x @ x)
+        square = np.sum((y - slope * x) ** 2) / max(len(x) - 2, 1)
+        return Estimate(float(slope), float(np.sqrt(square / (x @ x))))
 
     def memory(self, dof: np.ndarray, memory: np.ndarray) -> Polynomial:
         """Return the law of memory (k,): a d + b in degrees of freedom d (k,), with the least relative squares."""
