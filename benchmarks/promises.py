@@ -3,10 +3,11 @@
     python benchmarks/promises.py               # every knit judges what all others promise
     python benchmarks/promises.py --basis 24    # later knits judge what the first ones promise
 
-Reads ``results/trade/trade.csv`` (of ``benchmarks/trade.py``). For every knit that judges, case, question and accuracy,
-the cheapest model is taken that is promised to do, as `plan` does. Prints how many models were promised, which share of
-the promises held, and which share cost at most three times the cheapest that would have done; keeps all promises in
-``resources/promises.csv``. The exit status is 1 where the shares are less than 95 % and 85 %.
+Reads ``resources/trade.csv``, with ``--basis`` ``results/trade/trade.csv``, which has later knits as well. For every knit
+that judges, case, question and accuracy, the cheapest model is taken that is promised to do, as `plan` does. Prints how
+many models were promised, which share of the promises held, and which share cost at most three times the cheapest that
+would have done; keeps all promises in ``resources/promises.csv``, with the physics of the errors. The exit status is 1
+where the shares are less than 95 % and 85 %.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from keep import stamped
 from trade import SAMPLE
 
 from knitstudy.files import write_table
-from knitstudy.study.choice import ERROR, SECONDS, measured_rows, promised
+from knitstudy.study.choice import ERROR, SECONDS, TRADE_KEPT, measured_rows, promised
 from knitstudy.study.configuration import drawn_defaults
 from knitstudy.study.documents import RESOURCES
 from knitstudy.study.sample import Inputs, load_trade
@@ -77,11 +78,15 @@ def main() -> int:
     parser.add_argument(
         "--basis", type=int, help="first knits that promise; by default all but the one that judges"
     )
-    table = judged(measured_rows(SAMPLE / "trade.csv"), parser.parse_args().basis)
+    basis = parser.parse_args().basis
+    rows = measured_rows(SAMPLE / "trade.csv" if basis else TRADE_KEPT)
+    table = judged(rows, basis)
     made = table[table["model"] != ""]
     if made.empty:
         sys.exit(f"error: none of {len(table)} questions was promised an answer")
-    write_table(stamped(made, "python benchmarks/promises.py"), KEPT)
+    if basis is None:
+        kept = stamped(made, "python benchmarks/promises.py")
+        write_table(kept.assign(physics=rows[0]["physics"]), KEPT)
     print(
         f"{len(made)} of {len(table)} questions were promised an answer, of {made['scene'].nunique()} scenes"
     )

@@ -13,16 +13,15 @@ from functools import cache
 from math import isfinite, isnan
 from operator import attrgetter
 from pathlib import Path
+from statistics import median
 from typing import Annotated, Any, Literal, TypeVar
 
-import numpy as np
 from pydantic import Field
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.study.documents import RESOURCES
 from knitstudy.study.keys import Section, output
 from knitstudy.study.problem_sections import BeamYarn, Yarn
-from knitstudy.study.promises import law_of
 from knitstudy.study.sample import ANY, Inputs, Trade, endless, load_trade, same_knit
 from knitstudy.study.scene import Scene, set_dotted
 from knitstudy.study.scene_type import MODELS, role_of
@@ -41,6 +40,7 @@ COLUMNS += ("problem", "code", "value [SI]")
 OF_BEAMS = {*BeamYarn.model_fields} - {*Yarn.model_fields}  # keys of a yarn that only beams have
 
 ALIKE = 0.01  # Relative difference of two errors that are the same
+SMALLEST = 1e-4  # Least promised error: histories and Newton's method are no more accurate
 
 
 class Requirements(Section):
@@ -258,9 +258,8 @@ def applies(problem: Scene, keys: Mapping[str, Any]) -> bool:
 def promised(
     problem: Scene, question: str, trade: Trade, rows: Iterable[Mapping], own: bool = False
 ) -> list[ModelSetting]:
-    """Return the model settings of a problem that have a promise: by laws of the sample, or measured on `own` knits."""
-    case, here = trade.case_of(problem), np.array(Inputs.of(problem).regressors())
-    quantile, settings = trade.quantile, []
+    """Return the model settings of a problem that have a promise: by the sample, or measured on `own` knits."""
+    case, quantile, settings = trade.case_of(problem), trade.quantile, []
     for name, keys in trade.settings_of(case).items():
         of = [
             row
@@ -273,26 +272,20 @@ def promised(
             settings.append(ModelSetting(name, keys, error, seconds, seconds, memory))
         if own or not ended or not applies(problem, keys):
             continue
-        error = law_of(_regressors(of), [row[ERROR] for row in of], quantile).most(here)
+        error = quantile.of([row[ERROR] for row in of])
         if isfinite(error):
-            inputs = _regressors(ended)
-            seconds = law_of(inputs, [row[SECONDS] for row in ended], quantile)
-            memory = law_of(inputs, [row[MEMORY] for row in ended], quantile)
+            seconds, memory = ([row[column] for row in ended] for column in (SECONDS, MEMORY))
             longer = 1.0
             if stops := problem.value("load.stops"):  # more increments than were measured take as much longer
                 longer = max(1.0, (len(stops) + 1) / problem.vary(keys).solver.increments)
-            price = longer * seconds.expected(here), longer * seconds.most(here), memory.most(here)
-            settings.append(ModelSetting(name, keys, float(error), *map(float, price)))
+            price = longer * median(seconds), longer * quantile.of(seconds), quantile.of(memory)
+            settings.append(ModelSetting(name, keys, max(error, SMALLEST), *price))
     return settings
 
 
 def measured_knits(rows: Iterable[Mapping], case: str, known: bool = True) -> set[str]:
     """Return the knits among rows of a case that have a reference value, or those without one."""
     return {row["knit"] for row in rows if row["case"] == case and isnan(row[ERROR]) != known}
-
-
-def _regressors(rows: list[Mapping]) -> np.ndarray:
-    return np.array([Inputs.of_row(row).regressors() for row in rows])
 
 
 def measured_rows(path: Path) -> tuple[dict[str, Any], ...]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from itertools import product
-from math import floor, inf, isinf, log
+from math import floor, inf, isinf
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -112,14 +112,6 @@ class Inputs:
         """Return the inputs in a row of a table, which may hold numbers of cells as floats."""
         kinds = {"int": int, "float": float, "str": str}
         return cls(**{name: kinds[kind](row[name]) for name, kind in cls.__annotations__.items()})
-
-    def regressors(self) -> list[float]:
-        """Return numbers by which errors and prices may be regressed: of powers, logarithms."""
-        cells = self.loops * self.rows
-        ratios = [log(each) for each in (self.course, self.wale, self.strain, cells, self.loops / self.rows)]
-        slips = 1 / (1 + self.friction) if self.friction else 0.0
-        words = (self.direction == "wale", self.lateral == "free", self.edges == "outer")
-        return [*ratios, self.length, self.poisson_ratio, slips, *map(float, words)]
 
 
 @dataclass(frozen=True)
