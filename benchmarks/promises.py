@@ -3,7 +3,7 @@
     python benchmarks/promises.py               # every knit judges what all others promise
     python benchmarks/promises.py --basis 24    # later knits judge what the first ones promise
 
-Reads ``resources/trade.csv``, with ``--basis`` ``results/trade/trade.csv``, which has later knits as well. For every knit
+Reads ``resources/trade.csv``, or with ``--basis`` ``results/trade/trade.csv``, which has later knits. For every knit
 that judges, case, question and accuracy, the cheapest model is taken that is promised to do, as `plan` does. Prints how
 many models were promised, which share of the promises held, and which share cost at most three times the cheapest that
 would have done; keeps all promises in ``resources/promises.csv``, with the physics of the errors. The exit status is 1
