@@ -110,8 +110,9 @@ class Settings:
     growth: float = 1.5  # factor on the increment after a quick one (at most `quick` iterations)
     quick: int = 6  # see `growth`
     predictor: int = 3  # largest order of the extrapolation from the increments before; 0 for none
-    # largest displacement that one correction may make [m]. Long yarns that hardly touch yet give way so easily
-    # that a correction, which knows of no contact but that which is there, would take them through each other
+    # largest displacement that one correction may make, or largest motion of neighbours against each other where a
+    # model knows these [m]. Long yarns that hardly touch yet give way so easily that a correction, which knows of
+    # no contact but that which is there, would take them through each other
     stride: float = float("inf")
     exact: bool = False  # solve every linear system to 1e-12 instead of as far as Newton profits
 

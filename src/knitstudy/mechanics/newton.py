@@ -485,8 +485,10 @@ class _Path:
 
     def _search(self, state: Any, response: Response, step: np.ndarray) -> Trial:
         """Return how far a step is taken: no farther than a stride."""
-        longest = self._size(step)
-        cut = min(1.0, self.settings.stride / longest) if longest > 0 else 1.0
+        cut = 1.0
+        if np.isfinite(self.settings.stride):
+            longest = self._motion(state, step)
+            cut = min(1.0, self.settings.stride / longest) if longest > 0 else 1.0
         step = cut * step if cut < 1 else step
 
         def trial(share: float) -> Trial:
@@ -499,6 +501,11 @@ class _Path:
         if result is None:
             raise _Failed("the line search found no shorter step that lowers the residual")
         return result if cut == 1 else replace(result, share=cut * result.share)
+
+    def _motion(self, state: Any, step: np.ndarray) -> float:
+        """Return the motion of a step that strides limit: of neighbours against each other where a model knows them."""
+        of_neighbours = getattr(self.model, "motion_of_neighbours", None)
+        return self._size(step) if of_neighbours is None else of_neighbours(state, step)
 
     def _size(self, step: np.ndarray) -> float:
         """Return the largest displacement of a step."""

@@ -14,7 +14,8 @@ from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.increment import Increment
 from knitstudy.study.scene import Scene
 
-STRIDE = 0.1  # largest displacement that one correction may make, over the diameter
+# Largest displacement that one correction may make, in finite knits against neighbours, over the diameter
+STRIDE = 0.1
 
 # Points of contact are no farther apart, over the radius, where `MOST` for every station are enough. Contact is soft
 # below an approach that is as much as the square of that: a hundredth of the radius of solid yarns, a twentieth of soft

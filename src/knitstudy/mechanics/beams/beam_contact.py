@@ -78,6 +78,12 @@ class BeamContact:
             tangent = self._to_points.T @ tangent[:-3, :-3] @ self._to_points
         return self._on_stations(force), energy, tangent
 
+    def motion(self, state: BeamState, other: BeamState) -> float:
+        """Return the largest change of the ways between points that are near each other in a state [m]."""
+        before = self.at_points(state).position
+        near, way = self.line.pairs(before, NO_LATTICE, near=True), self.at_points(other).position - before
+        return float(np.linalg.norm(way[near.j] - way[near.i], axis=1).max(initial=0.0))
+
     def _on_stations(self, force: np.ndarray) -> np.ndarray:
         """Return forces and moments (S, 6) of those on the points (6 p + 3,)."""
         return (self._to_points.T @ force[:-3]).reshape(-1, 6)

@@ -74,6 +74,13 @@ class BeamModel(Memoryless):
         rotation = exp(step[:, 1]) @ state.rotation
         return replace(state, position=state.position + step[:, 0], rotation=rotation)
 
+    def motion_of_neighbours(self, state: BeamState, step: np.ndarray) -> float:
+        """Return the largest motion against each other of points of yarns that are near each other [m].
+
+        A step (size,) moves large knits by many diameters, but yarns that are near each other by little.
+        """
+        return self.contact.motion(state, self.advance(state, step))
+
     def commit(self, state: BeamState) -> BeamState:
         """Return the state that a converged increment leaves."""
         return state if self.contact is None else replace(state, contact=self.contact.commit(state))
