@@ -162,5 +162,11 @@ def fitted_places(own: YarnSpace) -> np.ndarray:
 
 
 def evenly(stops: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Return places from the first to the last of the stops (m + 1,), in counts (m,) of even steps between them."""
+    """Return places from the first to the last of the stops (m + 1,), in counts (m,) of even steps between them.
+
+    Examples
+    --------
+    >>> evenly(np.array([0.0, 1.0, 2.0]), np.array([1, 2])).tolist()
+    [0.0, 1.0, 1.5, 2.0]
+    """
     return np.interp(np.arange(counts.sum() + 1), np.append(0, np.cumsum(counts)), stops)

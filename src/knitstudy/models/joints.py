@@ -86,7 +86,13 @@ STEEP = 0.1  # length of that projection below which the wale direction is proje
 
 
 def spring_axes(normal: np.ndarray, axes: str) -> np.ndarray:
-    """Return the unit vectors x, y and z (K, 3, 3) of springs at contacts with normals (K, 3)."""
+    """Return the unit vectors x, y and z (K, 3, 3) of springs at contacts with normals (K, 3).
+
+    Examples
+    --------
+    >>> spring_axes(np.array([[0.0, 0.0, 1.0]]), "local").tolist()[0]
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    """
     turn = AXES[axes]
     if turn is None:
         return np.broadcast_to(np.eye(3), (len(normal), 3, 3))

@@ -93,6 +93,13 @@ def section_of(
     """Return the section of beams that stand for `count` yarns each, bent as `curvature` (E, 3) [1/m] as drawn.
 
     Stiffnesses that the yarn has of its own replace those of a solid circle, whose law "curved" then corrects nothing.
+
+    Examples
+    --------
+    >>> from knitstudy import load_scene
+    >>> section = section_of(load_scene("rom3d-tie-course").yarn, law="straight", curvature=None)
+    >>> round(float(section.EA / section.EI) * 1e-6, 3)  # 16 / d^2 of a solid circle [1/mm2]
+    4.938
     """
     circle = Section.circular(yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio, count)
     own = {name: getattr(yarn, key, None) for name, key in OWN.items()}
@@ -341,7 +348,13 @@ def _polygon(fabric: Fabric, pieces: list[np.ndarray]) -> float:
 
 
 def turns(before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """Return the rotation vectors (k, 3) that turn unit vectors into others the shortest way [rad]."""
+    """Return the rotation vectors (k, 3) that turn unit vectors into others the shortest way [rad].
+
+    Examples
+    --------
+    >>> turns(np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 1.0, 0.0]])).round(4).tolist()
+    [[0.0, 0.0, 1.5708]]
+    """
     axis = np.cross(before, after)
     sine = np.linalg.norm(axis, axis=1)
     angle = np.arctan2(sine, np.einsum("ei,ei->e", before, after))

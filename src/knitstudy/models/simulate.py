@@ -31,6 +31,15 @@ def build(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None, **data: x
         Of solid yarns.
     **data
         Results of other simulations that the model takes: contacts, springs or stresses; None counts as left out.
+
+    Examples
+    --------
+    >>> from knitstudy import load_scene
+    >>> from knitstudy.geometry.fabric_file import fabric_of
+    >>> from knitstudy.geometry.lay_out import lay_out
+    >>> cell = load_scene("yarns-tie-course").vary({"pattern.loops": 1, "pattern.rows": 1})
+    >>> build(cell, fabric_of(lay_out(cell))).model.size  # unknowns
+    1386
     """
     meter = Meter()
     given = {name: each for name, each in {"mesh": mesh, **data}.items() if each is not None}

@@ -95,5 +95,12 @@ WRINKLES = 0.05  # compression over the largest tension from which a strip is sa
 
 
 def strain_at(strip: xr.Dataset, force: np.ndarray) -> np.ndarray:
-    """Return the strains at forces per width (k,) [N/m] of a strip, nan beyond its last."""
+    """Return the strains at forces per width (k,) [N/m] of a strip, nan beyond its last.
+
+    Examples
+    --------
+    >>> strip = xr.Dataset({"force_per_width": [0.0, 10.0], "strain": [0.0, 0.2]})
+    >>> strain_at(strip, np.array([5.0, 20.0])).tolist()
+    [0.1, nan]
+    """
     return np.interp(force, strip["force_per_width"], strip["strain"], right=np.nan)
