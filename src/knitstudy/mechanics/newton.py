@@ -190,7 +190,8 @@ class _Iterate:
     """A state on its way to equilibrium within one increment.
 
     `total` is its change (size,) from the beginning, `updates` what `total` was whenever the model settled the state;
-    `iterations` counts from the last time that it did.
+    `iterations` counts from the last time that it did. `extrapolated` tells whether the first guess follows the
+    increments before.
     """
 
     state: Any
@@ -200,6 +201,7 @@ class _Iterate:
     correction: float = np.inf
     changed: bool = False
     updates: list[np.ndarray] = field(default_factory=list)
+    extrapolated: bool = False
     iterations: int = 0
     still: int = 0
     tangent_is_stale: bool = True
@@ -246,6 +248,9 @@ class _Path:
                 at.tangent_is_stale = False
             step = self._solve(np.where(self.free, -at.response.force, 0.0), self._forcing(at))
             self._take(at, self._search(at.state, at.response, step))
+            if at.extrapolated and at.iterations == 1 and at.residual > at.residuals[-2]:
+                # The path has turned: where it begins, its tangent leads on.
+                at = self._predict(now, target, turned=True)
         return self._converged(at, now, target)
 
     def flow(self, now: Increment, target: float, most: int) -> Increment:
@@ -309,31 +314,34 @@ class _Path:
         self._require_finite(response)
         return _Iterate(state, guess.copy(), response, [self._residual(response)], changed=True)
 
-    def _predict(self, now: Increment, target: float) -> _Iterate:
-        """Return the state with which the iterations start: on the curve through those before, or on its tangent."""
-        begun = self.model.begin(now.state, target, target - now.load)
-        rates = () if self.prescribed.turns(now.load) else now.rates[: self.settings.predictor]
-        at = self._predicted(now, begun, target, rates)
+    def _predict(self, now: Increment, target: float, turned: bool = False) -> _Iterate:
+        """Return the state with which the iterations start: on the curve through those before, or on its tangent.
+
+        Where the path has turned, that curve leads astray.
+        """
+        turned = turned or self.prescribed.turns(now.load)
+        rates = () if turned else now.rates[: self.settings.predictor]
+        at = self._predicted(now, target, rates)
         if len(rates) > 1 and not at.residual <= FAR:
-            at = self._predicted(now, begun, target, rates[:1])
+            at = self._predicted(now, target, rates[:1])
         self._require_finite(at.response)
         return at
 
-    def _predicted(self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]) -> _Iterate:
-        """Return the predicted state.
+    def _predicted(self, now: Increment, target: float, rates: tuple[Rate, ...]) -> _Iterate:
+        """Return the predicted state; without rates, that of the tangent.
 
         A straight step stretches yarns that turn, and the state knows that. A curve through earlier states foresees the
         turning as well; but where it overshoots it presses yarns, which may have no stiffness then.
         """
+        begun = self.model.begin(now.state, target, target - now.load)
         # Multipliers start from zero again, and so do the displacements that they caused.
         total = self._guess(now, begun, target, rates) - sum(now.updates)
         state = self.model.advance(begun, total)
         if len(rates) > 1:
             state = self.model.begin(state, target, target - now.load)
         response = self._respond(state, stiffness=False)
-        return _Iterate(
-            state, total, response, [self._residual(response)], changed=response.status is not None
-        )
+        residuals, changed = [self._residual(response)], response.status is not None
+        return _Iterate(state, total, response, residuals, changed=changed, extrapolated=bool(rates))
 
     def _guess(self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]) -> np.ndarray:
         """First guess (size,) of the change of all unknowns, exact where they are prescribed."""
