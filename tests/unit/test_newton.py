@@ -142,6 +142,33 @@ def test_no_correction_is_longer_than_a_stride():
     assert max(corrections(longest / 10)) == pytest.approx(longest / 10)
 
 
+def test_strides_count_the_motion_of_neighbours_where_a_model_knows_it():
+    class Neighbours(Chain):
+        """A chain that as a whole may move by ten times as much as its neighbours against each other."""
+
+        def motion_of_neighbours(self, state, step):
+            return 0.1 * np.abs(step).max()
+
+    ends = PrescribedDisplacement(np.array([0, 2]), np.array([0.0, 3.0]))
+    law = lambda e: np.array([1.0, 8.0]) * e**3, lambda e: np.array([3.0, 24.0]) * e**2 + 1e-3
+    settings = Settings(increments=1, stride=0.01)
+    few, many = ([*trace(of(3, *law), ends, settings, LU())][-1] for of in (Neighbours, Chain))
+    np.testing.assert_allclose(few.state.x, many.state.x, atol=1e-5)
+    assert few.newton_iterations < many.newton_iterations / 3
+
+
+def test_a_guess_that_the_first_correction_makes_worse_gives_way_to_that_of_the_tangent():
+    """Springs that stiffen, pulled evenly: the tangent knows the answer, the rate of the increment before does not."""
+    chain = Chain(4, lambda e: e + 30 * np.maximum(e - 1, 0) ** 2, lambda e: 1 + 60 * np.maximum(e - 1, 0))
+    drive = PrescribedDisplacement(np.array([0, 3]), np.array([0.0, 3.6]))
+    settings = Settings(increments=2, predictor=1)
+    _, half, _ = trace(chain, drive, settings, LU())
+    wrong = Rate(0.5, np.array([0.0, 4.5, -5.3, 3.6]))
+    (end,) = trace(chain, drive, settings, LU(), resume=replace(half, rates=(wrong,)))
+    np.testing.assert_allclose(end.state.x, [0, 1.2, 2.4, 3.6], atol=1e-9)
+    assert end.newton_iterations == 2, "one is lost"
+
+
 def test_a_free_mechanism_is_an_error():
     chain = Chain(3, lambda e: e, np.ones_like)
     loose = PrescribedDisplacement(np.array([], dtype=int), np.array([]))
