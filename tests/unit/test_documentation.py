@@ -1,4 +1,4 @@
-"""The page of keys follows from their sections; pages name keys and files that are there."""
+"""The page of keys follows from their sections; pages name keys and files that are there, and link pages that are."""
 
 import re
 from pathlib import Path
@@ -10,10 +10,11 @@ from knitstudy.study.alternative_keys import OTHER_WAYS
 from knitstudy.study.configuration import load_scenes
 from knitstudy.study.scene_type import Labels, all_sections, role_of
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", ROOT / "config" / "README.md", *sorted(ROOT.glob("docs/**/*.md"))]
-ROOMS = ("src/knitstudy", "src", "docs", ".")  # folders that paths on pages begin in
+ROOMS = ("src/knitstudy", ".")  # folders that paths on pages begin in
 MODULE = re.compile(r"`(?:python )?([\w./-]+/\w+\.py)[ `]")
+LINK = re.compile(r"\]\(([^)#:\s]+)\)")
 KEY = re.compile(rf"`({'|'.join(all_sections())})\.(\w+)[` ]")
 
 DESCRIBED = {name: (Labels, name) for name in Labels.model_fields} | {
@@ -52,3 +53,15 @@ def test_pages_name_modules_and_keys_that_are_there(page):
     keys = {".".join(found) for found in KEY.findall(text)} - DESCRIBED.keys() - set(OTHER_WAYS)
     dotted = {key for key in keys if not (ROOT / f"src/knitstudy/{key.replace('.', '/')}.py").is_file()}
     assert not modules | dotted, page
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_every_link_leads_somewhere(page):
+    for path in LINK.findall(page.read_text(encoding="utf-8")):
+        assert (page.parent / path).exists(), path
+
+
+def test_every_page_is_linked_from_the_readme():
+    readme = PAGES[0].read_text(encoding="utf-8")
+    linked = {(ROOT / path).resolve() for path in LINK.findall(readme)}
+    assert {page for page in PAGES[1:] if page.parent.name != "notes" and page.name != "index.md"} <= linked
