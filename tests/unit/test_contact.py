@@ -47,6 +47,14 @@ def test_the_search_misses_nothing(pressed):
         assert {(point, 1 - number) for point in near} <= followed
 
 
+def test_motion_counts_between_yarns_that_are_near_each_other(pressed):
+    answer, before, after, upper = pressed
+    assert answer.motion(before, 3.0 + before) == pytest.approx(0, abs=1e-12)
+    assert answer.motion(before, after) == pytest.approx(0.08)
+    far = before + np.where(upper[:, None], [0, 0, 9.0], 0)
+    assert answer.motion(far, far + np.where(upper[:, None], [0, 0, 5.0], 0)) == pytest.approx(0, abs=1e-12)
+
+
 def test_surfaces_that_nearly_touch_are_pulled_together():
     """Pressures close the gaps of the pairs that are nearly as near as the nearest ones, and no other pair touches."""
     nodes, grids, upper = crossing(0.01)

@@ -77,18 +77,25 @@ def test_normals_point_outward_and_points_stand_for_the_area(crossing):
     assert contact.smallest_gap(points) == pytest.approx(0.01, abs=1e-3)
 
 
-def test_pairs_are_found_again_where_yarns_have_moved(monkeypatch):
-    """Of two long yarns beside each other one bends towards the other at its end; all else has not moved."""
-    length, (x, y, z) = 60.0, np.eye(3)
-    own = yarn_space(np.linspace(0, length, 61), [2] * 60)
+def beside(length, *heights):
+    """Two yarns beside each other, by their heights over their lengths: nodes for every pair of heights, surfaces."""
+    x, y, z = np.eye(3)
+    own = yarn_space(np.arange(length + 1.0), [2] * length)
     s = np.linspace(0, length, 400)
 
-    def yarn(height, bump):
-        centre = own.spline.fit(s, s[:, None] * x + (height - bump * np.exp(-((s - 57) ** 2)))[:, None] * z)
+    def yarn(height):
+        centre = own.spline.fit(s, s[:, None] * x + np.broadcast_to(height(s), s.shape)[:, None] * z)
         return own.coefficients(centre, *(np.tile(d, (own.spline.size, 1)) for d in (z, -y)), RADIUS)
 
-    nodes, bent = (np.concatenate([yarn(0.0, 0.0), yarn(2 * RADIUS + 0.25, bump)]) for bump in (0.0, 0.27))
-    surfaces = Cylinders(Space((own, own)), RADIUS, [np.linspace(0, length, 121)] * 2, ANGLES)
+    surfaces = Cylinders(Space((own, own)), RADIUS, [np.linspace(0, length, 2 * length + 1)] * 2, ANGLES)
+    return [np.concatenate([yarn(height) for height in both]) for both in heights], surfaces
+
+
+def test_pairs_are_found_again_where_yarns_have_moved(monkeypatch):
+    """Of two long yarns beside each other one bends towards the other at its end; all else has not moved."""
+    below, above = (lambda s: 0 * s), (lambda s: 2 * RADIUS + 0.25)
+    near = below, lambda s: above(s) - 0.27 * np.exp(-((s - 57) ** 2))
+    (nodes, bent), surfaces = beside(60, (below, above), near)
     anew, again = (
         Contact(nodes, surfaces, Coulomb(1.0, 1.0, 0.0), margin=0.1, overlap=1e-3) for _ in range(2)
     )
@@ -101,6 +108,20 @@ def test_pairs_are_found_again_where_yarns_have_moved(monkeypatch):
     expected = anew.points(bent, bent, ContactHistory.empty())
     np.testing.assert_array_equal(found.signature(), expected.signature())
     assert len(found.active) > 10
+
+
+def test_yarns_that_bend_as_one_cannot_have_met():
+    """They bend by diameters, but hardly against each other: a search for new pairs would find none."""
+    below, above, arc = (lambda s: 0 * s), (lambda s: 1.3), (lambda s: 3 * np.sin(np.pi * s / 120))
+    together = tuple(lambda s, height=height: height(s) + arc(s) for height in (below, above))
+    (straight, bent, closed), surfaces = beside(
+        120, (below, above), together, (below, lambda s: 1.3 - arc(s))
+    )
+    then, now, other = (surfaces.carry(nodes) for nodes in (straight, bent, closed))
+    near = Neighbourhoods(surfaces, then, RADIUS)
+    never = np.zeros(near.count, dtype=int)
+    assert not near.may_meet(now, then[None], never, margin=0.3).any()
+    assert near.may_meet(other, then[None], never, margin=0.3).any()
 
 
 def test_no_place_moves_farther_than_is_said(crossing):

@@ -129,6 +129,13 @@ def test_measured_costs_are_expected(name):
     assert seconds <= expected_seconds(scene) <= 4 * seconds
 
 
+@pytest.mark.parametrize(("loops", "peak"), [(6, 367), (8, 503), (10, 672), (30, 2700)])
+def test_measured_memory_of_beams_is_expected(loops, peak):
+    scene = load_scene("domain-beams-isotropic-course-10x10")
+    keys = {"name": "large", "knit": "large", "pattern.loops": loops, "pattern.rows": loops}
+    assert peak <= expected_memory(scene.vary(keys)) <= 1.3 * peak
+
+
 def test_scene_that_exceeds_the_machine_is_refused_before_it_begins(monkeypatch):
     monkeypatch.setattr("psutil.virtual_memory", lambda: SimpleNamespace(total=0.3e9, available=0.3e9))
     with pytest.raises(

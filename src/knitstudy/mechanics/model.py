@@ -90,6 +90,12 @@ class Model(Protocol):
     def begin(self, state: Any, load: float, change: float) -> Any:
         """Return the state in which an increment of the load factor by `change` to `load` starts."""
 
+    def motion_of_neighbours(self, state: Any, step: np.ndarray) -> float:
+        """Return the largest motion against each other of bodies that are near each other [m].
+
+        Strides limit that of a step (size,). A model without it has the largest displacement limited.
+        """
+
     def respond(self, state: Any, stiffness: bool) -> Response:
         """Return force, energies and, if asked, the tangent of a state; no answer depends on earlier calls."""
 

@@ -493,10 +493,8 @@ class _Path:
 
     def _search(self, state: Any, response: Response, step: np.ndarray) -> Trial:
         """Return how far a step is taken: no farther than a stride."""
-        cut = 1.0
-        if np.isfinite(self.settings.stride):
-            longest = self._motion(state, step)
-            cut = min(1.0, self.settings.stride / longest) if longest > 0 else 1.0
+        longest, stride = self._longest(state, step), self.settings.stride
+        cut = stride / longest if longest > stride else 1.0
         step = cut * step if cut < 1 else step
 
         def trial(share: float) -> Trial:
@@ -510,10 +508,15 @@ class _Path:
             raise _Failed("the line search found no shorter step that lowers the residual")
         return result if cut == 1 else replace(result, share=cut * result.share)
 
-    def _motion(self, state: Any, step: np.ndarray) -> float:
-        """Return the motion of a step that strides limit: of neighbours against each other where a model knows them."""
-        of_neighbours = getattr(self.model, "motion_of_neighbours", None)
-        return self._size(step) if of_neighbours is None else of_neighbours(state, step)
+    def _longest(self, state: Any, step: np.ndarray) -> float:
+        """Return the motion of a step that strides limit: of neighbours against each other where a model knows them.
+
+        Twice the largest displacement bounds that.
+        """
+        size, of_neighbours = self._size(step), getattr(self.model, "motion_of_neighbours", None)
+        if of_neighbours is None or 2 * size <= self.settings.stride:
+            return size
+        return of_neighbours(state, step)
 
     def _size(self, step: np.ndarray) -> float:
         """Return the largest displacement of a step."""

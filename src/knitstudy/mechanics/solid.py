@@ -157,6 +157,10 @@ class SolidModel:
         way = step.reshape(-1, 3)
         return replace(state, displacement=state.displacement + way, step=way, pulled=False)
 
+    def motion_of_neighbours(self, state: SolidState, step: np.ndarray) -> float:
+        """Return the largest motion against each other of sections of yarns that are near each other [m]."""
+        return self.contact.motion(self._places(state)[0], self._places(self.advance(state, step))[0])
+
     def node_displacement(self, state: SolidState) -> np.ndarray:
         """Return the displacement (N, 3) of all nodes [m], tied ones included."""
         return self._spread(state.displacement)

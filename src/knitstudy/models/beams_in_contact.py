@@ -171,7 +171,8 @@ MODELS.register(
         tied=None,
         build=build,
         look=("#00704F", "-", "P"),
-        memory=1000,
+        memory=350,
+        memory_a_cell=3.3,
         seconds_a_cell=1.1,
     )
 )

@@ -58,7 +58,8 @@ def machine_memory() -> int:
 def expected_memory(scene: Scene) -> int:
     """Return the memory that a simulation is expected to take [MB]."""
     if not scene.kind.fidelity.solid:
-        return scene.kind.fidelity.memory
+        model, cells = scene.kind.fidelity, scene.pattern.loops * scene.pattern.rows
+        return round(model.memory + cells * model.memory_a_cell)
     element, touches = _element(scene), scene.kind.interaction.touches
     each, count = BYTES_AN_UNKNOWN[element][touches], unknowns(scene)
     growth = count * each

@@ -2,7 +2,7 @@
 
 A fabric as a whole shears and bends unevenly, a few loops of it much less: every neighbourhood has an affine map of its
 own. Places that are nearer to each other than a neighbourhood is wide follow one map; places farther apart follow that
-of the whole.
+of a wider neighbourhood.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from knitstudy.mechanics.contact.tangent import CHUNK
 
 # Distance up to which two rings share a neighbourhood, over the reach of a ring: two radii of yarns, and three.
 WIDTH = 5.0
+WIDER = 4.0  # ratio of the widths of neighbourhoods, up to that of the whole
 # Share of the boxes up to which these are searched alone, and how often before all are
 MOST, SEARCHES = 0.5, 4
 # Squared extents of a neighbourhood, over its largest, below which it has none: a straight yarn is no solid.
@@ -66,21 +67,13 @@ class _Maps:
         return np.linalg.svd(np.eye(3) + self.gradient, compute_uv=False)[:, -1]
 
 
-class Neighbourhoods:
-    """Boxes of space, each with those around it; `of_ring` (R,) is the box of every ring."""
+class _Boxes:
+    """Boxes of space of one size, each with those around it."""
 
-    def __init__(
-        self,
-        surfaces: Surfaces,
-        carriers: np.ndarray,  # (M, 3), where neighbours are looked for [m]
-        reach: float,  # largest distance of a ring's places from its middle [m]
-    ) -> None:
-        self._surfaces = surfaces
-        rings, controls = surfaces.centres(carriers), surfaces.controls(carriers).mean(axis=1)
-        self._origin = controls.mean(axis=0)
-        self._apart = (WIDTH - 2) * reach
+    def __init__(self, rings: np.ndarray, controls: np.ndarray, side: float, overshoot: float) -> None:
+        """Divide space around rings (R, 3) and control points (S, 3) [m] into boxes of a side [m]."""
+        self._overshoot = overshoot
         points = np.concatenate([rings, controls])
-        side = WIDTH * reach + surfaces.influence(carriers)
         place = np.floor((points - points.min(axis=0)) / side).astype(np.int64) + 1
         shape = place.max(axis=0) + 2
         keys, box = np.unique(np.ravel_multi_index(place.T, shape), return_inverse=True)
@@ -97,31 +90,12 @@ class Neighbourhoods:
         pairs = np.ones(len(pairs)), (self._one, self._other)
         self._beside = sp.csr_matrix(pairs, shape=(len(keys), len(keys)))
 
-    def motion(self, now: np.ndarray, then: np.ndarray) -> Motion:
-        """Return how the surroundings of every box have moved between two states of the carriers (M, 3).
+    def motion(self, place: np.ndarray, way: np.ndarray) -> Motion:
+        """Return how the surroundings of boxes have moved, of control points (S, a, 3) with places and ways [m].
 
         Places in a box are seen from the map of its own surroundings. From there the map of a box beside it is off by
         as much as at a corner of the places in that box.
         """
-        return self._motion(*self._seen(now, then))
-
-    def may_meet(self, now: np.ndarray, searched: np.ndarray, last: np.ndarray, margin: float) -> np.ndarray:
-        """Return in which boxes (b,) places may have met since they were farther apart than a margin [m].
-
-        Boxes were searched last (b,) at one of the states (n, M, 3), all of them at the first one.
-        """
-        seen = [self._seen(now, then) for then in searched]
-        place, way = seen[0]
-        # Places that are too far apart for one neighbourhood follow the map of the whole.
-        whole = _Maps.of(_moments(place, way).sum(axis=0, keepdims=True))
-        rest = _farthest(way - whole.at(np.zeros(len(place), dtype=np.int64), place)).max(keepdims=True)
-        if Motion(whole.shrink, self._surfaces.overshoot * rest).least(self._apart)[0] < 0:
-            return np.ones(len(last), dtype=bool)
-        least = [self._motion(*each).least(margin) for each in seen]
-        return np.choose(last, least) < 0
-
-    def _motion(self, place: np.ndarray, way: np.ndarray) -> Motion:
-        """Return how boxes have moved, of control points (S, a, 3) with places and ways [m]."""
         moments = self._sum @ _moments(place, way).reshape(len(place), -1)
         maps = _Maps.of((self._beside @ moments).reshape(-1, 4, 7))
         many = len(moments)
@@ -133,7 +107,47 @@ class Neighbourhoods:
         apart = _farthest(maps.at(self._other, corners) - maps.at(self._one, corners))
         largest = np.zeros(many)
         np.maximum.at(largest, self._one, own[self._other] + apart)
-        return Motion(maps.shrink, self._surfaces.overshoot * largest)
+        return Motion(maps.shrink, self._overshoot * largest)
+
+
+class Neighbourhoods:
+    """Boxes of space with those around them, and wider boxes for places that are too far apart for one neighbourhood.
+
+    `of_ring` (R,) is the smallest box of every ring.
+    """
+
+    def __init__(
+        self,
+        surfaces: Surfaces,
+        carriers: np.ndarray,  # (M, 3), where neighbours are looked for [m]
+        reach: float,  # largest distance of a ring's places from its middle [m]
+    ) -> None:
+        self._surfaces = surfaces
+        rings, controls = surfaces.centres(carriers), surfaces.controls(carriers).mean(axis=1)
+        self._origin, extent = controls.mean(axis=0), np.ptp(controls, axis=0).max()
+        widths, influence = [WIDTH * reach], surfaces.influence(carriers)
+        while widths[-1] < extent:
+            widths.append(WIDER * widths[-1])
+        self._apart = [width - 2 * reach for width in widths]  # nearer places share a neighbourhood
+        boxes = [_Boxes(rings, controls, width + influence, surfaces.overshoot) for width in widths]
+        self._boxes, *self._wider = boxes
+        self.of_ring, self.count = self._boxes.of_ring, self._boxes.count
+
+    def motion(self, now: np.ndarray, then: np.ndarray) -> Motion:
+        """Return how the surroundings of every box have moved between two states of the carriers (M, 3)."""
+        return self._boxes.motion(*self._seen(now, then))
+
+    def may_meet(self, now: np.ndarray, searched: np.ndarray, last: np.ndarray, margin: float) -> np.ndarray:
+        """Return in which boxes (b,) places may have met since they were farther apart than a margin [m].
+
+        Boxes were searched last (b,) at one of the states (n, M, 3), all of them at the first one.
+        """
+        seen = [self._seen(now, then) for then in searched]
+        for boxes, apart in zip(self._wider, self._apart, strict=False):
+            if (boxes.motion(*seen[0]).least(apart) < 0).any():
+                return np.ones(len(last), dtype=bool)
+        least = [self._boxes.motion(*each).least(margin) for each in seen]
+        return np.choose(last, least) < 0
 
     def _seen(self, now: np.ndarray, then: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return where control points (S, a, 3) were, from the middle of all, and their ways since [m]."""

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.spatial import cKDTree
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, MeshError
 from knitstudy.mechanics.batches import share
@@ -241,6 +242,13 @@ class Contact:
             pressure=_put(every.pressure, number, np.where(fresh, np.finfo(float).tiny, history.pressure)),
         )
         return self._following.go_on(every, augmented)
+
+    def motion(self, nodes: np.ndarray, moved: np.ndarray) -> float:
+        """Return the largest motion [m] against each other of rings near each other, as nodes (N, 3) move [m]."""
+        before, after = (self.surfaces.centres(self.surfaces.carry(each)) for each in (nodes, moved))
+        near = cKDTree(before).query_pairs(2 * self._search.reach + self.margin, output_type="ndarray")
+        way = (after - before)[near]
+        return float(np.linalg.norm(way[:, 1] - way[:, 0], axis=1).max(initial=0.0))
 
     def reference(self, point: np.ndarray) -> np.ndarray:
         """Return the undeformed positions (k, 3) of Gauss points (k,) [m]."""
