@@ -1,5 +1,6 @@
 """The table of verification that is kept must be of this physics and of all cases."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -32,6 +33,7 @@ def test_every_case_was_run(table):
         capture_output=True,
         text=True,
         check=True,
+        env=os.environ | {"PYTEST_ADDOPTS": ""},  # -v would print another list
     ).stdout.splitlines()
     cases = {line for line in collected if "::" in line}
     assert cases, "no case was collected"
