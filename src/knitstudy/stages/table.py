@@ -95,7 +95,9 @@ class Stage:
             sizes = {key: scene.value(key) for key in OF_SIZE}
             text = ", ".join(f"{key} is {value:g}" for key, value in sizes.items() if value is not None)
             much = f"the stage {self.name!r} would take some {need:.3g} GB, and this machine has {has:.3g}"
-            remedy = "take a smaller specimen, larger elements, a lower degree, or solid yarns instead of hexahedra"
+            remedy = "take a smaller specimen"
+            if scene.kind.fidelity.solid:
+                remedy += ", larger elements, a lower degree, or spline yarns instead of hexahedra"
             raise ConfigurationError(f"scene {scene.name!r}: {text}: {much}; {remedy}")
 
     def path(self, scene: Scene) -> Path:
