@@ -90,8 +90,8 @@ class Model:
     sources: tuple[str, ...] = ()  # dotted keys that name direct simulations which it takes something from
     outputs: tuple[str, ...] = ("vtu",)  # outputs that a scene may ask for besides the history
     look: tuple[str, str, str] = ("#1A1A1A", "-", "o")  # colour, dash and marker of its lines in figures
-    # Expected memory, and that of a cell [MB], and processor time of a cell in twelve increments [s]; of solids by
-    # their unknowns
+    # Expected memory, memory of each cell on top [MB], and processor time of a cell in twelve increments [s]; those of
+    # solids follow from their unknowns
     memory: float = 1000
     memory_a_cell: float = 0
     seconds_a_cell: float = 1.0
