@@ -19,7 +19,8 @@ import pandas as pd
 from knitstudy.study.choice import SECONDS, TRADE_KEPT
 
 LOCAL = 4.0  # Seconds of geometry and mesh, and again of contacts, with the start of their jobs
-START, SEEN = 3.0, 40.0  # Seconds until a job computes, and until Snakemake sees its end
+# Seconds until a job computes, which begins with two starts of Snakemake, and until Snakemake sees its end
+START, SEEN = 8.0, 40.0
 NODES = 1, 3, 10, 30, 100, 300, 1000
 CORES = 2, 8, 32  # of the head node, `--local-cores`
 SEED = 47

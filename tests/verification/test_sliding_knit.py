@@ -8,7 +8,7 @@ from knitstudy.measures.history_checks import ledger_gap
 from knitstudy.mechanics.batches import VARIABLE
 from knitstudy.study.configuration import load_scene
 
-WHOLE = {"specimen": "knit", "load.stops": []}
+WHOLE = {"specimen": "knit", "interaction": "isotropic", "load.stops": []}
 """Whole yarns: pieces of a cut cell that nothing ties come apart without a force."""
 
 CELL = WHOLE | {
@@ -27,7 +27,7 @@ CELL = WHOLE | {
 def scene(full):
     """The coarse 3 x 3 knit, or a cell."""
     whole = WHOLE | {"load.strain": 0.02, "solver.increments": 8}
-    return load_scene("dns-isotropic-course-coarse").vary(whole if full else CELL)
+    return load_scene("dns-tie-course-coarse").vary(whole if full else CELL)
 
 
 @pytest.fixture(scope="module")

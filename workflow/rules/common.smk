@@ -35,7 +35,8 @@ try:
     CONFIGURATION = workflow_configuration(config)
     load_plugins(CONFIGURATION.plugins)
     CONFIG = folder_of(CONFIGURATION)
-    PLAN = Plan(load_scenes(CONFIG))
+    # The Snakemake of a job on a cluster reads the scenes that its job needs alone.
+    PLAN = Plan(load_scenes(CONFIG)) if workflow.is_main_process else Plan.of(CONFIG)
     STUDY = [PLAN.scenes[name] for name in load_study(CONFIGURATION.study, CONFIG)]
     # Load paths that are known to end early, and what is made from them: the report names them.
     ENDED = PLAN.ended_early(STUDY, Path("results"))
