@@ -38,6 +38,6 @@ rule all:
 
 rule campaign:
     input:
-        lambda wildcards: wanted([PLAN.scenes[name] for name in own_scenes(CONFIG)]),
+        lambda wildcards: wanted(campaign()),
     message:
         "All scenes of {config[folder]}: complete"

@@ -41,8 +41,6 @@ try:
     # Load paths that are known to end early, and what is made from them: the report names them.
     ENDED = PLAN.ended_early(STUDY, Path("results"))
     STUDY = [scene for scene in STUDY if scene.name not in ENDED]
-    # Scenes that jobs are of: of the study, or of a folder of your own
-    ASKED = STUDY or [PLAN.scenes[name] for name in own_scenes(CONFIG)]
 except KnitstudyError as error:
     stop(error)
 
@@ -70,6 +68,11 @@ def scene_of(wildcards, rule=None):
         return scene
     except KnitstudyError as error:
         stop(error)
+
+
+def campaign():
+    """Return the scenes of a folder of your own."""
+    return [PLAN.scenes[name] for name in own_scenes(CONFIG)]
 
 
 def wanted(scenes):
@@ -114,7 +117,8 @@ def array(rule):
         stop(
             f"--slurm-array-jobs: the plugin submits no arrays from {folder}: take a path of plain characters"
         )
-    scenes = [scene for scene in ASKED if STAGES[rule].of(scene)]
+    asked = campaign() if "campaign" in workflow.dag_settings.targets else STUDY
+    scenes = [scene for scene in asked if STAGES[rule].of(scene)]
     if len(scenes) > workflow.nodes:
         stop(
             f"--jobs is {workflow.nodes} but must be at least {len(scenes)}: an array is submitted as a whole"
