@@ -169,6 +169,32 @@ def test_a_guess_that_the_first_correction_makes_worse_gives_way_to_that_of_the_
     assert end.newton_iterations == 2, "one is lost"
 
 
+def test_a_guide_begins_increments_where_another_model_ends_them():
+    def ends(model, guide=None):
+        return {each.load: each for each in trace(model, PULL, Settings(increments=4), LU(), guide=guide)}
+
+    # Uneven springs, so that no straight line leads from one increment to the next
+    uneven = np.array([1.0, 4.0, 16.0])
+    law = lambda e: uneven * e + e**3, lambda e: uneven + 3 * e**2
+    alone = ends(Chain(4, *law))
+    led = ends(Chain(4, *law), lambda load, target: alone[target].state.x - alone[load].state.x)
+    assert max(each.newton_iterations for each in led.values()) <= 1, "a proof is all that is left"
+    half = ends(Chain(4, *law), lambda load, target: None if target > 0.5 else np.zeros(4))
+    for load, each in alone.items():
+        np.testing.assert_allclose(led[load].state.x, each.state.x, atol=1e-9)
+        np.testing.assert_allclose(half[load].state.x, each.state.x, atol=1e-6)
+
+
+def test_a_guide_that_leads_astray_costs_one_attempt():
+    """Springs that tear: beyond a stretch of two they have no tangent, and a path that begins there fails."""
+    chain = Chain(4, lambda e: np.where(e < 2, e, np.nan), lambda e: np.where(e < 2, 1.0, np.nan))
+    far = Chain(4, lambda e: np.tanh(e), lambda e: 1 - np.tanh(e) ** 2)
+    astray = np.array([0.0, 60.0, -60.0, 0.0])
+    for model in (chain, far):
+        *_, end = trace(model, PULL, Settings(increments=2), LU(), guide=lambda load, target: astray.copy())
+        np.testing.assert_allclose(end.state.x, [0, 1, 2, 3], atol=1e-5)
+
+
 def test_a_free_mechanism_is_an_error():
     chain = Chain(3, lambda e: e, np.ones_like)
     loose = PrescribedDisplacement(np.array([], dtype=int), np.array([]))

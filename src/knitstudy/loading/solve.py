@@ -19,7 +19,7 @@ from knitstudy.mechanics.batches import serial_blas
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU, LinearSolver
 from knitstudy.mechanics.model import Model
-from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.newton import Guide, trace
 from knitstudy.study.scene import Scene
 
 # Largest ratio of the error after and before two halvings of an increment at which halving goes on. Two halvings should
@@ -70,6 +70,7 @@ class Problem:
     attributes: dict[str, Any] = field(default_factory=dict)  # of the history: numbers and texts
     solver: LinearSolver = field(default_factory=LU)
     meter: Meter | None = None  # begun before the model was built; by default with the solution
+    guide: Guide | None = None  # where another model says where increments end
 
 
 def settings_of(scene: Scene, touches: bool, stride: float = np.inf) -> Settings:
@@ -103,7 +104,8 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
             "going on from increment %d at load factor %.4g (%s)", last.index, last.load, run.restart
         )
         run.progress(last.load, place_on_path(scene.load, last.load))
-    increments = trace(problem.model, problem.prescribed, problem.settings, problem.solver, last)
+    parts = problem.model, problem.prescribed, problem.settings, problem.solver
+    increments = trace(*parts, resume=last, guide=problem.guide)
     try:
         with serial_blas():
             increment, errors = next(increments, None), defaultdict(list)

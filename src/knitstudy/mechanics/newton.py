@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
@@ -58,6 +58,10 @@ FAR = 1.0  # residual of a predicted state from which a curve through the last s
 ROUGHLY = 1e-3  # residual at which a state is balanced well enough to see whether it will be settled
 
 
+Guide = Callable[[float, float], np.ndarray | None]
+"""Returns the change (size,) of all unknowns between two load factors that another model foresees, or None."""
+
+
 class _Failed(Exception):
     """An increment that did not converge; the message says in what way."""
 
@@ -68,11 +72,13 @@ def trace(
     settings: Settings,
     solver: LinearSolver,
     resume: Increment | None = None,
+    guide: Guide | None = None,
 ) -> Generator[Increment, str | None, None]:
     """Follow the load path from the undeformed state (or from `resume`) to full load.
 
-    Whoever takes an increment may send why it is too large. The path forgets it then, tries half of it, and grows
-    from there.
+    A `guide` says where the iterations of an increment begin first; if they fail, the path begins where it leads by
+    itself. Whoever takes an increment may send why it is too large. The path forgets it then, tries half of it, and
+    grows from there.
 
     Yields
     ------
@@ -90,7 +96,7 @@ def trace(
         state = model.start()
         now = Increment(0, 0.0, state, model.respond(state, stiffness=False), share)
         yield now
-    path = _Path(model, prescribed, settings, solver)
+    path = _Path(model, prescribed, settings, solver, guide)
     settings = replace(settings, waste=max(settings.waste, int(WORK / (500 + model.size))))
     attempts = _Attempts(settings, now.headway)
     size, largest = now.size, min(now.largest, share)
@@ -220,9 +226,15 @@ class _Path:
     """One increment of the load path at a time."""
 
     def __init__(
-        self, model: Model, prescribed: PrescribedDisplacement, settings: Settings, solver: LinearSolver
+        self,
+        model: Model,
+        prescribed: PrescribedDisplacement,
+        settings: Settings,
+        solver: LinearSolver,
+        guide: Guide | None = None,
     ) -> None:
         self.model, self.prescribed, self.settings, self.solver = model, prescribed, settings, solver
+        self.guide = guide
         prescribed.require_of(model.size)
         self.free = np.ones(model.size, dtype=bool)
         self.free[prescribed.fixed] = False
@@ -238,7 +250,20 @@ class _Path:
         self.spent = np.zeros(2, dtype=int)
         self.seconds = dict.fromkeys(PHASES, 0.0)
         self.solver.begin()
+        change = self.guide(now.load, target) if self.guide and guess is None else None
+        if change is not None:
+            try:
+                at = self._predicted(now, target, (), change)
+                self._require_finite(at.response)
+                return self._balance(at, now, target)
+            except _Failed as failure:
+                log.debug("the guide leads astray: %s", failure)
+                self.solver.begin()
         at = self._predict(now, target) if guess is None else self._guessed(now, target, guess)
+        return self._balance(at, now, target)
+
+    def _balance(self, at: _Iterate, now: Increment, target: float) -> Increment:
+        """Return the converged increment that iterations from a state lead to, or raise _Failed."""
         while not self._accepted(at, now):
             self._require_headway(at)
             # A balanced state needs only the proof that its last correction is small: the tangent of the iteration
@@ -327,17 +352,21 @@ class _Path:
         self._require_finite(at.response)
         return at
 
-    def _predicted(self, now: Increment, target: float, rates: tuple[Rate, ...]) -> _Iterate:
-        """Return the predicted state; without rates, that of the tangent.
+    def _predicted(
+        self, now: Increment, target: float, rates: tuple[Rate, ...], change: np.ndarray | None = None
+    ) -> _Iterate:
+        """Return the predicted state: a change (size,) away, or else by rates; without these, by the tangent.
 
         A straight step stretches yarns that turn, and the state knows that. A curve through earlier states foresees the
         turning as well; but where it overshoots it presses yarns, which may have no stiffness then.
         """
         begun = self.model.begin(now.state, target, target - now.load)
         # Multipliers start from zero again, and so do the displacements that they caused.
-        total = self._guess(now, begun, target, rates) - sum(now.updates)
+        led = change is not None
+        guess = self._driven(now, target, change) if led else self._guess(now, begun, target, rates)
+        total = guess - sum(now.updates)
         state = self.model.advance(begun, total)
-        if len(rates) > 1:
+        if len(rates) > 1 or led:
             state = self.model.begin(state, target, target - now.load)
         response = self._respond(state, stiffness=False)
         residuals, changed = [self._residual(response)], response.status is not None
@@ -345,9 +374,8 @@ class _Path:
 
     def _guess(self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]) -> np.ndarray:
         """First guess (size,) of the change of all unknowns, exact where they are prescribed."""
-        moved = self.prescribed.at(target) - self.prescribed.at(now.load)
         guess = extrapolated(rates, target - now.load) if rates else np.zeros(self.model.size)
-        guess[self.prescribed.fixed] = moved
+        guess = self._driven(now, target, guess)
         if rates:
             return guess
         # Moving the driven side alone would crush the elements there: let the tangent spread it.
@@ -355,6 +383,11 @@ class _Path:
         pull = -(response.stiffness @ guess) - (response.force if response.pulled else 0.0)
         self._eliminate(response)
         return guess + self._solve(np.where(self.free, pull, 0.0), 1e-12 if self.settings.exact else 1e-3)
+
+    def _driven(self, now: Increment, target: float, change: np.ndarray) -> np.ndarray:
+        """Return a change (size,) with what is prescribed put into it."""
+        change[self.prescribed.fixed] = self.prescribed.at(target) - self.prescribed.at(now.load)
+        return change
 
     def _balanced(self, at: _Iterate) -> bool:
         return at.residual <= self.settings.residual_tolerance

@@ -5,7 +5,7 @@ Spans are short and of a high degree near crossings, long and of a low degree be
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -25,6 +25,7 @@ from knitstudy.mesh.section import Section
 from knitstudy.mesh.spacing import Spacing, place_slices
 from knitstudy.mesh.sweep import SweptMesh, rotation_minimising, sweep
 from knitstudy.models import endless, solids
+from knitstudy.models.beam_guide import guide_of
 from knitstudy.models.discretisation import Discretisation, contact_surfaces, fitted_places
 from knitstudy.study.model_sections import PolynomialContact, PolynomialMesh, SolidGates, SolidNewton, Tie
 from knitstudy.study.scene import Scene
@@ -99,7 +100,9 @@ def build(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None) -> Proble
     parts = discretise(scene, fabric, mesh)
     if len(fabric.periods):
         return endless.problem(scene, fabric, parts)
-    return solids.problem(scene, fabric, solids.assemble(scene, fabric, parts))
+    yarns = solids.assemble(scene, fabric, parts)
+    guide = guide_of(scene, fabric, parts.space, yarns.retained)
+    return replace(solids.problem(scene, fabric, yarns), guide=guide)
 
 
 def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None) -> Discretisation:

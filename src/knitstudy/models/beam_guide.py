@@ -1,0 +1,116 @@
+"""First guesses of large knits of spline yarns in contact: the way that beams in contact take under the same load.
+
+Loops of a large knit hang loose and close one after the other, at loads that neither the tangent nor the path so far
+foretells. Beams find the closed loops for a tenth of the price. Newton's method of the spline yarns then corrects
+sections and contacts, whatever the size of the knit. No result depends on a guess.
+"""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from knitstudy.errors import ConvergenceError
+from knitstudy.geometry.fabric import Fabric
+from knitstudy.loading.history import Stations
+from knitstudy.mechanics.materials import MATERIALS
+from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.rotation import exp, log
+from knitstudy.mechanics.spline_yarn.space import Space
+from knitstudy.mesh.sweep import rotation_minimising
+from knitstudy.models import beams_in_contact
+from knitstudy.models.discretisation import fitted_places
+from knitstudy.study.scene import Scene
+
+# Cells from which beams spare more than they cost: a fifth of the time at 10 x 10, a third at 16 x 16, nothing at 6 x 6
+LARGE = 64
+
+# The beams: those that come nearest to solid yarns
+BEAMS = {
+    "fidelity": "beam",
+    "mesh.beam_size": 5 / 9,
+    "mesh.section_law": "curved",
+    "beam.section": "hertz",
+    "beam.tie": "patch",
+    "beam.stiffness": 10.0,
+}
+
+logger = logging.getLogger(__name__)
+
+
+class BeamGuide:
+    """The change of the displacements of spline yarns between two load factors, as beams foresee it.
+
+    All increments of the beams are simulated when the first change is asked for; what stays is the motion of their
+    stations.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,  # of the spline yarns
+        fabric: Fabric,
+        space: Space,
+        retained: np.ndarray,  # int (n,), nodes that are unknowns
+    ) -> None:
+        self.scene, self._fabric, self._space, self._retained = scene.vary(BEAMS), fabric, space, retained
+        self._loads: list[float] = []
+
+    def __call__(self, load: float, target: float) -> np.ndarray | None:
+        """Return the change (size,) [m] from one load factor to another; None where the beams did not get there."""
+        if not self._loads:
+            self._simulate()
+        if target > self._loads[-1]:
+            return None
+        before, after = (self._way(each) for each in (load, target))
+        moved = [
+            self._moved(yarn, after[here]) - self._moved(yarn, before[here])
+            for yarn, here in enumerate(self._of_yarn)
+        ]
+        return np.concatenate(moved)[self._retained].ravel()
+
+    def _simulate(self) -> None:
+        """Follow the load path with beams, as far as it goes."""
+        problem = beams_in_contact.build(self.scene, self._fabric)
+        loads, ways = [], []
+        try:
+            for increment in trace(problem.model, problem.prescribed, problem.settings, problem.solver):
+                places = problem.model.contact.places(increment.state)
+                moved = places.position - problem.stations.position
+                loads.append(increment.load)
+                ways.append(np.concatenate([moved, log(places.rotation)], axis=1))
+        except ConvergenceError as error:
+            logger.info("beams lead up to load factor %.4g alone: %s", loads[-1], error)
+        self.follow(problem.stations, loads, ways)
+        logger.info("beams lead the way, by %d increments", len(loads) - 1)
+
+    def follow(self, stations: Stations, loads: list[float], ways: list[np.ndarray]) -> None:
+        """Take the ways (S, 6) of stations, displacements [m] and rotation vectors, at rising load factors."""
+        self._of_yarn = [np.flatnonzero(stations.yarn == yarn) for yarn in range(len(self._space.yarns))]
+        self._arc_length, self._loads, self._ways = stations.arc_length, loads, ways
+
+    def _way(self, load: float) -> np.ndarray:
+        """Return displacements and rotations (S, 6) at a load factor between two increments of the beams."""
+        after = int(np.clip(np.searchsorted(self._loads, load), 1, len(self._loads) - 1))
+        low, high = self._loads[after - 1 : after + 1]
+        share = (load - low) / (high - low)
+        return (1 - share) * self._ways[after - 1] + share * self._ways[after]
+
+    def _moved(self, yarn: int, way: np.ndarray) -> np.ndarray:
+        """Return the displacements (m, 3) [m] of the nodes of one yarn, whose sections go the way (k, 6)."""
+        own, curve = self._space.yarns[yarn], self._fabric.centrelines[yarn]
+        s = fitted_places(own)
+        shift, turn = np.split(CubicSpline(self._arc_length[self._of_yarn[yarn]], way)(s), 2, axis=1)
+        directors = rotation_minimising(curve.position(s), curve.tangent(s))[:, :2]
+        turned = directors @ exp(turn).swapaxes(1, 2) - directors
+        fitted = own.spline.fit(s, np.concatenate([shift, turned[:, 0], turned[:, 1]], axis=1))
+        return own.coefficients(fitted[:, :3], fitted[:, 3:6], fitted[:, 6:], self._fabric.radius)
+
+
+def guide_of(scene: Scene, fabric: Fabric, space: Space, retained: np.ndarray) -> BeamGuide | None:
+    """Return the guide of a scene; None where beams spare no time, or do not know its yarn."""
+    large = scene.is_knit and scene.pattern.loops * scene.pattern.rows >= LARGE
+    if large and scene.kind.interaction.touches and not MATERIALS.find(scene.yarn.material).directional:
+        return BeamGuide(scene, fabric, space, retained)
+    return None
