@@ -250,17 +250,33 @@ class _Path:
         self.spent = np.zeros(2, dtype=int)
         self.seconds = dict.fromkeys(PHASES, 0.0)
         self.solver.begin()
-        change = self.guide(now.load, target) if self.guide and guess is None else None
-        if change is not None:
+        led = self._led(now, target) if self.guide and guess is None else None
+        if led is not None:
             try:
-                at = self._predicted(now, target, (), change)
-                self._require_finite(at.response)
-                return self._balance(at, now, target)
+                return self._balance(led, now, target)
             except _Failed as failure:
                 log.debug("the guide leads astray: %s", failure)
                 self.solver.begin()
         at = self._predict(now, target) if guess is None else self._guessed(now, target, guess)
         return self._balance(at, now, target)
+
+    def _led(self, now: Increment, target: float) -> _Iterate | None:
+        """Return the state to which the guide leads, None where it does not get there.
+
+        Either the model goes as the guide does, or as in the increment before and by as much more or less as the guide
+        does: what is nearer to balance.
+        """
+        change = self.guide(now.load, target)
+        if change is None:
+            return None
+        changes = [change]
+        if now.rates:
+            last, span = now.rates[0], target - now.load
+            past = self.guide(now.load - last.increment, now.load)
+            changes.append(change + span * (last.step - past / last.increment))
+        states = [self._predicted(now, target, (), each) for each in changes]
+        best = min(states, key=lambda at: np.nan_to_num(at.residual, nan=np.inf))
+        return best if np.all(np.isfinite(best.response.force)) else None
 
     def _balance(self, at: _Iterate, now: Increment, target: float) -> Increment:
         """Return the converged increment that iterations from a state lead to, or raise _Failed."""
