@@ -263,20 +263,18 @@ class _Path:
     def _led(self, now: Increment, target: float) -> _Iterate | None:
         """Return the state to which the guide leads, None where it does not get there.
 
-        Either the model goes as the guide does, or as in the increment before and by as much more or less as the guide
-        does: what is nearer to balance.
+        The model goes as the guide does at first. Once it has a rate of its own, of an increment that did not begin at
+        rest, it goes on at this rate, and by as much faster or slower as the guide does.
         """
         change = self.guide(now.load, target)
         if change is None:
             return None
-        changes = [change]
-        if now.rates:
+        if now.index > 1 and now.rates:
             last, span = now.rates[0], target - now.load
             past = self.guide(now.load - last.increment, now.load)
-            changes.append(change + span * (last.step - past / last.increment))
-        states = [self._predicted(now, target, (), each) for each in changes]
-        best = min(states, key=lambda at: np.nan_to_num(at.residual, nan=np.inf))
-        return best if np.all(np.isfinite(best.response.force)) else None
+            change += span * (last.step - past / last.increment)
+        at = self._predicted(now, target, (), change)
+        return at if np.all(np.isfinite(at.response.force)) else None
 
     def _balance(self, at: _Iterate, now: Increment, target: float) -> Increment:
         """Return the converged increment that iterations from a state lead to, or raise _Failed."""
