@@ -11,6 +11,11 @@ from knitstudy.models.simulate import solve
 from knitstudy.models.spline_yarns import discretise
 from knitstudy.study.configuration import load_scene
 
+ACROSS = {
+    "yarn.transverse_modulus": 1e9,
+    "yarn.transverse_poisson_ratio": 0.4,
+    "yarn.axial_shear_modulus": 4e8,
+}
 TURN, SHIFT = np.array([0.3, -0.2, 0.5]), np.array([2e-3, -1e-3, 3e-3])
 
 
@@ -28,14 +33,24 @@ def test_yarns_follow_a_rigid_motion_of_the_beams(knit, verify):
     stations = beam_guide.beams_in_contact.build(guide.scene, fabric).stations
     rotation = exp(TURN)
     moved = stations.position @ rotation.T + SHIFT - stations.position
-    guide.follow(
-        stations, [0.0, 1.0], [np.zeros((len(moved), 6)), np.hstack([moved, np.tile(TURN, (len(moved), 1))])]
-    )
+    way = np.hstack([moved, np.tile(TURN, (len(moved), 1))])
+    guide.follow(stations, [0.0, 1.0], [np.zeros_like(way), way])
     change = guide(0.0, 1.0).reshape(-1, 3)
     wanted = parts.nodes @ rotation.T - parts.nodes + parts.unity[:, None] * SHIFT
     off = np.abs(change - wanted).max() / np.abs(wanted).max()
     verify.at_most("spline yarns led by beams: a rigid motion, off by", off, 1e-3)
     assert guide(0.0, 1.1) is None, "the beams did not get there"
+
+
+def test_what_beams_refuse_is_no_error(knit, monkeypatch):
+    """A beam that is too long for a bend, and a yarn whose axis beams do not know."""
+    scene, fabric, parts = knit
+    monkeypatch.setattr(beam_guide, "LARGE", 1)
+    nodes = np.arange(len(parts.nodes))
+    monkeypatch.setitem(beam_guide.BEAMS, "mesh.beam_size", 3.0)
+    assert beam_guide.guide_of(scene, fabric, parts.space, nodes)(0.0, 1.0) is None
+    directional = scene.vary({"yarn.material": "transversely_isotropic"} | ACROSS)
+    assert beam_guide.guide_of(directional, fabric, parts.space, nodes) is None
 
 
 @pytest.mark.full

@@ -272,7 +272,7 @@ class _Path:
         if now.index > 1 and now.rates:
             last, span = now.rates[0], target - now.load
             past = self.guide(now.load - last.increment, now.load)
-            change += span * (last.step - past / last.increment)
+            change = change + span * (last.step - past / last.increment)
         at = self._predicted(now, target, (), change)
         return at if np.all(np.isfinite(at.response.force)) else None
 
@@ -399,7 +399,8 @@ class _Path:
         return guess + self._solve(np.where(self.free, pull, 0.0), 1e-12 if self.settings.exact else 1e-3)
 
     def _driven(self, now: Increment, target: float, change: np.ndarray) -> np.ndarray:
-        """Return a change (size,) with what is prescribed put into it."""
+        """Return a change (size,) with what is prescribed in it."""
+        change = change.copy()
         change[self.prescribed.fixed] = self.prescribed.at(target) - self.prescribed.at(now.load)
         return change
 

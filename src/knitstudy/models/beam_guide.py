@@ -12,10 +12,9 @@ import logging
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from knitstudy.errors import ConvergenceError
+from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.history import Stations
-from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.rotation import exp, log
 from knitstudy.mechanics.spline_yarn.space import Space
@@ -72,18 +71,21 @@ class BeamGuide:
 
     def _simulate(self) -> None:
         """Follow the load path with beams, as far as it goes."""
-        problem = beams_in_contact.build(self.scene, self._fabric)
-        loads, ways = [], []
+        self._loads, loads, ways = [0.0], [], []
         try:
+            problem = beams_in_contact.build(self.scene, self._fabric)
             for increment in trace(problem.model, problem.prescribed, problem.settings, problem.solver):
                 places = problem.model.contact.places(increment.state)
                 moved = places.position - problem.stations.position
                 loads.append(increment.load)
                 ways.append(np.concatenate([moved, log(places.rotation)], axis=1))
-        except ConvergenceError as error:
-            logger.info("beams lead up to load factor %.4g alone: %s", loads[-1], error)
-        self.follow(problem.stations, loads, ways)
-        logger.info("beams lead the way, by %d increments", len(loads) - 1)
+        except (
+            KnitstudyError
+        ) as error:  # what beams cannot do, or are not verified for, spline yarns do without them
+            logger.info("beams do not lead the whole way: %s", error)
+        if loads:
+            self.follow(problem.stations, loads, ways)
+        logger.info("beams lead the way up to load factor %.4g", self._loads[-1])
 
     def follow(self, stations: Stations, loads: list[float], ways: list[np.ndarray]) -> None:
         """Take the ways (S, 6) of stations, displacements [m] and rotation vectors, at rising load factors."""
@@ -104,13 +106,16 @@ class BeamGuide:
         shift, turn = np.split(CubicSpline(self._arc_length[self._of_yarn[yarn]], way)(s), 2, axis=1)
         directors = rotation_minimising(curve.position(s), curve.tangent(s))[:, :2]
         turned = directors @ exp(turn).swapaxes(1, 2) - directors
-        fitted = own.spline.fit(s, np.concatenate([shift, turned[:, 0], turned[:, 1]], axis=1))
-        return own.coefficients(fitted[:, :3], fitted[:, 3:6], fitted[:, 6:], self._fabric.radius)
+        return own.fitted(s, shift, turned, self._fabric.radius)
 
 
 def guide_of(scene: Scene, fabric: Fabric, space: Space, retained: np.ndarray) -> BeamGuide | None:
-    """Return the guide of a scene; None where beams spare no time, or do not know its yarn."""
+    """Return the guide of a scene; None where beams spare no time, or there are none of its kind or yarn."""
     large = scene.is_knit and scene.pattern.loops * scene.pattern.rows >= LARGE
-    if large and scene.kind.interaction.touches and not MATERIALS.find(scene.yarn.material).directional:
+    if not large or not scene.kind.interaction.touches:
+        return None
+    try:
         return BeamGuide(scene, fabric, space, retained)
-    return None
+    except ConfigurationError as error:
+        logger.info("no beams lead the way: %s", error)
+        return None

@@ -176,8 +176,7 @@ def shape(own: YarnSpace, curve: Centreline, radius: float) -> np.ndarray:
     s = fitted_places(own)
     centre = curve.position(s)
     frames = rotation_minimising(centre, curve.tangent(s))
-    fitted = own.spline.fit(s, np.concatenate([centre, frames[:, 0], frames[:, 1]], axis=1))
-    return own.coefficients(fitted[:, :3], fitted[:, 3:6], fitted[:, 6:], radius)
+    return own.fitted(s, centre, frames[:, :2], radius)
 
 
 def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:

@@ -79,6 +79,11 @@ class YarnSpace:
         weights = np.where(there, along[..., None] * across[:, None], 0.0)
         return nodes.reshape(len(first), -1), weights.reshape(len(first), -1)
 
+    def fitted(self, s: np.ndarray, centre: np.ndarray, directors: np.ndarray, radius: float) -> np.ndarray:
+        """Return the nodes (N, 3) of a round yarn from centreline (k, 3) and unit directors (k, 2, 3) at places (k,)."""
+        values = self.spline.fit(s, np.concatenate([centre, directors[:, 0], directors[:, 1]], axis=1))
+        return self.coefficients(values[:, :3], values[:, 3:6], values[:, 6:], radius)
+
     def coefficients(self, centre: np.ndarray, d1: np.ndarray, d2: np.ndarray, radius: float) -> np.ndarray:
         """Return the nodes (N, 3) of a round yarn from the coefficients (J, 3) of centreline and unit directors."""
         nodes = np.zeros((self.size, 3))
