@@ -80,7 +80,7 @@ class YarnSpace:
         return nodes.reshape(len(first), -1), weights.reshape(len(first), -1)
 
     def fitted(self, s: np.ndarray, centre: np.ndarray, directors: np.ndarray, radius: float) -> np.ndarray:
-        """Return the nodes (N, 3) of a round yarn from centreline (k, 3) and unit directors (k, 2, 3) at places (k,)."""
+        """Return the nodes (N, 3) of a round yarn by centreline (k, 3) and unit directors (k, 2, 3) at places (k,)."""
         values = self.spline.fit(s, np.concatenate([centre, directors[:, 0], directors[:, 1]], axis=1))
         return self.coefficients(values[:, :3], values[:, 3:6], values[:, 6:], radius)
 
