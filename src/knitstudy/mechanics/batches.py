@@ -173,7 +173,7 @@ def parts(count: int, size: int) -> list[slice]:
 
 
 def by_parts(
-    work: Callable[[slice], np.ndarray | tuple[np.ndarray, ...] | Chosen], count: int, size: int
+    work: Callable[[slice], np.ndarray | Chosen | tuple[np.ndarray | Chosen, ...]], count: int, size: int
 ) -> Any:
     """Return the arrays that ``work(part)`` returns, of `size` of so many at a time: that bounds the memory.
 
@@ -185,7 +185,7 @@ def by_parts(
     slices = parts(count, size)
     results = share(lambda number: work(slices[number]), len(slices))
     if isinstance(results[0], tuple):
-        return tuple(map(np.concatenate, zip(*results, strict=True)))
+        return tuple(map(_joined, zip(*results, strict=True)))
     return _joined(results)
 
 

@@ -11,18 +11,21 @@ from scipy.spatial import cKDTree
 from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.contact.surface import Projection
 
-# Pairs of a point and a surface in one configuration: all of those that are followed which can touch there
+# Pairs of a point and a surface in one configuration: those that touch there, of the many that are followed
 
 
 @dataclass(frozen=True, eq=False)
 class ContactPoints:
-    """Pairs that can touch in one configuration; all other pairs are open."""
+    """Pairs that touch in one configuration, or did at the last converged increment; all other pairs are open."""
 
-    history: ContactHistory  # of these pairs, in the same order
     followed: ContactHistory  # of all pairs that are followed
-    number: np.ndarray  # int (c,), which of those these are
     least: np.ndarray  # (f,), lower bounds of the gaps of all pairs that are followed [m]
     carriers: np.ndarray  # (M, 3), of the surfaces, in this configuration [m]
+    evaluated: np.ndarray  # int (e,), which of the pairs that are followed can touch here
+    evaluated_xi: np.ndarray  # (e, 2), their closest points
+    evaluated_gap: np.ndarray  # (e,), their gaps [m]; inf where there is no closest point
+    number: np.ndarray  # int (c,), which of the pairs that are followed touch or touched
+    history: ContactHistory  # of these, in the same order
     position: np.ndarray  # (c, 3), points [m]
     projection: Projection  # against the surfaces that they face
     gap: np.ndarray  # (c,), gaps [m]; inf where there is no closest point

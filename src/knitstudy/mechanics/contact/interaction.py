@@ -16,13 +16,13 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, MeshError
-from knitstudy.mechanics.batches import share
+from knitstudy.mechanics.batches import by_parts, share
 from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.following import Following
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, ContactHistory, ContactPoints, Coulomb
 from knitstudy.mechanics.contact.indentation import Indentation
 from knitstudy.mechanics.contact.search import Search
-from knitstudy.mechanics.contact.surface import Surfaces
+from knitstudy.mechanics.contact.surface import CHUNK, Projection, Surfaces
 from knitstudy.mechanics.contact.tangent import CellPairs, Quadrature
 from knitstudy.mechanics.contact.tangent import stiffness as tangent
 
@@ -97,7 +97,7 @@ class Contact:
         history: ContactHistory,  # of that increment
         pulled: bool = False,
     ) -> ContactPoints:
-        """Evaluate all pairs that can touch.
+        """Evaluate all pairs that can touch; the law and its history, of those that do or did.
 
         Those are left out whose surfaces have moved too little since their gap was last known to close it. Of surfaces
         that are `pulled` together, all pairs touch that are nearly as near as the nearest ones were at rest, and
@@ -105,14 +105,25 @@ class Contact:
         """
         reach = self._pull if pulled else 0.0
         carriers, before = self.surfaces.carry(nodes), self.surfaces.carry(before)
-        number, least = self._following.may_touch(carriers, before, history, reach)
+        evaluated, least = self._following.may_touch(carriers, before, history, reach)
         every = self._following.history
-        history = every[number]
-        angle = self._following.angle[number] if self.law.directional else None
-        position = self._search.positions(history.point, carriers)
-        projection, gap = self._search.closest(history, position, carriers)
-        least[number] = np.where(np.isfinite(gap), gap, -np.inf)  # nothing is known where no place was found
+        angles = self._following.angle if self.law.directional else None
+
+        def touching(part: slice) -> tuple[np.ndarray | Projection, ...]:
+            number = evaluated[part]
+            pairs = every[number]
+            position = self._search.positions(pairs.point, carriers)
+            projection, gap = self._search.closest(pairs, position, carriers)
+            angle = None if angles is None else angles[number]
+            pressed = self.law.pressure(gap - reach, pairs.multiplier, angle) > 0
+            near = np.flatnonzero(pressed | (pairs.pressure > 0) | (pairs.multiplier != 0))
+            return projection.xi, gap, number[near], position[near], projection[near], gap[near]
+
+        xi, gaps, number, position, projection, gap = by_parts(touching, len(evaluated), CHUNK)
+        least[evaluated] = np.where(np.isfinite(gaps), gaps, -np.inf)  # nothing is known where no place was found
         self._following.saw(carriers, least)
+        history = every[number]
+        angle = None if angles is None else angles[number]
         local = self.law.at(gap - reach, angle)
         slip, rate, share = self._slip(history, projection.xi, gap, local, angle)
         trial = np.einsum("ka,kai->ki", slip, projection.tangent)
@@ -122,11 +133,14 @@ class Contact:
         if pulled:
             pressure = np.where(status == OPEN, 0.0, -local.normal * gap)
         return ContactPoints(
-            history=history,
             followed=every,
-            number=number,
             least=least,
             carriers=carriers,
+            evaluated=evaluated,
+            evaluated_xi=xi,
+            evaluated_gap=gaps,
+            number=number,
+            history=history,
             position=position,
             projection=projection,
             gap=gap,
@@ -213,11 +227,10 @@ class Contact:
         slip[slips] *= law.share(points.trial[slips], points.pressure[slips])[:, None]
         length = law.slipped(points.trial, points.pressure)
         dissipated = np.asarray(history.dissipated + self._dissipation(points))
-        xi = _put(every.xi, points.number, points.projection.xi)
+        xi = _put(every.xi, points.evaluated, points.evaluated_xi)
         # A multiplier stays with its point while contact moves on: kept, it would press across an open gap.
         committed = ContactHistory.of_open(every.point, every.surface, xi, dissipated)
         known = {
-            "gap": points.gap,
             "pressure": points.pressure,
             "traction": points.traction,
             "anchor": points.projection.xi - np.where(touches[:, None], slip, 0.0),
@@ -226,6 +239,7 @@ class Contact:
         }
         for name, values in known.items():
             known[name] = _put(getattr(committed, name), points.number, values)
+        known["gap"] = _put(committed.gap, points.evaluated, points.evaluated_gap)
         return self._following.go_on(every, replace(committed, **known), points.carriers)
 
     def augment(self, points: ContactPoints) -> ContactHistory:
@@ -256,7 +270,7 @@ class Contact:
 
     def smallest_gap(self, points: ContactPoints) -> float:
         """Return the smallest gap of all pairs that are followed [m]; inf if there are none."""
-        nearest = float(points.gap.min(initial=np.inf))
+        nearest = float(points.evaluated_gap.min(initial=np.inf))
         rest = points.followed[points.least < nearest]
         position = self._search.positions(rest.point, points.carriers)
         _, gap = self._search.closest(rest, position, points.carriers)
