@@ -153,7 +153,7 @@ def touching_points(
         "side": side,
         "yarn": yarn,
         "target": target,
-        "cell": quadrature.cell[point // quadrature.per_cell],
+        "cell": quadrature.place(point // quadrature.per_cell),
         "position": points.position[active],
         "reference": contact.reference(point),
         "area": quadrature.area[point],

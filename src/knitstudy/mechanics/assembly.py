@@ -308,8 +308,8 @@ class PatternSum:
     def __init__(self, large: sp.bsr_matrix, small: sp.bsr_matrix) -> None:
         self._large, self._small = large.indices, (small.indptr, small.indices)
         nodes = len(large.indptr) - 1
-        target, self._known = _places(large, small)
-        self._new = ~self._known
+        target, known = _places(large, small)
+        self._new = ~known
         self.inserted = int(self._new.sum())  # blocks that the small pattern alone has
         self._at = target + np.cumsum(self._new) - self._new
         before = target[self._new]
@@ -336,7 +336,7 @@ class PatternSum:
         Room is the rest of the array whose first part is `large.data`.
         """
         if not self.inserted:
-            large.data[self._at] += small.data
+            _add(large.data, self._at, small.data)
             return large
         block = math.prod(large.data.shape[1:])
         source = large.data.reshape(-1)
@@ -347,22 +347,27 @@ class PatternSum:
         for start, end, shift in reversed(self._runs):
             total[(start + shift) * block : (end + shift) * block] = source[start * block : end * block]
         data = total[: len(self.indices) * block].reshape(-1, *large.data.shape[1:])
-        data[self._at[self._new]] = small.data[self._new]
-        data[self._at[self._known]] += small.data[self._known]
+        data[self._at[self._new]] = 0
+        _add(data, self._at, small.data)
         return sp.bsr_matrix((data, self.indices, self.indptr), shape=large.shape)
 
 
 @contextmanager
 def lacking(matrix: sp.bsr_matrix, part: sp.bsr_matrix) -> Iterator[None]:
-    """Take a part, all of whose blocks a matrix has, off that matrix for a while, without a copy of it."""
-    places, known = _places(matrix, part)
-    places = places[known]
-    blocks = matrix.data[places]
-    matrix.data[places] -= part.data[known]
+    """Take a part, all of whose blocks a matrix has, off that matrix for a while; rounding of its blocks stays."""
+    places, _ = _places(matrix, part)
+    _add(matrix.data, places, part.data, np.subtract)
     try:
         yield
     finally:
-        matrix.data[places] = blocks
+        _add(matrix.data, places, part.data)
+
+
+def _add(total: np.ndarray, place: np.ndarray, blocks: np.ndarray, add: np.ufunc = np.add) -> None:
+    """Add blocks (k, b, b) to those of a total that stand at different places (k,), few at a time."""
+    for low in range(0, len(place), PAIRS):
+        here = place[low : low + PAIRS]
+        total[here] = add(total[here], blocks[low : low + PAIRS])
 
 
 def _places(large: sp.bsr_matrix, small: sp.bsr_matrix) -> tuple[np.ndarray, np.ndarray]:

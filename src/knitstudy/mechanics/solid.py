@@ -16,7 +16,7 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.assembly import Assembly, PatternSum
 from knitstudy.mechanics.batches import SCRATCH, share, threads
 from knitstudy.mechanics.contact.friction import ContactHistory, ContactPoints
-from knitstudy.mechanics.contact.interaction import Contact
+from knitstudy.mechanics.contact.interaction import Contact, ContactResponse
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.model import FADED, FreeBodies, Response, Stabilisation, summed
@@ -174,8 +174,10 @@ class SolidModel:
 
     def respond(self, state: SolidState, stiffness: bool) -> Response:
         """Return internal force, energies and, if asked, the tangent."""
+        # Contact's tangent takes more room while it is formed than afterwards: it comes before that of the elements.
+        touch = None if self.contact is None else self.contact.forces(self.contact_points(state), stiffness)
         response = self._with_drag(self._solids(state, stiffness), state)
-        return response if self.contact is None else self._with_contact(response, state)
+        return response if touch is None else self._with_contact(response, touch, state.pulled)
 
     def loaded(self, response: Response) -> bool:
         """Return whether forces are more than rounding."""
@@ -258,15 +260,13 @@ class SolidModel:
             stiffness=stiffness,
         )
 
-    def _with_contact(self, response: Response, state: SolidState) -> Response:
-        points = self.contact_points(state)
-        touch = self.contact.forces(points, response.stiffness is not None)
+    def _with_contact(self, response: Response, touch: ContactResponse, pulled: bool) -> Response:
         response = replace(
             response,
             force=response.force + self.assembly.collect(touch.node_force),
             energy=summed(response.energy, touch.energy),
-            status=points.signature(),
-            pulled=state.pulled,
+            status=touch.points.signature(),
+            pulled=pulled,
         )
         if response.stiffness is None:
             return response

@@ -120,7 +120,9 @@ class Contact:
             return projection.xi, gap, number[near], position[near], projection[near], gap[near]
 
         xi, gaps, number, position, projection, gap = by_parts(touching, len(evaluated), CHUNK)
-        least[evaluated] = np.where(np.isfinite(gaps), gaps, -np.inf)  # nothing is known where no place was found
+        least[evaluated] = np.where(
+            np.isfinite(gaps), gaps, -np.inf
+        )  # nothing is known where no place was found
         self._following.saw(carriers, least)
         history = every[number]
         angle = None if angles is None else angles[number]

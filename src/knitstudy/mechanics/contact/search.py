@@ -52,7 +52,6 @@ class Search:
         sizes = np.array([self._ring_sizes(number, carriers) for number in range(len(rows))])
         self._reach, self._chord = sizes.T
         self.reach = float(self._reach.max())  # largest distance of a ring's places from its middle [m]
-        self._middle = quadrature.corner + 0.5 * quadrature.size
 
         def may_touch(part: slice) -> np.ndarray:
             return free(self.positions(quadrature.points(part), carriers))
@@ -74,7 +73,7 @@ class Search:
             here = np.flatnonzero(surface == number)
             guess[here] = self._place(number, self._row[row[here]], middle[here], carriers)
         closest = project(self.surfaces, carriers, surface, middle, guess)
-        gap = self.gap(self.quadrature.cell_surface[cell], surface, closest)
+        gap = self.gap(self.quadrature.surface_of(cell), surface, closest)
         # Beyond an edge of the surface nothing is known of the points beside the middle.
         may_meet = self._may_meet(self.ring(cell), self._ring_at(surface, closest.xi[:, 0]))
         near = np.flatnonzero(((gap - size < margin) | ~closest.found) & may_meet)
@@ -122,7 +121,7 @@ class Search:
 
     def ring(self, cell: np.ndarray) -> np.ndarray:
         """Return the first of the two rings (k,) that cells (k,) lie between."""
-        return self._first[self.quadrature.cell_surface[cell]] + self.quadrature.cell[cell, 0]
+        return self._first[self.quadrature.surface_of(cell)] + self.quadrature.place(cell)[:, 0]
 
     def stencil(self, point: np.ndarray) -> Stencil:
         """Return the stencils of points (k,)."""
@@ -144,7 +143,8 @@ class Search:
 
     def _middles(self, cell: np.ndarray, carriers: np.ndarray) -> np.ndarray:
         """Return the middles (k, 3) of cells (k,) [m]."""
-        return self.surfaces.positions(self.quadrature.cell_surface[cell], self._middle[cell], carriers)
+        middle = self.quadrature.within(cell, np.full(2, 0.5))
+        return self.surfaces.positions(self.quadrature.surface_of(cell), middle, carriers)
 
     def _may_meet(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         """Return whether rings may touch: different surfaces that meet, or far pieces of the same one."""
@@ -166,7 +166,7 @@ class Search:
         if among is not None:
             cell = cell[among[self.ring(cell)]]
         # Outside of a bend a yarn is at most twice as long as in its middle: none is bent to less than its radius.
-        size = step[self.ring(cell)] + 0.5 * self._chord[self.quadrature.cell_surface[cell]]
+        size = step[self.ring(cell)] + 0.5 * self._chord[self.quadrature.surface_of(cell)]
         reach = self._reach[self._surface] + margin + 0.5 * np.maximum(np.append(step, 0), np.append(0, step))
         return by_parts(
             lambda part: self._nearest(cell[part], size[part], tree, reach, carriers), len(cell), AT_ONCE

@@ -20,16 +20,15 @@ CHUNK = 20_000  # points evaluated at once; bounds the memory of stencils
 class Quadrature:
     """Gauss points of all surfaces, numbered surface by surface, row of cells by row of cells.
 
-    Points of a cell lie alike within it, so that all but areas are kept by cells: large knits have 30 million points.
+    Points of a cell lie alike within it, and cells between edges, so that only areas are kept by points: large knits
+    have 30 million of them.
     """
 
-    cell_surface: np.ndarray  # int (C,), surface that a cell lies on
-    cell: np.ndarray  # int (C, 2), rows and columns of the cells
-    corner: np.ndarray  # (C, 2), parameters of their first corners
-    size: np.ndarray  # (C, 2), and their sizes in parameters
+    cells: np.ndarray  # int (G, 2), cells of every surface, along and around
+    first_cell: np.ndarray  # int (G + 1,), first cell of every surface, then the number of all cells
+    edges: tuple[np.ndarray, np.ndarray]  # parameters of edges of cells along and around, surface by surface
     local: np.ndarray  # (p, 2), places of the points in a cell, in shares of it
     area: np.ndarray  # (P,), undeformed area of the contact surface that a point stands for [m2]
-    first_cell: np.ndarray  # int (G + 1,), first cell of every surface, then the number of all cells
 
     @property
     def per_cell(self) -> int:
@@ -42,12 +41,31 @@ class Quadrature:
 
     def surface(self, point: np.ndarray) -> np.ndarray:
         """Return the surfaces (k,) that points (k,) lie on."""
-        return self.cell_surface[point // self.per_cell]
+        return self.surface_of(point // self.per_cell)
 
     def xi(self, point: np.ndarray) -> np.ndarray:
         """Return the parameters (k, 2) of points (k,)."""
         cell, within = np.divmod(point, self.per_cell)
-        return self.corner[cell] + self.size[cell] * self.local[within]
+        return self.within(cell, self.local[within])
+
+    def surface_of(self, cell: np.ndarray) -> np.ndarray:
+        """Return the surfaces (k,) that cells (k,) lie on."""
+        return np.searchsorted(self.first_cell, cell, side="right") - 1
+
+    def place(self, cell: np.ndarray) -> np.ndarray:
+        """Return the rows and columns (k, 2) of cells (k,)."""
+        surface = self.surface_of(cell)
+        return np.stack(np.divmod(cell - self.first_cell[surface], self.cells[surface, 1]), axis=1)
+
+    def within(self, cell: np.ndarray, share: np.ndarray) -> np.ndarray:
+        """Return the parameters (k, 2) at shares (k, 2) of cells (k,) along and around."""
+        # The edges of a surface are one more than its cells.
+        first = np.cumsum(self.cells + 1, axis=0) - self.cells - 1
+        number = (first[self.surface_of(cell)] + self.place(cell)).T
+        start, end = (
+            np.stack([e[n + i] for e, n in zip(self.edges, number, strict=True)], axis=1) for i in (0, 1)
+        )
+        return start + (end - start) * share
 
     def cell_area(self, point: np.ndarray) -> np.ndarray:
         """Return the undeformed areas (k,) of the cells that points (k,) lie in [m2]."""
@@ -58,22 +76,15 @@ class Quadrature:
         """Place ``points`` x ``points`` Gauss points in every cell of surfaces with undeformed carriers (M, 3)."""
         position, weight = np.polynomial.legendre.leggauss(points)
         position, weight = 0.5 * (position + 1), 0.5 * weight
-        parts = []
-        for number, (rows, columns) in enumerate(surfaces.cells):
-            cell = np.argwhere(np.ones((rows, columns)))
-            edges = surfaces.edges(number)
-            corner = np.stack([edge[place] for edge, place in zip(edges, cell.T, strict=True)], axis=1)
-            size = np.stack([np.diff(edge)[place] for edge, place in zip(edges, cell.T, strict=True)], axis=1)
-            parts.append((np.full(len(cell), number), cell, corner, size))
-        surface, cell, corner, size = (np.concatenate(values) for values in zip(*parts, strict=True))
+        edges = [surfaces.edges(number) for number in range(len(surfaces.cells))]
+        sizes = [np.outer(np.diff(along), np.diff(around)).ravel() for along, around in edges]
+        along, around = (np.concatenate(each) for each in zip(*edges, strict=True))
         quadrature = cls(
-            cell_surface=surface,
-            cell=cell,
-            corner=corner,
-            size=size,
-            local=np.stack(np.meshgrid(position, position, indexing="ij"), axis=-1).reshape(-1, 2),
-            area=np.outer(size.prod(axis=1), np.outer(weight, weight)).ravel(),
+            cells=surfaces.cells,
             first_cell=np.concatenate([[0], np.cumsum(surfaces.cells.prod(axis=1))]),
+            edges=(along, around),
+            local=np.stack(np.meshgrid(position, position, indexing="ij"), axis=-1).reshape(-1, 2),
+            area=np.outer(np.concatenate(sizes), np.outer(weight, weight)).ravel(),
         )
 
         def stretch(part: slice) -> np.ndarray:

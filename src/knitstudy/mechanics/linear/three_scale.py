@@ -63,9 +63,10 @@ AXES = np.arange(3)
 class YarnScale:
     """Banded Cholesky factors of every yarn's diagonal block.
 
-    Single precision halves memory and time and costs no iteration. The part that ties and contact add outside of the
-    elements' band is held by a band at most `WIDER` times as wide; otherwise it is left out, and its magnitude is added
-    to the diagonal, so that the block stays positive definite (Ajiz and Jennings 1984).
+    Single precision halves memory and time and costs no iteration; what lies outside of the bands has it too. The part
+    that ties and contact add outside of the elements' band is held by a band at most `WIDER` times as wide; otherwise
+    it is left out, and its magnitude is added to the diagonal, so that the block stays positive definite (Ajiz and
+    Jennings 1984).
     """
 
     def __init__(self, structure: KnitStructure) -> None:
@@ -136,7 +137,7 @@ class YarnScale:
             solve_band(factor, local)
             return local
 
-        along = np.concatenate(share(solve, len(self._factors)), dtype=float)
+        along = np.concatenate(share(solve, len(self._factors)))
         correction += along
         np.negative(self._outside @ along, out=residual)
 
@@ -164,7 +165,7 @@ def _outside(
             ).tocsr()
             part.eliminate_zeros()  # of links, blocks are diagonal
             parts.append(part)
-    return sp.vstack(parts, format="csr") - sp.diags(lumps.ravel(), format="csr")
+    return (sp.vstack(parts, format="csr") - sp.diags(lumps.ravel(), format="csr")).astype(np.float32)
 
 
 # The scale of a crossing: coupling between yarns, solved for both of them together
