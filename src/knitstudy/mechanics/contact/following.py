@@ -190,7 +190,7 @@ class Following:
     ) -> None:
         self._search, self._margin, self._with_angles = search, margin, angles
         self.history = ContactHistory.empty()  # of all pairs; open ones are filled in when they are asked for
-        self.angle = np.empty(0)  # (c,), between their lines at the last increment; nan until it is asked for
+        self._angle = np.empty(0)  # (c,), between their lines at the last increment; nan: not asked for
         self._source: ContactHistory | None = None  # the history asked about
 
     def may_touch(
@@ -202,8 +202,7 @@ class Following:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return which (k,) of all pairs can touch, and the least gaps (c,) of all [m].
 
-        Those cannot whose surfaces have moved too little since their gap was last known to close it. Of the others it
-        is known where they were, and at what angles.
+        Those cannot whose surfaces have moved too little since their gap was last known to close it.
         """
         if (
             self._source is ContactHistory.empty() and history.search_status is not None
@@ -222,17 +221,25 @@ class Following:
             else:
                 # Pairs that were found for trial states, however wild, are forgotten.
                 self._begin(carriers, before, history)
+        every, least = self.history, self._least(carriers)
+        return np.flatnonzero(~((least > reach) & (every.pressure <= 0) & (every.multiplier == 0))), least
+
+    def before(self, number: np.ndarray) -> tuple[ContactHistory, np.ndarray | None]:
+        """Return the history of pairs (k,), and the angles (k,) between their lines, at the last increment.
+
+        Pairs that were open then are only now looked for there.
+        """
         every = self.history
-        least = self._least(carriers)
-        number = np.flatnonzero(~((least > reach) & (every.pressure <= 0) & (every.multiplier == 0)))
         new = number[np.isneginf(every.gap[number])]
-        position = self._search.positions(every.point[new], before)
-        projection, every.gap[new] = self._search.closest(every[new], position, before)
+        position = self._search.positions(every.point[new], self._before)
+        pairs = every.point[new], every.surface[new], every.xi[new]
+        projection, every.gap[new] = self._search.closest(*pairs, position, self._before)
         every.xi[new] = projection.xi
-        if self._with_angles:
-            new = number[np.isnan(self.angle[number])]
-            self.angle[new] = self._angles(every[new], before)
-        return number, least
+        if not self._with_angles:
+            return every[number], None
+        new = number[np.isnan(self._angle[number])]
+        self._angle[new] = self._angles(every[new], self._before)
+        return every[number], self._angle[number]
 
     def _least(self, carriers: np.ndarray) -> np.ndarray:
         """Return lower bounds of the gaps (c,) of all pairs [m]."""
@@ -255,7 +262,7 @@ class Following:
             return successor
         self._source = self.history = successor = replace(successor, search_status=self._search_status)
         if before is not None:
-            self._before, self.angle = before, np.full(len(successor.xi), np.nan)
+            self._before, self._angle = before, np.full(len(successor.xi), np.nan)
         return successor
 
     def _begin(self, carriers: np.ndarray, before: np.ndarray, history: ContactHistory) -> None:
@@ -297,7 +304,7 @@ class Following:
         """Follow all pairs that a search has found."""
         self._source, self._before, self.history = history, before, every
         self._search_status, self._neighbourhoods = every.search_status, boxes
-        self.angle = np.full(len(every.point), np.nan)
+        self._angle = np.full(len(every.point), np.nan)
         cell = every.point // self._search.quadrature.per_cell
         self._box = boxes.of_ring[self._search.ring(cell)]  # (c,), box that a pair lies in
 

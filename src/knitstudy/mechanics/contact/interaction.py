@@ -107,25 +107,20 @@ class Contact:
         carriers, before = self.surfaces.carry(nodes), self.surfaces.carry(before)
         evaluated, least = self._following.may_touch(carriers, before, history, reach)
         every = self._following.history
-        angles = self._following.angle if self.law.directional else None
 
         def touching(part: slice) -> tuple[np.ndarray | Projection, ...]:
             number = evaluated[part]
-            pairs = every[number]
-            position = self._search.positions(pairs.point, carriers)
-            projection, gap = self._search.closest(pairs, position, carriers)
-            angle = None if angles is None else angles[number]
-            pressed = self.law.pressure(gap - reach, pairs.multiplier, angle) > 0
-            near = np.flatnonzero(pressed | (pairs.pressure > 0) | (pairs.multiplier != 0))
+            pairs = every.point[number], every.surface[number], every.xi[number]
+            position = self._search.positions(pairs[0], carriers)
+            projection, gap = self._search.closest(*pairs, position, carriers)
+            touched = (every.pressure[number] > 0) | (every.multiplier[number] != 0)
+            near = np.flatnonzero((gap < reach) | touched)
             return projection.xi, gap, number[near], position[near], projection[near], gap[near]
 
         xi, gaps, number, position, projection, gap = by_parts(touching, len(evaluated), CHUNK)
-        least[evaluated] = np.where(
-            np.isfinite(gaps), gaps, -np.inf
-        )  # nothing is known where no place was found
+        least[evaluated] = np.where(np.isfinite(gaps), gaps, -np.inf)  # no place found: nothing is known
         self._following.saw(carriers, least)
-        history = every[number]
-        angle = None if angles is None else angles[number]
+        history, angle = self._following.before(number)
         local = self.law.at(gap - reach, angle)
         slip, rate, share = self._slip(history, projection.xi, gap, local, angle)
         trial = np.einsum("ka,kai->ki", slip, projection.tangent)
@@ -275,7 +270,7 @@ class Contact:
         nearest = float(points.evaluated_gap.min(initial=np.inf))
         rest = points.followed[points.least < nearest]
         position = self._search.positions(rest.point, points.carriers)
-        _, gap = self._search.closest(rest, position, points.carriers)
+        _, gap = self._search.closest(rest.point, rest.surface, rest.xi, position, points.carriers)
         return min(nearest, float(gap.min(initial=np.inf)))
 
     def _energy(self, points: ContactPoints, active: np.ndarray, weight: np.ndarray) -> dict[str, float]:

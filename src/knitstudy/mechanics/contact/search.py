@@ -94,11 +94,16 @@ class Search:
         return pairs, arc[once], least[once]
 
     def closest(
-        self, pairs: ContactHistory, position: np.ndarray, carriers: np.ndarray
+        self,
+        point: np.ndarray,  # int (c,)
+        surface: np.ndarray,  # int (c,), that a point faces
+        guess: np.ndarray,  # (c, 2), of the closest place
+        position: np.ndarray,  # (c, 3), of the points [m]
+        carriers: np.ndarray,  # (M, 3) [m]
     ) -> tuple[Projection, np.ndarray]:
-        """Return the closest places and the gaps (c,) [m] of pairs whose points are at positions (c, 3) [m]."""
-        projected = project(self.surfaces, carriers, pairs.surface, position, pairs.xi)
-        return projected, self.gap(self.quadrature.surface(pairs.point), pairs.surface, projected)
+        """Return the closest places and the gaps (c,) [m] of pairs."""
+        projected = project(self.surfaces, carriers, surface, position, guess)
+        return projected, self.gap(self.quadrature.surface(point), surface, projected)
 
     def gap(self, own: np.ndarray, surface: np.ndarray, closest: Projection) -> np.ndarray:
         """Return the gaps (k,) [m] of points of surfaces (k,) over others (k,); inf where there is no closest place."""
