@@ -97,7 +97,7 @@ class Contact:
         history: ContactHistory,  # of that increment
         pulled: bool = False,
     ) -> ContactPoints:
-        """Evaluate all pairs that can touch; the law and its history, of those that do or did.
+        """Evaluate all pairs that can touch; pressures and slips of those alone that touch or touched.
 
         Those are left out whose surfaces have moved too little since their gap was last known to close it. Of surfaces
         that are `pulled` together, all pairs touch that are nearly as near as the nearest ones were at rest, and
