@@ -262,7 +262,7 @@ def fault_of(dataset: xr.Dataset) -> str:
         return ""
     for name in FINITE:
         if name in dataset and not np.isfinite(dataset[name]).all():
-            return f"{name} holds what is no number"
+            return f"{name} holds a value that is no number"
     last = float(dataset["load"][-1])
     return "" if abs(last - dataset.attrs.get("full_load", 1.0)) < 1e-9 else f"ends at {last:.3g} of the load"
 

@@ -66,7 +66,7 @@ def test_a_history_that_is_not_sound_is_a_silent_failure(trial, simulated):
     broken = broken.assign_coords(form=["external"])
     simulated(lambda scene: Results(scene, None, broken))
     row = judged(trial, None, None)
-    assert (row["outcome"], row["reason"]) == ("silent", "force holds what is no number")
+    assert (row["outcome"], row["reason"]) == ("silent", "force holds a value that is no number")
 
 
 def test_a_process_that_dies_is_a_silent_failure(trial, simulated):

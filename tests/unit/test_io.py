@@ -131,7 +131,7 @@ def test_a_file_that_was_changed_afterwards_is_refused(tmp_path, history):
 @pytest.mark.parametrize(
     ("other", "said"),
     [
-        ({"force": [0.0, np.nan, 2.0]}, "force holds what is no number"),
+        ({"force": [0.0, np.nan, 2.0]}, "force holds a value that is no number"),
         ({"load": [0.0, 0.2, 0.4]}, r"ends at 0\.4 of the load"),
     ],
 )

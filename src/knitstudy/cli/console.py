@@ -100,7 +100,7 @@ class Change(click.ParamType):
 def load_plugins_of(config: Path) -> None:
     """Import the plugins that ``config.yaml`` of the default configuration names, as the workflow does.
 
-    Those of another folder are its author's: they run if the command names them, and are mentioned if not.
+    Plugins of another folder run only if the command names them; otherwise a message mentions them.
     """
     path = config / "config.yaml"
     plugins = workflow_configuration(read_yaml(path)).plugins if path.is_file() else ()
@@ -179,7 +179,7 @@ output_option = click.option(
     type=FOLDER,
     default="runs",
     show_default=True,
-    help="Folder of results; those of a study in results/ are used as well.",
+    help="Folder of results; results of a study in results/ are used as well.",
 )
 
 
@@ -202,7 +202,7 @@ def is_result(name: str) -> bool:
 
 
 def recorded(name: str, defaults: Mapping[str, Any]) -> tuple[Scene, dict[str, Scene]]:
-    """Return the scene of a result file, and those that it names; `defaults` are of keys that the file lacks."""
+    """Return the scene of a result file and the scenes that it names; `defaults` are for keys that the file lacks."""
     from knitstudy.stages.record import scenes_of
 
     return scenes_of(read_dataset(name), name, defaults)

@@ -154,9 +154,9 @@ def fit(
     """Find the Young's modulus and the friction with which SCENE comes nearest to MEASURED, a curve (.csv).
 
     Forces are proportional to the modulus; some frictions are simulated, and the best one is searched between them.
-    Intervals (95 %) are those of the noise. With --check, a more accurate model simulates the best friction and the
-    ends of its interval; it corrects all curves, and intervals include what the model may be off by. Lines say what
-    the curve cannot tell. `knitstudy compare --help` says how files are read.
+    Intervals (95 %) come from the noise. With --check, a more accurate model simulates the best friction and the
+    ends of its interval; it corrects all curves, and intervals include the error of the model. Printed lines name
+    the properties that the curve does not determine. `knitstudy compare --help` explains the format of files.
 
     \b
     knitstudy fit jersey.yaml lab.csv

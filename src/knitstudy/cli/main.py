@@ -100,7 +100,7 @@ def main(traceback: bool) -> None:
     """How do knitted textiles carry load? One scene at a time.
 
     A scene is one simulation: a knit or two crossing yarns, the interaction of the yarns, the load, and the model.
-    Files such as those of config/scenes list them. All inputs and results are in SI units. In this order:
+    Files list scenes, as in config/scenes. All inputs and results are in SI units. In this order:
 
     \b
     knitstudy list                               all scenes

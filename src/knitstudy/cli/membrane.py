@@ -75,8 +75,8 @@ def _require_one_fabric(results: tuple[Path, ...]) -> None:
 def strip(law: Path, length: float, width: float, strain: float, direction: str, output: Path | None) -> None:
     """Pull a strip of a fabric with a LAW (.nc, of `knitstudy membrane`) between clamps that hold its edges.
 
-    Printed are strains between the clamps at some forces per width, beside those of the endless fabric, which is free
-    across. The curve (.csv) can be a measured one for `knitstudy compare`, which draws it.
+    The command prints strains between the clamps at some forces per width, beside the strains of the endless fabric,
+    which is free across. `knitstudy compare` takes the curve (.csv) as a measured one, and draws it.
 
     \b
     knitstudy strip jersey.nc --length 0.0691 --width 0.0666 --strain 0.5

@@ -150,7 +150,7 @@ def _naming(file: Path) -> Iterator[None]:
     except DataFileError as error:
         raise DataFileError(f"{file}: {error}") from error
     except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
-        what = f"its variables or attributes are not those of a result ({type(error).__name__}: {error})"
+        what = f"it lacks variables or attributes that every result has ({type(error).__name__}: {error})"
         raise DataFileError(f"{file}: {what}; make it again") from error
 
 
@@ -158,7 +158,7 @@ def _naming(file: Path) -> Iterator[None]:
 @click.argument("file", type=click.Path(path_type=Path))
 @click.argument("other", type=click.Path(path_type=Path), required=False)
 @click.option(
-    "--keys", is_flag=True, help="Print all keys of its scene, those that differ from defaults first."
+    "--keys", is_flag=True, help="Print all keys of its scene, first the keys that differ from defaults."
 )
 @click.option(
     "--plot",
@@ -237,7 +237,7 @@ def show(
 
 
 def _keys(dataset: xr.Dataset, file: Path) -> dict[str, Any]:
-    """Return the keys of a result's scene by dotted name, and those of scenes that it names as ``SCENE: key``."""
+    """Return the keys of a result's scene by dotted name; keys of scenes that it names as ``SCENE: key``."""
     from knitstudy.stages.record import keys_of
 
     keys, sources = keys_of(dataset, file)
@@ -246,7 +246,7 @@ def _keys(dataset: xr.Dataset, file: Path) -> dict[str, Any]:
 
 
 def _print_keys(dataset: xr.Dataset, file: Path, config: Path) -> None:
-    """Print the keys of a result, those that differ from defaults first."""
+    """Print the keys of a result, first the keys that differ from defaults."""
     defaults, rows = default_keys(config), []
     for key, value in _keys(dataset, file).items():
         bare = key.rpartition(": ")[2]

@@ -178,7 +178,7 @@ def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -
     knitstudy plan yarns-tie-course --question force --accuracy 0.05 --set pattern.course_spacing=5e-3
     knitstudy run yarns-tie-course --set fidelity=auto --set ask.question=force --set ask.accuracy=0.05
 
-    Of a knit with more cells than those of the sample, the endless cell comes first, then the costs of the whole knit.
+    For a knit with more cells than any knit of the sample, the endless cell comes first, then the costs of the knit.
 
     Each line of the printed table costs more and is more accurate than the line before. If no model meets the
     accuracy or the budget, one message names the nearest.
@@ -198,7 +198,7 @@ def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -
 
 
 def _print_larger(problem: Scene, small: Scene, settings: list[ModelSetting]) -> None:
-    """Print what a knit costs that is larger than those of the sample, and the errors on a smaller one."""
+    """Print the costs of a knit that is larger than all knits of the sample, and the errors on a smaller knit."""
     from knitstudy.stages.cost import expected_memory, expected_seconds
 
     size, less = (f"{each.pattern.loops} x {each.pattern.rows}" for each in (problem, small))

@@ -151,9 +151,9 @@ def _departures(scene: Scene, tied: np.ndarray) -> Iterator[str]:
 
 
 def _contact_pair(mesh: SweptMesh, lower: int, upper: int, reach: float, free: np.ndarray) -> ContactPair:
-    """Return the facets of two yarns within a distance (m) of the other one, those of the upper yarn as slave.
+    """Return the facets of two yarns within a distance (m) of the other yarn; facets of the upper yarn are slaves.
 
-    Only facets whose nodes are all ``free`` (N,) of ties count.
+    Only facets count whose nodes are all ``free`` (N,) of ties.
     """
     quads = [mesh.surface_quads(yarn) for yarn in (upper, lower)]
     above, below = (mesh.nodes[facets].mean(axis=1) for facets in quads)
@@ -165,7 +165,7 @@ def _contact_pair(mesh: SweptMesh, lower: int, upper: int, reach: float, free: n
 
 
 def facet_faces(mesh: SweptMesh, yarn: int, chosen: np.ndarray) -> Surface:
-    """Return the faces of hexahedra that chosen facets, of those in ``mesh.surface_quads(yarn)``, are."""
+    """Return the faces of hexahedra behind chosen facets of ``mesh.surface_quads(yarn)``."""
     ring, quads = mesh.section.ring, mesh.section.quads
     # Both run counter-clockwise: a surface edge is one of a quad's edges, in the same direction.
     edges = np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1)  # (e, 4, 2)

@@ -21,7 +21,7 @@ from knitstudy.files import code_version, write_text
 
 THICKNESS = 1e-3  # m, of the element; forces do not depend on it
 
-STIFF = 1e4  # c over the largest entry of A: forces miss those of the linear law by E . E / STIFF
+STIFF = 1e4  # c over the largest entry of A: forces deviate from the linear law by E . E / STIFF
 
 # By dialect: the keyword of the law, and why it is not the nearer one
 LAWS = {
@@ -55,7 +55,7 @@ def write_membrane(fitted: xr.Dataset, path: Path | str, dialect: str, title: st
     off = (
         "NOT QUITE THE LAW: E . A E / 2 of Green's strains E (11, 22, 2 x 12) that is nearest to the states of the "
         f"cell. Forces are {100 * fitted.attrs['linear_error']:.2g} % off the cell (root mean square over all "
-        f"states), those of exponentials {100 * fitted.attrs['error']:.2g} %; {template}"
+        f"states), forces of the law of exponentials {100 * fitted.attrs['error']:.2g} %; {template}"
     )
     form = fitted["linear_form"].to_numpy() / THICKNESS
     largest = float(np.diag(form).max())

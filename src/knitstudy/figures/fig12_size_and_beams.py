@@ -23,7 +23,10 @@ from knitstudy.measures.unknowns import NONE, SIZES, counted_models
 from knitstudy.study.scene import Scene
 
 SHOWN = np.geomspace(3.0, 30.0, 40)  # cells in a row between which fitted laws are drawn
-DASHES = {"pinned": ":", "patch": "-."}  # by ``beam.tie``; those of rigid ties are those of the section
+DASHES = {
+    "pinned": ":",
+    "patch": "-.",
+}  # by ``beam.tie``; lines of rigid ties have the dashes of their section
 ABOVE, BELOW, LEAST = 70.0, 74.0, 60.0  # heights of the parts (a), (b) and (c) [mm]
 BEAMS = {"rigid": Look("", "#0072B2", "-", "v"), "hertz": Look("", "#56B4E9", "--", "^")}  # by their section
 

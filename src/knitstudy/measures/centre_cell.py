@@ -1,6 +1,6 @@
 """The unit cell, the crossings of the cell in the middle of a knit, and the segments of yarn between crossings.
 
-The contact zones of that cell are those of Fig. 7, the kinematics of its crossings those of Fig. 10.
+Fig. 7 shows the contact zones of that cell, Fig. 10 the kinematics of its crossings.
 """
 
 from __future__ import annotations

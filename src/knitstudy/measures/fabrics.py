@@ -1,7 +1,7 @@
 """Strips of measured fabrics between clamps: membranes with the law that cells of the fabric say.
 
-A strip that is pulled along one axis is in states between those of two cells: its clamps hold the width, and in its
-middle it is free. At a strain e along, W is taken as quadratic in the strain l across,
+A strip that is pulled along one axis is in states between the states of two cells: its clamps hold the width, and its
+middle is free. At a strain e along, W is taken as quadratic in the strain l across,
 
     W(e, l) = W_free(e) + k(e) (l - l_free(e))^2 / 2 + G g^2 / 2,
 
@@ -148,7 +148,7 @@ def strip_of(
         try:
             strip = stretch_strip(law, *size, far, axis, elements=ELEMENTS, largest_force=force[-1])
         except ConvergenceError as error:
-            log.warning("%s; beyond it the share of the free cell stays what it is", error)
+            log.warning("%s; beyond it the share of the free cell stays the same", error)
             strip = error.history
         share = (strain_at(strip, force) - held.strain) / (free.strain - held.strain)
         return held.strain + pd.Series(share).ffill().to_numpy() * (free.strain - held.strain)
@@ -181,7 +181,7 @@ def predicted(cells: Mapping[str, xr.Dataset]) -> pd.DataFrame:
 
     Cells are histories by the names of their scenes, fabric-YARN-STITCH-DIRECTION-OTHER. Parts of the interval are
     added as squares: twice the root mean square error of that yarn's stockinette in both directions, or the largest at
-    that force; half or twice the length of the strip; what a rest without friction changes, less what it changes of
+    that force; half or twice the length of the strip; the change by a rest without friction, less the same change of
     stockinette; `LENGTH`. A yarn without stockinette is left out.
     """
     strips = {}

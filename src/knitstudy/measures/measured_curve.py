@@ -1,7 +1,7 @@
 """Curves of force per width [N/m] over strain [1], measured or simulated: a series by rising strain.
 
-Columns and units are those that the caller names, else those named before (a YAML file beside the CSV file keeps
-them), else those that the names of the columns tell, such as ``strain (%)`` or ``force_per_width_N_mm``.
+The caller names columns and units. Without names, a YAML file beside the CSV file has them from before; without that
+file, the names of the columns tell them, such as ``strain (%)`` or ``force_per_width_N_mm``.
 """
 
 from __future__ import annotations

@@ -4,9 +4,9 @@ Residuals are differences of forces per width over the force of the state, to wh
 of its path is added: so small forces count, and rounding near rest does not. Weights of the law of exponentials
 (`mechanics.membrane_law`) are not negative and forces linear in them: of a dictionary of quadratic and exponential
 terms, non-negative least squares (Lawson and Hanson 1974, chapter 23) find the nearest convex law and choose its terms;
-those that are not needed for the wanted error go, one by one. Intervals are those of linear least squares with
-Student's t for the terms that stay, as if residuals were independent noise; they are deviations of the law's form, so
-that `error` says more.
+terms that are not needed for the wanted error go, one by one. Intervals follow from linear least squares with
+Student's t for the terms that stay, as if residuals were independent noise. Residuals are in fact deviations of the
+law's form, so `error` is the better measure.
 """
 
 from __future__ import annotations

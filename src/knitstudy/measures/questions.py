@@ -85,7 +85,7 @@ def answers(
 ) -> dict[str, float]:
     """Return the quantities that answer a question at a strain of the history; none where a model cannot.
 
-    Slip is an answer for friction only. Contacts are those of a direct simulation.
+    Slip is an answer for friction only. Contacts come from a direct simulation.
     """
     wanted = question.by.get(scene.fidelity, ())
     if scene.interaction != "isotropic":

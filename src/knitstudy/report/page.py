@@ -49,8 +49,8 @@ def render(
     template : Path
         Jinja2 template of the page.
     captions : mapping
-        Under ``figures`` and ``tables`` the texts of each by its name, under ``opening`` those that come first; see
-        ``workflow/report/captions.yaml``. Figures and tables that have none there bring them with their registration.
+        Under ``figures`` and ``tables`` a text by the name of each, under ``opening`` the texts that come first; see
+        ``workflow/report/captions.yaml``. Other figures and tables bring their texts with their registration.
     pictures : sequence of Path
         PNG files named after the figures.
     results : mapping of str to DataFrame
@@ -62,9 +62,9 @@ def render(
     notes : sequence of str
         Notes for readers on the whole page.
     kept : DataFrame, optional
-        Verdicts of the full study, shown with those of this one.
+        Verdicts of the full study, shown beside the verdicts of this one.
     full : Path, optional
-        Folder of tables (CSV) and pictures (PNG) of the full study, which replace those of a smaller study.
+        Folder of tables (CSV) and pictures (PNG) of the full study, which replace the ones of a smaller study.
     turning : str, optional
         Page of a knit that turns in the browser (`stages.turning_knit`).
 

@@ -1,7 +1,7 @@
 """Memory and time that a simulation is expected to take, from its scene alone: for the placement of jobs.
 
 Unknowns are counted from the scene, bytes and seconds an unknown were measured (docs/notes/performance.md). Stages
-refuse what does not fit, by their meshes; this is known before there is one.
+refuse a scene that does not fit, by its mesh; the expectation is there before the mesh is.
 """
 
 from __future__ import annotations

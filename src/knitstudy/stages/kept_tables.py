@@ -22,7 +22,7 @@ VERDICTS_KEPT = RESOURCES / "verdicts.csv"
 """Verdicts of the full study, which the report of every study shows."""
 
 REFERENCE = RESOURCES / "reference" / "reference.csv"
-"""Reference values; those of single simulations are in a file next to it."""
+"""Reference values; a file beside it has the values of single simulations."""
 
 SIMULATED = ("simulation", "contacts")  # Stages that the reference is made from
 

@@ -109,8 +109,8 @@ def why_incomplete(path: Path, wanted: str) -> str:
 class Plan:
     """The results of scenes.
 
-    `scenes` are those that other scenes can name, `configured` those of the configuration, which keep their labels (the
-    same by default), `knits` the first of these of every geometry by its label.
+    Other scenes can name the scenes `scenes`. Scenes of the configuration, `configured`, keep their labels (by default
+    they are the same scenes); `knits` has the first of them of every geometry, by its label.
     """
 
     def __init__(
@@ -198,7 +198,7 @@ class Plan:
     def named(self, scene: Scene, key: str) -> Scene:
         """Return the direct simulation that a key of a scene names, with the geometry of that scene.
 
-        Where springs are measured of it, its yarn and strain are those of the scene as well.
+        If springs are measured in it, it takes the scene's yarn and strain as well.
         """
         name, scenes = scene.value(key), self.scenes
         other = scenes.get(name)

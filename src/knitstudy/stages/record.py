@@ -1,6 +1,6 @@
 """Attributes of a result: every key of its scene, its provenance, and the meaning of its variables (CF-1.11).
 
-A result holds its scene, and those that its joints and springs come from: the file alone can be run again.
+A result holds its scene, and the scenes of its joints and springs: the file alone can be run again.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Record:
 
 
 def keys_of(dataset: xr.Dataset, path: Path | str) -> tuple[dict, dict]:
-    """Return the keys of the scene of a result, nested, and those of the scenes that it names, by name.
+    """Return the keys of the scene of a result, nested, and the keys of the scenes that it names, by name.
 
     Raises DataFileError where it holds none.
     """

@@ -1,7 +1,7 @@
 """From a scene to its results in one call, for notebooks and for the `knitstudy` command.
 
-The stages are those of the workflow (`stages.table`), with the same files, and the same digests decide which
-results are up to date.
+Stages and files are the same as in the workflow (`stages.table`), and the same digests decide which results are up to
+date.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ BeginProgress = Callable[[str], ReportProgress]
 class Results:
     """All that a simulation gives, in the formats of docs/reference/files.md.
 
-    The scene has the name that its files have; `mesh` is there of solid yarns. `contacts` are those at the crossings of
-    solid yarns, or those that the joints of a reduced model come from. `path` is the file of the history.
+    Files have the name of the scene; only solid yarns have a `mesh`. `contacts` are at the crossings of solid yarns;
+    for a reduced model, they are the contacts that its joints come from. `path` is the file of the history.
     """
 
     scene: Scene
@@ -75,7 +75,7 @@ def simulate(
     anew : bool
         Simulate the scene even if its result is there.
 
-    Errors are those of the stages (KnitstudyError); results that were there before stay. The history of a simulation
+    Stages raise the errors (KnitstudyError); earlier results stay. The history of a simulation
     that ends before full load is the attribute `history` of its ConvergenceError, and in a file of the folder.
     """
     plan = plan or Plan.of(config)

@@ -276,4 +276,6 @@ _STAGES = (
     ),
 )
 
-STAGES = {stage.name: stage for stage in _STAGES}  # All stages by their names, each after those that it needs
+STAGES = {
+    stage.name: stage for stage in _STAGES
+}  # All stages by their names, each after the stages that it needs

@@ -45,9 +45,9 @@ DRAWS = (COURSE, WALE, LENGTH)
 
 
 def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """Return keys by dotted name with those that a scene has in the place of all others named here.
+    """Return keys by dotted name, with the keys of a scene in place of the alternative keys of this module.
 
-    Raises ConfigurationError where one thing is said twice or by half, or a value is not allowed.
+    Raises ConfigurationError where keys give one quantity twice or in part, or a value is not allowed.
     """
     keys_of_base = dict(keys)
     for name, base in PER_METRE.items():

@@ -56,10 +56,9 @@ class Requirements(Section):
     )
     """Quantity that the model is chosen for. Checked: all five."""
     accuracy: float = output("choice", meaning="the relative error that may be made", gt=0, le=10)
-    """A model is taken that is promised to be off by at most this at full load (accuracy.md). Checked: made-up
-    samples."""
+    """A model is taken whose promised error at full load is at most this (accuracy.md). Checked: made-up samples."""
     seconds: float | None = output("choice", unit="s", default=None, gt=0)
-    """Largest processor time. Checked: prices are those of one core of the machine that measured them."""
+    """Largest processor time. Checked: prices hold for one core of the machine that measured them."""
     memory: float | None = output("choice", unit="MB", default=None, gt=0)
     """Largest growth of the memory of the process. Checked: as ask.seconds."""
     among: tuple[Annotated[str, Field(min_length=1)], ...] = output(

@@ -2,7 +2,7 @@
 
 A scene is put together in layers, each over the one before: the calibrated loop (``pattern.loop`` names its file),
 ``defaults.yaml``, and the keys that its family in ``scenes`` sets (see `knitstudy.study.families`). A file of one
-family, or a folder without ``defaults.yaml``, adds its scenes to those of the default configuration.
+family, or a folder without ``defaults.yaml``, adds its scenes to the scenes of the default configuration.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Workflow(Section):
 def workflow_configuration(config: Any) -> Workflow:
     """Return the checked configuration of the workflow: ``config/config.yaml`` under the options of the command line.
 
-    Raises ConfigurationError, naming the key, its value and what is allowed.
+    Raises ConfigurationError, naming the key, its value and the allowed values.
     """
     return validated(Workflow, config, "the workflow's configuration")
 
@@ -81,8 +81,8 @@ def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
     """Return every scene of a configuration folder by its name, each checked and all checked together.
 
     The folder has ``defaults.yaml``, the families in ``scenes``, and the loop file that the defaults name. Scenes of a
-    file, or of a folder without defaults, are added to those of the default configuration.
-    Raises ConfigurationError, naming file, scene, key, value and what is allowed.
+    file, or of a folder without defaults, are added to the scenes of the default configuration.
+    Raises ConfigurationError, naming file, scene, key, value and the allowed values.
     """
     default_keys(config)  # errors in the defaults name the defaults
     scenes = dict(scenes_at_need(config)[0])
@@ -334,7 +334,7 @@ SPRINGS = (
     "contact.friction",
     "load.strain",
 )
-"""Keys other than those of the knit that springs depend on: springs are secants at full load."""
+"""Keys that springs depend on beside the keys of the knit: springs are secants at full load."""
 
 
 def measures(scene: Scene, source: str) -> bool:

@@ -166,7 +166,7 @@ def _name(needle: Needle) -> str:
 
 
 def _body(letters: Sequence[Sequence[str]]) -> list[tuple[str, ...]]:
-    """Return the rows that repeat themselves, or all, after those with which needles and yarns begin."""
+    """Return the rows that repeat themselves, or all, without the rows in which needles and yarns begin."""
     first = [
         next(row for row, line in enumerate(letters) if line[column] != "-")
         for column in range(len(letters[0]))

@@ -28,7 +28,7 @@ class StitchKind:
     # The loop below is drawn to the front (1) or to the back (-1); 0: that loop is held, and this one laid beside it.
     side: int
     has_head: bool = True  # or the needle gets no yarn
-    # Points (n, 3) of one drawn to the front, of a `Drawing` and a `Stitch`, instead of those of a loop or a tuck [m]
+    # Points (n, 3) [m] of a stitch drawn to the front, from a `Drawing` and a `Stitch`; None: of a loop or a tuck
     draw: Callable[[Any, Any], Any] | None = None
 
 
@@ -109,15 +109,15 @@ class Pattern(Section):
     """Size and shape of the knit: `rows` rows of interlocks between `rows` + 1 yarns of `loops` loops.
 
     `control_points` (P, 3) in m describe one loop from sinker centre to sinker centre before optimisation; `clearance`
-    is the gap c0 wanted at every crossing, in yarn radii. `course_spacing` and `wale_spacing` are those that it is
-    drawn for; rows stand `course_ratio` times the course spacing apart, and `keep` names the quantity of the drawn
+    is the wanted gap c0 at every crossing, in yarn radii. The loop is drawn for `course_spacing` and `wale_spacing`;
+    rows stand `course_ratio` times the course spacing apart, and `keep` names the quantity of the drawn
     loop that stays. Without control points a loop is drawn for the spacings, the diameter and `loop_length`.
     `stitches` are the rows of a repeat, the bottom row first, seen from the front: K, a knit stitch, is drawn through
     the loop below it from the back to the front; P, a purl stitch, from the front to the back. ["KP"] is a 1 x 1 rib,
     ["K", "P"] a garter, ["KP", "PK"] a seed stitch. A tuck (T) is laid on the needle next to the held loop, a
     float (-) passes it: ["KP", "KT"] is a half cardigan. Marks move loops to other needles before the next row:
     ["K>K(", "KK"] is a 1 x 1 cable, ["K)K", "TK"] a lace. Where letters differ, loops are drawn. `loops` and `rows` are
-    multiples of those of the repeat.
+    multiples of the loops and rows of the repeat.
     """
 
     loops: Count = physics("stated")
@@ -184,7 +184,9 @@ class Pair(Section):
     """Of a case of verification: nearly three diameters, more than the other yarn covers. Checked: 5 mm."""
     clearance: float = physics("choice", unit="yarn radii", ge=0, le=1)
     """Of a case of verification. Checked: 0.01."""
-    support: Literal["ends", "back"] = physics("choice", meaning="what is held and driven of each yarn")
+    support: Literal["ends", "back"] = physics(
+        "choice", meaning="the part of each yarn that is held or driven"
+    )
     """Of a case of verification: bodies in theories of contact are held at their backs. Checked: back."""
 
 
@@ -218,7 +220,7 @@ class Geometry(Section):
         gt=0,
         le=1,
     )
-    """Drawn yarns do not overlap; those of measured fabrics are packed. Checked: 0.6."""
+    """Drawn yarns do not overlap; yarns of measured fabrics are packed. Checked: 0.6."""
     samples: int = physics("stated", meaning="samples a Bezier curve", ge=4, le=10_000)
     """Section 2.1: 100 points a Bezier curve; true closest points are refined from them here. Checked: 100."""
 
@@ -229,8 +231,8 @@ class Geometry(Section):
 class Yarn(Section):
     """Circular yarn of one material.
 
-    Of a transversely isotropic material `youngs_modulus` and `poisson_ratio` are those along the axis of the yarn, and
-    the other three constants default to those of an isotropic one.
+    For a transversely isotropic material, `youngs_modulus` and `poisson_ratio` hold along the axis of the yarn, and
+    the other three constants default to the values of an isotropic material.
     """
 
     diameter: Length = physics("inferred", unit="m")
@@ -397,7 +399,7 @@ class CellStrain(Tension):
     """A cell is deformed to an engineering `strain`: in course or wale direction, in both alike, or sheared.
 
     `lateral`: the other strains in the plane are held at 0, or free, so that no force goes with them. Before the last
-    strain the load goes to those of `turns`, in this order.
+    strain the load goes to the strains `turns`, in this order.
     """
 
     strain: float = physics("stated", meaning="not 0 (0.05 is 5 %, -0.05 a compression)", ge=-0.5, le=4)

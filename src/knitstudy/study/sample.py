@@ -63,7 +63,7 @@ FREE = {
     "geometry.alpha",
     "geometry.free",
 }
-"""Physical keys that may differ from those of the sample: inputs stand for them, results scale with them, or they do
+"""Physical keys whose values may differ from the sample: inputs stand for them, results scale with them, or they do
 not concern a loop without control points."""
 
 PEIRCE = 5.94  # Peirce's loop: 2 course spacings + wale spacing + so many diameters of yarn
@@ -168,7 +168,7 @@ class Trade(Section):
         return Case(scene.specimen, yarns, SMALL if scene.load.strain <= self.box["strain"][-1] else LARGE)
 
     def settings_of(self, case: Case, number: int = 0) -> dict[str, dict[str, Any]]:
-        """Return the keys of the settings that model a case, by name: all, or those of the knit of a number."""
+        """Return the keys of the settings that model a case, by name: all, or the settings for the knit of a number."""
         left_out = self.large.without if case.strains == LARGE else ()
         return {
             name: keys
@@ -198,7 +198,7 @@ class Trade(Section):
     def outside(self, scene: Scene, defaults: Mapping) -> str:
         """Return the inputs of a scene that lie outside of the box, in words; an empty text where all lie inside.
 
-        `defaults` are those that the sample was made with.
+        The sample was made with the keys `defaults`.
         """
         case = self.case_of(scene)
         if scene.specimen not in SPECIMENS:

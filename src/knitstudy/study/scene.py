@@ -163,8 +163,7 @@ class Scene:
     def seen(cls, document: Mapping, keys: Iterable[str]) -> Scene:
         """Return a scene of some of its keys, not checked again: any other is an AttributeError there.
 
-        `document` is what `read` returned for `keys`, with all labels; those of the keys that are not in it are at
-        their defaults.
+        `document` is the result of `read` for `keys`, with all labels; keys that are not in it have their defaults.
         """
         labels, keys = labels_of(document, "scene"), set(keys)
         kind = Kind.of(labels, "scene")

@@ -40,7 +40,7 @@ class Specimen:
     sections: Sections
     geometry: tuple[str, ...]  # sections and dotted keys that its geometry depends on
     whole: bool = True  # whether all its yarns are whole and end
-    outputs: tuple[str, ...] = ()  # outputs that a scene may ask for besides those of its model
+    outputs: tuple[str, ...] = ()  # outputs that a scene may ask for besides the outputs of its model
     # Dotted keys that have one value alone there, of scenes that have them
     requires: Mapping[str, Any] = field(default_factory=dict)
 
@@ -53,11 +53,11 @@ class Interaction:
     meaning: str
     # Coefficient of friction from the section `contact`, inf for rough yarns; None for tied yarns
     friction: Callable[[Any], float] | None
-    keys: type[Section] | None = None  # keys of the section ``contact`` besides those of the fidelity
+    keys: type[Section] | None = None  # keys of the section ``contact`` besides the keys of the fidelity
 
     @property
     def touches(self) -> bool:
-        """Whether yarns are in contact, but for those that stay tied."""
+        """Whether yarns are in contact, except where they stay tied."""
         return self.friction is not None
 
     def contact(self, base: type[Section]) -> type[Section]:
@@ -77,21 +77,21 @@ class Model:
     name: str  # value of the key `fidelity`
     meaning: str
     label: str  # in figures and tables
-    specimens: tuple[str, ...]  # what it can model
-    sections: Sections  # beside those of the specimen and of the yarn
+    specimens: tuple[str, ...]  # that it can model
+    sections: Sections  # beside the sections of the specimen and of the yarn
     build: Callable[
         ..., Any
     ]  # (scene, fabric, ...) -> Problem; other parameters name the data of other stages
-    touching: Sections = field(default_factory=dict)  # those of scenes whose yarns are in contact besides
-    # Those of scenes whose yarns are all tied besides; None where it cannot model these
+    touching: Sections = field(default_factory=dict)  # further ones of scenes whose yarns are in contact
+    # Further ones of scenes whose yarns are all tied; None if it cannot model such scenes
     tied: Sections | None = field(default_factory=dict)
     slips: tuple[str, ...] = ()  # specimens of it whose yarns have to slip: none that are `ROUGH`
     solid: bool = False  # whether all yarns are solids
     sources: tuple[str, ...] = ()  # dotted keys that name direct simulations which it takes something from
     outputs: tuple[str, ...] = ("vtu",)  # outputs that a scene may ask for besides the history
     look: tuple[str, str, str] = ("#1A1A1A", "-", "o")  # colour, dash and marker of its lines in figures
-    # Expected memory, memory of each cell on top [MB], and processor time of a cell in twelve increments [s]; those of
-    # solids follow from their unknowns
+    # Expected memory, memory of each cell on top [MB], and processor time of a cell in twelve increments [s]; for
+    # solids, all three follow from the number of unknowns
     memory: float = 1000
     memory_a_cell: float = 0
     seconds_a_cell: float = 1.0
@@ -173,10 +173,8 @@ class Labels(Section):
     """Sections 2.3 to 2.6 of the paper: DNS, 3D ROM, 2D ROM; section 3.3: beams in contact. Checked: all."""
     interaction: str = physics("stated", allowed=lambda: meanings(INTERACTIONS))
     """Section 2.2, Fig. 2 and Table 1: tie constraint, rough contact, isotropic Coulomb friction. Checked: all."""
-    outputs: tuple[str, ...] = output(
-        "choice", allowed="a list of what is written besides, for example [fields, vtu]"
-    )
-    """Further files; no result depends on them. Checked: all."""
+    outputs: tuple[str, ...] = output("choice", allowed="a list of further files, for example [fields, vtu]")
+    """No result depends on them. Checked: all."""
 
 
 def labels_of(document: Mapping, where: str) -> Labels:

@@ -1,7 +1,7 @@
 """Yarns as files: measured, printed, fitted or assumed values, each with its unit and its source.
 
-A scene that says ``yarn.of: acrylic`` takes the values of ``resources/yarns/acrylic.yaml`` as those of its keys. Keys
-of the scene itself have priority; friction is left out of scenes whose yarns do not slide. A path names a user's file.
+With ``yarn.of: acrylic``, a scene takes its keys of the yarn from ``resources/yarns/acrylic.yaml``. Keys of the scene
+itself have priority; friction is left out of scenes whose yarns do not slide. A path names a user's file.
 """
 
 from __future__ import annotations

@@ -79,7 +79,7 @@ def values_of(histories: Datasets, contacts: Datasets) -> pd.DataFrame:
 def limits(values: pd.DataFrame, scenes: Scenes) -> pd.DataFrame:
     """Return the reference, as `tabulate` does, from values of single simulations (`values_of`).
 
-    A single discretisation is taken to be as far from others as those of other problems are at most.
+    A single discretisation has as uncertainty the largest distance between discretisations of other problems.
     """
     single, rows = [], []
     for head, series in _refined(values, scenes):

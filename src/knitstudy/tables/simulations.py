@@ -59,9 +59,9 @@ STABILISATION, STABILISATION_AT_END = 0.05, 0.01
 def tabulate_responses(every: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row a simulation; cells are empty where a model has no such key or result.
 
-    Stiffnesses are those of a cloth: force per width over strain at the largest strain, secant and tangent. The width
-    is that across the load: the height of the knit (rows times course spacing) in course tension, its width (loops
-    times wale spacing) in wale tension. Energies are over the product of the two.
+    Stiffness is force per width over strain, as for a cloth: secant and tangent at the largest strain. The width across
+    the load is the height of the knit (rows times course spacing) in course tension, its width (loops times wale
+    spacing) in wale tension. Energies are over the product of the two.
     """
     return pd.DataFrame(
         [
@@ -136,10 +136,10 @@ Row = tuple[str, str, float, float]  # Quantity, unit, value and bar
 
 # Title and case of the tables of checks by name.
 CHECKED = {
-    "simulation": ("What the direct simulations stand on: ties, course tension", "tie-course"),
-    "simulation_contact": ("What they stand on: friction, course tension", "isotropic-course"),
-    "simulation_wale": ("What they stand on: ties, wale tension", "tie-wale"),
-    "simulation_contact_wale": ("What they stand on: friction, wale tension", "isotropic-wale"),
+    "simulation": ("Checks of direct simulations: ties, course tension", "tie-course"),
+    "simulation_contact": ("Checks of direct simulations: friction, course tension", "isotropic-course"),
+    "simulation_wale": ("Checks of direct simulations: ties, wale tension", "tie-wale"),
+    "simulation_contact_wale": ("Checks of direct simulations: friction, wale tension", "isotropic-wale"),
 }
 
 

@@ -79,7 +79,7 @@ class Evidence:
     base: Evidence | None = None  # evidence of the base, which has the reference; None for the base
 
     def named(self) -> Evidence:
-        """Return the evidence with `direct` by the names of `SOLIDS`, and `again` by those of `AGAIN`."""
+        """Return the evidence with `direct` by the names of `SOLIDS`, and `again` by the names of `AGAIN`."""
         direct = {name: self._direct(name) for name in (*SOLIDS, *AGAIN)}
         main = next((name for name in SOLIDS if direct[name]), SOLIDS[0])
         others = [direct[name] for name in AGAIN if name != main and direct[name]]

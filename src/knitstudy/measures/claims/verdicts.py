@@ -66,8 +66,8 @@ DIRECT = of_cases(CASES, SOLIDS)  # Scenes whose knit is the one that is judged
 class Reading:
     """A possible meaning of the paper, or value of an input, that differs from the base.
 
-    Scenes whose names match the expression `changes` give way to those with `becomes` in place of the match; without an
-    expression scenes are the base's. Where the paper speaks for the base, `against` says how.
+    A scene whose name matches the expression `changes` gives way to the scene with `becomes` in place of the match;
+    without an expression, all scenes are those of the base. Where the paper speaks for the base, `against` says how.
     """
 
     name: str = "base"
