@@ -42,7 +42,7 @@ def extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:
     Raises
     ------
     DataFileError
-        If the history holds no crossings, or those of another fabric, or contact points without the number of
+        If the history holds no crossings, or crossings of another fabric, or contact points without the number of
         facets around a yarn.
     """
     if "crossing_force" not in history:

@@ -16,14 +16,14 @@ from knitstudy.study.scene import Scene
 
 # ---- Contact zones: groups of surface facets that touch and hang together
 
-# Half of the eight cells around a cell (along, around); the other half are those that have it as neighbour.
+# Half of the eight cells around a cell (along, around); cells of the other half have it as their neighbour.
 NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 
 def count_zones(place: np.ndarray, cell: np.ndarray, around: int, places: int) -> np.ndarray:
     """Return the number of zones (places,) at every place, such as the sides of crossings at increments.
 
-    Facets whose edges or corners meet belong to one zone. Those of different places never do.
+    Facets whose edges or corners meet belong to one zone; facets of different places never do.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def touching_points(
 ) -> dict[str, np.ndarray]:
     """Return the columns of all points that touch, by the names that `loading.columns` has after ``contact_``.
 
-    The points are those of a converged increment, after its history was brought up to date.
+    The points belong to a converged increment whose history is up to date.
     """
     quadrature, history = contact.quadrature, points.history
     active = np.flatnonzero(history.status != OPEN)

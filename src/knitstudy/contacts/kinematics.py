@@ -39,7 +39,7 @@ def section_motion(
     Parameters
     ----------
     nodes : ndarray, shape (N, 3)
-        Undeformed positions: those of the mesh, or where ties have put them [m].
+        Undeformed positions, in the mesh or where ties have put them [m].
     displacement : ndarray, shape (N, 3)
         Of the nodes [m].
     """

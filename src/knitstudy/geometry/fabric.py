@@ -98,7 +98,7 @@ class Fabric:
         return int(self.crossings.column.max()) + 1, int(self.crossings.row.max()) + 1
 
     def gripped_arcs(self, load: str | None) -> dict[int, np.ndarray]:
-        """Return the arcs (a, 2) by yarn along which a load grips yarns, without those that are ends. [m]"""
+        """Return the arcs (a, 2) by yarn along which a load grips yarns, without the ends of yarns. [m]"""
         pair = self.grips.get(load or "")
         if pair is None:
             return {}
@@ -186,7 +186,7 @@ def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
     In course tension it is gripped at the ends of all yarns, in wale tension at the sinker arcs of the first yarn and
     at the head arcs of the last one. Of other stitches than plain ones it has whole repeats, and the last yarn is a
     copy of the first.
-    Raises GeometryError when the numbers of loops and rows are not positive integers, or no multiples of those of a
+    Raises GeometryError when the numbers of loops and rows are not positive integers, or no multiples of the
     repeat, or yarns do not cross as in a knit.
     """
     for name, count, repeat in (("loops", loops, loop.columns), ("rows", rows, loop.rows)):
@@ -358,7 +358,7 @@ KNITS = {"knit": plain_knit, "cut_knit": cut_cells, "cell": endless_cell}
 def middles_of_legs(knit: Fabric) -> np.ndarray:
     """Return the arc lengths (n, 2) of the middles of both legs of every loop of a knit's first yarn. [m]
 
-    A leg runs from the crossings with the row below to those with the row above.
+    A leg runs from the crossings with the row below to the crossings with the row above.
     """
     places = _places_of_loops(knit, 0)
     return 0.5 * (places[:, [1, 5]] + places[:, [2, 6]])

@@ -6,7 +6,7 @@ move to where the bending and length terms of Eq. (1) are smallest among the loo
 `LARGEST_CURVATURE` (sequential quadratic programming). The share of the radius that the yarn has is an unknown as well,
 and a share below 1 costs more than all bending: the minimum is the wanted loop, or the thickest one that fits. A
 wanted length follows in the same way. Of stitches that differ the loops of a whole repeat are one problem, whose
-symmetries are kept. Lengths are in radii but for those of `Loop` and `LoopTarget`.
+symmetries are kept. Lengths are in radii, but in metres in `Loop` and `LoopTarget`.
 
 Peirce 1947, "Geometrical principles applicable to the design of functional fabrics", Textile Research Journal 17.
 """
@@ -44,7 +44,7 @@ STRIDE = 0.03  # share of the length by which a control point may move in one mi
 SMALLEST_STRIDE = 1e-4  # and at least, or there is no way on
 IDLE = 3e-5  # the same, below which the minimisation makes no headway
 MIXED_PATIENCE = 4  # such minimisations one after the other, of stitches that differ, before the way ends
-EXACT = 5e-5  # radii by which distances, and the length, may miss what is asked
+EXACT = 5e-5  # radii by which distances, and the length, may miss their target
 LACK = 1e3  # cost of a share below 1, over the largest slope of the bending and length terms
 STATIONARY = 1e-3  # slope over the largest one of the bending and length terms that a minimum may have
 RETREAT = 0.01  # share by which the yarn gets thinner where a minimisation makes no headway
@@ -122,7 +122,7 @@ class LoopTarget:
 def fitted_loop(wanted: LoopTarget, settings: Any) -> tuple[Loop, Loop, Optimum]:
     """Return a loop as drawn and as optimised within the limits, and the outcome of its optimisation.
 
-    `settings` are those of `knitstudy.geometry.optimise.optimise`; of these beta, gamma, beta_0 and samples count.
+    `settings` are as for `knitstudy.geometry.optimise.optimise`; of these beta, gamma, beta_0 and samples count.
     Raises InfeasibleLoop when no loop fits; it names the limits, and spacings, a diameter or a length that fit.
     """
     free, radius = replace(wanted, length=None), wanted.radius

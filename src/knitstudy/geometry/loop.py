@@ -44,7 +44,7 @@ class Loop:
                 raise GeometryError(f"{name} = {value}: allowed is {allowed}")
         count, loops = len(self.control_points), sides(self.stitches).size
         if count % loops:
-            raise GeometryError(f"pattern.control_points: {count} points cannot be those of {loops} loops")
+            raise GeometryError(f"pattern.control_points: {count} points cannot describe {loops} loops")
         _ = self.curve  # the control points are checked where they become a curve
 
     @property
@@ -107,7 +107,7 @@ class Loop:
 
 
 def whole_loop(quarter: np.ndarray, wale_spacing: float) -> np.ndarray:
-    """All control points (4 k, 3) of a loop from those of a quarter (k + 1, 3): sinker to middle of the leg.
+    """All control points (4 k, 3) of a loop from the points of a quarter (k + 1, 3): sinker to middle of the leg.
 
     Examples
     --------

@@ -3,10 +3,10 @@
 A stitch has feet in its own row, and a head in the row of the stitch that is drawn through it. A loop that is held
 over tucks (T) or floats (-) has long legs; a tuck has no loop below it, and its head lies behind and below that of the
 loop held on the same needle; a float passes behind the loop that is held, seen from the side of its stitch. The head
-of a loop that is moved (cables, lace) lies on another needle, and its legs pass in front of or behind others. Loops are
-those that `geometry.fit` draws for a plain knit, with parts moved (drawn "stitch meshes": Yuksel et al. 2012, ACM
-Transactions on Graphics 31). Yarns stand apart where they cross, and no force is in balance: the way to rest of beams
-(`models.endless_beams.relax`) finds the shape.
+of a loop that is moved (cables, lace) lies on another needle, and its legs pass in front of or behind others.
+`geometry.fit` draws the loops, for a plain knit, and parts of them are moved (drawn "stitch meshes": Yuksel and others
+2012, ACM Transactions on Graphics 31). Yarns stand apart where they cross, and no force is in balance: the way to rest
+of beams (`models.endless_beams.relax`) finds the shape.
 """
 
 from __future__ import annotations
@@ -158,7 +158,7 @@ DRAWN = {"T": partial(loop, tuck=True), "-": straight}
 def endless_cell_of_stitches(wanted: LoopTarget, loops: int, rows: int) -> Fabric:
     """Return a cell of an endless knit of any stitches, as it is drawn for spacings and a yarn.
 
-    The wanted length is that of a plain loop; those that tucks push apart are drawn deeper and longer.
+    The wanted length is the length of a plain loop; loops that tucks push apart are drawn deeper and longer.
     Raises GeometryError where a needle never knits, or where no loop is drawn that long.
     """
     letters, plain = wanted.stitches, LoopTarget(wanted.course, wanted.wale, wanted.radius, wanted.clearance)

@@ -76,7 +76,7 @@ def standard(stitches: Sequence[str]) -> tuple[tuple[str, ...], int, int, int]:
 
 
 def drawn_from_plain(plain: np.ndarray, wale: float, course: float, stitches: Sequence[str]) -> np.ndarray:
-    """Return the control points (r k P, 3) of stitches from those of a plain loop (P, 3), row after row.
+    """Return the control points (r k P, 3) of stitches from the points of a plain loop (P, 3), row after row.
 
     The lower half of a loop lies on the side of its own stitch, the upper half on that of the stitch above, which
     holds its head. Where the two differ the leg crosses the plane, and a sinker does between stitches of a row that do.
@@ -96,7 +96,7 @@ def drawn_from_plain(plain: np.ndarray, wale: float, course: float, stitches: Se
 
 
 def images_of_standard(points: np.ndarray, wale: float, course: float, stitches: Sequence[str]) -> np.ndarray:
-    """Return the control points (r k P, 3) of stitches from those of the repeat that stands for them."""
+    """Return the control points (r k P, 3) of stitches from the points of the repeat that stands for them."""
     first, up, along, front = standard(stitches)
     shape = (len(first), len(first[0]))
     of_loops = points.reshape(*shape, -1, 3)

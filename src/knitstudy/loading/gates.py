@@ -1,6 +1,6 @@
 """Gates: conditions that a converged increment must satisfy to count.
 
-Every message names the increment, what is wrong and by how much, and the key that raises its limit.
+Every message names the increment, the fault and its size, and the key that raises its limit.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ import xarray as xr
 from knitstudy.errors import CoarseIncrement, ConvergenceError
 from knitstudy.loading.gates import loosened, require_lasting_friction
 from knitstudy.loading.history import Meter, Motion, Recorder, Stations, place_on_path
-from knitstudy.loading.restart import IN_MEMORY, Checkpoint, Run
+from knitstudy.loading.restart import IN_MEMORY, Checkpoint, ReportProgress, Run
 from knitstudy.mechanics.batches import serial_blas
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU, LinearSolver
@@ -70,11 +70,12 @@ class Problem:
     attributes: dict[str, Any] = field(default_factory=dict)  # of the history: numbers and texts
     solver: LinearSolver = field(default_factory=LU)
     meter: Meter | None = None  # begun before the model was built; by default with the solution
-    guide: Guide | None = None  # where another model says where increments end
+    # Returns a cheaper model that leads the way, if there is one, which reports its own progress
+    guide: Callable[[ReportProgress], Guide | None] = lambda report: None
 
 
 def settings_of(scene: Scene, touches: bool, stride: float = np.inf) -> Settings:
-    """Return accuracy and limits of a scene's load path; corrections of yarns that touch are at most `stride` [m].
+    """Return accuracy and limits of a scene's load path; `stride` [m] bounds corrections of yarns that touch.
 
     Where contact begins, a parabola through earlier increments overshoots far into the other yarn.
     """
@@ -105,7 +106,7 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
         )
         run.progress(last.load, place_on_path(scene.load, last.load))
     parts = problem.model, problem.prescribed, problem.settings, problem.solver
-    increments = trace(*parts, resume=last, guide=problem.guide)
+    increments = trace(*parts, resume=last, guide=problem.guide(run.progress))
     try:
         with serial_blas():
             increment, errors = next(increments, None), defaultdict(list)
@@ -113,7 +114,9 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
                 _record(problem, recorder, increment)
                 coarse = _check(problem, increment, recorder)
                 if coarse is not None:
-                    alike = errors[coarse.unit]  # of this increment and of those that it is a part of
+                    alike = errors[
+                        coarse.unit
+                    ]  # of this increment and of the larger ones that it is a part of
                     alike.append(coarse.error)
                     if len(alike) < 3 or alike[-1] <= WORTHWHILE * alike[-3]:
                         recorder.drop()

@@ -364,7 +364,7 @@ def lacking(matrix: sp.bsr_matrix, part: sp.bsr_matrix) -> Iterator[None]:
 
 
 def _add(total: np.ndarray, place: np.ndarray, blocks: np.ndarray, add: np.ufunc = np.add) -> None:
-    """Add blocks (k, b, b) to those of a total that stand at different places (k,), few at a time."""
+    """Add blocks (k, b, b) to the blocks of a total at different places (k,), few at a time."""
     for low in range(0, len(place), PAIRS):
         here = place[low : low + PAIRS]
         total[here] = add(total[here], blocks[low : low + PAIRS])

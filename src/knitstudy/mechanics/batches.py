@@ -61,7 +61,7 @@ class Chosen:
         return type(self)(*(each[chosen] if _is_over_points(each) else each for each in vars(self).values()))
 
     def joined(self, *others: Self) -> Self:
-        """Return these points and then those of others."""
+        """Return these points and then the points of others."""
         return type(self)(*map(_joined, zip(*(vars(each).values() for each in (self, *others)), strict=True)))
 
 
@@ -198,6 +198,6 @@ def _pool(count: int) -> ThreadPoolExecutor:
 def serial_blas() -> AbstractContextManager:
     """Return a context in which BLAS stays on the calling thread.
 
-    Its matrices are small here, and its threads would wait in a busy loop for those that share the batches.
+    Its matrices are small here, and its threads would wait in a busy loop for the threads that share the batches.
     """
     return threadpool_limits(limits=1, user_api="blas")

@@ -399,7 +399,7 @@ class _Path:
         return guess + self._solve(np.where(self.free, pull, 0.0), 1e-12 if self.settings.exact else 1e-3)
 
     def _driven(self, now: Increment, target: float, change: np.ndarray) -> np.ndarray:
-        """Return a change (size,) with what is prescribed in it."""
+        """Return a change (size,) with the prescribed motion in it."""
         change = change.copy()
         change[self.prescribed.fixed] = self.prescribed.at(target) - self.prescribed.at(now.load)
         return change

@@ -71,7 +71,7 @@ class PeriodicModel:
 
     def __init__(
         self,
-        model: Model,  # of all nodes, those of images among them; every element, tie and contact once
+        model: Model,  # of all nodes, images included; every element, tie and contact once
         spread: sp.csr_matrix,  # (model.size, size), T, of full rank
     ) -> None:
         self.model, self.spread = model, spread
@@ -79,7 +79,7 @@ class PeriodicModel:
         self.size = spread.shape[1]
         self.scale = np.ones(self.size)
         self.length = model.length
-        # Its states are those of the model.
+        # Its states are the states of the model.
         self.start, self.begin = model.start, model.begin
         self.settle, self.commit = model.settle, model.commit
         last = sp.eye(self.size, 3, k=3 - self.size).toarray()
@@ -137,7 +137,7 @@ def condensed(
     return 0.5 * (condensed_stiffness + condensed_stiffness.T)
 
 
-# The seam of a yarn that goes on as its own image: B-splines that wrap around, out of those with two ends
+# The seam of a yarn that goes on as its own image: B-splines that wrap around, out of B-splines with two ends
 # With E spans of degree d there are E functions that wrap around, and E + d on the open knot vector of the same spans.
 # Number the wrapped ones on beyond the end: function i + E is the image of function i, and of a yarn it carries the
 # coefficient of i plus the jump from a yarn to its image. The open functions span all of them,
@@ -151,9 +151,9 @@ ROUNDING = 1e-12  # entries of R below are none
 
 @dataclass(frozen=True, eq=False)
 class Seam:
-    """Coefficients of one yarn out of those that wrap around, X_open = W X + S jump."""
+    """Coefficients of one yarn out of coefficients that wrap around, X_open = W X + S jump."""
 
-    wrapped: sp.csr_matrix  # (n, p) W: nodes of the yarn with two ends from those that wrap around
+    wrapped: sp.csr_matrix  # (n, p) W: nodes of the yarn with two ends from nodes that wrap around
     beyond: sp.csr_matrix  # (n, p) S: how much of the jump of each its nodes carry
     order: np.ndarray  # int (p,), function over the section of every node that wraps around
 
@@ -163,14 +163,14 @@ class Seam:
         return (self.order == 0).astype(float)
 
     def nodes(self, wrapped: np.ndarray, period: np.ndarray) -> np.ndarray:
-        """Return the undeformed nodes (n, 3) from those that wrap around (p, 3), the image `period` (3,) away [m]."""
+        """Return the undeformed nodes (n, 3) from nodes that wrap around (p, 3), the image `period` (3,) away [m]."""
         return self.wrapped @ wrapped + self.beyond @ np.multiply.outer(self.unity, period)
 
 
 def seam(yarn: YarnSpace) -> Seam:
     """Return the seam of a yarn's space.
 
-    Of functions over the section a wrapped spline has those that all open splines have which it is made of.
+    Over the section, a wrapped spline has only the functions that all its open splines have.
 
     Raises MeshError if there are fewer spans than the degree of the splines.
     """
@@ -195,7 +195,7 @@ def seam(yarn: YarnSpace) -> Seam:
 
 
 def conversion(spline: Spline) -> sp.csr_matrix:
-    """Return R (J, E + d): open splines' coefficients from those of splines that go on beyond both ends.
+    """Return R (J, E + d): open splines' coefficients from coefficients of splines that go on beyond both ends.
 
     Both are bases of the same functions on the yarn: R is found from their values at J places.
 

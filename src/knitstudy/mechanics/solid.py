@@ -291,7 +291,7 @@ class SolidModel:
         way = self._spread(state.step) if stiffness and state.step is not None else None
         batches = self.assembly.batches
         force = [np.empty((*group.connectivity.shape, 3)) for group in self.groups]
-        # Internal energies, and those of hourglass control.
+        # Internal energies, and energies of hourglass control.
         energies = [np.empty((2, len(group.connectivity))) for group in self.groups]
         total = self.assembly.begin_stiffness(self._room) if stiffness else None
         magnitude, summing = np.zeros(len(batches)), np.zeros(len(batches))

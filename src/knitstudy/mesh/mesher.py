@@ -171,7 +171,7 @@ def load_of(scene: Scene) -> str | None:
 def grips(mesh: SweptMesh, scene: Scene, fabric: Fabric) -> Grips:
     """Return the nodes of a mesh that a scene's load holds and drives.
 
-    These are the nodes of all slices in gripped arcs, or those of the half of their surface that is gripped.
+    These are the nodes of all slices in gripped arcs, or of the gripped half of their surface.
     Raises MeshError if no slice stands where an arc ends: the mesh was made for another direction, and the grip
     would be shorter by a part of an element.
     """

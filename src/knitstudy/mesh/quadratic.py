@@ -34,7 +34,7 @@ class QuadraticSection:
 
     section: Section  # corners and quads, the ring on the unit circle
     edges: np.ndarray  # (m, 2) corners of every edge
-    middles: np.ndarray  # (m, 2) places of their middles over the radius; those of the ring on the circle
+    middles: np.ndarray  # (m, 2) places of their middles over the radius, on the ring on the circle
     quad_edges: np.ndarray  # (e, 4) edges of every quad, the first one from its first corner to its second
     ring_edges: np.ndarray  # (a,) edges from every surface node to the next one
 

@@ -167,7 +167,7 @@ def require_memory_to_simulate(unknowns: int, bandwidth: int, size: float, nodes
     Raises
     ------
     MeshError
-        Saying what it would take, and which size would do.
+        With the memory that the size would take, and a size that fits.
     """
     need = unknowns * (BYTES_AN_UNKNOWN[nodes] + 3.0 * bandwidth * BYTES_AN_ENTRY)
     require_memory(need, "mesh.size", size, f"a simulation of {unknowns:.2g} unknowns", power=4)

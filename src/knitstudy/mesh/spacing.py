@@ -145,7 +145,7 @@ def place_slices(
 ) -> np.ndarray:
     """Arc lengths of the slices of one yarn, equidistributed with respect to ``spacing``.
 
-    The ends of the periods, those of grips, and the layers of elements that have one of the ``centred`` arc lengths
+    The ends of the periods, the ends of grips, and the layers of elements that have one of the ``centred`` arc lengths
     in their middle, divide the yarn into parts. Within a part the integral of ds / spacing(s) between neighbours is
     the same everywhere, and as near to 1 as a whole number of elements allows.
 

@@ -201,7 +201,7 @@ class SweptMesh:
 
     @cached_property
     def shrinkage(self) -> np.ndarray:
-        """Lengths in the section around every node (S, q), over those of a section that is not drawn."""
+        """Lengths in the section around every node (S, q), over the lengths in a section that is not drawn."""
         return shrinkage(self.section.points, self.pull)
 
     def ring_means(self, values: np.ndarray) -> np.ndarray:

@@ -29,7 +29,7 @@ STICK = 10.0
 
 def contact_of(
     scene: Scene,
-    yarn: np.ndarray,  # int (n,), of the stations; those of a yarn follow each other
+    yarn: np.ndarray,  # int (n,), of the stations; stations of a yarn follow each other
     arc_length: np.ndarray,  # (n,) [m]
     friction: float,
     period: np.ndarray | None = None,  # (Y,), lengths of yarns that repeat themselves [m]

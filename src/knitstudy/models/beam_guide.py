@@ -15,6 +15,7 @@ from scipy.interpolate import CubicSpline
 from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.history import Stations
+from knitstudy.loading.restart import ReportProgress, silent
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.rotation import exp, log
 from knitstudy.mechanics.spline_yarn.space import Space
@@ -26,7 +27,7 @@ from knitstudy.study.scene import Scene
 # Cells from which beams spare more than they cost: a fifth of the time at 10 x 10, a third at 16 x 16, nothing at 6 x 6
 LARGE = 64
 
-# The beams: those that come nearest to solid yarns
+# The beams: the settings that come nearest to solid yarns
 BEAMS = {
     "fidelity": "beam",
     "mesh.beam_size": 5 / 9,
@@ -52,14 +53,16 @@ class BeamGuide:
         fabric: Fabric,
         space: Space,
         retained: np.ndarray,  # int (n,), nodes that are unknowns
+        report: ReportProgress = silent,
     ) -> None:
         self.scene, self._fabric, self._space, self._retained = scene.vary(BEAMS), fabric, space, retained
+        self._report = report
         self._loads: list[float] = []
 
     def __call__(self, load: float, target: float) -> np.ndarray | None:
         """Return the change (size,) [m] from one load factor to another; None where the beams did not get there."""
         if not self._loads:
-            self._simulate()
+            self._simulate(load)
         if target > self._loads[-1]:
             return None
         before, after = (self._way(each) for each in (load, target))
@@ -69,14 +72,15 @@ class BeamGuide:
         ]
         return np.concatenate(moved)[self._retained].ravel()
 
-    def _simulate(self) -> None:
-        """Follow the load path with beams, as far as it goes."""
+    def _simulate(self, begun: float) -> None:
+        """Follow the load path with beams, as far as it goes; spline yarns stand at the load factor `begun`."""
         self._loads, loads, ways = [0.0], [], []
         try:
             problem = beams_in_contact.build(self.scene, self._fabric)
             for increment in trace(problem.model, problem.prescribed, problem.settings, problem.solver):
                 places = problem.model.contact.places(increment.state)
                 moved = places.position - problem.stations.position
+                self._report(begun, f"beams go first: load factor {increment.load:.3g}")
                 loads.append(increment.load)
                 ways.append(np.concatenate([moved, log(places.rotation)], axis=1))
         except (
@@ -109,13 +113,15 @@ class BeamGuide:
         return own.fitted(s, shift, turned, self._fabric.radius)
 
 
-def guide_of(scene: Scene, fabric: Fabric, space: Space, retained: np.ndarray) -> BeamGuide | None:
+def guide_of(
+    scene: Scene, fabric: Fabric, space: Space, retained: np.ndarray, report: ReportProgress = silent
+) -> BeamGuide | None:
     """Return the guide of a scene; None where beams spare no time, or there are none of its kind or yarn."""
     large = scene.is_knit and scene.pattern.loops * scene.pattern.rows >= LARGE
     if not large or not scene.kind.interaction.touches:
         return None
     try:
-        return BeamGuide(scene, fabric, space, retained)
+        return BeamGuide(scene, fabric, space, retained, report)
     except ConfigurationError as error:
         logger.info("no beams lead the way: %s", error)
         return None

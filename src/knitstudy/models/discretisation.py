@@ -89,9 +89,9 @@ class Discretisation:
     sampling: sp.csr_matrix | None = None
     # (N, N) nodes as weighted sums of nodes that depend on no others; the identity if None
     dependence: sp.csr_matrix | None = None
-    # (E, a) nodes of hexahedra, in the order of those of `mesh`, where the elements are hexahedra
+    # (E, a) nodes of hexahedra, in the order of `mesh`, where the elements are hexahedra
     connectivity: np.ndarray | None = None
-    # Where the edges of the surfaces' cells across lie along the yarns; of those that contact knows
+    # Where the edges of the surfaces' cells across lie along the yarns, of surfaces in contact
     rings: Rings | None = None
     # Compliance (k, 2) [m/N] of the mean and of the linear moments of a patch that the nodes cannot show, one
     # yarn's alone: from yarns (k,), arc lengths (k,) [m] and the patch's radius [m]. None where refinement

@@ -1,8 +1,8 @@
 """A cell of an endless fabric: forces per width and stiffness without grips and edges (docs/theory/theory.md).
 
 The yarns are splines that wrap around. A fabric's endless cell holds its rows of yarns and the image of the first one
-above the last: the interactions of yarns lie between two rows, so that every crossing is there once. Elements are
-those of the rows alone.
+above the last: the interactions of yarns lie between two rows, so that every crossing is there once. Only the
+rows have elements.
 """
 
 from __future__ import annotations

@@ -135,7 +135,7 @@ class Ties:
     # (3 D, N) mean and linear moments of the upper yarn's displacement less the lower one's, as sums of nodes
     moments: sp.csr_matrix
     stiffness: np.ndarray  # (D, 3) of the three moments [N/m]
-    crossings: int  # K, those that are not tied included
+    crossings: int  # K, whether tied or not
 
     @cached_property
     def links(self) -> sp.csr_matrix | None:
@@ -181,7 +181,7 @@ class Ties:
     def equations(self, fixed: np.ndarray) -> Equations:
         """Return the ties as rigid constraints whose slaves are none of the nodes `fixed` (k,).
 
-        Three nodes of a disc are the slaves, those that its moments weigh most; discs that share nodes are solved
+        The three nodes of a disc that its moments weigh most are the slaves; discs that share nodes are solved
         together, so that no slave is in another's sum.
         """
         touched = (self.moments != 0).astype(np.int8)

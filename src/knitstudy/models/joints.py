@@ -61,7 +61,7 @@ def contact_normals(contacts: xr.Dataset, reading: str = MAIN) -> np.ndarray:
 # At every crossing that is not tied, the net force F on the lower row's yarn over the displacement d of the upper row's
 # side to the lower row's, both at the last increment and d from first contact on, along x, y and z. Table 2 does not
 # say of which system: "local" axes have z along the contact normal and x and y in the tangent plane; "global" axes are
-# those of the knit. Along these a crossing that slides down its tangent plane moves against the force: its secant is
+# the axes of the knit. Along these a crossing that slides down its tangent plane moves against the force: its secant is
 # negative.
 #
 # The average is the one stiffness that comes nearest to all forces, sum(F d) / sum(d d): a mean of the ratios has no

@@ -109,7 +109,7 @@ def build(
 ) -> Problem:
     """Return a scene with the 2D network as a problem.
 
-    Raises ConfigurationError if the scene names stresses that are not given; DataFileError if the contacts are those of
+    Raises ConfigurationError if the scene names stresses that are not given; DataFileError if the contacts belong to
     another fabric; GeometryError if the stresses make no honeycomb.
     """
     contacts = contacts_of(scene, fabric, contacts)

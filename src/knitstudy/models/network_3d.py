@@ -92,7 +92,7 @@ def section_of(
 ) -> SectionLaw:
     """Return the section of beams that stand for `count` yarns each, bent as `curvature` (E, 3) [1/m] as drawn.
 
-    Stiffnesses that the yarn has of its own replace those of a solid circle, whose law "curved" then corrects nothing.
+    Stiffnesses of the yarn's own replace the stiffnesses of a solid circle; its law "curved" then corrects nothing.
 
     Examples
     --------
@@ -234,7 +234,7 @@ def build(
     """Return a scene with the 3D network as a problem.
 
     Raises ConfigurationError if the scene asks for springs that the contacts do not give; DataFileError if the contacts
-    are those of another fabric, or not all crossings have one; GeometryError if no joints can be made of the contacts.
+    belong to another fabric, or not all crossings have one; GeometryError if no joints can be made of the contacts.
     """
     contacts = contacts_of(scene, fabric, contacts)
     rom = scene.rom
@@ -255,7 +255,7 @@ def build(
 
 
 def contacts_of(scene: Scene, fabric: Fabric, contacts: xr.Dataset | None) -> xr.Dataset:
-    """Return the contacts that are given, or those that the geometry predicts.
+    """Return the contacts that are given, or else predicted by the geometry.
 
     Raises DataFileError if they do not describe every crossing of the fabric.
     """

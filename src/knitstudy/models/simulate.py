@@ -85,9 +85,9 @@ def simulate(
 ) -> xr.Dataset:
     """Return the history of a scene from the results of other stages, in the formats of docs/reference/files.md.
 
-    Solid yarns have a mesh, cells that start from it a shape at rest. Contacts, springs and stresses are
-    those of the simulations that ``rom.contacts_from``, ``rom.springs_from`` and
-    ``rom.stress_from`` name. Raises as `build` and `solve_load_path`.
+    Solid yarns have a mesh, cells that start from it a shape at rest. Contacts, springs and stresses come from the
+    simulations that ``rom.contacts_from``, ``rom.springs_from`` and ``rom.stress_from`` name. Raises as `build` and
+    `solve_load_path`.
     """
     swept = None if mesh is None else SweptMesh.from_dataset(mesh)
     data = {"mesh": swept, "contacts": contacts, "springs": springs, "stresses": stresses, "rest": rest}

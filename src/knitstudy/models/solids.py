@@ -180,7 +180,7 @@ def stations_of(mesh: SweptMesh) -> Stations:
 
 
 def _prescribed(yarns: SolidYarns, scene: Scene, motion: Motion) -> tuple[PrescribedDisplacement, np.ndarray]:
-    """Return prescribed unknowns, and those of the driven nodes (k, 3) whose forces add up to the reaction."""
+    """Return prescribed unknowns, and the unknowns of driven nodes (k, 3) whose forces add up to the reaction."""
     ends, unity = yarns.parts.ends, yarns.parts.unity
     held, driven = (3 * yarns.unknown[nodes][:, None] + np.arange(3) for nodes in (ends.held, ends.driven))
     axes = range(3) if scene.load.lateral == "fixed" else [motion.axis]

@@ -101,7 +101,7 @@ def build(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None) -> Proble
     if len(fabric.periods):
         return endless.problem(scene, fabric, parts)
     yarns = solids.assemble(scene, fabric, parts)
-    guide = guide_of(scene, fabric, parts.space, yarns.retained)
+    guide = partial(guide_of, scene, fabric, parts.space, yarns.retained)
     return replace(solids.problem(scene, fabric, yarns), guide=guide)
 
 
@@ -180,7 +180,7 @@ def shape(own: YarnSpace, curve: Centreline, radius: float) -> np.ndarray:
 
 
 def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
-    """Return a positive volume (N,) of every node [m3]; those of the constant function add up to the volume."""
+    """Return a positive volume (N,) of every node [m3]; volumes of the constant function add up to the whole."""
     total = np.zeros(count)
     for group in groups:
         total += np.bincount(group.connectivity.ravel(), group.elements.node_volume().ravel(), count)
@@ -188,7 +188,7 @@ def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
 
 
 def _grips(scene: Scene, fabric: Fabric, space: Space, spans: list[YarnSpans]) -> Grips:
-    """Return the nodes that are held and driven: those of all functions over gripped sections; none without grips."""
+    """Return the nodes that are held and driven, of all functions over gripped sections; none without grips."""
     nothing = np.empty(0, dtype=np.int64)
     grips = fabric.grips.get(load_of(scene) or "")
     if grips is None:
@@ -197,7 +197,7 @@ def _grips(scene: Scene, fabric: Fabric, space: Space, spans: list[YarnSpans]) -
 
 
 def _gripped(grip: Grip, fabric: Fabric, space: Space, spans: list[YarnSpans]) -> np.ndarray:
-    """Return the nodes of a grip: those of all splines that do not vanish in it."""
+    """Return the nodes of a grip, of all splines that do not vanish in it."""
     nodes = [np.empty(0, dtype=np.int64)]
     for yarn in np.unique(grip.yarn).tolist():
         own, arcs = space.yarns[yarn], grip.of(yarn)

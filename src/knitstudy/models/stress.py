@@ -91,7 +91,7 @@ def _stress_integral(group: ElementGroup, nodes: np.ndarray, displacement: np.nd
 def undeformed_splines(scene: Scene, specimen: Fabric, displacement: np.ndarray) -> tuple[Space, np.ndarray]:
     """Return the space of a scene's spline yarns and their undeformed nodes (N, 3) [m].
 
-    Raises DataFileError if coefficients of a displacement are those of another discretisation.
+    Raises DataFileError if coefficients of a displacement belong to another discretisation.
     """
     space = space_on(scene, yarn_spans(scene, specimen))
     nodes = undeformed(space, specimen)

@@ -38,7 +38,7 @@ def stretch_strip(
     """Return forces and widths of a strip of a length and width [m] that is pulled to a strain.
 
     It is pulled in course (`axis` 0) or wale direction (1). Strains are displacements over the length between the
-    clamps, forces per width those of the undeformed edge. Without clamps the strip is free across, as an endless
+    clamps, forces per width refer to the undeformed edge. Without clamps the strip is free across, as an endless
     fabric is: one element, whose ends stay straight. The pull ends early at the largest force per width [N/m].
     Raises ConvergenceError if Newton's method finds no equilibrium; its `history` is the strip so far.
     """

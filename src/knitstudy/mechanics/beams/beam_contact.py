@@ -1,7 +1,7 @@
 """Contact with friction of yarns that are beams: `line_contact` between points that stations carry along.
 
 Stations lie on rigid arms of nodes: nodes of ties carry two of them. Pressure within the disc of a tie is carried by
-the tie. Forces are reported by crossings, those of pairs of points at the nearest crossing of their yarns.
+the tie. Forces are reported by crossings; a pair of points counts to the nearest crossing of its yarns.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class BeamContact:
         self._tree = cKDTree(np.sort(places, axis=1))
 
     def places(self, state: BeamState) -> BeamState:
-        """Return position (S, 3) and rotation (S, 3, 3) of the stations, from those of the nodes."""
+        """Return position (S, 3) and rotation (S, 3, 3) of the stations, from positions and rotations of the nodes."""
         rotation = state.rotation[self.node]
         arm = np.einsum("sij,sj->si", rotation, self.offset)
         return replace(state, position=state.position[self.node] + arm, rotation=rotation)

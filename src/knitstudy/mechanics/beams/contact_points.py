@@ -1,7 +1,7 @@
 """Points of contact along yarns: where they are between the stations of beams, and how yarns bend there.
 
 A yarn between its stations is a parabola through three of them, the nearest one and both beside it. Tangents and
-curvatures at points are those of parabolas through points farther apart.
+curvatures at points come from parabolas through points farther apart.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class ContactPoints:
     @classmethod
     def of(
         cls,
-        yarn: np.ndarray,  # int (n,), of the stations; those of a yarn follow each other
+        yarn: np.ndarray,  # int (n,), of the stations; stations of a yarn follow each other
         arc_length: np.ndarray,  # (n,), rising [m]
         per_station: int,  # points for every station
         period: np.ndarray | None = None,  # (Y,), lengths of yarns that go on as their own images [m]
@@ -92,9 +92,9 @@ class ContactPoints:
         return np.append(first, np.append(first[1:], len(self.yarn)) - 1)
 
     def spread(self, moves: np.ndarray | None = None) -> sp.csr_matrix:
-        """Return how the unknowns (6 p,) of points follow those of stations (6 n,): places, and turns.
+        """Return how the unknowns (6 p,) of points, places and turns, follow the unknowns (6 n,) of stations.
 
-        With the derivative (2, 3, 3) of the lattice vectors by its three unknowns, those are the last of both.
+        With the derivative (2, 3, 3) of the lattice vectors by its three unknowns, these three are the last of both.
         """
         p, n = self.weights.shape
         turns = sp.csr_matrix((np.ones(p), (np.arange(p), self.station)), (p, n))

@@ -38,8 +38,8 @@ class EndlessState:
 class EndlessBeams:
     """A model whose unknowns are six of every node of one period, and the three of the lattice.
 
-    The elements between them are those of `inner`, whose further nodes are images: they move with their nodes and with
-    the lattice, and turn as their nodes do.
+    `inner` has the elements between them. Its further nodes are images: they move with their nodes and with the
+    lattice, and turn as their nodes do.
     """
 
     block = 3

@@ -97,7 +97,7 @@ class LineContact:
 
     def __init__(
         self,
-        yarn: np.ndarray,  # int (n,), of every point; those of a yarn follow each other
+        yarn: np.ndarray,  # int (n,), of every point; points of a yarn follow each other
         arc_length: np.ndarray,  # (n,) [m]
         weight: np.ndarray,  # (n,), length that it stands for [m]
         repulsion: Repulsion,

@@ -18,7 +18,7 @@ stays where yarns are pressed further, and falls with the patch where they are r
 
 is never negative, in whatever order yarns are pressed and sheared. Normals, S and t turn with both sections; where k at
 the end of an increment is smaller, t falls so that psi does not rise. Pairs rub in the very increment in which they
-meet: of those that did not touch before it, the history follows from where all points were.
+meet: the history of a pair that did not touch before follows from where its points were.
 """
 
 from __future__ import annotations

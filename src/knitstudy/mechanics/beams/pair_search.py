@@ -1,4 +1,4 @@
-"""Search for pairs of points of yarns that are near each other, and for those that have come near since.
+"""Search for pairs of points of yarns that are near each other, or have come near since the last search.
 
 One search serves until points have moved too far. Until then pieces of yarn bound how much nearer the points of a pair
 have come, so that only few of the pairs are looked at.
@@ -88,7 +88,7 @@ class PairSearch:
 
     def __init__(
         self,
-        yarn: np.ndarray,  # int (n,), of every point; those of a yarn follow each other
+        yarn: np.ndarray,  # int (n,), of every point; points of a yarn follow each other
         arc_length: np.ndarray,  # (n,) [m]
         beside: float,  # lengths along a yarn within which it does not touch itself [m]
         period: np.ndarray | None,  # (Y,), lengths of one period of the yarns; None where nothing repeats [m]

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.contact.surface import Projection
 
-# Pairs of a point and a surface in one configuration: those that touch there, of the many that are followed
+# Pairs of a point and a surface that touch in one configuration, of the many that are followed
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +123,7 @@ def same_pair(
 ) -> np.ndarray:
     """Return for pairs found anew the same pair of an older history, or -1: the same point on the same piece.
 
-    Arc lengths (k,) and (c,) are those of their closest points, over what two pieces of a surface are apart at least.
+    Arc lengths (k,) and (c,) of their closest points are over the least distance of two pieces of a surface.
     """
     point, surface = history.point, history.surface
     if not len(old.point) or not len(point):
@@ -154,7 +154,7 @@ class Coulomb(Chosen):
     slope: float | np.ndarray = 0.0  # (k,) derivative of epsT by the gap [Pa/m2]
 
     directional = False
-    numerical = True  # its stiffnesses are those of no body
+    numerical = True  # no body has its stiffnesses
 
     def pressure(
         self, gap: np.ndarray, multiplier: np.ndarray, angle: np.ndarray | None = None

@@ -82,7 +82,7 @@ class Grids:
         graded = any(np.any(grid.chords != grid.chords[:1]) for grid in self.grids)
         # of four, those whose chords are weighed: one if all are alike
         self._rows = slice(None) if graded else slice(1)
-        # Between nodes that move by w at most, a place moves by at most 1/4 of what a tangent changes by farther: that
+        # Between nodes that move by w at most, a place moves by at most 1/4 of the change of a tangent farther: this
         # is w along, and twice the larger share of a chord times w around.
         self.overshoot = 1.25 * (1 + 0.5 * float(self._chords.max()))
 

@@ -48,7 +48,7 @@ class Crossing:
 # The local indentation that a space of displacements cannot show, as a law of contact in series with that space
 # Under a force P two yarns approach by Hertz's delta_H(P) and by 2 C_far P, their other compliance
 # (`patch_compliance`). In their space they approach by u(P) at the middle of the patch. The rest is the depth D of
-# a gap whose curvatures A' and B' are those of the cylinders less those of u:
+# a gap whose curvatures A' and B' are the curvatures of the cylinders less the curvatures of u:
 #
 #     D = delta_H + 2 C_far P - 2 u_0 P,    A' = A - 2 k_x P,    B' = B - 2 k_y P
 #
@@ -279,7 +279,7 @@ def _curve(
 def _share(q: np.ndarray, energy: np.ndarray, stick: np.ndarray) -> np.ndarray:
     """Return t / (dp/dD), where F = q^3 `energy` and K / (2 pi R_e') = q `stick`, both smooth in q = sqrt(D).
 
-    Both rise with the depth as those of half spaces at least, that along the surface at most with the power `STEEPEST`.
+    Both rise with the depth at least as fast as for half spaces; K rises at most with the power `STEEPEST`.
     """
     g, h = CubicSpline(q, energy), CubicSpline(q, stick)
     slope = 3 * g(q) + q * g(q, 1)  # 2 p / q

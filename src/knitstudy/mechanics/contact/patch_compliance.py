@@ -1,4 +1,4 @@
-"""Local compliance of a loaded patch on a yarn, beyond what a low-order model resolves (docs/theory/theory.md).
+"""Local compliance of a loaded patch on a yarn, beyond the resolution of a low-order model (docs/theory/theory.md).
 
 Of joints of beams (`local_compliance`), of ties of spline yarns (`missing_tie_compliance`), of their contact
 (`PatchedYarn`, `far_compliance`).
@@ -238,7 +238,7 @@ def cylinder_patch(radius: float, apart: float, poisson_ratio: float) -> np.ndar
         share = np.where(m == 0, 0.5, 1.0)[:, None, None, None]
         flat = np.moveaxis(share * load, 2, 0).reshape(9, -1)
         total += np.real(flat.conj() @ np.moveaxis(answer, 2, 0).reshape(9, -1).T)
-    # Waves of -k are the conjugate ones of those of k and -m; those of -m are their mirror images.
+    # Waves of -k are the conjugates of the waves of k and -m; waves of -m are their mirror images.
     mirror = np.outer(MIRROR, MIRROR).ravel()
     return (total + mirror[:, None] * total * mirror) / (np.pi * apart)
 

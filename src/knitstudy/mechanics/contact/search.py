@@ -45,7 +45,7 @@ class Search:
         self._row = np.concatenate([np.arange(count) for count in rows])
         self._first = np.concatenate([[0], np.cumsum(rows)])
         edges = [surfaces.edges(number)[0] for number in range(len(rows))]
-        # Rings of all surfaces on one line: those of a surface follow those of the one before.
+        # Rings of all surfaces on one line: a surface follows the one before.
         self._shift = np.cumsum([0, *(edge[-1] + 1 for edge in edges[:-1])])
         self._along = np.concatenate(edges) + np.repeat(self._shift, rows)
         self._arc = np.concatenate([[0], np.cumsum(self._steps(surfaces.centres(carriers)))])

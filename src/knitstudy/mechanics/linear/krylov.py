@@ -160,7 +160,7 @@ def minimal_residuals(matrix: Rows, apply: Apply, state: Iterate, goal: float, m
 
 MOST_ITERATIONS = 400  # iterations with a fresh preconditioner after which a solve counts as failed
 PATIENCE = 60  # most iterations that one solve may take with a preconditioner made for an earlier matrix
-# Iterations beyond those of a fresh preconditioner that may add up before it is made anew: as many as making one costs,
+# Iterations more than with a fresh preconditioner that may add up before it is made anew: as many as making one costs,
 # so that never more than twice the least is spent (docs/notes/performance.md).
 WASTE = 15
 
@@ -183,7 +183,7 @@ class Krylov:
 
     The preconditioner, of the symmetric positive part, serves on for later matrices of an increment until the
     iterations that it costs more than a fresh one add up to `WASTE`, or contact acts on nodes that it does not know.
-    The decision depends on counts only, so that runs repeat, also those that go on from a restart file.
+    The decision depends on counts only, so that runs repeat, also when they go on from a restart file.
     """
 
     def __init__(

@@ -268,7 +268,7 @@ class FabricScale:
     def update(self, matrix: sp.bsr_matrix, moved: np.ndarray | None = None) -> None:
         """Form the grid's operator and its factors, for nodes that have moved (n, 3) [m].
 
-        About undeformed arms rigid motions would stretch what has turned.
+        About undeformed arms, rigid motions would stretch parts that have turned.
         """
         self.release()
         prolongation = self.prolongation(moved)
@@ -282,7 +282,7 @@ class FabricScale:
         self._factors = self._spread = self._collect = self._effect = None
 
     def prolongation(self, moved: np.ndarray | None = None) -> sp.bsr_matrix:
-        """Return the motions of all nodes by those of their groups."""
+        """Return the motions of all nodes by the motions of their groups."""
         group = self._group
         blocks = self._structure.rigid_motions(group, moved)
         shape = (3 * len(group), 6 * (int(group.max()) + 1))
@@ -314,7 +314,7 @@ class ThreeScale:
         self.crossing = CrossingScale(structure) if structure.patch is not None else None
 
     def update(self, system: System) -> None:
-        """Make all factors anew; only those of the crossings have the entries of friction."""
+        """Make all factors anew; only the factors of crossings have the entries of friction."""
         self.fabric.release()  # room for the work arrays of the others
         self.yarn.update(system.matrix)
         if self.crossing is not None:

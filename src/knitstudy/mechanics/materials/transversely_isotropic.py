@@ -12,7 +12,7 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.materials import FULL, MATERIALS, Axes, Field, Stress, rotate_strain
 from knitstudy.mechanics.materials.isotropic import Resolvent, add_pairs, components, crossed, product
 
-TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # engineering components over those of the tensor
+TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # engineering components over components of the tensor
 
 
 @MATERIALS.register
@@ -57,7 +57,7 @@ class TransverselyIsotropic:
 
     @classmethod
     def of(cls, yarn: Any) -> Self:
-        """Return the material of a scene's section `yarn`; open constants are those of an isotropic yarn."""
+        """Return the material of a scene's section `yarn`; open constants are as for an isotropic yarn."""
         modulus, ratio = yarn.youngs_modulus, yarn.poisson_ratio
         given = yarn.transverse_modulus, yarn.transverse_poisson_ratio, yarn.axial_shear_modulus
         isotropic = modulus, ratio, modulus / (2 * (1 + ratio))

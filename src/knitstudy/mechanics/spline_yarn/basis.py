@@ -171,7 +171,7 @@ class Spline:
         self,
         s: np.ndarray,  # (k,)
         orders: int = 0,  # highest derivative
-        span: np.ndarray | None = None,  # int (k,), spans to evaluate; by default those of the places
+        span: np.ndarray | None = None,  # int (k,), spans to evaluate; by default the spans of the places
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the first function (k,) and all of them with derivatives (orders + 1, k, d + 1) at places (k,).
 
@@ -190,7 +190,7 @@ class Spline:
     @cached_property
     def _pieces(self) -> np.ndarray:
         """Coefficients (E, d + 1, d + 1) of the powers of the way into every span, for all functions there."""
-        # Where knots fall, those of another yarn begin.
+        # Where knots fall, another yarn begins.
         yarns = np.split(self.knots, np.flatnonzero(np.diff(self.knots) < 0) + 1)
         return np.concatenate([_powers(knots, self.degree) for knots in yarns])
 

@@ -122,7 +122,7 @@ class Space:
 
     @cached_property
     def station(self) -> np.ndarray:
-        """Number (N,) of every node's spline among those of all yarns."""
+        """Number (N,) of every node's spline among the splines of all yarns."""
         counts = disc.size(np.concatenate([yarn.degrees for yarn in self.yarns]))
         return np.repeat(np.arange(len(counts)), counts)
 

@@ -7,9 +7,9 @@ vanish there, spline by spline, k within. With parent coordinates xi = (x1, x2, 
     A[alpha, beta]_ik = g_gamma,i C^(alpha gamma beta delta) g_delta,k + S^(alpha beta) delta_ik.
 
 Sums over the section come first, against tables that are the same for all spans: three matrices a point along the yarn,
-for none, one and two derivatives along it. Sums along the yarn then weigh those with the splines. Spans whose splines
+for none, one and two derivatives along it. Sums along the yarn then weigh them with the splines. Spans whose splines
 have the same degrees over the section are one batch (`span_groups`). Tensors at points have their components first and
-the points (m, e, g), those of the section first, in the last axis: a component of all points is one run of memory.
+the points (m, e, g), points of the section first, in the last axis: a component of all points is one run of memory.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class Spans:
         return self._along.shape[2] * self._table.shape[1]
 
     def node_volume(self) -> np.ndarray:
-        """Return the integrals (E, a) of N_j phi_k^2, of which those with k = 0 add up to the volume [m3]."""
+        """Return the integrals (E, a) of N_j phi_k^2 [m3]; the integrals with k = 0 add up to the volume."""
         across = self._weight.transpose(1, 2, 0) @ self._table[2] ** 2  # (E, g, k)
         volume = (np.swapaxes(self._along[0], 1, 2) @ across).reshape(len(across), -1)
         return volume if self._kept is None else volume[:, self._kept]
@@ -261,8 +261,8 @@ def _pair_tables(table: np.ndarray) -> tuple[list, np.ndarray]:
 
     Of no derivative along the yarn, of one in the column, and of two. The first and the last are as large as the
     transposed, and only pairs of functions a <= b are summed. The sums follow each other, of each kind in the order
-    (i, k), pair of functions; the places (4 n n 9,) are those of (order of the derivative of the row, of the column, a,
-    b, i, k) among them.
+    (i, k), pair of functions. The places (4 n n 9,) belong to (order of the derivative of the row, of the column, a, b,
+    i, k).
     """
     n = table.shape[2]
     across, along = slice(0, 2), slice(2, 3)
