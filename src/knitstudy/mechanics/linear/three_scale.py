@@ -154,18 +154,23 @@ def _chunks(matrix: sp.bsr_matrix, first: int, last: int) -> Iterator[tuple]:
 def _outside(
     matrix: sp.bsr_matrix, nodes: np.ndarray, bandwidth: list[int], lumps: np.ndarray
 ) -> sp.csr_matrix:
-    """Return a matrix without the bands of its yarns and the additions to them."""
-    parts = []
+    """Return a matrix without the bands of its yarns and the additions to them, in single precision."""
+    rows = sp.vstack(list(_rows_outside(matrix, nodes, bandwidth)), format="csr")
+    return rows - sp.diags(lumps.ravel().astype(np.float32), format="csr")
+
+
+def _rows_outside(matrix: sp.bsr_matrix, nodes: np.ndarray, bandwidth: list[int]) -> Iterator[sp.csr_matrix]:
+    """Yield ranges of rows without the bands of yarns."""
     for first, last, reach in zip(nodes[:-1], nodes[1:], bandwidth, strict=True):
         for low, high, row, column, data in _chunks(matrix, first, last):
             out = np.flatnonzero((np.abs(row - column) > reach) | (column < first) | (column >= last))
             indptr = np.concatenate([[0], np.cumsum(np.bincount(row[out] - low, minlength=high - low))])
             part = sp.bsr_matrix(
-                (data[out], column[out], indptr), shape=(3 * (high - low), matrix.shape[1])
+                (data[out].astype(np.float32), column[out], indptr),
+                shape=(3 * (high - low), matrix.shape[1]),
             ).tocsr()
             part.eliminate_zeros()  # of links, blocks are diagonal
-            parts.append(part)
-    return (sp.vstack(parts, format="csr") - sp.diags(lumps.ravel(), format="csr")).astype(np.float32)
+            yield part
 
 
 # The scale of a crossing: coupling between yarns, solved for both of them together
