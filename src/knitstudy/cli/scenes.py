@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from math import nan
 from pathlib import Path
+from typing import Any
 
 import click
-import numpy as np
 
 from knitstudy.cli.console import (
     changed_scene,
@@ -33,15 +33,15 @@ from knitstudy.study.choice import (
 from knitstudy.study.configuration import (
     STUDIES,
     asked_of,
-    default_keys,
     drawn_defaults,
     knits_of,
+    layered_defaults,
     load_families,
     load_scenes,
     load_study,
 )
 from knitstudy.study.keys import describe_with_source
-from knitstudy.study.scene import Scene, differences, flat
+from knitstudy.study.scene import LABELS, Scene, flat
 from knitstudy.study.scene_type import MODELS, Labels
 
 
@@ -53,7 +53,7 @@ from knitstudy.study.scene_type import MODELS, Labels
 def list_scenes(study: str | None, family: str | None, fidelity: str | None, config: Path) -> None:
     """List the scenes: family, studies, and the keys that differ from the defaults (SI units).
 
-    A terminal shows a table; in a pipe, tabs separate the columns.
+    A terminal shows a table; in a pipe, tabs separate the columns. `knitstudy check` checks the keys.
 
     \b
     knitstudy list --study reduced               the scenes that `make study` runs
@@ -63,23 +63,31 @@ def list_scenes(study: str | None, family: str | None, fidelity: str | None, con
     """
     if fidelity is not None:
         MODELS.find(fidelity, "--fidelity")
-    scenes, defaults = load_scenes(config), default_keys(config)
-    members = load_families(config)
+    members, defaults = load_families(config), flat(layered_defaults(config))
     families = dict.fromkeys(member.family for member in members.values())
     if family is not None and family not in families:
         raise ConfigurationError(unknown_choice("unknown family", family, family, list(families)))
     rows = []
-    for name, scene in scenes.items():
-        member = members[name]
+    for name, member in members.items():
+        keys = defaults | member.keys
         inside = study is None or study in member.studies
-        if inside and fidelity in (None, scene.fidelity) and family in (None, member.family):
-            changed = differences(scene, defaults).items()
+        if inside and fidelity in (None, keys["fidelity"]) and family in (None, member.family):
+            changed = {
+                key: value
+                for key, value in member.keys.items()
+                if key not in LABELS and (key not in defaults or value != defaults[key])
+            }
             texts = ", ".join(
-                f"{key} of its own" if np.ndim(value) > 1 else f"{key}={plain(value)}"
-                for key, value in changed
+                f"{key} of its own" if _nested(changed[key]) else f"{key}={plain(changed[key])}"
+                for key in sorted(changed, key=lambda key: ("." in key, key))  # the model first
             )
             rows.append((name, member.family, ",".join(member.studies), texts))
     print_table(("scene", "family", "studies", "differs from defaults"), rows)
+
+
+def _nested(value: Any) -> bool:
+    """Return whether a value is a list of lists, as points are."""
+    return isinstance(value, list) and any(isinstance(each, list) for each in value)
 
 
 @click.command()

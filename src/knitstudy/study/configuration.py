@@ -95,7 +95,7 @@ def scenes_at_need(config: Path = CONFIG) -> tuple[Mapping[str, Scene], Mapping[
 
     Every scene is read and checked when it is asked for: jobs and commands need few of hundreds.
     """
-    members, defaults = load_families(config), _defaults(config)
+    members, defaults = load_families(config), layered_defaults(config)
 
     @cache
     def read(name: str) -> Scene:
@@ -190,7 +190,7 @@ def load_changed(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -
     Where the scene leaves its model open, or the changes do, a model is chosen for the changed scene.
     Raises ConfigurationError as `load_scenes`, and when a key is unknown or a value is not allowed.
     """
-    _defaults(config)  # a folder without them is no configuration
+    layered_defaults(config)  # a folder without them is no configuration
     if name in load_families(config) and asks(name, changes, config):
         return plan_of(name, changes, config).scene
     return load_scene(name, config).vary(changes)
@@ -222,12 +222,12 @@ def problem_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> 
     member = _named(name, load_families(config), config)
     keys = {key: value for key, value in member.keys.items() if is_open(member.keys) or not of_model(key)}
     keys |= dict(changes)
-    return problem_of_keys(name, keys, member.where, _defaults(config)), keys, member.where
+    return problem_of_keys(name, keys, member.where, layered_defaults(config)), keys, member.where
 
 
 def drawn_defaults() -> dict:
     """Return the defaults that models are measured with: the checkout's own."""
-    return _defaults(CONFIG)
+    return layered_defaults()
 
 
 def _named(name: str, scenes: Mapping[str, Any], config: Path) -> Any:
@@ -251,7 +251,7 @@ def default_keys(config: Path = CONFIG) -> dict[str, Any]:
 
     Raises ConfigurationError, naming the file and the key whose default is not known or not allowed.
     """
-    path, document = base_of(config) / "defaults.yaml", _defaults(config)
+    path, document = base_of(config) / "defaults.yaml", layered_defaults(config)
     for name, value in flat(document).items():
         set_dotted({}, name, value, str(path))
         if name not in all_keys():
@@ -272,7 +272,7 @@ def _least(kind: Kind) -> dict:
     return least | {label: getattr(kind, label).name for label in ("fidelity", "interaction", "specimen")}
 
 
-def _defaults(config: Path) -> dict:
+def layered_defaults(config: Path = CONFIG) -> dict:
     """Return ``defaults.yaml``, with the loop file that ``pattern.loop`` names laid under it."""
     config = base_of(config)
     document = read_yaml(config / "defaults.yaml")
@@ -293,7 +293,8 @@ def _read_loop(path: Path) -> dict:
     for name, target in _LOOP_KEYS.items():
         if name not in loop:
             raise ConfigurationError(f"{path}: the key {name!r} of a calibrated loop is missing")
-        set_dotted(layer, target, loop[name], str(path))
+        section, _, key = target.partition(".")
+        layer.setdefault(section, {})[key] = loop[name]
     known = [*_LOOP_KEYS, _RECORD]
     for name in loop.keys() - set(known):
         raise ConfigurationError(f"{path}: {unknown_choice('unknown key', name, name, known)}")
