@@ -298,7 +298,7 @@ class Joints(Section):
 
 
 class PlanarJoints(Joints):
-    """Of the planar model (Fig. 4); `section` is that of a segment which two yarns share.
+    """Of the planar model (Fig. 4); `section` belongs to a segment that two yarns share.
 
     Its segments join the contacts, or lie along the maximum principal stress of the simulation `stress_from` (Fig. 14).
     """
