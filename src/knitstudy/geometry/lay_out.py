@@ -149,7 +149,7 @@ def _report(initial: Loop, optimum: Optimum, metrics: Sequence[LoopMetrics]) -> 
             "loop_length": ("state", [metrics.length for metrics in metrics], lengths),
             "crossing_distance": (("state", "cell_zone"), distances, metre("of centrelines")),
             "iterations": ((), optimum.iterations, one | {"long_name": "of the quasi-Newton method"}),
-            "gradient": ((), optimum.gradient, one | {"long_name": "what remains of F's, relative"}),
+            "gradient": ((), optimum.gradient, one | {"long_name": "remaining gradient of F, relative"}),
         }
         | {
             name: ("state", [getattr(state, name) for state in metrics], attributes)

@@ -58,15 +58,20 @@ class Chosen:
     """Arrays over the same points, of which some can be chosen, or groups of them; other attributes hold for all."""
 
     def __getitem__(self, chosen: np.ndarray | slice) -> Self:
-        return type(self)(*(each[chosen] if _is_over_points(each) else each for each in vars(self).values()))
+        return type(self)(*(_chosen(each, chosen) for each in vars(self).values()))
 
-    def joined(self, *others: Self) -> Self:
-        """Return these points and then the points of others."""
-        return type(self)(*map(_joined, zip(*(vars(each).values() for each in (self, *others)), strict=True)))
+    def joined(self, *others: Self, chosen: np.ndarray | slice = slice(None)) -> Self:
+        """Return these points and then the points of others, or the chosen ones of all, an array at a time."""
+        together = zip(*(vars(each).values() for each in (self, *others)), strict=True)
+        return type(self)(*(_chosen(_joined(each), chosen) for each in together))
 
 
 def _is_over_points(value: Any) -> bool:
     return isinstance(value, Chosen) or np.ndim(value) > 0
+
+
+def _chosen(value: Any, chosen: np.ndarray | slice) -> Any:
+    return value[chosen] if _is_over_points(value) else value
 
 
 def _joined(parts: Sequence[Any]) -> Any:

@@ -168,10 +168,24 @@ def _farthest(way: np.ndarray) -> np.ndarray:
     return np.sqrt(np.einsum("kni,kni->kn", way, way).max(axis=1))
 
 
-def _in_order(every: ContactHistory, least: np.ndarray) -> tuple[ContactHistory, np.ndarray]:
-    """Return pairs and values (c,) in one order: sums are the same whenever was searched, after a restart too."""
-    order = np.lexsort((every.xi[:, 0], every.surface, every.point))
-    return every[order], least[order]
+def _in_order(
+    one: ContactHistory, other: ContactHistory, chosen: np.ndarray, least: np.ndarray
+) -> tuple[ContactHistory, np.ndarray]:
+    """Return the chosen (c,) of two histories' pairs, and values (c,), in an order that depends on the pairs alone.
+
+    So sums do not depend on when was searched, after a restart neither.
+    """
+    both = one, other
+    along, surface, point = (
+        np.concatenate(values)[chosen]
+        for values in (
+            [each.xi[:, 0] for each in both],
+            [each.surface for each in both],
+            [each.point for each in both],
+        )
+    )
+    order = np.lexsort((along, surface, point))
+    return one.joined(other, chosen=chosen[order]), least[order]
 
 
 # Pairs that may touch, from one configuration to the next: searched for as seldom as motion allows
@@ -278,8 +292,9 @@ class Following:
         known, here = self._search_status, boxes[self._box]
         among = boxes[self._neighbourhoods.of_ring]
         others, least = self.history[np.flatnonzero(~here)], self._least(carriers)[~here]
-        every, own = self._found(carriers, self.history[np.flatnonzero(here)], among)
-        every, least = _in_order(others.joined(every), np.append(least, own))
+        own, gap = self._found(carriers, self.history[np.flatnonzero(here)], among)
+        least = np.append(least, gap)
+        every, least = _in_order(others, own, np.arange(len(least)), least)
         last = np.where(boxes, len(known.searched), known.last)
         status = ContactStatus(np.concatenate([known.searched, carriers[None]]), last, carriers, least)
         every = replace(every, search_status=status)
@@ -296,7 +311,8 @@ class Following:
         stays = history.pressure > 0
         stays[same[same >= 0]] = True
         stays, new = np.flatnonzero(stays), np.flatnonzero(same < 0)
-        return _in_order(history[stays].joined(pairs[new]), np.append(least[stays], gap[new]))
+        chosen = np.append(stays, len(history.point) + new)
+        return _in_order(history, pairs, chosen, np.append(least[stays], gap[new]))
 
     def _follow(
         self, before: np.ndarray, history: ContactHistory, every: ContactHistory, boxes: Neighbourhoods

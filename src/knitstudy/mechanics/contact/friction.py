@@ -95,18 +95,18 @@ class ContactHistory(Chosen):
         cls, point: np.ndarray, surface: np.ndarray, xi: np.ndarray, dissipated: np.ndarray
     ) -> ContactHistory:
         """Return the history of open pairs with guesses xi of their closest points."""
-        none = np.zeros(len(point))
+        none = np.broadcast_to(0.0, len(point))  # which takes no memory
         return cls(
             point=point,
             surface=surface,
             xi=xi,
-            gap=none - np.inf,
+            gap=np.broadcast_to(-np.inf, len(point)),
             pressure=none,
-            traction=np.zeros((len(point), 3)),
+            traction=np.broadcast_to(0.0, (len(point), 3)),
             multiplier=none,
             anchor=xi,
             slip=none,
-            status=np.full(len(point), OPEN),
+            status=np.broadcast_to(OPEN, len(point)),
             dissipated=dissipated,
         )
 

@@ -80,14 +80,16 @@ class Search:
 
         def points(part: slice) -> tuple[np.ndarray, ...]:
             these = near[part]
-            return self._points_of(
+            found = self._points_of(
                 cell[these], surface[these], middle[these], closest[these], gap[these], carriers
             )
+            point, *_, least = found
+            may_touch = (least < margin) & (True if self._free is None else self._free[point])
+            return tuple(values[may_touch] for values in found)
 
         point, surface, guess, least = by_parts(points, len(near), AT_ONCE)
         arc = self.arc(surface, guess[:, 0])
-        once = np.flatnonzero((least < margin) & (True if self._free is None else self._free[point]))
-        once = once[np.lexsort((arc[once], surface[once], point[once]))]
+        once = np.lexsort((arc, surface, point))
         # Two pieces of a surface that meet have one closest place.
         once = once[_changes(point[once]) | _changes(surface[once]) | _changes(arc[once], least=1)]
         pairs = ContactHistory.of_open(point[once], surface[once], guess[once], np.zeros(()))
