@@ -11,7 +11,8 @@ import scipy.sparse as sp
 
 from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.mechanics import linear as banded
-from knitstudy.mechanics.batches import VARIABLE, share, threads
+from knitstudy.mechanics.batches import VARIABLE, by_parts, share, threads
+from knitstudy.mechanics.contact.friction import ContactHistory
 from knitstudy.mechanics.linear.krylov import Rows
 from knitstudy.mechanics.solid import SolidState
 from knitstudy.mesh.mesher import mesh_fabric
@@ -62,6 +63,23 @@ threading.Thread.start = interrupted
 signal.signal(signal.SIGINT, signal.default_int_handler)
 share(lambda number: number, 2)
 """
+
+
+def test_parts_are_put_together_again():
+    """Arrays and pairs of points alike, whatever the size of a part."""
+    number = np.arange(7)
+    every = ContactHistory.of_open(number, number % 2, np.stack([number, -number], axis=1), np.zeros(()))
+    for size in (3, 7, 100):
+        squares, odd = by_parts(
+            lambda part: (number[part] ** 2, every[part][np.flatnonzero(number[part] % 2)]), len(number), size
+        )
+        np.testing.assert_array_equal(squares, number**2)
+        np.testing.assert_array_equal(odd.point, [1, 3, 5])
+        np.testing.assert_array_equal(odd.xi, [[1, -1], [3, -3], [5, -5]])
+    some = odd.joined(every, chosen=np.array([2, 3 + 6, 0]))
+    np.testing.assert_array_equal(some.point, [5, 6, 1])
+    assert some.search_status is None
+    assert some.dissipated == 0
 
 
 def test_an_interruption_while_a_thread_starts_ends_the_program():
