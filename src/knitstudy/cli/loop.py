@@ -10,7 +10,7 @@ import click
 from knitstudy.cli import console
 from knitstudy.cli.console import changed_scene, config_option, plain, print_table, scene_argument, set_option
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.configuration import load_scenes
+from knitstudy.study.configuration import scenes_at_need
 
 KEYS = {
     "course": ("pattern.course_spacing", "Course spacing [m]."),
@@ -72,7 +72,8 @@ def loop(
     if points is not None:
         keys["pattern.points_file"] = str(points)
     if scene is None:  # the first one with loops
-        scene = next(name for name, each in load_scenes(config).items() if "pattern" in each.sections)
+        scenes, _ = scenes_at_need(config)
+        scene = next(name for name, each in scenes.items() if "pattern" in each.sections)
     chosen = changed_scene(scene, (*keys.items(), *changes), config)
     if "pattern" not in chosen.sections:
         raise ConfigurationError(

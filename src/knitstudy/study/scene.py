@@ -278,15 +278,6 @@ def nested(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
     return document
 
 
-def differences(scene: Scene, defaults: Mapping[str, Any]) -> dict[str, Any]:
-    """Return those keys of a scene, but labels and outputs, whose values are not the defaults."""
-    return {
-        key: value
-        for key, value in flat(scene.to_dict()).items()
-        if key not in LABELS and (key not in defaults or value != defaults[key])
-    }
-
-
 def digest(document: Any) -> str:
     """Return a short hash of plain data; numbers enter with all their digits."""
     return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()[:16]
