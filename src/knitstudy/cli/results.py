@@ -150,7 +150,7 @@ def _naming(file: Path) -> Iterator[None]:
     except DataFileError as error:
         raise DataFileError(f"{file}: {error}") from error
     except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
-        what = f"it lacks variables or attributes that every result has ({type(error).__name__}: {error})"
+        what = f"its variables or attributes do not fit a result ({type(error).__name__}: {error})"
         raise DataFileError(f"{file}: {what}; make it again") from error
 
 

@@ -69,9 +69,9 @@ def list_scenes(study: str | None, family: str | None, fidelity: str | None, con
         raise ConfigurationError(unknown_choice("unknown family", family, family, list(families)))
     rows = []
     for name, member in members.items():
-        keys = defaults | member.keys
         inside = study is None or study in member.studies
-        if inside and fidelity in (None, keys["fidelity"]) and family in (None, member.family):
+        model = member.keys.get("fidelity", defaults.get("fidelity"))
+        if inside and fidelity in (None, model) and family in (None, member.family):
             changed = {
                 key: value
                 for key, value in member.keys.items()

@@ -276,6 +276,5 @@ _STAGES = (
     ),
 )
 
-STAGES = {
-    stage.name: stage for stage in _STAGES
-}  # All stages by their names, each after the stages that it needs
+# All stages by their names, each after the stages that it needs
+STAGES = {stage.name: stage for stage in _STAGES}

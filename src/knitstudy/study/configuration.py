@@ -27,13 +27,13 @@ from knitstudy.study.scene_type import Kind, Labels, all_keys, all_kinds, defaul
 
 FAMILIES = "scenes"  # The folder of families in a configuration folder
 
-# Where the keys of a calibrated loop go in a scene.
+# Section and name that a key of a calibrated loop has in a scene.
 _LOOP_KEYS = {
-    "control_points": "pattern.control_points",
-    "course_spacing": "pattern.course_spacing",
-    "wale_spacing": "pattern.wale_spacing",
-    "diameter": "yarn.diameter",
-    "free": "geometry.free",
+    "control_points": ("pattern", "control_points"),
+    "course_spacing": ("pattern", "course_spacing"),
+    "wale_spacing": ("pattern", "wale_spacing"),
+    "diameter": ("yarn", "diameter"),
+    "free": ("geometry", "free"),
 }
 
 _RECORD = "achieved"  # Record of the calibration, for readers
@@ -290,10 +290,9 @@ def _read_loop(path: Path) -> dict:
     """Return the layer of a scene that a file of a calibrated loop gives."""
     loop = read_yaml(path)
     layer: dict[str, Any] = {}
-    for name, target in _LOOP_KEYS.items():
+    for name, (section, key) in _LOOP_KEYS.items():
         if name not in loop:
             raise ConfigurationError(f"{path}: the key {name!r} of a calibrated loop is missing")
-        section, _, key = target.partition(".")
         layer.setdefault(section, {})[key] = loop[name]
     known = [*_LOOP_KEYS, _RECORD]
     for name in loop.keys() - set(known):
