@@ -86,6 +86,23 @@ def test_failure_leaves_earlier_results(config, made, tmp_path, monkeypatch):
     assert path.read_bytes() == before
 
 
+def test_interrupted_run_goes_on_where_its_geometry_is_made_again(config, made, tmp_path, monkeypatch):
+    scene, begun = load_scene("beam", config), []
+
+    def interrupt(scene, run, **needed):
+        begun.append(run.restart.exists())
+        run.restart.parent.mkdir(exist_ok=True)
+        run.restart.touch()
+        raise KeyboardInterrupt
+
+    monkeypatch.setitem(STAGES, "simulation", replace(STAGES["simulation"], function=interrupt))
+    for _ in range(2):
+        with pytest.raises(KeyboardInterrupt):
+            simulate(scene, tmp_path, config=config)
+        (tmp_path / "geometry" / "plain.nc").unlink()
+    assert begun == [False, True]
+
+
 def test_edited_file_is_replaced(config, made, tmp_path, caplog):
     scene = load_scene("rom3d-own", config)
     path = simulate(scene, tmp_path, config=config).path

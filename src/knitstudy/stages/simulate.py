@@ -13,7 +13,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from knitstudy.loading.restart import ReportProgress, Run, restart_of, silent
+from knitstudy.loading.restart import IN_MEMORY, ReportProgress, Run, restart_of, silent
 from knitstudy.stages.plan import Plan, kept_of, make, result_of
 from knitstudy.stages.table import STAGES, Stage
 from knitstudy.study.configuration import CONFIG
@@ -135,8 +135,10 @@ class _Maker:
             needed = {
                 argument: self.obtain(*step) for argument, step in self.plan.needs(stage, scene).items()
             }
-            restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
-            run = Run(restart, self.progress(label) if stage.long else silent)
+            run = IN_MEMORY
+            if stage.long:  # short stages must not take the restart file of the scene for one of theirs
+                restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
+                run = Run(restart, self.progress(label))
             seen = scene.only(stage.document(scene), stage.keys(scene))
             record = self.plan.record(stage, scene)
             result = make(stage, seen, needed, path, wanted, run, record)
