@@ -18,7 +18,7 @@ from knitstudy.files import read_dataset, write_dataset
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.loading.history import DIRECTIONS
-from knitstudy.loading.restart import Run
+from knitstudy.loading.run import Run
 from knitstudy.mechanics.batches import serial_blas
 from knitstudy.mechanics.linear import System
 from knitstudy.mechanics.model import eliminate

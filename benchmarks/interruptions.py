@@ -30,7 +30,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.files import read_dataset, read_table, write_table
-from knitstudy.loading.restart import Progress, ReportProgress
+from knitstudy.loading.run import Progress, ReportProgress
 from knitstudy.stages.plan import Plan
 from knitstudy.stages.simulate import simulate
 from knitstudy.stages.table import STAGES

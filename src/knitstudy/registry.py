@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import difflib
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import import_module
 from importlib.metadata import entry_points
+from importlib.util import find_spec
 from pathlib import Path
-from pkgutil import iter_modules
+from pkgutil import iter_modules, resolve_name
 from traceback import walk_tb
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from knitstudy.errors import ConfigurationError, said_by
 
@@ -68,8 +69,14 @@ class Registry(Generic[Entry]):
         return tuple(self.all())
 
     def find(self, name: str, where: str = "") -> Entry:
-        """Return an entry; a name that does not exist raises a ConfigurationError, whose message `where` begins."""
-        return find(self.what, self.all(), name, where)
+        """Return an entry; a name that does not exist raises a ConfigurationError, whose message `where` begins.
+
+        Where a module has the name of the entry, no other module is imported.
+        """
+        if name not in self._entries and self._package is not None and str(name).isidentifier():
+            if find_spec(f"{self._package}.{name}") is not None:
+                import_module(f"{self._package}.{name}")
+        return find(self.what, self._entries if name in self._entries else self.all(), name, where)
 
     def module(self, name: str) -> str:
         """Return the dotted name of the module that registers an entry."""
@@ -89,6 +96,18 @@ def meanings(entries: Mapping[str, Entry]) -> str:
     """Return all names, with their meanings where entries have one."""
     by_name = {name: getattr(entry, "meaning", "") for name, entry in entries.items()}
     return listed([f"{name} ({meaning})" if meaning else name for name, meaning in sorted(by_name.items())])
+
+
+def later(name: str) -> Callable[..., Any]:
+    """Return a function by ``module:function``; the module is imported at the first call.
+
+    Stages and models name their functions: a job imports the mechanics that it needs alone.
+    """
+
+    def called(*arguments: Any, **named: Any) -> Any:
+        return resolve_name(name)(*arguments, **named)
+
+    return called
 
 
 def load_plugins(names: Iterable[str]) -> None:

@@ -11,7 +11,7 @@ from knitstudy.errors import CoarseIncrement, ConvergenceError
 from knitstudy.geometry.fabric import yarn_pair
 from knitstudy.loading.gates import require_closed_ledger
 from knitstudy.loading.history import Motion, Stations, load_path
-from knitstudy.loading.restart import Run
+from knitstudy.loading.run import Run
 from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU

@@ -2,7 +2,7 @@
 
 from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.geometry.lay_out import lay_out
-from knitstudy.loading.restart import IN_MEMORY
+from knitstudy.loading.run import IN_MEMORY
 from knitstudy.mesh.mesher import mesh_scene
 from knitstudy.models.simulate import solve
 

@@ -20,7 +20,7 @@ import pytest
 
 from knitstudy.errors import ConvergenceError, KnitstudyError
 from knitstudy.files import read_dataset, write_dataset, write_text
-from knitstudy.loading.restart import Run
+from knitstudy.loading.run import Run
 from knitstudy.mechanics.batches import serial_blas
 from knitstudy.stages.code import MODEL, code_digest
 from knitstudy.stages.plan import Plan

@@ -8,7 +8,7 @@ import pytest
 from knitstudy.errors import ConvergenceError, MeshError
 from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.geometry.lay_out import lay_out
-from knitstudy.loading.restart import Run
+from knitstudy.loading.run import Run
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.simulate import solve
 from knitstudy.study.configuration import load_scene

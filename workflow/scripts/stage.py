@@ -1,5 +1,5 @@
 """Run one stage of one scene: which, says the name of the rule."""
 
-from knitstudy.stages.script import run_stage
+from knitstudy.stages.job import run_stage
 
 run_stage(snakemake)

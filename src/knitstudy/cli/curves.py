@@ -168,7 +168,7 @@ def fit(
     the scene's load.strain are used. Table and picture are written to the folder fit of the results; the last line is
     what to add to `knitstudy run`.
     """
-    from knitstudy.loading.restart import Progress
+    from knitstudy.loading.run import Progress
     from knitstudy.measures import curve_fit
     from knitstudy.measures.measured_curve import at, simulated_curve, within
     from knitstudy.stages.simulate import simulate

@@ -67,7 +67,7 @@ def run(
     if threads is not None:
         os.environ["OMP_NUM_THREADS"] = str(threads)
     # Models are imported here: the other commands and --help do not need them.
-    from knitstudy.loading.restart import Progress
+    from knitstudy.loading.run import Progress
     from knitstudy.measures.differences import differing_variables
     from knitstudy.measures.summary import summarise
     from knitstudy.stages.simulate import simulate, write_outputs

@@ -139,9 +139,8 @@ class CurvedCells:
         lower = np.concatenate(
             [low + np.arange(0, s.size - 1, 2) for low, s in zip(first, stations, strict=False)]
         )
-        bottom, middle, top = (
-            (lower + up)[:, None, None] * len(x) + quads for up in range(3)
-        )  # (spans, e, 9)
+        # Each (spans, e, 9)
+        bottom, middle, top = ((lower + up)[:, None, None] * len(x) + quads for up in range(3))
         # Corners below, above; middles of edges below, above, between; of faces x, x, y, y, below, above; the centre.
         parts = [bottom[..., :4], top[..., :4], bottom[..., 4:8], top[..., 4:8], middle[..., :4]]
         parts += [middle[..., [7, 5, 4, 6]], bottom[..., 8:], top[..., 8:], middle[..., 8:]]

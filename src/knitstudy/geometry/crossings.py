@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from knitstudy.errors import GeometryError
 from knitstudy.geometry.spline import CatmullRom, Centreline, Rows
@@ -177,6 +176,8 @@ def plane_crossings(
     apart : int, optional
         Where both are the same line: how many segments the two that cross are apart at least, the second one ahead.
     """
+    from scipy.spatial import cKDTree  # who reads a fabric of a file needs none
+
     (u, a), (v, b) = first, second
     da, db = np.diff(a, axis=0), np.diff(b, axis=0)
     longest = max(np.linalg.norm(step, axis=1).max() for step in (da, db))

@@ -117,9 +117,8 @@ class Drawing:
 
     def _lean(self, points: np.ndarray, stitch: Stitch) -> np.ndarray:
         """Return by how much the points (n, 3) of a loop are moved: its head to its needle, its legs past others."""
-        low = (
-            self.plain[0, 1] + self.rise
-        )  # sinkers of the next row; legs lean from the heads below up to these
+        # Sinkers of the next row; legs lean from the heads below up to these
+        low = self.plain[0, 1] + self.rise
         share = np.clip(0.5 + 0.5 * points[:, 1] / low, 0, 1)
         out = ASIDE * self.diameter * stitch.aside * 4 * share * (1 - share)
         return np.column_stack([share * stitch.moved * self.wale, 0 * share, out])

@@ -14,7 +14,8 @@ import xarray as xr
 from knitstudy.errors import CoarseIncrement, ConvergenceError
 from knitstudy.loading.gates import loosened, require_lasting_friction
 from knitstudy.loading.history import Meter, Motion, Recorder, Stations, place_on_path
-from knitstudy.loading.restart import IN_MEMORY, Checkpoint, ReportProgress, Run
+from knitstudy.loading.restart import Checkpoint
+from knitstudy.loading.run import IN_MEMORY, ReportProgress, Run
 from knitstudy.mechanics.batches import serial_blas
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU, LinearSolver
@@ -114,9 +115,8 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
                 _record(problem, recorder, increment)
                 coarse = _check(problem, increment, recorder)
                 if coarse is not None:
-                    alike = errors[
-                        coarse.unit
-                    ]  # of this increment and of the larger ones that it is a part of
+                    # Errors of this increment and of the larger ones that it is a part of
+                    alike = errors[coarse.unit]
                     alike.append(coarse.error)
                     if len(alike) < 3 or alike[-1] <= WORTHWHILE * alike[-3]:
                         recorder.drop()

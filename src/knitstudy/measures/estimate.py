@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from math import floor, isnan, log10, nan
 
 import numpy as np
-from scipy.optimize import brentq
 
 from knitstudy.errors import DataFileError
 
@@ -189,5 +188,7 @@ def _unexplained(value: np.ndarray, variance: np.ndarray) -> float:
         weight = 1 / (variance + added)
         mean = weight @ value / weight.sum()
         return float(weight @ (value - mean) ** 2) - (len(value) - 1)
+
+    from scipy.optimize import brentq  # few tables get here
 
     return 0.0 if excess(0.0) <= 0 else float(brentq(excess, 0.0, np.ptp(value) ** 2))

@@ -15,7 +15,7 @@ from scipy.interpolate import CubicSpline
 from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.history import Stations
-from knitstudy.loading.restart import ReportProgress, silent
+from knitstudy.loading.run import ReportProgress, silent
 from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.rotation import exp, log
 from knitstudy.mechanics.spline_yarn.space import Space

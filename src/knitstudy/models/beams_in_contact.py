@@ -26,10 +26,7 @@ from knitstudy.models import endless_beams
 from knitstudy.models.beam_contact import STRIDE, contact_of, penalty, require_known
 from knitstudy.models.joints import JointPoints, Joints, contacts_of_crossings, patch_stiffness
 from knitstudy.models.network_3d import Network, loaded, spatial_network
-from knitstudy.study.model_sections import Beam, BeamMesh, Newton, Tie, TiedEdges, TouchingBeamGates
-from knitstudy.study.problem_sections import BeamYarn
 from knitstudy.study.scene import Scene
-from knitstudy.study.scene_type import MODELS, Model
 
 
 @dataclass(eq=False)
@@ -150,29 +147,3 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
             "contact_points": len(line.yarn),
         },
     )
-
-
-MODELS.register(
-    Model(
-        name="beam",
-        meaning="beams in contact",
-        label="beams",
-        specimens=("knit", "cut_knit", "cell"),
-        slips=("cell",),
-        sections={
-            "yarn": BeamYarn,
-            "mesh": BeamMesh,
-            "tie": Tie,
-            "solver": Newton,
-            "gates": TouchingBeamGates,
-            "beam": Beam,
-        },
-        touching={"contact": TiedEdges},
-        tied=None,
-        build=build,
-        look=("#00704F", "-", "P"),
-        memory=350,
-        memory_a_cell=3.3,
-        seconds_a_cell=1.1,
-    )
-)

@@ -25,9 +25,7 @@ from knitstudy.mesh.quality import require_memory_to_simulate
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models import solids
 from knitstudy.models.discretisation import Discretisation, yarn_surfaces
-from knitstudy.study.model_sections import HexahedralGates, HexahedralNewton, SolidContact, SolidMesh, Tie
 from knitstudy.study.scene import Scene
-from knitstudy.study.scene_type import MODELS, Model
 
 
 def _elements(scene: Scene, connectivity: np.ndarray, nodes: np.ndarray) -> tuple[ElementGroup, ...]:
@@ -155,18 +153,3 @@ def _discretisation(
         connectivity=elements,
         **parts,
     )
-
-
-MODELS.register(
-    Model(
-        name="hexahedra",
-        meaning="solid yarns of hexahedra",
-        label="DNS",
-        specimens=("knit", "cut_knit", "pair"),
-        sections={"mesh": SolidMesh, "tie": Tie, "solver": HexahedralNewton, "gates": HexahedralGates},
-        touching={"contact": SolidContact},
-        solid=True,
-        outputs=("fields", "vtu", "deck"),
-        build=build,
-    )
-)

@@ -14,7 +14,7 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.spline import Centreline
 from knitstudy.loading.columns import CONTACTS
 from knitstudy.mechanics.contact.patch_compliance import local_compliance
-from knitstudy.study.model_sections import Springs as SpringKeys
+from knitstudy.study.fidelities.rom3d import Springs as SpringKeys
 from knitstudy.study.problem_sections import Yarn
 
 # The normal of a contact (section 2.5): "a contact normal vector was defined in the direction of the resultant contact
@@ -112,9 +112,8 @@ class Springs:
     tied: np.ndarray  # (K,) crossings that are tied instead
     open: np.ndarray  # (K,) crossings that are neither tied nor in contact at the last increment
     force: np.ndarray  # (K, 3) net force on the lower row's yarn at the last increment, along the axes [N]
-    displacement: (
-        np.ndarray
-    )  # (K, 3) of the upper row's side to the lower row's since first contact, along them [m]
+    # (K, 3) of the upper row's side to the lower row's since first contact, along them [m]
+    displacement: np.ndarray
 
     @property
     def stiffness(self) -> np.ndarray:

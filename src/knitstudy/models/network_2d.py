@@ -29,9 +29,7 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.history import Stations
 from knitstudy.loading.solve import Problem
 from knitstudy.models.network_3d import Network, contacts_of, problem, require_named
-from knitstudy.study.model_sections import Gates, Newton, PlanarJoints
 from knitstudy.study.scene import Scene
-from knitstudy.study.scene_type import MODELS, Model
 
 INTERLOCKS, LEGS = ("interlock, left", "interlock, right"), ("leg, left", "leg, right")
 
@@ -212,19 +210,3 @@ def _with_ends(fabric: Fabric, corners: _Corners, contacts: xr.Dataset, course: 
         len(corners.point) + np.arange(len(end)),
         end,
     )
-
-
-MODELS.register(
-    Model(
-        name="rom2d",
-        meaning="a planar honeycomb of beams",
-        label="2D ROM",
-        specimens=("knit", "cut_knit"),
-        sections={"solver": Newton, "gates": Gates, "rom": PlanarJoints},
-        sources=("rom.contacts_from", "rom.stress_from"),
-        build=build,
-        look=("#D9740B", "-.", "^"),
-        memory=500,
-        seconds_a_cell=0.15,
-    )
-)

@@ -42,10 +42,8 @@ from knitstudy.models.joints import (
     patch_stiffness,
     spring_joints,
 )
-from knitstudy.study.model_sections import BeamGates, BeamMesh, Newton, SpatialJoints, Springs, Tie
 from knitstudy.study.problem_sections import Yarn
 from knitstudy.study.scene import Scene
-from knitstudy.study.scene_type import MODELS, Model
 
 SPINS = range(3, 6)  # components of the rotation among the unknowns of a node
 
@@ -383,21 +381,3 @@ def _tie(position: np.ndarray, pairs: np.ndarray, centroid: np.ndarray) -> tuple
     at = position.copy()
     at[pairs[:, 0]] = centroid
     return node, at[kept]
-
-
-MODELS.register(
-    Model(
-        name="rom3d",
-        meaning="a spatial network of beams",
-        label="3D ROM",
-        specimens=("knit", "cut_knit"),
-        sections={"mesh": BeamMesh, "solver": Newton, "gates": BeamGates},
-        touching={"rom": Springs},
-        tied={"tie": Tie, "rom": SpatialJoints},
-        sources=("rom.contacts_from", "rom.springs_from"),
-        build=build,
-        look=("#7B3294", "--", "s"),
-        memory=500,
-        seconds_a_cell=0.15,
-    )
-)

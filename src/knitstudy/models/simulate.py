@@ -12,7 +12,7 @@ from knitstudy.geometry.fabric import Fabric, plain_knit
 from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.loading.gates import require_elements_across, require_fine_beams
 from knitstudy.loading.history import Meter
-from knitstudy.loading.restart import IN_MEMORY, Run
+from knitstudy.loading.run import IN_MEMORY, Run
 from knitstudy.loading.solve import Problem, solve_load_path
 from knitstudy.mesh.mesher import check_shape, mesh_fabric
 from knitstudy.mesh.sweep import SweptMesh

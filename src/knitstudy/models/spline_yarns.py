@@ -27,9 +27,7 @@ from knitstudy.mesh.sweep import SweptMesh, rotation_minimising, sweep
 from knitstudy.models import endless, solids
 from knitstudy.models.beam_guide import guide_of
 from knitstudy.models.discretisation import Discretisation, contact_surfaces, fitted_places
-from knitstudy.study.model_sections import PolynomialContact, PolynomialMesh, SolidGates, SolidNewton, Tie
 from knitstudy.study.scene import Scene
-from knitstudy.study.scene_type import MODELS, Model
 
 # Distance from a crossing up to which spans are short and of the degree of crossings, over the yarn's radius
 CROSSING_REACH = 1.0
@@ -210,19 +208,3 @@ def _gripped(grip: Grip, fabric: Fabric, space: Space, spans: list[YarnSpans]) -
         every = np.repeat(np.arange(own.spline.size), np.diff(own.first_node))
         nodes.append(space.first_node[yarn] + np.flatnonzero(np.isin(every, splines)))
     return np.concatenate(nodes)
-
-
-MODELS.register(
-    Model(
-        name="spline_yarns",
-        meaning="solid yarns of polynomials times splines",
-        label="DNS",
-        specimens=("knit", "cut_knit", "pair", "cell"),
-        sections={"mesh": PolynomialMesh, "tie": Tie, "solver": SolidNewton, "gates": SolidGates},
-        touching={"contact": PolynomialContact},
-        solid=True,
-        outputs=("fields", "vtu"),
-        build=build,
-        look=("#0072B2", "-", "D"),
-    )
-)

@@ -10,8 +10,6 @@ from math import ceil
 
 import psutil
 
-from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.mesh.section import nodes_for_size
 from knitstudy.study.scene import Scene
 
 MEGABYTE = 1e6
@@ -89,6 +87,8 @@ def unknowns(scene: Scene) -> float:
         functions = (degree + 1) * (degree + 2) / 2
         near = 1 + MORE_SPANS * (mesh.span / mesh.crossing_span - 1)
         return 3 * functions * near * length / (mesh.span * radius)
+    from knitstudy.mesh.section import nodes_for_size
+
     slices = UNEVEN * (1 + MORE_SLICES * (mesh.refinement - 1)) * length / (mesh.growth * mesh.size * radius)
     nodes = slices * nodes_for_size(2, mesh.size)
     return 3 * nodes * (NODES_OF_QUADRATIC if _element(scene) == "quadratic" else 1.0)
@@ -103,5 +103,7 @@ def _yarn(scene: Scene) -> float:
     """Return the length of all yarns as they are drawn [m]."""
     if scene.specimen == "pair":
         return 2 * scene.pair.length
+    from knitstudy.geometry.lay_out import initial_loop  # with SciPy, which costs of beams do not need
+
     pattern, cut = scene.pattern, scene.specimen == "cut_knit"
     return initial_loop(scene).length * pattern.loops * (pattern.rows + (not cut))

@@ -10,13 +10,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import provenance, with_coordinates
-from knitstudy.loading.columns import COORDINATES, GEOMETRY, MESH
 from knitstudy.study.scene import NOTHING, Scene
+
+if TYPE_CHECKING:  # a job that needs no dataset starts in half the time
+    import xarray as xr
 
 CONVENTIONS = "CF-1.11"  # https://cfconventions.org
 
@@ -34,6 +35,8 @@ class Record:
 
     def describe(self, dataset: xr.Dataset) -> xr.Dataset:
         """Return a result with this record, a unit and a meaning of every variable, and strain as a coordinate."""
+        from knitstudy.loading.columns import COORDINATES, GEOMETRY, MESH
+
         scene, (code, *others) = self.scene, provenance().items()
         versions = ", ".join(f"{name} {version}" for name, version in others)
         attributes = {

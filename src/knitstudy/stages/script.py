@@ -15,40 +15,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TextIO
 
-from knitstudy.errors import ConfigurationError, KnitstudyError
-from knitstudy.files import provenance, read_result
-from knitstudy.loading.restart import Progress, Run, restart_of
-from knitstudy.registry import load_plugins
-from knitstudy.stages.plan import Plan, make, result_of
-from knitstudy.stages.table import STAGES
-from knitstudy.study.configuration import folder_of, workflow_configuration
-
-RESTARTS = Path("run")  # Folder of restart files, by stage
-
-
-def run_stage(job: Any) -> None:
-    """Run the stage that has the name of a rule, unless its result is there and up to date.
-
-    `job` is the ``snakemake`` object of a script. Its param is the digest that the result should have.
-    """
-    load_plugins(job.config.get("plugins", ()))
-    with frame(job) as progress:
-        plan = Plan.of(folder_of(workflow_configuration(job.config)))
-        stage, labels = STAGES[job.rule], job.wildcards
-        scene = plan.knits[labels.knit] if "knit" in labels.keys() else plan.scenes[labels.scene]
-        target, wanted = Path(job.output[0]), job.params.digest
-        if plan.digest(stage, scene) != wanted:
-            raise ConfigurationError(f"scene {scene.name} was edited meanwhile; type the same command again")
-        if stage.is_dataset and target.is_file() and result_of(target, wanted) is not None:
-            print(f"{target} is up to date", file=sys.stderr)
-            return
-        if stage.long:
-            stage.require_machine(scene)
-        needed = {name: read_result(path) for name, path in job.input.items()}
-        restart = restart_of(RESTARTS / stage.name, scene.name, wanted) if stage.long else None
-        seen = scene.only(stage.document(scene), stage.keys(scene))
-        make(stage, seen, needed, target, wanted, Run(restart, progress), plan.record(stage, scene))
-
+from knitstudy.errors import KnitstudyError
+from knitstudy.files import provenance
+from knitstudy.loading.run import Progress
 
 INTERRUPTED = 130  # Exit status after Ctrl-C: whoever started the study says the rest
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from knitstudy.loading.restart import IN_MEMORY, ReportProgress, Run, restart_of, silent
+from knitstudy.loading.run import IN_MEMORY, ReportProgress, Run, restart_of, silent
 from knitstudy.stages.plan import Plan, kept_of, make, result_of
 from knitstudy.stages.table import STAGES, Stage
 from knitstudy.study.configuration import CONFIG
@@ -24,7 +24,7 @@ log = logging.getLogger(__name__)
 OF_STUDY = Path("results")  # Where studies leave results, which are read and never written here
 
 BeginProgress = Callable[[str], ReportProgress]
-"""Returns the receiver of the progress of a stage, for example `knitstudy.loading.restart.Progress`."""
+"""Returns the receiver of the progress of a stage, for example `knitstudy.loading.run.Progress`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,7 @@ def simulate(
         Configuration folder that names of other scenes refer to; its plan, where it has been read already.
     progress : callable, optional
         Called with the label of a stage, returns the receiver of its progress; for example
-        `knitstudy.loading.restart.Progress`, which prints lines with the time left.
+        `knitstudy.loading.run.Progress`, which prints lines with the time left.
     anew : bool
         Simulate the scene even if its result is there.
 

@@ -11,21 +11,17 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import xarray as xr
-
-from knitstudy.contacts.contacts import contacts
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.exchange import inp, series, vtu
 from knitstudy.files import fault_of
-from knitstudy.geometry.lay_out import lay_out
-from knitstudy.mesh import mesher
-from knitstudy.models import endless_beams, stress
-from knitstudy.models.simulate import simulate
+from knitstudy.registry import later
 from knitstudy.stages.code import MESH, MODEL
 from knitstudy.stages.cost import expected_memory, expected_seconds, machine_memory
 from knitstudy.study.scene import Scene
+
+if TYPE_CHECKING:  # a job that needs no dataset starts in half the time
+    import xarray as xr
 
 Needs = Mapping[str, tuple[str, Scene]]
 """The results that a function takes, by its parameters: the stage that makes each, and of which scene."""
@@ -49,7 +45,7 @@ class Stage:
     """A step from a scene to one of its results.
 
     The function is called with the scene, the datasets that it needs by name, and ``run``
-    (`knitstudy.loading.restart.Run`) if the stage is long. It returns a dataset; if the result is no netCDF file, it
+    (`knitstudy.loading.run.Run`) if the stage is long. It returns a dataset; if the result is no netCDF file, it
     writes the file ``path``.
     """
 
@@ -169,8 +165,8 @@ def _solids(scene: Scene, named: Named) -> Needs:
     return {"geometry": ("geometry", scene), "mesh": ("mesh", scene)}
 
 
-def _export(name: str, path: str, what: str, function: Callable, outputs: str, **known: Any) -> Stage:
-    """Return a stage that writes a file for another program, of scenes that ask for some outputs.
+def _export(name: str, path: str, what: str, function: str, outputs: str, **known: Any) -> Stage:
+    """Return a stage whose `function` of `exchange` writes a file for another program, of scenes with some outputs.
 
     Unless `known` says otherwise, scenes with a mesh have the stage that may have these outputs.
     """
@@ -182,7 +178,9 @@ def _export(name: str, path: str, what: str, function: Callable, outputs: str, *
         "needs": _solids,
         "wanted": lambda scene: asked <= set(scene.outputs),
     } | known
-    return Stage(name, path, f"Write {what} of {{wildcards.scene}}", function, **known)
+    return Stage(
+        name, path, f"Write {what} of {{wildcards.scene}}", later(f"knitstudy.exchange.{function}"), **known
+    )
 
 
 _STAGES = (
@@ -190,7 +188,7 @@ _STAGES = (
         name="geometry",
         path_pattern="geometry/{knit}.nc",
         message="Lay out {wildcards.knit}",
-        function=lay_out,
+        function=later("knitstudy.geometry.lay_out:lay_out"),
         reads=OF_GEOMETRY,
         of=lambda scene: True,
         code=("geometry",),
@@ -201,7 +199,7 @@ _STAGES = (
         name="mesh",
         path_pattern="mesh/{scene}.nc",
         message="Mesh {wildcards.scene}",
-        function=mesher.mesh,
+        function=later("knitstudy.mesh.mesher:mesh"),
         reads=("load.direction", "mesh.size", "mesh.growth", "mesh.refinement"),
         of=has_mesh,
         needs=lambda scene, named: {"geometry": ("geometry", scene)},
@@ -212,7 +210,7 @@ _STAGES = (
         name="rest",
         path_pattern="rest/{scene}.nc",
         message="Relax {wildcards.scene}",
-        function=endless_beams.relax,
+        function=later("knitstudy.models.endless_beams:relax"),
         reads=(*KIND, "yarn", "mesh", "contact.friction", "beam", "solver", "load.start"),
         of=starts_from_rest,
         needs=lambda scene, named: {"geometry": ("geometry", scene)},
@@ -223,7 +221,7 @@ _STAGES = (
         name="simulation",
         path_pattern="simulation/{scene}.nc",
         message="Simulate {wildcards.scene}",
-        function=simulate,
+        function=later("knitstudy.models.simulate:simulate"),
         reads=None,
         outputs=("fields",),
         of=lambda scene: True,
@@ -237,7 +235,7 @@ _STAGES = (
         name="contacts",
         path_pattern="contacts/{scene}.nc",
         message="Find the contacts of {wildcards.scene}",
-        function=contacts,
+        function=later("knitstudy.contacts.contacts:contacts"),
         reads=(),
         of=lambda scene: scene.kind.fidelity.solid and scene.specimen != "cell",
         needs=lambda scene, named: {"geometry": ("geometry", scene), "history": ("simulation", scene)},
@@ -246,29 +244,29 @@ _STAGES = (
         name="stress",
         path_pattern="stress/{scene}.nc",
         message="Average the stress of {wildcards.scene}",
-        function=stress.stress,
+        function=later("knitstudy.models.stress:stress"),
         reads=MODEL_KEYS,
         of=lambda scene: has_mesh(scene) and scene.is_knit and "fields" in scene.outputs,
         needs=_fields,
         memory=lambda scene: 1000 + expected_memory(scene) // 2,
     ),
-    _export("mesh_vtu", "mesh/{scene}.vtu", "the mesh", vtu.write_mesh, "vtu", reads=("mesh.element",)),
+    _export("mesh_vtu", "mesh/{scene}.vtu", "the mesh", "vtu:write_mesh", "vtu", reads=("mesh.element",)),
     _export(
         "series",
         "simulation/{scene}.pvd",
         "all increments",
-        series.write_series,
+        "series:write_series",
         "vtu",
         of=lambda _: True,
         needs=_series,
     ),
-    _export("deck_abaqus", "mesh/{scene}.abaqus.inp", "the Abaqus deck", inp.write_abaqus, "deck"),
-    _export("deck_calculix", "mesh/{scene}.calculix.inp", "the CalculiX deck", inp.write_calculix, "deck"),
+    _export("deck_abaqus", "mesh/{scene}.abaqus.inp", "the Abaqus deck", "inp:write_abaqus", "deck"),
+    _export("deck_calculix", "mesh/{scene}.calculix.inp", "the CalculiX deck", "inp:write_calculix", "deck"),
     _export(
         "shell_section",
         "simulation/{scene}.abaqus.inp",
         "the Abaqus shell section",
-        inp.write_shell,
+        "inp:write_shell",
         "deck",
         reads=(),
         of=lambda scene: scene.specimen == "cell" and not scene.kind.interaction.touches,

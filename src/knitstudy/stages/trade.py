@@ -20,7 +20,7 @@ import pandas as pd
 
 from knitstudy.errors import ConfigurationError, DataFileError, said_by
 from knitstudy.files import read_table, write_table
-from knitstudy.loading.restart import Progress
+from knitstudy.loading.run import Progress
 from knitstudy.measures.cost import MEGABYTE, memory_growth
 from knitstudy.measures.estimate import Estimate, limit_of_degrees
 from knitstudy.measures.questions import QUESTIONS, answers, known

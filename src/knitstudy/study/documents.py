@@ -44,9 +44,8 @@ def parsed(text: str, where: str) -> Any:
     """Return the content of a YAML text; `where` begins the message of the ConfigurationError if it is empty."""
     try:
         for event in yaml.parse(text, Loader=_Loader) if "*" in text else ():
-            if isinstance(
-                event, yaml.AliasEvent
-            ):  # an alias may contain itself, or be expanded thousands of times
+            # An alias may contain itself, or be expanded thousands of times
+            if isinstance(event, yaml.AliasEvent):
                 raise _Refused(f"write the value out instead of *{event.anchor}", event)
         return yaml.load(text, Loader=_Loader)
     except _Refused as error:

@@ -15,9 +15,7 @@ from typing import Any
 from knitstudy.errors import ConfigurationError
 from knitstudy.registry import Registry, find, meanings, near_names
 from knitstudy.study.keys import SceneName, Section, describe, lists, numerics, output, physics, validated
-from knitstudy.study.model_sections import (
-    Sliding,
-)
+from knitstudy.study.model_sections import Sliding
 from knitstudy.study.problem_sections import (
     CellStrain,
     Geometry,
@@ -79,9 +77,8 @@ class Model:
     label: str  # in figures and tables
     specimens: tuple[str, ...]  # that it can model
     sections: Sections  # beside the sections of the specimen and of the yarn
-    build: Callable[
-        ..., Any
-    ]  # (scene, fabric, ...) -> Problem; other parameters name the data of other stages
+    # (scene, fabric, ...) -> Problem; other parameters name the data of other stages
+    build: Callable[..., Any]
     touching: Sections = field(default_factory=dict)  # further ones of scenes whose yarns are in contact
     # Further ones of scenes whose yarns are all tied; None if it cannot model such scenes
     tied: Sections | None = field(default_factory=dict)
@@ -144,7 +141,7 @@ INTERACTIONS = _by_name(
     ),
 )
 
-MODELS: Registry[Model] = Registry("fidelity", "knitstudy.models")
+MODELS: Registry[Model] = Registry("fidelity", "knitstudy.study.fidelities")
 """The models by the value of the key `fidelity`; every one is registered in a file of its own."""
 
 

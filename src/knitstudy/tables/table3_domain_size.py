@@ -62,9 +62,8 @@ def tabulate_growth(domain: Datasets, scenes: Scenes) -> pd.DataFrame:
             "cells in a row [1]": f"3 to {series.cells[-1]}",
         }
         for name, values in costs.items():
-            grows = (
-                series.growth(values) if np.all(values) else UNKNOWN
-            )  # no Krylov iterations of direct solvers
+            # Direct solvers have no Krylov iterations
+            grows = series.growth(values) if np.all(values) else UNKNOWN
             row |= {
                 f"exponent of {name} [1]": grows.value,
                 f"standard error, {name} [1]": grows.uncertainty,

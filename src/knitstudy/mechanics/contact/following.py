@@ -173,7 +173,7 @@ def _in_order(
 ) -> tuple[ContactHistory, np.ndarray]:
     """Return the chosen (c,) of two histories' pairs, and values (c,), in an order that depends on the pairs alone.
 
-    So sums do not depend on when was searched, after a restart neither.
+    Sums then depend neither on when pairs were searched for nor on a restart.
     """
     both = one, other
     along, surface, point = (
@@ -188,7 +188,7 @@ def _in_order(
     return one.joined(other, chosen=chosen[order]), least[order]
 
 
-# Pairs that may touch, from one configuration to the next: searched for as seldom as motion allows
+# Pairs that may touch, from one configuration to the next: searched for as seldom as motion allows.
 # State that is kept here saves time: answers depend on earlier questions by no more than rounding.
 
 
@@ -218,9 +218,8 @@ class Following:
 
         Those cannot whose surfaces have moved too little since their gap was last known to close it.
         """
-        if (
-            self._source is ContactHistory.empty() and history.search_status is not None
-        ):  # from a restart file
+        # A history from a restart file
+        if self._source is ContactHistory.empty() and history.search_status is not None:
             first = history.search_status.searched[0]
             boxes = Neighbourhoods(self._search.surfaces, first, self._search.reach)
             self._follow(before, history, history, boxes)

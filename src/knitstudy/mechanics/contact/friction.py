@@ -62,9 +62,8 @@ class ContactPoints:
 class ContactStatus:
     """State of the search for pairs, which a restart needs to the last bit."""
 
-    searched: (
-        np.ndarray
-    )  # (n, M, 3), carriers of the surfaces at the last searches, the first one for all pairs [m]
+    # (n, M, 3), carriers of the surfaces at the last searches, the first one for all pairs [m]
+    searched: np.ndarray
     last: np.ndarray  # int (b,), the search that was the last one for pairs of a neighbourhood
     seen: np.ndarray  # (M, 3), where they were when gaps were seen last [m]
     least: np.ndarray  # (c,), lower bounds of the gaps of all pairs there [m]

@@ -60,9 +60,8 @@ def in_parts(
     if stiffness and out is None:
         out = np.empty((count, nodes**2, 9))
     start = batch.start or 0
-    few = -(
-        -count // max(1, round(count / few))
-    )  # parts of one size: a small one costs as many calls as a large one
+    # Parts of one size: a small one costs as many calls as a large one
+    few = -(-count // max(1, round(count / few)))
     for first in range(0, count, few):
         part = slice(first, min(first + few, count))
         here = slice(start + part.start, start + part.stop)

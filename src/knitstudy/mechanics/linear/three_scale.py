@@ -192,9 +192,8 @@ class CrossingScale:
         """
         matrix, unsymmetric = system.matrix, system.unsymmetric
         self.release()
-        around = matrix.indices[
-            block_entries(matrix, system.touching)
-        ]  # nodes that share an element or a contact
+        # Nodes that share an element or a contact
+        around = matrix.indices[block_entries(matrix, system.touching)]
         patch = np.unique(np.concatenate([self._tied, system.touching, around]))
         self.unknowns = (3 * patch[:, None] + np.arange(3)).ravel()
         if not len(self.unknowns):

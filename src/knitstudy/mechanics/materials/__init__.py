@@ -38,9 +38,8 @@ class Material(Protocol):
     name: ClassVar[str]  # of its law: the value of the key `yarn.material`, and one line on it
     meaning: ClassVar[str]
     directional: ClassVar[bool]  # whether `respond` needs local axes
-    logarithmic: ClassVar[
-        bool
-    ]  # whether its dilatation theta is ln det F; else it is the trace of Green's strain
+    # Whether its dilatation theta is ln det F; else it is the trace of Green's strain
+    logarithmic: ClassVar[bool]
 
     @property
     def youngs_modulus(self) -> float:

@@ -1,0 +1,64 @@
+"""The model `beam`: beams that touch along whole yarns (section 3.3, Fig. 12b)."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from knitstudy.registry import later
+from knitstudy.study.keys import Positive, Section, numerics
+from knitstudy.study.model_sections import BeamGates, BeamMesh, Newton, Tie, TiedEdges
+from knitstudy.study.problem_sections import BeamYarn
+from knitstudy.study.scene_type import MODELS, Model
+
+
+class TouchingBeamGates(BeamGates):
+    """Additional limits of beams in contact."""
+
+    point: float = numerics("choice", meaning="over the internal energy", default=0.1, gt=0)
+    """Energy of contact where yarns bend, cross or overlap beyond the verified range of the law, gates.md.
+    Checked: 0.1, at which cells of beams are 5 % softer than solid yarns."""
+
+
+class Beam(Section):
+    """Contact along all yarns, of "rigid" or "hertz" sections; kind of ties.
+
+    Rigid sections press each other with `stiffness` E sqrt(R) approach^1.5; pinned ties have `stiffness` E R.
+    """
+
+    section: Literal["rigid", "hertz"] = numerics(
+        "inferred", allowed="rigid (a penalty) or hertz (the approach of two crossed cylinders)"
+    )
+    """Section 3.3: the deformation of the cross-section is ignored. Checked: rigid and hertz (scenes beam-*)."""
+    tie: Literal["rigid", "pinned", "patch"] = numerics(
+        "assumed",
+        allowed="rigid, pinned (sections may turn) or patch (pins that yield as tied areas do): tied crossings",
+    )
+    """Section 2.3 ties the outer rows; tied solids turn nearly freely and yield. Checked: all three."""
+    stiffness: Positive = numerics("assumed", meaning="over Hertz's 0.8 to 0.9 where sections yield")
+    """Not printed; hard contact. Checked: 10 and 100 (scenes beam-*)."""
+
+
+MODELS.register(
+    Model(
+        name="beam",
+        meaning="beams in contact",
+        label="beams",
+        specimens=("knit", "cut_knit", "cell"),
+        slips=("cell",),
+        sections={
+            "yarn": BeamYarn,
+            "mesh": BeamMesh,
+            "tie": Tie,
+            "solver": Newton,
+            "gates": TouchingBeamGates,
+            "beam": Beam,
+        },
+        touching={"contact": TiedEdges},
+        tied=None,
+        build=later("knitstudy.models.beams_in_contact:build"),
+        look=("#00704F", "-", "P"),
+        memory=350,
+        memory_a_cell=3.3,
+        seconds_a_cell=1.1,
+    )
+)
