@@ -195,6 +195,24 @@ def test_a_guide_that_leads_astray_costs_one_attempt():
         np.testing.assert_allclose(end.state.x, [0, 1, 2, 3], atol=1e-5)
 
 
+def test_a_guide_leads_by_itself_where_the_rate_of_the_model_leads_astray():
+    """Uneven springs that tear; the guide is wrong in the second increment, and so is the rate beside its own."""
+    uneven = np.array([1.0, 4.0, 16.0])
+    law = (
+        lambda e: np.where(e < 2, uneven * e + e**3, np.nan),
+        lambda e: np.where(e < 2, uneven + 3 * e**2, np.nan),
+    )
+    chain, settings = Chain(4, *law), Settings(increments=4)
+    alone = {each.load: each for each in trace(chain, PULL, settings, LU())}
+    wrong = np.array([0.0, 60.0, -60.0, 0.0])
+
+    def guide(load, target):
+        return alone[target].state.x - alone[load].state.x + (wrong if load == 0.25 else 0.0)
+
+    led = list(trace(chain, PULL, settings, LU(), guide=guide))
+    assert [each.newton_iterations > 1 for each in led[1:]] == [False, True, False, False]
+
+
 def test_a_free_mechanism_is_an_error():
     chain = Chain(3, lambda e: e, np.ones_like)
     loose = PrescribedDisplacement(np.array([], dtype=int), np.array([]))

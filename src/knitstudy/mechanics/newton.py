@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
@@ -250,8 +250,7 @@ class _Path:
         self.spent = np.zeros(2, dtype=int)
         self.seconds = dict.fromkeys(PHASES, 0.0)
         self.solver.begin()
-        led = self._led(now, target) if self.guide and guess is None else None
-        if led is not None:
+        for led in self._led(now, target) if self.guide and guess is None else ():
             try:
                 return self._balance(led, now, target)
             except _Failed as failure:
@@ -260,21 +259,24 @@ class _Path:
         at = self._predict(now, target) if guess is None else self._guessed(now, target, guess)
         return self._balance(at, now, target)
 
-    def _led(self, now: Increment, target: float) -> _Iterate | None:
-        """Return the state to which the guide leads, None where it does not get there.
+    def _led(self, now: Increment, target: float) -> Iterator[_Iterate]:
+        """Yield the states to which the guide leads, the best first; none where it does not get there.
 
-        The model goes as the guide does at first. Once it has a rate of its own, of an increment that did not begin at
-        rest, it goes on at this rate, and by as much faster or slower as the guide does.
+        Once the model has a rate of its own, of an increment that did not begin at rest, it goes on at this rate, and
+        by as much faster or slower as the guide does. Else, and where that fails, it goes as the guide does.
         """
         change = self.guide(now.load, target)
         if change is None:
-            return None
+            return
+        changes = [change]
         if now.index > 1 and now.rates:
             last, span = now.rates[0], target - now.load
             past = self.guide(now.load - last.increment, now.load)
-            change = change + span * (last.step - past / last.increment)
-        at = self._predicted(now, target, (), change)
-        return at if np.all(np.isfinite(at.response.force)) else None
+            changes.insert(0, change + span * (last.step - past / last.increment))
+        for change in changes:
+            at = self._predicted(now, target, (), change)
+            if np.all(np.isfinite(at.response.force)):
+                yield at
 
     def _balance(self, at: _Iterate, now: Increment, target: float) -> Increment:
         """Return the converged increment that iterations from a state lead to, or raise _Failed."""
