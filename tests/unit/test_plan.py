@@ -144,9 +144,12 @@ def test_measured_costs_are_expected(name):
     assert seconds <= expected_seconds(scene) <= 4 * seconds
 
 
-@pytest.mark.parametrize(("loops", "peak"), [(6, 367), (8, 503), (10, 672), (30, 2700)])
-def test_measured_memory_of_beams_is_expected(loops, peak):
-    scene = load_scene("domain-beams-isotropic-course-10x10")
+@pytest.mark.parametrize(
+    ("model", "loops", "peak"),
+    [("beams", 6, 367), ("beams", 8, 503), ("beams", 10, 672), ("beams", 30, 2700), ("yarns", 30, 8284)],
+)
+def test_measured_memory_of_knits_in_contact_is_expected(model, loops, peak):
+    scene = load_scene(f"domain-{model}-isotropic-course-10x10")
     keys = {"name": "large", "knit": "large", "pattern.loops": loops, "pattern.rows": loops}
     assert peak <= expected_memory(scene.vary(keys)) <= 1.3 * peak
 
