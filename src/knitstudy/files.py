@@ -127,6 +127,10 @@ def write_text(text: str, path: Path | str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
+HASHES = ("physics", "commit", "digest", "code")
+"""Columns that are texts also where a hash has digits alone."""
+
+
 def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
     """Read a CSV table that must have the columns ``needs``.
 
@@ -136,7 +140,7 @@ def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
 
     path = Path(path)
     try:
-        table = pd.read_csv(path)
+        table = pd.read_csv(path, dtype=dict.fromkeys(HASHES, str))
     except FileNotFoundError as error:
         raise DataFileError(f"{path}: there is no such file; make it with `make study`") from error
     except (OSError, ValueError) as error:
