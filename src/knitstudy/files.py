@@ -111,6 +111,9 @@ def commit() -> str:
 STAMP = ("physics", "commit", "made", "command")
 """Columns of tables in ``resources``: digest of the physics, commit of the code, day, and the command that makes it."""
 
+TEXTS = (*STAMP, "digest", "code")
+"""Columns of tables that are read as texts: a hash may have digits alone."""
+
 
 # Tables as CSV
 
@@ -127,10 +130,6 @@ def write_text(text: str, path: Path | str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
-HASHES = ("physics", "commit", "digest", "code")
-"""Columns that are texts also where a hash has digits alone."""
-
-
 def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
     """Read a CSV table that must have the columns ``needs``.
 
@@ -140,7 +139,7 @@ def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
 
     path = Path(path)
     try:
-        table = pd.read_csv(path, dtype=dict.fromkeys(HASHES, str))
+        table = pd.read_csv(path, dtype=dict.fromkeys(TEXTS, str))
     except FileNotFoundError as error:
         raise DataFileError(f"{path}: there is no such file; make it with `make study`") from error
     except (OSError, ValueError) as error:

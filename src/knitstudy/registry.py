@@ -73,9 +73,9 @@ class Registry(Generic[Entry]):
 
         Where a module has the name of the entry, no other module is imported.
         """
-        if name not in self._entries and self._package is not None and str(name).isidentifier():
-            if find_spec(f"{self._package}.{name}") is not None:
-                import_module(f"{self._package}.{name}")
+        module = f"{self._package}.{name}"
+        if name not in self._entries and self._package and str(name).isidentifier() and find_spec(module):
+            import_module(module)
         return find(self.what, self._entries if name in self._entries else self.all(), name, where)
 
     def module(self, name: str) -> str:

@@ -1,5 +1,7 @@
-"""A small configuration folder that tests may write into."""
+"""A small configuration folder that tests may write into, knits, and processes of their own."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -81,3 +83,19 @@ def paper():
 def cases(plain_scene):
     """Made-up scenes of the four cases of tension with all models."""
     return study.scenes(plain_scene)
+
+
+HEAVY = "pandas", "xarray", "netCDF4", "scipy", "knitstudy.models.solids"
+"""Modules that take most of the time of a start."""
+
+
+@pytest.fixture(scope="session")
+def printed_and_imported():
+    """Function that runs code in a process of its own; it returns the printed lines and the heavy modules imported."""
+
+    def run(code):
+        code = f"import sys; {code}; print([name for name in {HEAVY} if name in sys.modules])"
+        ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        return ended.stdout.splitlines()
+
+    return run

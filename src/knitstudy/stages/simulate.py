@@ -136,7 +136,7 @@ class _Maker:
                 argument: self.obtain(*step) for argument, step in self.plan.needs(stage, scene).items()
             }
             run = IN_MEMORY
-            if stage.long:  # short stages must not take the restart file of the scene for one of theirs
+            if stage.long:  # another stage would delete the restart file as an outdated one of its own
                 restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
                 run = Run(restart, self.progress(label))
             seen = scene.only(stage.document(scene), stage.keys(scene))
