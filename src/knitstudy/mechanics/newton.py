@@ -527,11 +527,12 @@ class _Path:
     def _forcing(self, at: _Iterate) -> float:
         """Relative accuracy of the linear solve that Newton can use (Eisenstat and Walker 1996, choice 2).
 
-        While contact points still change their status, more accuracy would be lost with the next change.
+        A residual that is small leaves soft motions of large knits far from theirs: 16 x 16 cells with friction take
+        8 iterations with 1e-3 in an increment in which they take 14 with 3e-2.
         """
         if self.settings.exact:
             return 1e-12
-        eta = 3e-2 if at.changed else 1e-3
+        eta = 1e-3
         if len(at.residuals) > 1 and at.residual < at.residuals[-2]:
             eta = min(eta, 0.9 * (at.residual / at.residuals[-2]) ** 2)
         # Nothing is gained by solving further than the increment has to be balanced.

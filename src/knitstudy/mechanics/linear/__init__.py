@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import time
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -13,6 +14,7 @@ import scipy.sparse.linalg as spla
 from scipy.linalg import cython_lapack
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.assembly import lacking
 
 NOWHERE = np.empty(0, dtype=np.int64)
 
@@ -25,9 +27,13 @@ class System:
     # (size, size), part of it without which it is symmetric and positive definite
     unsymmetric: sp.bsr_matrix | None = None
     touching: np.ndarray = field(default_factory=lambda: NOWHERE)  # nodes that contact acts on
-    moved: np.ndarray | None = (
-        None  # (n, 3), displacement of the nodes [m]: rigid motions are about where they are
-    )
+    # (n, 3), displacement of the nodes [m]: rigid motions are about where they are
+    moved: np.ndarray | None = None
+
+    def symmetric(self) -> AbstractContextManager:
+        """Return a context in which the matrix is without its unsymmetric part."""
+        part = self.unsymmetric
+        return nullcontext() if part is None or not part.nnz else lacking(self.matrix, part)
 
 
 @dataclass(frozen=True)

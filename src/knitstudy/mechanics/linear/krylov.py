@@ -6,7 +6,6 @@ import logging
 import math
 import time
 from collections.abc import Callable, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Protocol
@@ -16,7 +15,6 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator, gcrotmk
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.assembly import lacking
 from knitstudy.mechanics.batches import share
 from knitstudy.mechanics.linear import LU, NOWHERE, Solution, System
 
@@ -169,10 +167,7 @@ class Preconditioner(Protocol):
     """An approximate inverse that can be older than the matrix it is applied for."""
 
     def update(self, system: System) -> None:
-        """Make it anew; here `system.matrix` is without the part that makes it unsymmetric.
-
-        The matrix changes afterwards: a part that is kept has to be copied.
-        """
+        """Make it anew; the matrix changes afterwards: a part that is kept has to be copied."""
 
     def apply(self, residual: np.ndarray) -> np.ndarray:
         """Return an approximate solution (size,) for a right-hand side (size,)."""
@@ -181,7 +176,7 @@ class Preconditioner(Protocol):
 class Krylov:
     """A `LinearSolver`: conjugate gradients for symmetric matrices, minimal residuals for others.
 
-    The preconditioner, of the symmetric positive part, serves on for later matrices of an increment until the
+    The preconditioner serves on for later matrices of an increment until the
     iterations that it costs more than a fresh one add up to `WASTE`, or contact acts on nodes that it does not know.
     The decision depends on counts only, so that runs repeat, also when they go on from a restart file.
     """
@@ -255,9 +250,7 @@ class Krylov:
     def _renew(self) -> None:
         started = time.perf_counter()
         self._waste = np.inf  # one that fails here leaves none that could stay
-        matrix, part = self._system.matrix, self._system.unsymmetric
-        with lacking(matrix, part) if part is not None and part.nnz else nullcontext():
-            self.preconditioner.update(self._system)
+        self.preconditioner.update(self._system)
         self._known = self._system.touching
         self.setups += 1
         self._fresh, self._waste, self._rate = True, 0.0, 0.0
