@@ -101,7 +101,7 @@ def test_a_yarn_touches_itself():
     moved = nodes + (np.where(nodes[:, 1] > 2, -1.05, 1.05) * share)[:, None] * [0, 1.0, 0]
     points = answer.points(moved, nodes, ContactHistory.empty())
     assert len(points.active) > 0
-    row = answer.quadrature.xi(points.history.point[points.active])[:, 0]
+    row = answer.quadrature.places(points.history.point[points.active])[1][:, 0]
     assert np.all(np.abs(row - points.projection.xi[points.active, 0]) > 10)
 
 

@@ -54,8 +54,8 @@ def test_gauss_points_stand_for_the_area_of_the_contact_surface(offset):
     quadrature = Quadrature.on(Grids([Grid(grid.nodes, offset=offset)]), nodes, points=3)
     assert len(quadrature.area) == 12 * 24 * 9
     assert quadrature.area.sum() == pytest.approx(2 * np.pi * (1 - offset) * 6, rel=2e-3)
-    xi = quadrature.xi(np.arange(len(quadrature.area)))
-    np.testing.assert_array_equal(quadrature.place(np.arange(len(xi)) // 9), np.floor(xi))
+    _, xi = quadrature.places(np.arange(len(quadrature.area)))
+    np.testing.assert_array_equal(quadrature.row_and_column(np.arange(len(xi)) // 9)[1], np.floor(xi))
 
 
 def test_closest_points_are_where_the_distance_is_normal():

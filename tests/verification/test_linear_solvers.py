@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from knitstudy.mechanics.linear import LU, System
+from knitstudy.mechanics.linear.krylov import Krylov
 from knitstudy.mechanics.model import eliminate
+from knitstudy.mechanics.newton import trace
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.simulate import build
 from knitstudy.models.solids import linear_solver
@@ -66,3 +68,28 @@ def test_the_preconditioner_is_symmetric(cell):
     left, right = b @ preconditioner.apply(a), a @ preconditioner.apply(b)
     # Single precision factors of yarns a thousand times stiffer in stretch than in bending.
     assert left == pytest.approx(right, rel=1e-3)
+
+
+def test_systems_of_sliding_yarns_take_few_iterations(plain_scene, knit_of, verify):
+    """Loops that hang loose slide over long ways, where friction is no small part of the system."""
+    loose = {"contact.tied_edges": "none", "pattern.loops": 2, "pattern.rows": 2, "load.strain": 0.1}
+    scene = plain_scene.vary({"fidelity": "spline_yarns", "interaction": "isotropic", **loose})
+    problem, counts = build(scene, knit_of(scene)), []
+
+    class Counted(Krylov):
+        """Solves every system with a new preconditioner first, and counts the iterations of that."""
+
+        def use(self, system):
+            self.system = system
+            super().use(system)
+
+        def solve(self, rhs, tolerance):
+            anew = Krylov(self.preconditioner)
+            anew.use(self.system)
+            counts.append(anew.solve(rhs, 1e-3).iterations)
+            return super().solve(rhs, tolerance)
+
+    solver = Counted(problem.solver.preconditioner)
+    path = trace(problem.model, problem.prescribed, problem.settings, solver)
+    next(increment for increment in path if increment.index == 2)
+    verify.at_most("three scales, yarns that slide: iterations to 1e-3", max(counts), 6, "few")

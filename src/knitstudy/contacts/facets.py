@@ -146,14 +146,14 @@ def touching_points(
     quadrature, history = contact.quadrature, points.history
     active = np.flatnonzero(history.status != OPEN)
     point, target = history.point[active], history.surface[active]
-    yarn = quadrature.surface(point)
-    crossing, side = facets.nearest(yarn, target, rings.arc_length_at(yarn, quadrature.xi(point)[:, 0]))
+    yarn, xi = quadrature.places(point)
+    crossing, side = facets.nearest(yarn, target, rings.arc_length_at(yarn, xi[:, 0]))
     return {
         "crossing": crossing,
         "side": side,
         "yarn": yarn,
         "target": target,
-        "cell": quadrature.place(point // quadrature.per_cell),
+        "cell": quadrature.row_and_column(point // quadrature.per_cell)[1],
         "position": points.position[active],
         "reference": contact.reference(point),
         "area": quadrature.area[point],

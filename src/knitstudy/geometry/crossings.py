@@ -176,7 +176,8 @@ def plane_crossings(
     apart : int, optional
         Where both are the same line: how many segments the two that cross are apart at least, the second one ahead.
     """
-    from scipy.spatial import cKDTree  # who reads a fabric of a file needs none
+    # Imported here: a fabric that is read from a file has its crossings, and needs no tree.
+    from scipy.spatial import cKDTree
 
     (u, a), (v, b) = first, second
     da, db = np.diff(a, axis=0), np.diff(b, axis=0)

@@ -329,10 +329,7 @@ class Following:
 
         def cosine(part: slice) -> np.ndarray:
             point = history.point[part]
-            both = (
-                (quadrature.surface(point), quadrature.xi(point)),
-                (history.surface[part], history.xi[part]),
-            )
+            both = quadrature.places(point), (history.surface[part], history.xi[part])
             lines = [surfaces.places(*place, before)[1][:, 0] for place in both]
             sizes = np.prod([np.linalg.norm(line, axis=1) for line in lines], axis=0)
             return np.abs(np.einsum("ki,ki->k", *lines)) / sizes

@@ -121,18 +121,19 @@ class Search:
 
     def positions(self, point: np.ndarray, carriers: np.ndarray) -> np.ndarray:
         """Return where points (k,) are [m], for current carriers (M, 3)."""
-        surface, xi = self.quadrature.surface(point), self.quadrature.xi(point)
+        surface, xi = self.quadrature.places(point)
         return by_parts(
             lambda part: self.surfaces.positions(surface[part], xi[part], carriers), len(point), CHUNK
         )
 
     def ring(self, cell: np.ndarray) -> np.ndarray:
         """Return the first of the two rings (k,) that cells (k,) lie between."""
-        return self._first[self.quadrature.surface_of(cell)] + self.quadrature.place(cell)[:, 0]
+        surface, place = self.quadrature.row_and_column(cell)
+        return self._first[surface] + place[:, 0]
 
     def stencil(self, point: np.ndarray) -> Stencil:
         """Return the stencils of points (k,)."""
-        return self.surfaces.stencil(self.quadrature.surface(point), self.quadrature.xi(point))
+        return self.surfaces.stencil(*self.quadrature.places(point))
 
     def _ring_sizes(self, number: int, carriers: np.ndarray) -> tuple[float, float]:
         """Return the largest distances of a surface's rings from their middles and between neighbours on them [m]."""
@@ -150,8 +151,7 @@ class Search:
 
     def _middles(self, cell: np.ndarray, carriers: np.ndarray) -> np.ndarray:
         """Return the middles (k, 3) of cells (k,) [m]."""
-        middle = self.quadrature.within(cell, np.full(2, 0.5))
-        return self.surfaces.positions(self.quadrature.surface_of(cell), middle, carriers)
+        return self.surfaces.positions(*self.quadrature.within(cell, np.full(2, 0.5)), carriers)
 
     def _may_meet(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         """Return whether rings may touch: different surfaces that meet, or far pieces of the same one."""

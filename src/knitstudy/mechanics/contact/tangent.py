@@ -43,8 +43,8 @@ class Quadrature:
         """Return the surfaces (k,) that points (k,) lie on."""
         return self.surface_of(point // self.per_cell)
 
-    def xi(self, point: np.ndarray) -> np.ndarray:
-        """Return the parameters (k, 2) of points (k,)."""
+    def places(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the surfaces (k,) that points (k,) lie on, and their parameters (k, 2) there."""
         cell, within = np.divmod(point, self.per_cell)
         return self.within(cell, self.local[within])
 
@@ -52,20 +52,22 @@ class Quadrature:
         """Return the surfaces (k,) that cells (k,) lie on."""
         return np.searchsorted(self.first_cell, cell, side="right") - 1
 
-    def place(self, cell: np.ndarray) -> np.ndarray:
-        """Return the rows and columns (k, 2) of cells (k,)."""
+    def row_and_column(self, cell: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the surfaces (k,) of cells (k,), and their rows and columns (k, 2) there."""
         surface = self.surface_of(cell)
-        return np.stack(np.divmod(cell - self.first_cell[surface], self.cells[surface, 1]), axis=1)
+        place = np.divmod(cell - self.first_cell[surface], self.cells[surface, 1])
+        return surface, np.stack(place, axis=1)
 
-    def within(self, cell: np.ndarray, share: np.ndarray) -> np.ndarray:
-        """Return the parameters (k, 2) at shares (k, 2) of cells (k,) along and around."""
+    def within(self, cell: np.ndarray, share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the surfaces (k,) of cells (k,), and the parameters (k, 2) at shares (k, 2) of them."""
+        surface, place = self.row_and_column(cell)
         # The edges of a surface are one more than its cells.
         first = np.cumsum(self.cells + 1, axis=0) - self.cells - 1
-        number = (first[self.surface_of(cell)] + self.place(cell)).T
+        number = (first[surface] + place).T
         start, end = (
             np.stack([e[n + i] for e, n in zip(self.edges, number, strict=True)], axis=1) for i in (0, 1)
         )
-        return start + (end - start) * share
+        return surface, start + (end - start) * share
 
     def cell_area(self, point: np.ndarray) -> np.ndarray:
         """Return the undeformed areas (k,) of the cells that points (k,) lie in [m2]."""
@@ -89,7 +91,7 @@ class Quadrature:
 
         def stretch(part: slice) -> np.ndarray:
             point = quadrature.points(part)
-            return _stretch(surfaces, quadrature.surface(point), quadrature.xi(point), carriers)
+            return _stretch(surfaces, *quadrature.places(point), carriers)
 
         quadrature.area[:] *= by_parts(stretch, len(quadrature.area), CHUNK)
         return quadrature

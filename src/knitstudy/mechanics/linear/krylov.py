@@ -169,6 +169,9 @@ class Preconditioner(Protocol):
     def update(self, system: System) -> None:
         """Make it anew; the matrix changes afterwards: a part that is kept has to be copied."""
 
+    def release(self) -> None:
+        """Forget it, so that its memory can serve for searches and tangents before it is made anew."""
+
     def apply(self, residual: np.ndarray) -> np.ndarray:
         """Return an approximate solution (size,) for a right-hand side (size,)."""
 
@@ -200,8 +203,9 @@ class Krylov:
         self._waste = np.inf
 
     def begin(self) -> None:
-        """Begin an increment: the matrix is forgotten, and the next solve makes the preconditioner anew."""
+        """Begin an increment: matrix and preconditioner are forgotten, and the next solve makes one anew."""
         self.release()
+        self.preconditioner.release()
         self._waste = np.inf
 
     def use(self, system: System) -> None:

@@ -72,7 +72,12 @@ class YarnScale:
     def __init__(self, structure: KnitStructure) -> None:
         self._nodes = np.concatenate([[0], np.cumsum(np.bincount(structure.yarn))])
         self._bandwidth = structure.bandwidth
+        self.release()
+
+    def release(self) -> None:
+        """Forget the factors, so that their memory can serve for new ones."""
         self._factors: list[np.ndarray | None] = [None] * (len(self._nodes) - 1)
+        self._outside = None
 
     def update(self, matrix: sp.bsr_matrix) -> None:
         """Factorise the yarns of a matrix; raises ConvergenceError if one is not positive definite."""
@@ -80,7 +85,6 @@ class YarnScale:
         def make(yarn: int) -> tuple[np.ndarray, np.ndarray]:
             for dtype in (np.float32, np.float64):
                 # In single precision a yarn that hardly anything holds cannot be told from one that nothing holds.
-                self._factors[yarn] = None  # room for the next one
                 band, lumps = self._band(matrix, yarn, dtype)
                 minor = factorise_band(band)
                 if minor == 0:
@@ -191,7 +195,6 @@ class CrossingScale:
         The entries of friction lie within the patches, whose factors need no symmetry.
         """
         matrix, unsymmetric = system.matrix, system.unsymmetric
-        self.release()
         # Nodes that share an element or a contact
         around = matrix.indices[block_entries(matrix, system.touching)]
         patch = np.unique(np.concatenate([self._tied, system.touching, around]))
@@ -274,7 +277,6 @@ class FabricScale:
 
         About undeformed arms, rigid motions would stretch parts that have turned.
         """
-        self.release()
         prolongation = self.prolongation(moved)
         self._effect, coarse = Rows.of(matrix).galerkin(prolongation, np.float32)  # K P, P^T K P
         prolongation = prolongation.astype(np.float32)
@@ -321,7 +323,7 @@ class ThreeScale:
 
     def update(self, system: System) -> None:
         """Make all factors anew."""
-        self.fabric.release()  # room for the work arrays of the others
+        self.release()
         with system.symmetric():
             self.yarn.update(system.matrix)
             if self.crossing is not None:
@@ -331,6 +333,12 @@ class ThreeScale:
         down = [self.fabric, self.yarn, *crossing]
         symmetric, unsymmetric = [*down, *down[-2::-1]], [self.fabric, *crossing, self.yarn]
         self._order = symmetric if system.unsymmetric is None else unsymmetric
+
+    def release(self) -> None:
+        """Forget all factors."""
+        for scale in (self.fabric, self.crossing, self.yarn):
+            if scale is not None:
+                scale.release()
 
     def apply(self, residual: np.ndarray) -> np.ndarray:
         """Return the correction (size,) for a residual."""
@@ -364,6 +372,10 @@ class AlgebraicMultigrid:
             max_coarse=2000,
             coarse_solver="splu",
         ).aspreconditioner(cycle="V")
+
+    def release(self) -> None:
+        """Forget the hierarchy."""
+        self._cycle = None
 
     def apply(self, residual: np.ndarray) -> np.ndarray:
         """Return one V-cycle's correction (size,)."""
