@@ -54,7 +54,8 @@ REMEDY = (
 HEADWAY = 0.05  # share of the load by which a path has gone on, whatever failed on the way
 WORK = 2.5e6  # unknowns times iterations without headway that small models may take: half a minute to two
 NEAR = 1e-2  # residual from which one accurate step usually balances a state
-FAR = 1.0  # residual of a predicted state from which a curve through the last states has led astray
+# Residual from which one step does not balance, and a curve through the last states has led astray
+FAR = 1.0
 ROUGHLY = 1e-3  # residual at which a state is balanced well enough to see whether it will be settled
 
 
@@ -288,6 +289,10 @@ class _Path:
                 self._eliminate(self._tangent(at.state))
                 at.tangent_is_stale = False
             step = self._solve(np.where(self.free, -at.response.force, 0.0), self._forcing(at))
+            if at.changed and at.residual > FAR:
+                # The step will not balance contact: its tangent makes room for searches on the way.
+                self.solver.release()
+                at.tangent_is_stale = True
             self._take(at, self._search(at.state, at.response, step))
             if at.extrapolated and at.iterations == 1 and at.residual > at.residuals[-2]:
                 # The path has turned: where it begins, its tangent leads on.
