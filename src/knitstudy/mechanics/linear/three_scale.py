@@ -312,9 +312,10 @@ def _anchor(coarse: sp.csr_matrix) -> sp.csr_matrix:
 class ThreeScale:
     """The three scales one after the other: fabric, yarn, crossing, yarn, fabric for conjugate gradients.
 
-    Minimal residuals need no symmetry: fabric, crossing, yarn for them. Friction adds an unsymmetric part, which is
-    weak but for the motions in which yarns slide over long ways. The fabric and the crossings have that part; the
-    yarns, whose effect leaves it out, come last.
+    Minimal residuals need no symmetry: fabric, crossing, yarn for them. Friction makes the matrix unsymmetric. The
+    fabric's and the crossings' factors are of the unsymmetric matrix, without which loops that slide far take ten times
+    as many iterations. The yarns' factors are of the symmetric part, and so is the residual that they leave: yarns come
+    last.
     """
 
     def __init__(self, structure: KnitStructure) -> None:
