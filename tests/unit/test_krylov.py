@@ -12,14 +12,15 @@ COUNT = 60
 
 
 class Jacobi:
-    """The diagonal as preconditioner, which keeps a list of calls."""
+    """The diagonal of the symmetric part as preconditioner; it keeps a list of calls."""
 
     def __init__(self):
         self.calls = []
 
     def update(self, system):
         self.calls.append("update")
-        self._diagonal = system.matrix.diagonal()
+        with system.symmetric():
+            self._diagonal = system.matrix.diagonal()
 
     def release(self):
         self.calls.append("release")
