@@ -26,6 +26,7 @@ from matplotlib.figure import Figure
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.exchange.vtu import write_deformed
 from knitstudy.figures.picture import BAR, bounds, colour_bar, draw_rows, scale_bar, tube
 from knitstudy.figures.renderer import MILLIMETRE, Picture, Surface, View
 from knitstudy.figures.style import SINGLE, YARNS, resolution, styled
@@ -202,9 +203,6 @@ def _solids(
             f"colour is {colour!r} but the history holds no fields of solids: run the scene with --set outputs=[fields]"
         )
     with TemporaryDirectory() as folder:
-        # Imported here: Snakemake plans with all figures, and without the mechanics of solids.
-        from knitstudy.exchange.vtu import write_deformed
-
         path = Path(folder) / "deformed.vtu"
         write_deformed(scene, path, geometry, mesh, history)
         grid = pyvista.read(path)
