@@ -61,7 +61,7 @@ def test_a_system_is_symmetric_for_a_while():
 def test_an_increment_begins_without_the_preconditioner_of_the_one_before():
     solver = Krylov(Jacobi())
     for _ in range(2):
-        solver.begin()
+        solver.forget()
         solver.use(System(parts()[0]))
         solver.solve(np.ones(COUNT), 1e-6)
     assert solver.preconditioner.calls == ["release", "update"] * 2

@@ -38,9 +38,6 @@ def study(name: str, options: tuple[str, ...], folder: str | None) -> None:
     from knitstudy.stages.cost import machine_memory
     from knitstudy.study.documents import WORKFLOW
 
-    # glibc keeps arrays of up to 32 MB in a heap with holes: a third of the memory of a knit in contact
-    # (docs/notes/performance.md, Memory in contact).
-    os.environ.setdefault("MALLOC_MMAP_THRESHOLD_", str(4 << 20))
     arguments = [
         "--snakefile",
         str(WORKFLOW.parent / "Snakefile"),

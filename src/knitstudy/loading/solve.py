@@ -16,7 +16,7 @@ from knitstudy.loading.gates import loosened, require_lasting_friction
 from knitstudy.loading.history import Meter, Motion, Recorder, Stations, place_on_path
 from knitstudy.loading.restart import Checkpoint
 from knitstudy.loading.run import IN_MEMORY, ReportProgress, Run
-from knitstudy.mechanics.batches import serial_blas
+from knitstudy.mechanics.batches import reuse_memory, serial_blas
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU, LinearSolver
 from knitstudy.mechanics.model import Model
@@ -97,6 +97,7 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
     DataFileError
         If the restart file is damaged or belongs to another scene.
     """
+    reuse_memory()
     scene = problem.scene
     recorder = Recorder(problem.stations, problem.driven, problem.motion, problem.meter or Meter())
     checkpoint = Checkpoint(run.restart, scene.hash, type(problem.model.start())) if run.restart else None

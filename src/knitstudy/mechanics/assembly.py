@@ -19,9 +19,12 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.lib.stride_tricks import as_strided
 
+from knitstudy.mechanics.batches import parts, share
 from knitstudy.mechanics.elements import ElementGroup
 
-PAIRS = 32_768  # pairs of nodes a batch, 512 hexahedra of eight nodes; bounds the memory of a batch
+# Pairs of nodes a batch. Threads wait for the interpreter between the steps of small ones; large ones leave the cache.
+FEW, MANY = 32_768, 131_072
+BATCHES = 8  # at least, for threads to share, where they have more than a few pairs
 
 
 @dataclass(frozen=True)
@@ -49,9 +52,11 @@ class Assembly:
         block: int = 3,  # unknowns a node
         # (N, N), symmetric; a constant stiffness between nodes, the same for every component [N/m]
         links: sp.csr_matrix | None = None,
-        pairs: int = PAIRS,  # pairs of nodes a batch; bounds the memory of a batch
+        pairs: int = 0,  # pairs of nodes a batch; by default between `FEW` and `MANY`
     ) -> None:
         self.block = block
+        every = sum(each.size * each.shape[1] for each in groups)
+        pairs = pairs or min(max(every // BATCHES, FEW), MANY)
         self.batches = [
             batch for number, each in enumerate(groups) for batch in _batches(number, each, pairs)
         ]
@@ -365,9 +370,13 @@ def lacking(matrix: sp.bsr_matrix, part: sp.bsr_matrix) -> Iterator[None]:
 
 def _add(total: np.ndarray, place: np.ndarray, blocks: np.ndarray, add: np.ufunc = np.add) -> None:
     """Add blocks (k, b, b) to the blocks of a total at different places (k,), few at a time."""
-    for low in range(0, len(place), PAIRS):
-        here = place[low : low + PAIRS]
-        total[here] = add(total[here], blocks[low : low + PAIRS])
+    some = parts(len(place), FEW)
+
+    def put(number: int) -> None:
+        here = place[some[number]]
+        total[here] = add(total[here], blocks[some[number]])
+
+    share(put, len(some))
 
 
 def _places(large: sp.bsr_matrix, small: sp.bsr_matrix) -> tuple[np.ndarray, np.ndarray]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
 import os
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from functools import lru_cache
 from typing import Any, Self, TypeVar
 
@@ -103,6 +104,21 @@ class Scratch(threading.local):
 
 
 SCRATCH = Scratch()
+
+
+# Options of `mallopt` in glibc, with bytes: arrays of the first are mapped, and leave no holes when they go; that much
+# of the heap's end is kept for a load path to use again (docs/notes/performance.md, Memory in contact)
+MMAP_THRESHOLD, TRIM_THRESHOLD = (-3, 8 << 20), (-1, 256 << 20)
+
+
+def reuse_memory() -> None:
+    """Have glibc give back the memory of large arrays alone, unless the user has settings of glibc's."""
+    if any(name.startswith("MALLOC_") for name in os.environ):
+        return
+    with suppress(AttributeError, OSError, TypeError):
+        mallopt = ctypes.CDLL(None).mallopt
+        for option in (MMAP_THRESHOLD, TRIM_THRESHOLD):
+            mallopt(*option)
 
 
 # Threads: which work they share, batches of elements, yarns and ranges of rows, and how many there are

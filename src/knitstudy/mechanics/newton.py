@@ -53,9 +53,8 @@ REMEDY = (
 
 HEADWAY = 0.05  # share of the load by which a path has gone on, whatever failed on the way
 WORK = 2.5e6  # unknowns times iterations without headway that small models may take: half a minute to two
-NEAR = 1e-2  # residual from which one accurate step usually balances a state
-# Residual from which one step does not balance, and a curve through the last states has led astray
-FAR = 1.0
+NEAR = 1e-2  # residual up to which one accurate step usually balances a state
+FAR = 1.0  # residual from which a curve through the last states has led astray
 ROUGHLY = 1e-3  # residual at which a state is balanced well enough to see whether it will be settled
 
 
@@ -250,13 +249,13 @@ class _Path:
         """
         self.spent = np.zeros(2, dtype=int)
         self.seconds = dict.fromkeys(PHASES, 0.0)
-        self.solver.begin()
+        self.solver.forget()
         for led in self._led(now, target) if self.guide and guess is None else ():
             try:
                 return self._balance(led, now, target)
             except _Failed as failure:
                 log.debug("the guide leads astray: %s", failure)
-                self.solver.begin()
+                self.solver.forget()
         at = self._predict(now, target) if guess is None else self._guessed(now, target, guess)
         return self._balance(at, now, target)
 
@@ -289,7 +288,7 @@ class _Path:
                 self._eliminate(self._tangent(at.state))
                 at.tangent_is_stale = False
             step = self._solve(np.where(self.free, -at.response.force, 0.0), self._forcing(at))
-            if at.changed and at.residual > FAR:
+            if at.changed and at.residual > NEAR:
                 # The step will not balance contact: its tangent makes room for searches on the way.
                 self.solver.release()
                 at.tangent_is_stale = True
@@ -297,6 +296,7 @@ class _Path:
             if at.extrapolated and at.iterations == 1 and at.residual > at.residuals[-2]:
                 # The path has turned: where it begins, its tangent leads on.
                 at = self._predict(now, target, turned=True)
+        self.solver.forget()
         return self._converged(at, now, target)
 
     def flow(self, now: Increment, target: float, most: int) -> Increment:

@@ -8,6 +8,7 @@ sections and contacts, whatever the size of the knit. No result depends on a gue
 from __future__ import annotations
 
 import logging
+from functools import lru_cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -27,7 +28,7 @@ from knitstudy.study.scene import Scene
 # Cells from which beams spare more than they cost: a fifth of the time at 10 x 10, a third at 16 x 16, nothing at 6 x 6
 LARGE = 64
 
-# The beams: the settings that come nearest to solid yarns
+# The beams: the settings that come nearest to solid yarns; a guess need not be balanced to the last digit
 BEAMS = {
     "fidelity": "beam",
     "mesh.beam_size": 5 / 9,
@@ -35,6 +36,8 @@ BEAMS = {
     "beam.section": "hertz",
     "beam.tie": "patch",
     "beam.stiffness": 10.0,
+    "solver.residual_tolerance": 1e-3,
+    "solver.correction_tolerance": 1e-3,
 }
 
 logger = logging.getLogger(__name__)
@@ -65,12 +68,7 @@ class BeamGuide:
             self._simulate(load)
         if target > self._loads[-1]:
             return None
-        before, after = (self._way(each) for each in (load, target))
-        moved = [
-            self._moved(yarn, after[here]) - self._moved(yarn, before[here])
-            for yarn, here in enumerate(self._of_yarn)
-        ]
-        return np.concatenate(moved)[self._retained].ravel()
+        return self._displacement(target) - self._displacement(load)
 
     def _simulate(self, begun: float) -> None:
         """Follow the load path with beams, as far as it goes; spline yarns stand at the load factor `begun`."""
@@ -95,6 +93,14 @@ class BeamGuide:
         """Take the ways (S, 6) of stations, displacements [m] and rotation vectors, at rising load factors."""
         self._of_yarn = [np.flatnonzero(stations.yarn == yarn) for yarn in range(len(self._space.yarns))]
         self._arc_length, self._loads, self._ways = stations.arc_length, loads, ways
+        # An increment asks for those of the one before again.
+        self._displacement = lru_cache(maxsize=3)(self._fitted)
+
+    def _fitted(self, load: float) -> np.ndarray:
+        """Return the displacements (size,) [m] of all unknowns at a load factor."""
+        way = self._way(load)
+        moved = [self._moved(yarn, way[here]) for yarn, here in enumerate(self._of_yarn)]
+        return np.concatenate(moved)[self._retained].ravel()
 
     def _way(self, load: float) -> np.ndarray:
         """Return displacements and rotations (S, 6) at a load factor between two increments of the beams."""

@@ -8,6 +8,7 @@ of a wider neighbourhood.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
 import scipy.sparse as sp
@@ -77,7 +78,10 @@ class _Boxes:
         place = np.floor((points - points.min(axis=0)) / side).astype(np.int64) + 1
         shape = place.max(axis=0) + 2
         keys, box = np.unique(np.ravel_multi_index(place.T, shape), return_inverse=True)
+        self.count = len(keys)
         self.of_ring, self._box = np.split(box, [len(rings)])
+        self._order = np.argsort(self._box, kind="stable")
+        self._known, self._starts = np.unique(self._box[self._order], return_index=True)
         within = np.ones(len(controls)), (self._box, np.arange(len(controls)))
         self._sum = sp.csr_matrix(within, shape=(len(keys), len(controls)))
         around = np.array(list(np.ndindex(3, 3, 3))) - 1
@@ -86,28 +90,35 @@ class _Boxes:
         other = np.minimum(np.searchsorted(keys, beside), len(keys) - 1)
         pairs = np.flatnonzero((keys[other] == beside) & (np.diff(self._sum.indptr) > 0)[other])
         self._one, self._other = pairs // len(around), other[pairs]
-        self.count = len(keys)
         pairs = np.ones(len(pairs)), (self._one, self._other)
         self._beside = sp.csr_matrix(pairs, shape=(len(keys), len(keys)))
 
-    def motion(self, place: np.ndarray, way: np.ndarray) -> Motion:
-        """Return how the surroundings of boxes have moved, of control points (S, a, 3) with places and ways [m].
+    def motion(self, place: np.ndarray, way: np.ndarray, moments: np.ndarray) -> Motion:
+        """Return how the surroundings of boxes have moved.
 
+        Control points (S, a, 3) have places and ways [m], with `_moments`.
         Places in a box are seen from the map of its own surroundings. From there the map of a box beside it is off by
         as much as at a corner of the places in that box.
         """
-        moments = self._sum @ _moments(place, way).reshape(len(place), -1)
-        maps = _Maps.of((self._beside @ moments).reshape(-1, 4, 7))
-        many = len(moments)
-        own, low, high = np.zeros(many), np.full((many, 3), np.inf), np.full((many, 3), -np.inf)
-        np.maximum.at(own, self._box, _farthest(way - maps.at(self._box, place)))
-        np.minimum.at(low, self._box, place.min(axis=1))
-        np.maximum.at(high, self._box, place.max(axis=1))
+        maps = _Maps.of((self._beside @ (self._sum @ moments)).reshape(-1, 4, 7))
+
+        def beyond(part: slice) -> np.ndarray:
+            return _farthest(way[part] - maps.at(self._box[part], place[part]))
+
+        own = self._largest(by_parts(beyond, len(place), CHUNK))
+        places = place.swapaxes(0, 1)  # NumPy's own reduction over so few takes five times as long
+        low, high = -self._largest(-reduce(np.minimum, places)), self._largest(reduce(np.maximum, places))
         corners = np.where(CORNERS, high[:, None], low[:, None])[self._other]
         apart = _farthest(maps.at(self._other, corners) - maps.at(self._one, corners))
-        largest = np.zeros(many)
+        largest = np.zeros(self.count)
         np.maximum.at(largest, self._one, own[self._other] + apart)
         return Motion(maps.shrink, self._overshoot * largest)
+
+    def _largest(self, values: np.ndarray) -> np.ndarray:
+        """Return the largest values (b, ...) of control points (S, ...) in boxes, minus infinity without one."""
+        result = np.full((self.count, *values.shape[1:]), -np.inf)
+        result[self._known] = np.maximum.reduceat(values[self._order], self._starts)
+        return result
 
 
 class Neighbourhoods:
@@ -149,18 +160,18 @@ class Neighbourhoods:
         least = [self._boxes.motion(*each).least(margin) for each in seen]
         return np.choose(last, least) < 0
 
-    def _seen(self, now: np.ndarray, then: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return where control points (S, a, 3) were, from the middle of all, and their ways since [m]."""
+    def _seen(self, now: np.ndarray, then: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return where control points (S, a, 3) were, from the middle of all, ways since [m], and `_moments`."""
         now, then = self._surfaces.controls(now), self._surfaces.controls(then)
-        return then - self._origin, now - then
+        place, way = then - self._origin, now - then
+        return place, way, by_parts(lambda part: _moments(place[part], way[part]), len(place), CHUNK)
 
 
 def _moments(place: np.ndarray, way: np.ndarray) -> np.ndarray:
-    """Return the sums (S, 4, 7) of (1, x) (1, x, u) over control points (S, a, 3) with places x and ways u."""
+    """Return the sums (S, 28) of (1, x) (1, x, u) over control points (S, a, 3) with places x and ways u."""
     one = np.ones((*place.shape[:2], 1))
-    return np.einsum(
-        "sai,saj->sij", np.concatenate([one, place], axis=2), np.concatenate([one, place, way], axis=2)
-    )
+    first, second = np.concatenate([one, place], axis=2), np.concatenate([one, place, way], axis=2)
+    return (first.swapaxes(1, 2) @ second).reshape(len(place), -1)
 
 
 def _farthest(way: np.ndarray) -> np.ndarray:

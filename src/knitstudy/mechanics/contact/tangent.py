@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 from knitstudy.mechanics.batches import by_parts, share
 from knitstudy.mechanics.contact.friction import ContactPoints
-from knitstudy.mechanics.contact.surface import Kinematics, Stencil, Surfaces
+from knitstudy.mechanics.contact.surface import Kinematics, Stencil, Surfaces, metric
 
 # Gauss points on smooth surfaces: where contact is checked, and the area that each point stands for
 
@@ -106,8 +106,9 @@ def _stretch(surfaces: Surfaces, surface: np.ndarray, xi: np.ndarray, carriers: 
     normal = np.cross(tangent[:, 1], tangent[:, 0])
     area = np.linalg.norm(normal, axis=1)
     curvature = np.einsum("kai,ki->ka", second, normal / area[:, None])
-    m, k = np.einsum("kai,kbi->abk", tangent, tangent), curvature.T
-    trace = (m[1, 1] * k[0] - 2 * m[0, 1] * k[1] + m[0, 0] * k[2]) / (m[0, 0] * m[1, 1] - m[0, 1] ** 2)
+    m11, m12, m22 = metric(tangent)
+    k11, k12, k22 = curvature.T
+    trace = (m22 * k11 - 2 * m12 * k12 + m11 * k22) / (m11 * m22 - m12**2)
     return area * (1 + surfaces.offset[surface] * trace)
 
 

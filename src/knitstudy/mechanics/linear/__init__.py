@@ -49,8 +49,8 @@ class LinearSolver(Protocol):
 
     setup_seconds: float  # time that the last call of `solve` spent on factors
 
-    def begin(self) -> None:
-        """Begin an increment: a run that goes on from a file has no matrices of earlier increments."""
+    def forget(self) -> None:
+        """Forget all that an increment leaves: a run that goes on from a file has no matrices of earlier ones."""
 
     def use(self, system: System) -> None:
         """Take over a new matrix; factors are made when they are needed."""
@@ -117,9 +117,6 @@ class LU:
         self._matrix: sp.csc_matrix | None = None
         self._factors = None
 
-    def begin(self) -> None:
-        """Begin an increment: nothing is kept anyway."""
-
     def use(self, system: System) -> None:
         """Take over a new matrix."""
         self._matrix, self._factors = system.matrix, None
@@ -127,6 +124,8 @@ class LU:
     def release(self) -> None:
         """Forget the matrix and its factors."""
         self._matrix = self._factors = None
+
+    forget = release
 
     def solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
         """Solve directly; `tolerance` is met by far or the matrix is reported as singular."""

@@ -202,11 +202,10 @@ class Krylov:
         self._rate = 0.0  # decades an iteration of the fresh preconditioner
         self._waste = np.inf
 
-    def begin(self) -> None:
-        """Begin an increment: matrix and preconditioner are forgotten, and the next solve makes one anew."""
-        self.release()
-        self.preconditioner.release()
+    def forget(self) -> None:
+        """Forget the matrix and the preconditioner, which the next solve makes anew."""
         self._waste = np.inf
+        self.release()
 
     def use(self, system: System) -> None:
         """Take over a new matrix; the preconditioner stays."""
@@ -215,8 +214,10 @@ class Krylov:
             self._direct.use(system)
 
     def release(self) -> None:
-        """Forget the matrix; the preconditioner stays."""
+        """Forget the matrix; the preconditioner stays as long as it is to serve on."""
         self._system = self._rows = None
+        if self._waste > WASTE:
+            self.preconditioner.release()
         if self._direct is not None:
             self._direct.release()
 

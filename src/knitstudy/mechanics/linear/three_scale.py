@@ -331,9 +331,12 @@ class ThreeScale:
                 self.crossing.update(system)
         self.fabric.update(system.matrix, system.moved)
         crossing = [] if self.crossing is None else [self.crossing]
-        down = [self.fabric, self.yarn, *crossing]
-        symmetric, unsymmetric = [*down, *down[-2::-1]], [self.fabric, *crossing, self.yarn]
-        self._order = symmetric if system.unsymmetric is None else unsymmetric
+        if system.unsymmetric is not None:
+            self._order = [self.fabric, *crossing, self.yarn]
+        elif crossing:
+            self._order = [self.fabric, self.yarn, self.crossing, self.yarn, self.fabric]
+        else:
+            self._order = [self.fabric, self.yarn, self.fabric]
 
     def release(self) -> None:
         """Forget all factors."""

@@ -24,7 +24,7 @@ from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.dilatation import MeanDilatation
 from knitstudy.mechanics.spline_yarn.space import Space
 
-CACHE = 3000  # points whose moduli fit into a processor's cache together
+CACHE = 12_000  # points whose moduli fit into a processor's cache together
 CLOSE = 16_384  # numbers that fit into the nearest part of it, together with their products
 
 
