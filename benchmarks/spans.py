@@ -14,7 +14,7 @@ import time
 
 import numpy as np
 
-from knitstudy.mechanics.assembly import PAIRS
+from knitstudy.mechanics.assembly import MANY
 from knitstudy.mechanics.batches import serial_blas
 from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.spline_yarn.basis import quadrature, size
@@ -51,7 +51,7 @@ def row(degree: int, repeats: int) -> str:
     space, material = Space((yarn,)), Hencky(1.0, 0.4)
     (group,) = span_groups(space, nodes, material)
     nodes_a_span = group.connectivity.shape[1]
-    count = PAIRS // nodes_a_span**2  # as they come in one batch
+    count = MANY // nodes_a_span**2  # as they come in one batch
     random = np.random.default_rng(0)
     moved = 0.01 * random.standard_normal((space.size, 3))[group.connectivity[:count]]
     out = np.empty((count, nodes_a_span**2, 9))

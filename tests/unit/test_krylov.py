@@ -67,6 +67,21 @@ def test_an_increment_begins_without_the_preconditioner_of_the_one_before():
     assert solver.preconditioner.calls == ["release", "update"] * 2
 
 
+def test_a_preconditioner_that_costs_too_much_makes_room_for_the_next_matrix():
+    solver, rhs = Krylov(Jacobi()), np.ones(COUNT)
+    positive, _ = parts()
+    solver.use(System(positive))
+    solver.solve(rhs, 1e-6)
+    solver.release()
+    assert solver.preconditioner.calls == ["update"]  # it serves on
+    scale = sp.diags(np.repeat(np.geomspace(1, 3, COUNT // 3), 3))
+    for _ in range(4):  # a few iterations more every time
+        solver.use(System(sp.bsr_matrix(scale @ positive @ scale, blocksize=(3, 3))))
+        solver.solve(rhs, 1e-6)
+        solver.release()
+    assert solver.preconditioner.calls == ["update", "release", "update"]
+
+
 def test_a_singular_matrix_is_an_error():
     positive, _ = parts()
     solver = Krylov(Jacobi())

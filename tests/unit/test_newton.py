@@ -70,6 +70,25 @@ def test_wrong_prescribed_unknowns_are_refused(fixed, value, message):
         list(trace(cubic(), PrescribedDisplacement(np.array(fixed), np.array(value)), Settings(), LU()))
 
 
+def test_an_increment_leaves_no_matrix():
+    """Results of large knits would stand beside it."""
+
+    class Forgetful(LU):
+        knows = False
+
+        def use(self, system):
+            super().use(system)
+            self.knows = True
+
+        def forget(self):
+            super().forget()
+            self.knows = False
+
+    solver = Forgetful()
+    for _ in trace(cubic(), PULL, Settings(increments=2), solver):
+        assert not solver.knows
+
+
 def test_reaches_full_load_in_the_increments_asked_for():
     increments = list(trace(cubic(), PULL, Settings(increments=3), LU()))
     assert [i.load for i in increments] == [0, 1 / 3, 2 / 3, 1]
