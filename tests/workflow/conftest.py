@@ -22,9 +22,9 @@ FAMILIES = re.compile(r"[0-7]-|13-")
 
 
 def left_out(folder, names):
-    """What no copy has."""
+    """What no copy has. Modules that Python has compiled are there: every job of every copy imports the same ones."""
     families = [name for name in names if Path(folder).name == "scenes" and not FAMILIES.match(name)]
-    return {"__pycache__", "extremes.yaml", *families} & set(names)
+    return {"extremes.yaml", *families} & set(names)
 
 
 def interruptible():

@@ -359,7 +359,15 @@ class PatternSum:
 
 @contextmanager
 def lacking(matrix: sp.bsr_matrix, part: sp.bsr_matrix) -> Iterator[None]:
-    """Take a part, all of whose blocks a matrix has, off that matrix for a while; rounding of its blocks stays."""
+    """Take a part, all of whose blocks a matrix has, off that matrix for a while; rounding of its blocks stays.
+
+    Examples
+    --------
+    >>> matrix, part = (sp.bsr_matrix(number * np.eye(3), blocksize=(3, 3)) for number in (5.0, 2.0))
+    >>> with lacking(matrix, part):
+    ...     matrix.diagonal().tolist()
+    [3.0, 3.0, 3.0]
+    """
     places, _ = _places(matrix, part)
     _add(matrix.data, places, part.data, np.subtract)
     try:
@@ -408,7 +416,14 @@ def _from_its_start(part: np.ndarray) -> np.ndarray | None:
 
 
 def block_entries(matrix: sp.bsr_matrix, nodes: np.ndarray) -> np.ndarray:
-    """Return the positions of the blocks of some block rows, row by row."""
+    """Return the positions of the blocks of some block rows, row by row.
+
+    Examples
+    --------
+    >>> blocks = sp.bsr_matrix(np.kron([[1, 1], [0, 1]], np.ones((3, 3))), blocksize=(3, 3))
+    >>> block_entries(blocks, np.array([0])).tolist()  # of three blocks
+    [0, 1]
+    """
     count = np.diff(matrix.indptr)[nodes]
     start = np.repeat(matrix.indptr[nodes] - np.cumsum(count) + count, count)
     return start + np.arange(count.sum())

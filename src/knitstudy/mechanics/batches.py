@@ -156,6 +156,11 @@ def share(work: Callable[[int], Result], count: int) -> list[Result]:
     """Return ``work(0)`` to ``work(count - 1)``; threads take the next number whenever they are free.
 
     The first exception ends it. Work that is shared from within shared work stays on its thread.
+
+    Examples
+    --------
+    >>> share(lambda number: number**2, 4)
+    [0, 1, 4, 9]
     """
     results: list[Result] = [None] * count
     numbers: Iterator[int] = iter(range(count))  # taking the next one cannot be interrupted

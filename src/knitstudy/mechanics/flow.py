@@ -83,7 +83,16 @@ def unit_viscosity(model: Model, fixed: np.ndarray) -> np.ndarray:
 
 
 def add_diagonal(matrix: Any, diagonal: np.ndarray) -> None:
-    """Add a diagonal (size,) to a BSR or CSR matrix whose pattern has it, in place."""
+    """Add a diagonal (size,) to a BSR or CSR matrix whose pattern has it, in place.
+
+    Examples
+    --------
+    >>> from scipy.sparse import csr_matrix
+    >>> matrix = csr_matrix([[1.0, 2.0], [2.0, 1.0]])
+    >>> add_diagonal(matrix, np.array([3.0, 4.0]))
+    >>> matrix.diagonal().tolist()
+    [4.0, 5.0]
+    """
     block = matrix.blocksize[0] if matrix.format == "bsr" else 1
     row = np.repeat(np.arange(len(matrix.indptr) - 1), np.diff(matrix.indptr))
     own, i = np.flatnonzero(row == matrix.indices), np.arange(block)

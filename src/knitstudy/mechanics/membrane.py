@@ -98,7 +98,13 @@ class MembraneModel(Memoryless):
 
 
 def strains(gradient: np.ndarray) -> np.ndarray:
-    """Return Green's strains (..., 3) of deformation gradients (..., 2, 2)."""
+    """Return Green's strains (..., 3) of deformation gradients (..., 2, 2).
+
+    Examples
+    --------
+    >>> strains(np.array([[1.1, 0.0], [0.2, 1.0]])).round(12).tolist()  # E_11, E_22, 2 E_12
+    [0.125, 0.0, 0.2]
+    """
     square = np.swapaxes(gradient, -1, -2) @ gradient
     return 0.5 * (square[..., FIRST, SECOND] - [1, 1, 0]) * [1, 1, 2]
 
@@ -118,7 +124,14 @@ def _reference(degree: int) -> tuple[np.ndarray, np.ndarray]:
 def rectangle(
     sides: tuple[float, float], elements: tuple[int, int], degree: int = 2
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return nodes (N, 2) [m] of a rectangle, elements (E, a), and the numbers of the nodes by both places."""
+    """Return nodes (N, 2) [m] of a rectangle, elements (E, a), and the numbers of the nodes by both places.
+
+    Examples
+    --------
+    >>> nodes, elements, _ = rectangle((2.0, 1.0), (2, 1), degree=1)
+    >>> nodes[elements[1]].tolist()
+    [[1.0, 0.0], [1.0, 1.0], [2.0, 0.0], [2.0, 1.0]]
+    """
     lines = [degree * count + 1 for count in elements]
     number = np.arange(lines[0] * lines[1]).reshape(lines)
     axes = [np.linspace(0, side, count) for side, count in zip(sides, lines, strict=True)]

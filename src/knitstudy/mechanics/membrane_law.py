@@ -105,6 +105,12 @@ def green(stretch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def forces_per_width(law: MembraneLaw, stretch: np.ndarray) -> np.ndarray:
-    """Return the forces per undeformed width T (..., 3) [N/m] at stretches e = U - 1 (..., 3)."""
+    """Return the forces per undeformed width T (..., 3) [N/m] at stretches e = U - 1 (..., 3).
+
+    Examples
+    --------
+    >>> forces_per_width(StretchLaw(np.diag([100.0, 50.0, 10.0])), np.array([0.1, 0.0, 0.0])).round(9)
+    array([10.,  0.,  0.])
+    """
     strain, derivative = green(stretch)
     return np.einsum("...i,...ij->...j", law.stress(strain), derivative)

@@ -47,7 +47,13 @@ class Response:
 
 
 def summed(one: dict[str, float], other: dict[str, float]) -> dict[str, float]:
-    """Return the energies of both by form [J]."""
+    """Return the energies of both by form [J].
+
+    Examples
+    --------
+    >>> summed({"elastic": 1.0}, {"elastic": 2.0, "contact": 0.5})["elastic"]
+    3.0
+    """
     return {form: one.get(form, 0.0) + other.get(form, 0.0) for form in one | other}
 
 
@@ -148,7 +154,14 @@ def transformation(
     # (N, N), rows of the identity for retained nodes, weights of retained nodes for all others
     dependence: sp.sparray | sp.spmatrix,
 ) -> tuple[sp.csr_matrix, np.ndarray]:
-    """Return T (N, n), every node as a weighted sum of the retained ones, and these (n,), ascending."""
+    """Return T (N, n), every node as a weighted sum of the retained ones, and these (n,), ascending.
+
+    Examples
+    --------
+    >>> T, retained = transformation(sp.csr_matrix([[1.0, 0.0, 0.0], [0.5, 0.0, 0.5], [0.0, 0.0, 1.0]]))
+    >>> retained.tolist(), T.toarray()[1].tolist()  # the middle one hangs between its neighbours
+    ([0, 2], [0.5, 0.5])
+    """
     dependence = sp.csr_matrix(dependence)
     retained = np.unique(dependence.indices[dependence.data != 0])
     return sp.csr_matrix(dependence[:, retained]), retained
@@ -163,6 +176,12 @@ def rigid_motions(
 
     Rotations are over the mean radius of gyration. A node that is a coefficient of anything but the constant stays
     where it is in translations.
+
+    Examples
+    --------
+    >>> ends = np.array([[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    >>> rigid_motions(ends, np.ones(2), np.zeros(2, dtype=int))[1, 1, 5].tolist()  # along y, about z
+    1.0
     """
     count = np.bincount(group, unity**2)
     weighted = unity[:, None] * position

@@ -249,13 +249,11 @@ class _Path:
         """
         self.spent = np.zeros(2, dtype=int)
         self.seconds = dict.fromkeys(PHASES, 0.0)
-        self.solver.forget()
         for led in self._led(now, target) if self.guide and guess is None else ():
             try:
                 return self._balance(led, now, target)
             except _Failed as failure:
                 log.debug("the guide leads astray: %s", failure)
-                self.solver.forget()
         at = self._predict(now, target) if guess is None else self._guessed(now, target, guess)
         return self._balance(at, now, target)
 
@@ -280,24 +278,31 @@ class _Path:
 
     def _balance(self, at: _Iterate, now: Increment, target: float) -> Increment:
         """Return the converged increment that iterations from a state lead to, or raise _Failed."""
-        while not self._accepted(at, now):
-            self._require_headway(at)
-            # A balanced state needs only the proof that its last correction is small: the tangent of the iteration
-            # before serves for that.
-            if at.tangent_is_stale or not self._balanced(at) or self.settings.exact:
-                self._eliminate(self._tangent(at.state))
-                at.tangent_is_stale = False
-            step = self._solve(np.where(self.free, -at.response.force, 0.0), self._forcing(at))
-            if at.changed and at.residual > NEAR:
-                # The step will not balance contact: its tangent makes room for searches on the way.
-                self.solver.release()
-                at.tangent_is_stale = True
-            self._take(at, self._search(at.state, at.response, step))
-            if at.extrapolated and at.iterations == 1 and at.residual > at.residuals[-2]:
-                # The path has turned: where it begins, its tangent leads on.
-                at = self._predict(now, target, turned=True)
-        self.solver.forget()
+        try:
+            while not self._accepted(at, now):
+                at = self._iterated(at, now, target)
+        finally:
+            self.solver.forget()
         return self._converged(at, now, target)
+
+    def _iterated(self, at: _Iterate, now: Increment, target: float) -> _Iterate:
+        """Return the state after one iteration of Newton's method, or raise _Failed."""
+        self._require_headway(at)
+        # A balanced state needs only the proof that its last correction is small: the tangent of the iteration
+        # before serves for that.
+        if at.tangent_is_stale or not self._balanced(at) or self.settings.exact:
+            self._eliminate(self._tangent(at.state))
+            at.tangent_is_stale = False
+        step = self._solve(np.where(self.free, -at.response.force, 0.0), self._forcing(at))
+        if at.changed and at.residual > NEAR:
+            # The step will not balance contact: its tangent makes room for searches on the way.
+            self.solver.release()
+            at.tangent_is_stale = True
+        self._take(at, self._search(at.state, at.response, step))
+        if at.extrapolated and at.iterations == 1 and at.residual > at.residuals[-2]:
+            # The path has turned: where it begins, its tangent leads on.
+            return self._predict(now, target, turned=True)
+        return at
 
     def flow(self, now: Increment, target: float, most: int) -> Increment:
         """Return the increment at load factor `target` to which a viscous flow leads, or raise _Failed.

@@ -126,6 +126,13 @@ def condensed(
     """Return the symmetric stiffness (m, m) against the amounts of fields, u = S q + fields a, with q in balance.
 
     Raises ConvergenceError if something else moves without any stiffness.
+
+    Examples
+    --------
+    >>> springs = sp.csr_matrix([[1.0, -1.0, 0.0], [-1.0, 3.0, -2.0], [0.0, -2.0, 2.0]])  # 1 and 2 N/m in a row
+    >>> ends, middle = np.array([[0.0], [0.0], [1.0]]), sp.csr_matrix([[0.0], [1.0], [0.0]])
+    >>> condensed(springs, ends, middle, np.array([], dtype=int)).round(9).tolist()
+    [[0.666666667]]
     """
     free = np.ones(spread.shape[1], dtype=bool)
     free[held] = False
@@ -200,6 +207,13 @@ def conversion(spline: Spline) -> sp.csr_matrix:
     Both are bases of the same functions on the yarn: R is found from their values at J places.
 
     Raises MeshError if there are fewer spans than the degree.
+
+    Examples
+    --------
+    >>> from knitstudy.mechanics.spline_yarn.space import yarn_space
+    >>> matrix = conversion(yarn_space(np.linspace(0, 1, 5), 2).spline)
+    >>> matrix.shape, matrix.sum(axis=1).round(12).tolist() == 7 * [[1.0]]  # both represent the constant 1
+    ((7, 7), True)
     """
     d, low, high = spline.degree, *spline.spans.T
     if len(low) < d:

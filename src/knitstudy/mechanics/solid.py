@@ -28,6 +28,13 @@ def cauchy_stress(gradient: np.ndarray, material: Material, axes: np.ndarray | N
     """Return the Cauchy stress (k, 3, 3) [Pa], F S F^T / det F, of deformation gradients F (k, 3, 3).
 
     `axes` (k, 3, 3) are local axes in columns, the first along the yarn, where the material asks for them.
+
+    Examples
+    --------
+    >>> from knitstudy.mechanics.materials.isotropic import Hencky
+    >>> stretched = np.diag([1.01, 1.0, 1.0])[None]
+    >>> float(round(cauchy_stress(stretched, Hencky(1e8, 0.0))[0, 0, 0]))  # E ln(1.01) / 1.01 [Pa]
+    985181.0
     """
     green = 0.5 * (np.swapaxes(gradient, 1, 2) @ gradient - np.eye(3))
     stress = material.respond(green, False, axes).stress
@@ -51,6 +58,11 @@ def principal_axes(stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the principal values (..., 3) of stresses (..., 3, 3), the largest first, and their axes as rows.
 
     Axes are lines: their sign means nothing.
+
+    Examples
+    --------
+    >>> principal_axes(np.diag([1.0, 3.0, 2.0]))[0].tolist()
+    [3.0, 2.0, 1.0]
     """
     values, columns = np.linalg.eigh(stress)
     return values[..., ::-1], np.swapaxes(columns, -1, -2)[..., ::-1, :]

@@ -175,13 +175,30 @@ def deform(
 
 
 def energy(elements: Elements, now: Deformation) -> np.ndarray:
-    """Return the stored energy (E,) [J]."""
+    """Return the stored energy (E,) [J].
+
+    Examples
+    --------
+    >>> section = Section.circular(diameter=1e-3, youngs_modulus=1e8, poisson_ratio=0.42)
+    >>> beam, straight = Elements.between(np.array([[0.01, 0.0, 0.0]]), section), np.eye(3)[None]
+    >>> stretched = deform(beam, np.array([[0.011, 0.0, 0.0]]), straight, straight)
+    >>> float(round(energy(beam, stretched)[0], 6))  # EA e^2 L / 2 [J]
+    0.003927
+    """
     work = np.einsum("ei,ei->e", now.n, now.Gamma) + np.einsum("ei,ei->e", now.m, now.K)
     return 0.5 * elements.length * work
 
 
 def force(now: Deformation) -> np.ndarray:
-    """Return the end forces (E, 4, 3): force [N] and moment [N m] of the first end, then of the second."""
+    """Return the end forces (E, 4, 3): force [N] and moment [N m] of the first end, then of the second.
+
+    Examples
+    --------
+    >>> section = Section.circular(diameter=1e-3, youngs_modulus=1e8, poisson_ratio=0.42)
+    >>> beam, straight = Elements.between(np.array([[0.01, 0.0, 0.0]]), section), np.eye(3)[None]
+    >>> force(deform(beam, np.array([[0.011, 0.0, 0.0]]), straight, straight))[0, 2].round(3)  # EA e [N]
+    array([7.854, 0.   , 0.   ])
+    """
     half_q = 0.5 * now.q
     return np.stack([-now.n, half_q - now.f_D, now.n, half_q + now.f_D], axis=1)
 

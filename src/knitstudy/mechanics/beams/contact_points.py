@@ -32,6 +32,11 @@ def beside(yarn: np.ndarray, count: np.ndarray | int, closed: bool) -> tuple[np.
     """Return three of the places (n, 3) of yarns (n,), so many apart, and how many periods away (n, 3) they are.
 
     The middle one is the place itself, but for the ends of yarns that are not closed.
+
+    Examples
+    --------
+    >>> beside(np.array([0, 0, 0, 0]), 1, closed=False)[0].tolist()
+    [[0, 1, 2], [0, 1, 2], [1, 2, 3], [1, 2, 3]]
     """
     at = np.arange(len(yarn))
     begin, end = np.searchsorted(yarn, yarn), np.searchsorted(yarn, yarn, side="right") - 1

@@ -72,7 +72,14 @@ def section_compliance(
     poisson_ratio: float,
     degree: int = DEGREE,  # of the polynomials of the warping
 ) -> np.ndarray:
-    """Return the compliance S (6, 6) of a rod of radius 1, modulus 1 and curvature `bend` below 1."""
+    """Return the compliance S (6, 6) of a rod of radius 1, modulus 1 and curvature `bend` below 1.
+
+    Examples
+    --------
+    >>> compliance = section_compliance(1e-3, poisson_ratio=0.3)
+    >>> float(round(1 / compliance[2, 2] / np.pi, 3))  # E A of an all but straight rod, over pi
+    1.0
+    """
     S = np.zeros((6, 6))
     for forces in PLANES:
         S[np.ix_(forces, forces)] = _solve(_Disc(degree, forces == PLANES[0]), bend, poisson_ratio, forces)

@@ -84,7 +84,13 @@ def shifts(pairs: PointPairs, moves: np.ndarray) -> np.ndarray:
 
 
 def by_rows(at: np.ndarray, blocks: np.ndarray, size: int) -> sp.csr_matrix:
-    """Return a matrix over so many unknowns with blocks (k, a, a) at the unknowns (k, a); entries may repeat."""
+    """Return a matrix over so many unknowns with blocks (k, a, a) at the unknowns (k, a); entries may repeat.
+
+    Examples
+    --------
+    >>> by_rows(np.array([[0, 2]]), np.array([[[1.0, 2.0], [2.0, 5.0]]]), 3).toarray().tolist()
+    [[1.0, 0.0, 2.0], [0.0, 0.0, 0.0], [2.0, 0.0, 5.0]]
+    """
     row, a = at.ravel(), at.shape[1]
     order = np.argsort(row, kind="stable")
     ends = a * np.cumsum(np.bincount(row, minlength=size))

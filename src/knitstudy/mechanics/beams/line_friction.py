@@ -38,7 +38,13 @@ LEAST_BEND = 0.02
 
 
 def stored_energy(traction: np.ndarray, spring: np.ndarray, shear: np.ndarray) -> np.ndarray:
-    """Return t . S^-1 t / 2k (m,) of tractions (m, 3); zero where nothing resists."""
+    """Return t . S^-1 t / 2k (m,) of tractions (m, 3); zero where nothing resists.
+
+    Examples
+    --------
+    >>> stored_energy(np.array([[2.0, 0.0, 0.0]]), np.array([10.0]), np.eye(3)[None]).tolist()
+    [0.2]
+    """
     slip = np.linalg.solve(shear, traction[..., None])[..., 0]
     twice = np.einsum("ka,ka->k", traction, slip)
     return 0.5 * np.divide(twice, spring, out=np.zeros_like(spring), where=spring > 0)
@@ -48,6 +54,12 @@ def closest_points(z: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray
     """Return the normal (k, 3) at the closest points of both yarns, their distance (k,), and unit tangents (k, 2, 3).
 
     Yarns are the parabolas of z (k, 5, 3); see `LineContact.bends`.
+
+    Examples
+    --------
+    >>> crossed = np.array([[[0.3, 0.2, 1.0], [0, 0, 0], [0, 0, 0], [1, 0, 0], [0, 1, 0]]])
+    >>> closest_points(crossed, radius=1.0)[1].round(12)  # straight yarns along x and y, 1 apart
+    array([1.])
     """
     way, bend, tangent = z[:, 0], z[:, 1:3], z[:, 3:]
     tangent = tangent / np.linalg.norm(tangent, axis=2, keepdims=True)

@@ -80,15 +80,14 @@ class _Boxes:
         keys, box = np.unique(np.ravel_multi_index(place.T, shape), return_inverse=True)
         self.count = len(keys)
         self.of_ring, self._box = np.split(box, [len(rings)])
-        self._order = np.argsort(self._box, kind="stable")
-        self._known, self._starts = np.unique(self._box[self._order], return_index=True)
         within = np.ones(len(controls)), (self._box, np.arange(len(controls)))
         self._sum = sp.csr_matrix(within, shape=(len(keys), len(controls)))
+        self._known = np.diff(self._sum.indptr) > 0
         around = np.array(list(np.ndindex(3, 3, 3))) - 1
         beside = np.stack(np.unravel_index(keys, shape), axis=1)[:, None] + around
         beside = np.ravel_multi_index(beside.reshape(-1, 3).T, shape)
         other = np.minimum(np.searchsorted(keys, beside), len(keys) - 1)
-        pairs = np.flatnonzero((keys[other] == beside) & (np.diff(self._sum.indptr) > 0)[other])
+        pairs = np.flatnonzero((keys[other] == beside) & self._known[other])
         self._one, self._other = pairs // len(around), other[pairs]
         pairs = np.ones(len(pairs)), (self._one, self._other)
         self._beside = sp.csr_matrix(pairs, shape=(len(keys), len(keys)))
@@ -117,7 +116,8 @@ class _Boxes:
     def _largest(self, values: np.ndarray) -> np.ndarray:
         """Return the largest values (b, ...) of control points (S, ...) in boxes, minus infinity without one."""
         result = np.full((self.count, *values.shape[1:]), -np.inf)
-        result[self._known] = np.maximum.reduceat(values[self._order], self._starts)
+        ordered, first = values[self._sum.indices], self._sum.indptr[:-1][self._known]
+        result[self._known] = np.maximum.reduceat(ordered, first)
         return result
 
 

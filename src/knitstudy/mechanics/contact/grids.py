@@ -50,6 +50,11 @@ def circular_chords(
 
     Tangents touch the circle then. Their length is the harmonic mean of those, 4 tan(step / 4), with which each of
     the two pieces would have its middle on the circle.
+
+    Examples
+    --------
+    >>> circular_chords(np.pi / 2 * np.arange(4)[None])[0, 0].round(3)  # of four nodes: 2 tan(pi / 8) each
+    array([0.828, 0.828])
     """
     ahead = np.mod(np.roll(angles, -1, axis=1) - angles, 2 * np.pi)
     behind = np.roll(ahead, 1, axis=1)

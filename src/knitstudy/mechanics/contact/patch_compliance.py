@@ -27,12 +27,24 @@ def polar_rule(rings: int) -> tuple[np.ndarray, np.ndarray]:
     """Return points (q, 2) and weights (q,) of the mean over the unit disc, on so many rings.
 
     Gauss points in the square of the radius and equal angles; exact for polynomials of degree 4 rings - 1.
+
+    Examples
+    --------
+    >>> points, weights = polar_rule(2)
+    >>> float(round(weights @ points[:, 0] ** 2, 12))  # mean of x^2 over the unit disc
+    0.25
     """
     return disc.on_rings(rings, 4 * rings, 0.5 * (np.arange(rings)[:, None] % 2))
 
 
 def moments(rule: np.ndarray) -> np.ndarray:
-    """Return the functions (3, q) whose means over the disc are joined: 1, and both coordinates at unit mean square."""
+    """Return the functions (3, q) whose means over the disc are joined: 1, and both coordinates at unit mean square.
+
+    Examples
+    --------
+    >>> moments(np.array([[0.5, 0.0]])).ravel().tolist()
+    [1.0, 1.0, 0.0]
+    """
     return np.stack([np.ones(len(rule)), 2 * rule[:, 0], 2 * rule[:, 1]])
 
 
@@ -50,6 +62,12 @@ def surface_compliance(
         grad f,    curl (f e_z),    grad (D f) + 4 (1 - nu) i k f e_z.
 
     As D D f = (m^2 + k^2 r^2) f, I_m enters through D f / f = k I_m'(k) / I_m(k) alone.
+
+    Examples
+    --------
+    >>> k = 0.01  # long waves along the yarn stretch it: E u'' = -2 t
+    >>> float(round(k**2 * surface_compliance(0, k, poisson_ratio=0.3)[2, 2].real, 3))
+    2.0
     """
     m, k = np.broadcast_arrays(m, np.asarray(k, dtype=float))
     rate = _logarithmic_slope(np.abs(m), np.abs(k))

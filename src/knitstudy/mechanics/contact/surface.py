@@ -106,7 +106,14 @@ class Surfaces(Protocol):
 
 
 def interpolate(weight: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return weighted sums (k, ..., 3) of values (M, 3): weights (k, ..., c) at carriers (k, c)."""
+    """Return weighted sums (k, ..., 3) of values (M, 3): weights (k, ..., c) at carriers (k, c).
+
+    Examples
+    --------
+    >>> values = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0]])
+    >>> interpolate(np.array([[0.25, 0.75]]), np.array([[0, 1]]), values).tolist()
+    [[3.0, 0.0, 0.0]]
+    """
     return weight @ values[nodes] if weight.ndim > 2 else (weight[:, None] @ values[nodes])[:, 0]
 
 
@@ -129,9 +136,9 @@ class Kinematics:
         """Return the derivatives at closest points."""
         tangent, normal, distance = projection.tangent, projection.normal, projection.distance
         k = len(normal)
-        metric = np.einsum("kai,kbi->kab", tangent, tangent)
+        m = np.einsum("kai,kbi->kab", tangent, tangent)
         bend = np.einsum("kai,ki->ka", projection.curvature, normal)
-        inverse = _inverse(metric - distance[:, None, None] * bend[:, [0, 1, 1, 2]].reshape(-1, 2, 2))
+        inverse = _inverse(m - distance[:, None, None] * bend[:, [0, 1, 1, 2]].reshape(-1, 2, 2))
         pull = np.zeros((k, 2, 9))  # tau_a . e + g n . a_a
         pull[:, :, :3] = tangent
         pull[:, 0, 3:6] = pull[:, 1, 6:9] = distance[:, None] * normal
@@ -142,7 +149,7 @@ class Kinematics:
         turned = np.einsum("kabi,kbz->kaiz", second, xi)
         turned[:, 0, :, 3:6] += np.eye(3)
         turned[:, 1, :, 6:9] += np.eye(3)
-        dual = _inverse(metric) @ tangent
+        dual = _inverse(m) @ tangent
         tilt = np.einsum("ki,kaiz->kaz", normal, turned)
         return cls(xi=xi, gap=gap, tangent=turned, normal=-np.einsum("kai,kaz->kiz", dual, tilt))
 
@@ -249,12 +256,23 @@ def follows(tangent: np.ndarray, way: np.ndarray) -> np.ndarray:
     """Return how closest places with tangents (k, 2, 3) follow points that move by ways (k, 3): parameters (k, 2).
 
     To first order, of surfaces that are flat beside the way.
+
+    Examples
+    --------
+    >>> follows(np.array([[[2.0, 0, 0], [0, 1.0, 0]]]), np.array([[1.0, 3.0, 5.0]])).tolist()
+    [[0.5, 3.0]]
     """
     return _solved(*metric(tangent), np.einsum("kai,ki->ak", tangent, way))
 
 
 def metric(tangent: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the products m11, m12 and m22 (k,) of tangents (k, 2, 3) with each other."""
+    """Return the products m11, m12 and m22 (k,) of tangents (k, 2, 3) with each other.
+
+    Examples
+    --------
+    >>> [product.tolist() for product in metric(np.array([[[2.0, 0, 0], [1.0, 1.0, 0]]]))]
+    [[4.0], [2.0], [2.0]]
+    """
     one, other = tangent[:, 0], tangent[:, 1]
     # All four at once, as the product of two matrices, take ten times as long.
     return tuple(np.einsum("ki,ki->k", *both) for both in ((one, one), (one, other), (other, other)))

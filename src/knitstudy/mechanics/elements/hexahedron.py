@@ -223,7 +223,15 @@ Map = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 def inverted(mapped: Map, points: np.ndarray, start: np.ndarray, close: np.ndarray) -> np.ndarray:
-    """Return the coordinates (k, 3) of points (k, 3), to within distances (k,); nan where it gets nowhere."""
+    """Return the coordinates (k, 3) of points (k, 3), to within distances (k,); nan where it gets nowhere.
+
+    Examples
+    --------
+    >>> def doubled(number, at):
+    ...     return 2 * at, np.repeat(2 * np.eye(3)[None], len(at), axis=0)
+    >>> inverted(doubled, np.array([[1.0, 0.5, 0.0]]), np.zeros((1, 3)), np.array([1e-9])).tolist()
+    [[0.5, 0.25, 0.0]]
+    """
     solution = start.copy()
     moving = np.arange(len(points))
     for _ in range(MAP_STEPS):
@@ -300,7 +308,14 @@ def natural_coordinates(
     points: np.ndarray,  # (k, 3), [m]
     shape: Functions,  # of the element
 ) -> np.ndarray:
-    """Return the natural coordinates (k, 3) of points in elements; nan where the iteration does not get there."""
+    """Return the natural coordinates (k, 3) of points in elements; nan where the iteration does not get there.
+
+    Examples
+    --------
+    >>> cube = 0.5 * (1 + CORNERS)[None]  # of unit edges
+    >>> natural_coordinates(cube, np.array([[0.5, 0.75, 1.0]]), shape).tolist()
+    [[0.0, 0.5, 1.0]]
+    """
 
     def mapped(number: np.ndarray, natural: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         own, gradient = corners[number], shape_gradient(natural, shape)

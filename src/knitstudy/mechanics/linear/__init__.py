@@ -78,7 +78,17 @@ def factorise_band(
 
 
 def solve_band(factor: np.ndarray, rhs: np.ndarray) -> None:
-    """Replace a right-hand side (n,) by the solution for a factor that `factorise` has left, in its precision."""
+    """Replace a right-hand side (n,) by the solution for a factor that `factorise_band` has left, in its precision.
+
+    Examples
+    --------
+    >>> band, rhs = np.array([[4.0, 4.0], [2.0, 0.0]], order="F"), np.array([6.0, 6.0])
+    >>> factorise_band(band)
+    0
+    >>> solve_band(band, rhs)
+    >>> rhs.round(12).tolist()  # [[4, 2], [2, 4]] [1, 1] = [6, 6]
+    [1.0, 1.0]
+    """
     rows, n = factor.shape
     info = ctypes.c_int()
     band, right = (factor.ctypes.data, _int(rows)), (rhs.ctypes.data, _int(n))

@@ -103,6 +103,13 @@ def conjugate_gradients(
 
     Return what went wrong, if anything: `INDEFINITE` if a direction has no stiffness. The iterate before then
     lowers the energy all the same (Steihaug 1983).
+
+    Examples
+    --------
+    >>> matrix, now = np.array([[4.0, 1.0], [1.0, 3.0]]), Iterate(np.zeros(2), np.array([5.0, 4.0]), 1.0)
+    >>> conjugate_gradients(matrix, np.copy, now, goal=1e-9, most=5)
+    >>> now.x.round(9).tolist(), now.iterations
+    ([1.0, 1.0], 2)
     """
     direction = image = np.zeros_like(state.x)
     curvature = 1.0
@@ -132,6 +139,13 @@ def minimal_residuals(matrix: Rows, apply: Apply, state: Iterate, goal: float, m
     """Improve an iterate in place by flexible GMRES; parameters as of `conjugate_gradients`.
 
     One direction survives every restart (Hicken and Zingg 2010).
+
+    Examples
+    --------
+    >>> matrix, now = np.array([[4.0, 1.0], [-1.0, 3.0]]), Iterate(np.zeros(2), np.array([5.0, 2.0]), 1.0)
+    >>> minimal_residuals(matrix, np.copy, now, goal=1e-9, most=5)
+    >>> now.x.round(9).tolist()
+    [1.0, 1.0]
     """
 
     def counted(residual: np.ndarray) -> np.ndarray:

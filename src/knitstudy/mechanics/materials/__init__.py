@@ -92,7 +92,14 @@ def axes_along(direction: np.ndarray) -> np.ndarray:
 
 
 def rotate_strain(axes: np.ndarray) -> np.ndarray:
-    """Return the matrices (e, 6, 6) that take engineering strains to the axes (e, 3, 3) in columns."""
+    """Return the matrices (e, 6, 6) that take engineering strains to the axes (e, 3, 3) in columns.
+
+    Examples
+    --------
+    >>> axes = np.array([[[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]])  # y, x, -z
+    >>> (rotate_strain(axes)[0] @ [1.0, 2.0, 3.0, 0.0, 0.0, 0.0]).tolist()
+    [2.0, 1.0, 3.0, 0.0, 0.0, 0.0]
+    """
     i, j = VOIGT.T
     # Component (p, q) in the axes is sum over I, J of N_Ip E_IJ N_Jq, with E_IJ = gamma_IJ / 2 off the diagonal.
     left = axes[:, i[None, :], i[:, None]] * axes[:, j[None, :], j[:, None]]

@@ -158,7 +158,13 @@ def crossed(pairs: np.ndarray) -> np.ndarray:
 
 
 def components(tensor: np.ndarray) -> np.ndarray:
-    """Return the components (6, e) of symmetric tensors (e, 3, 3)."""
+    """Return the components (6, e) of symmetric tensors (e, 3, 3).
+
+    Examples
+    --------
+    >>> components(np.diag([1.0, 2.0, 3.0])[None])[:, 0].tolist()
+    [1.0, 2.0, 3.0, 0.0, 0.0, 0.0]
+    """
     return tensor.transpose(1, 2, 0)[VOIGT[:, 0], VOIGT[:, 1]]
 
 
@@ -171,7 +177,14 @@ def _adjugate(x: np.ndarray) -> np.ndarray:
 
 
 def product(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the product (6, e) of symmetric tensors (6, e) that commute."""
+    """Return the product (6, e) of symmetric tensors (6, e) that commute.
+
+    Examples
+    --------
+    >>> diagonal = np.array([[1.0], [2.0], [3.0], [0.0], [0.0], [0.0]])
+    >>> product(diagonal, diagonal)[:, 0].tolist()
+    [1.0, 4.0, 9.0, 0.0, 0.0, 0.0]
+    """
     rows = [(FULL[i], FULL[j]) for i, j in VOIGT]
     return np.stack([sum(one[p] * other[q] for p, q in zip(*row, strict=True)) for row in rows])
 

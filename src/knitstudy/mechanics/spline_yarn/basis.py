@@ -46,7 +46,13 @@ class Modes:
 
 @cache
 def modes(degree: int) -> Modes:
-    """Return the functions up to a degree, by rising degree."""
+    """Return the functions up to a degree, by rising degree.
+
+    Examples
+    --------
+    >>> modes(2).wave.tolist()  # 1; x1, x2; of degree 2
+    [0, 1, 1, 2, 2, 0]
+    """
     rows = [
         (n, m, sine) for n in range(degree + 1) for m in range(n, -1, -2) for sine in ((0, 1) if m else (0,))
     ]
@@ -105,7 +111,14 @@ def quadrature(degree: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def on_rings(rings: int, angles: int, turn: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (m, 2) and weights (m,) of the mean over the disc; rings `turn` (rings, 1) by parts of a step."""
+    """Return points (m, 2) and weights (m,) of the mean over the disc; rings `turn` (rings, 1) by parts of a step.
+
+    Examples
+    --------
+    >>> points, weights = on_rings(rings=2, angles=8)
+    >>> float(round(weights @ points[:, 1] ** 2, 12))  # mean of x2^2
+    0.25
+    """
     square, weight = np.polynomial.legendre.leggauss(rings)
     angle = 2 * np.pi * (np.arange(angles) + turn * np.ones((rings, 1))) / angles
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
