@@ -19,7 +19,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.lib.stride_tricks import as_strided
 
-from knitstudy.mechanics.batches import parts, share
+from knitstudy.mechanics.batches import Reserve, parts, share
 from knitstudy.mechanics.elements import ElementGroup
 
 # Pairs of nodes a batch. Threads wait for the interpreter between the steps of small ones; large ones leave the cache.
@@ -106,9 +106,10 @@ class Assembly:
         """Return T^T of forces at all nodes (N, block), shape (n block,)."""
         return (self._to_kept @ node_force).ravel()
 
-    def begin_stiffness(self, room: int = 0) -> StiffnessSum:
+    def begin_stiffness(self, room: int = 0, reserve: Reserve | None = None) -> StiffnessSum:
         """Return an empty sum of stiffness blocks, in an array with room for so many more."""
-        return StiffnessSum(self.entries, self.block, self._sums, room)
+        (data,) = (reserve or Reserve()).arrays((self.entries + room, self.block**2))
+        return StiffnessSum(data[: self.entries], self._sums)
 
     def connection(self) -> sp.csr_matrix:
         """Return which retained nodes (n, n) share an element or a link, as ones."""
@@ -163,8 +164,9 @@ class StiffnessSum:
     is the sum once all batches are there.
     """
 
-    def __init__(self, entries: int, block: int, sums: Sequence[PairSum | SpanSum], room: int) -> None:
-        self.data = np.zeros((entries + room, block**2))[:entries]
+    def __init__(self, data: np.ndarray, sums: Sequence[PairSum | SpanSum]) -> None:
+        data[:] = 0
+        self.data = data
         self._sums = sums
         self._waiting: dict[int, np.ndarray] = {}
         self._next = 0

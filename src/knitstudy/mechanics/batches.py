@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import math
 import os
+import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
@@ -104,6 +105,38 @@ class Scratch(threading.local):
 
 
 SCRATCH = Scratch()
+
+
+class Reserve:
+    """Memory of arrays that are the largest ones while they last: it stays for the next ones until it is given back."""
+
+    def __init__(self) -> None:
+        self._flat = np.empty(0)
+
+    def arrays(self, *shapes: tuple[int, ...]) -> list[np.ndarray]:
+        """Return arrays whose content is arbitrary, in the memory of earlier ones if nothing refers to any of them.
+
+        Examples
+        --------
+        >>> reserve = Reserve()
+        >>> first = reserve.arrays((2, 3), (4,))[0].ctypes.data
+        >>> reserve.arrays((5, 2))[0].ctypes.data == first
+        True
+        """
+        ends = np.cumsum([math.prod(shape) for shape in shapes])
+        # Arrays refer to the memory that they are parts of; the attribute and the call do as well.
+        if self._flat.size < ends[-1] or sys.getrefcount(self._flat) > 2:
+            self._flat = np.empty(ends[-1])
+        return [part.reshape(shape) for part, shape in zip(np.split(self._flat, ends), shapes, strict=False)]
+
+    @property
+    def size(self) -> int:
+        """How many numbers there is memory for."""
+        return self._flat.size
+
+    def give_back(self) -> None:
+        """Leave the memory to others, as soon as nothing else refers to it."""
+        self._flat = np.empty(0)
 
 
 # Options of `mallopt` in glibc, with bytes: arrays of the first are mapped, and leave no holes when they go; that much

@@ -14,7 +14,7 @@ import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.assembly import Assembly, PatternSum
-from knitstudy.mechanics.batches import SCRATCH, share, threads
+from knitstudy.mechanics.batches import SCRATCH, Reserve, share, threads
 from knitstudy.mechanics.contact.friction import ContactHistory, ContactPoints
 from knitstudy.mechanics.contact.interaction import Contact, ContactResponse
 from knitstudy.mechanics.elements import ElementGroup
@@ -148,6 +148,7 @@ class SolidModel:
         # Further blocks of the tangent, for contact; memory that is not written to costs nothing.
         self._room = self.assembly.entries // 2 if contact else 0
         self._sum: PatternSum | None = None
+        self._reserve = contact.reserve if contact else Reserve()  # of tangents
         self._evaluated: tuple[SolidState, ContactPoints] | None = None
 
     def start(self) -> SolidState:
@@ -223,6 +224,7 @@ class SolidModel:
 
     def commit(self, state: SolidState) -> SolidState:
         """Return the state that a converged increment leaves: slip history, and work of viscous forces."""
+        self._reserve.give_back()
         contact = None if self.contact is None else self.contact.commit(self.contact_points(state))
         return replace(state, step=None, memory=Memory(state.displacement, self._damped(state), contact))
 
@@ -305,7 +307,7 @@ class SolidModel:
         force = [np.empty((*group.connectivity.shape, 3)) for group in self.groups]
         # Internal energies, and energies of hourglass control.
         energies = [np.empty((2, len(group.connectivity))) for group in self.groups]
-        total = self.assembly.begin_stiffness(self._room) if stiffness else None
+        total = self.assembly.begin_stiffness(self._room, self._reserve) if stiffness else None
         magnitude, summing = np.zeros(len(batches)), np.zeros(len(batches))
 
         def evaluate(number: int) -> None:

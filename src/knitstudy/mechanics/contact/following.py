@@ -13,7 +13,7 @@ from functools import reduce
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.batches import by_parts
+from knitstudy.mechanics.batches import Reserve, by_parts
 from knitstudy.mechanics.contact.friction import ContactHistory, ContactStatus, same_pair
 from knitstudy.mechanics.contact.search import Search
 from knitstudy.mechanics.contact.surface import Surfaces
@@ -212,8 +212,9 @@ class Following:
         # distance up to which pairs are followed [m]; the search is repeated when others could touch
         margin: float,
         angles: bool,  # whether the angles between the lines of both surfaces are asked for
+        reserve: Reserve,  # given back before a search, which needs as much memory
     ) -> None:
-        self._search, self._margin, self._with_angles = search, margin, angles
+        self._search, self._margin, self._with_angles, self._reserve = search, margin, angles, reserve
         self.history = ContactHistory.empty()  # of all pairs; open ones are filled in when they are asked for
         self._angle = np.empty(0)  # (c,), between their lines at the last increment; nan: not asked for
         self._source: ContactHistory | None = None  # the history asked about
@@ -314,6 +315,7 @@ class Following:
         self, carriers: np.ndarray, history: ContactHistory, among: np.ndarray | None = None
     ) -> tuple[ContactHistory, np.ndarray]:
         """Return the pairs of a search, with their part of a history, and lower bounds of their gaps (c,) [m]."""
+        self._reserve.give_back()
         pairs, arc, gap = self._search.find(carriers, self._margin, among)
         same = same_pair(pairs, arc, history, self._search.arc(history.surface, history.xi[:, 0]))
         least = np.full(len(history.point), -np.inf)

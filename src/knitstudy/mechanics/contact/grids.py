@@ -143,9 +143,9 @@ class Grids:
         return force
 
     def matrix(self, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray) -> sp.bsr_matrix:
-        """Return a matrix over all nodes from its pattern and blocks (nnz, 1, 9)."""
+        """Return a matrix over all nodes from its pattern and a copy of its blocks (nnz, 1, 9)."""
         size = 3 * (len(indptr) - 1)
-        return sp.bsr_matrix((data.reshape(-1, 3, 3), indices, indptr), shape=(size, size))
+        return sp.bsr_matrix((data.reshape(-1, 3, 3).copy(), indices, indptr), shape=(size, size))
 
     def centres(self, carriers: np.ndarray) -> np.ndarray:
         """Return the middles (R, 3) of all rows of nodes, grid by grid."""

@@ -16,7 +16,7 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, MeshError
-from knitstudy.mechanics.batches import by_parts, share
+from knitstudy.mechanics.batches import Reserve, by_parts, share
 from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.following import Following
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, ContactHistory, ContactPoints, Coulomb
@@ -80,7 +80,8 @@ class Contact:
         if meets is None:
             meets = np.ones((len(surfaces.cells), len(surfaces.cells)), dtype=bool)
         self._search = Search(surfaces, self.quadrature, self._undeformed, meets, free)
-        self._following = Following(self._search, margin, angles=law.directional)
+        self.reserve = Reserve()  # of tangents
+        self._following = Following(self._search, margin, law.directional, self.reserve)
         self._pairs: CellPairs | None = None
         deepest = -self.smallest_gap(self.points(nodes, nodes, ContactHistory.empty()))
         self._pull = min(max(-deepest, 0.0) + NEARLY * margin, AT_MOST * margin)
@@ -197,7 +198,7 @@ class Contact:
         matrices = ()
         if stiffness:
             *blocks, self._pairs = tangent(
-                points, weight, own, other, self.surfaces.block, len(carried), self._pairs
+                points, weight, own, other, self.surfaces.block, len(carried), self._pairs, self.reserve
             )
             pattern = self._pairs.indptr, self._pairs.indices
             matrices = share(lambda number: self.surfaces.matrix(*pattern, blocks[number]), 2)

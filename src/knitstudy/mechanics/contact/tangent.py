@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.batches import by_parts, share
+from knitstudy.mechanics.batches import Reserve, by_parts, share
 from knitstudy.mechanics.contact.friction import ContactPoints
 from knitstudy.mechanics.contact.surface import Kinematics, Stencil, Surfaces, metric
 
@@ -151,13 +151,15 @@ class CellPairs:
         rows: np.ndarray,  # (a, m, c), V of every point
         inner: np.ndarray,  # (a, m, 9, m), B, for every entry of a block
         pair: np.ndarray,  # int (a,), the pair of cells that every point belongs to
+        data: np.ndarray,  # (nnz, b b, 9)
     ) -> np.ndarray:
-        """Return sum over points of V^T B V, as blocks (nnz, b b, 9) of the pattern."""
+        """Return `data` with the sum over points of V^T B V, as blocks of the pattern."""
         m, c, r, b = *rows.shape[1:], self.width, self.block
         order = np.argsort(pair, kind="stable")
         many = np.bincount(pair, minlength=len(self.key))
         start = np.cumsum(many) - many
-        data = np.zeros((len(self.indices), b * b * BLOCKS))
+        data[:] = 0
+        flat = data.reshape(-1, b * b * BLOCKS)
         for here, targets, total in self._chunks:
             within = np.arange(many[here].max())
             filled = within < many[here, None]  # (g, most): beside each other for every pair of cells
@@ -167,8 +169,8 @@ class CellPairs:
             right = right.reshape(len(point), -1, BLOCKS * c)
             product = left.reshape(len(point), -1, c).swapaxes(1, 2) @ right  # (g, c, ((i, j), c))
             blocks = product.reshape(-1, r, b, BLOCKS, r, b).transpose(0, 1, 4, 2, 5, 3)
-            data[targets] += total @ blocks.reshape(-1, b * b * BLOCKS)
-        return data.reshape(-1, b * b, BLOCKS)
+            flat[targets] += total @ blocks.reshape(-1, b * b * BLOCKS)
+        return data
 
 
 def stiffness(
@@ -178,7 +180,8 @@ def stiffness(
     other: Stencil,  # likewise
     block: int,  # as of `CellPairs`
     count: int,  # as of `CellPairs`
-    before: CellPairs | None = None,  # pattern of an earlier tangent, used again if the same cells touch
+    before: CellPairs | None,  # pattern of an earlier tangent, used again if the same cells touch
+    reserve: Reserve,  # where the blocks are
 ) -> tuple[np.ndarray, np.ndarray, CellPairs]:
     """Return the tangent and its symmetric positive part as blocks (nnz, b b, 9), and the pattern of both.
 
@@ -202,7 +205,8 @@ def stiffness(
         pairs = CellPairs(keys, nodes, block, count)
     full = inner.reshape(-1, 9, 3, 3).swapaxes(2, 3).reshape(-1, 3, BLOCKS, 3)
     both = (rows, full), (rows[:, :1], positive.reshape(-1, 1, BLOCKS, 1))
-    return *share(lambda number: pairs.sum(*both[number], pair), 2), pairs
+    data = reserve.arrays(*2 * [(len(pairs.indices), block**2, BLOCKS)])
+    return *share(lambda number: pairs.sum(*both[number], pair, data[number]), 2), pairs
 
 
 def _point_tangents(points: ContactPoints, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
