@@ -22,7 +22,7 @@ FAMILIES = re.compile(r"[0-7]-|13-")
 
 
 def left_out(folder, names):
-    """What no copy has. Modules that Python has compiled are there: every job of every copy imports the same ones."""
+    """Return the names in a folder that copies leave out; they take compiled modules, which every job imports."""
     families = [name for name in names if Path(folder).name == "scenes" and not FAMILIES.match(name)]
     return {"extremes.yaml", *families} & set(names)
 
