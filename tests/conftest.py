@@ -30,12 +30,15 @@ def pytest_runtest_setup(item):
 
 
 def pytest_collection_modifyitems(items):
-    """Begin with the study that tests of the workflow look at; what waits for it comes last, other long tests first."""
+    """Begin with the study that tests of the workflow look at; what waits for it comes after the other long tests.
+
+    Short tests come last: processes that share the tests then end together.
+    """
     waiting = {item.path for item in items if {"finished", "finished_copy"} & set(item.fixturenames)}
+    kinds = ("workflow", "verification", "regression", "unit")
 
     def place(item):
-        longest = item.path.parent.name != "workflow"
-        return item.path.name != "test_chain.py", item.path in waiting, longest
+        return item.path.name != "test_chain.py", kinds.index(item.path.parent.name), item.path in waiting
 
     items.sort(key=place)
 

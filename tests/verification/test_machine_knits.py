@@ -8,27 +8,47 @@ from knitstudy.stages.simulate import simulate
 from knitstudy.study.configuration import load_scene
 
 FILES = Path(__file__).resolve().parents[2] / "examples" / "knitout"
+ELASTIC = {
+    "fidelity": "beam",
+    "interaction": "isotropic",
+    "contact.tied_edges": "none",
+    "load.lateral": "fixed",
+    "mesh.beam_size": 0.41,
+    "beam.section": "hertz",
+    "load.strain": 0.02,
+    "solver.increments": 2,
+}
 DRAWN = {"pattern.wale_spacing": 3.3e-3, "pattern.course_spacing": 2.2e-3, "pattern.loop_length": None}
-LOAD = {"load.start": "rest", "load.strain": 0.05, "load.largest_force": None, "solver.increments": 2}
+SOFT = DRAWN | {
+    "load.start": "rest",
+    "load.strain": 0.05,
+    "load.largest_force": None,
+    "solver.increments": 2,
+}
 
 
-def history(stitches):
-    """Return the history of a cell of soft yarn with keys of its stitches."""
-    scene = load_scene("fabric-acrylic-rib-course-free").vary(
-        {"knit": "machine-knit"} | DRAWN | LOAD | stitches
-    )
-    return simulate(scene).history
+def history(stitches, scene="fabric-acrylic-rib-course-free", keys=SOFT):
+    """Return the history of a cell with keys of its stitches."""
+    return simulate(load_scene(scene).vary({"knit": "machine-knit"} | keys | stitches)).history
 
 
-def test_a_rib_of_a_file_is_the_rib_of_letters():
+@pytest.mark.parametrize(
+    ("scene", "keys"),
+    [
+        ("stitches-rib-course", ELASTIC),
+        pytest.param("fabric-acrylic-rib-course-free", SOFT, marks=pytest.mark.full),
+    ],
+    ids=["elastic yarn", "soft yarn at rest"],
+)
+def test_a_rib_of_a_file_is_the_rib_of_letters(scene, keys):
     """It begins one needle later: the same knit."""
-    of_file = history({"pattern.knitout": str(FILES / "rib.k")})
-    of_letters = history({"pattern.stitches": ["KP"], "pattern.loops": 2, "pattern.rows": 1})
+    of_file = history({"pattern.knitout": str(FILES / "rib.k")}, scene, keys)
+    letters = {"pattern.stitches": ["KP"], "pattern.loops": 2, "pattern.rows": 1}
+    of_letters = history(letters, scene, keys)
     for name in ("force", "cell_strain", "force_per_width"):
-        largest = float(abs(of_letters[name]).max())
-        assert of_file[name].to_numpy() == pytest.approx(of_letters[name].to_numpy(), abs=1e-6 * largest), (
-            name
-        )
+        wanted = of_letters[name].to_numpy()
+        within = 1e-6 * float(abs(wanted).max())
+        assert of_file[name].to_numpy() == pytest.approx(wanted, abs=within), name
     assert of_file.attrs["wale_spacing"] == pytest.approx(of_letters.attrs["wale_spacing"], rel=1e-6)
 
 

@@ -10,7 +10,7 @@ DEARER = {"mesh.degree": 3, "mesh.crossing_degree": 3, "solver.increments": 6}
 SMALL = {
     "knits": 2,
     "fewest": 2,
-    "every": {},
+    "every": {"cut-knit-tied-large": 2, "cell-tied-large": 2},  # on one of two knits
     "coverage": 0.5,
     "confidence": 0.5,
     "reference": ["yarns2", "yarns3"],
@@ -39,10 +39,10 @@ def test_from_a_sample_to_a_promise(fresh):
     assert "no knits have been measured of cut-knit-tied" in plan().stderr
     ended = fresh.run("benchmarks/trade.py", "--first", "2")
     assert ended.returncode == 0, ended.stdout + ended.stderr
-    assert ended.stdout.count(": ended, ") == 16
+    assert ended.stdout.count(": ended, ") == 12
     table = read_table(fresh.folder / "results" / "trade" / "trade.csv")
     assert set(table["case"]) == {"cut-knit-tied", "cell-tied", "cut-knit-tied-large", "cell-tied-large"}
-    assert (table["question"].value_counts()[["force", "curve"]] == 16).all()
+    assert (table["question"].value_counts()[["force", "curve"]] == 12).all()
     assert (table["error [1]"] < 1).all(), table[["case", "model setting", "question", "error [1]", "reason"]]
     assert ": ended, " not in fresh.run("benchmarks/trade.py", "--first", "2").stdout
 
