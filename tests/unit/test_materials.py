@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.elements import ELEMENTS, ElementResponse
 from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
-from knitstudy.mechanics.materials.isotropic import Hencky
+from knitstudy.mechanics.materials.isotropic import Hencky, Isotropic
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.simulate import solve
 
@@ -60,6 +61,19 @@ def test_a_yarn_with_an_axis_goes_through_a_simulation(pull, fidelity):
     force = pull(**yarn)
     assert force == pytest.approx(pull(fidelity=fidelity, yarn__material="hencky"), rel=1e-9)
     assert 0.4 * force < pull(**yarn, yarn__axial_shear_modulus=1e8) < 0.95 * force
+
+
+@pytest.mark.parametrize("ratio", [-0.999, 0.0, 0.499])
+def test_isotropic_constants_up_to_their_bounds_store_energy(ratio):
+    assert np.linalg.eigvalsh(Isotropic(1.0, ratio).moduli).min() > 0
+
+
+@pytest.mark.parametrize(
+    ("modulus", "ratio"), [(0.0, 0.3), (-1.0, 0.3), (1.0, -1.0), (1.0, -1.1), (1.0, 0.5), (1.0, 0.6)]
+)
+def test_isotropic_constants_without_a_positive_energy_are_refused(modulus, ratio):
+    with pytest.raises(ConfigurationError, match="has to"):
+        Isotropic(modulus, ratio)
 
 
 # Hencky's law is that of principal stretches, for strains of any size
