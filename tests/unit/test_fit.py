@@ -72,21 +72,14 @@ def test_loop_has_the_length_that_is_asked_for(settings):
     assert_fits(loop, wanted)
 
 
-@pytest.mark.parametrize(
-    ("diameter", "longer"),
-    [
-        pytest.param(0.2e-3, 1.04, marks=pytest.mark.full),
-        pytest.param(0.25e-3, 1.04, marks=pytest.mark.full),
-        (0.27e-3, 1.01),  # nearly as thick as the wale allows
-    ],
-)
-def test_length_that_does_not_fit_is_refused_with_one_that_does(settings, diameter, longer):
-    """How long the named one is depends on rounding: 5.1 to 6.3 mm of the thinnest yarn."""
+@pytest.mark.parametrize("diameter", [pytest.param(0.2e-3, marks=pytest.mark.full), 0.25e-3])
+def test_length_that_does_not_fit_is_refused_with_one_that_does(settings, diameter):
+    """How long the named one is depends on rounding: 5.1 to 6.3 mm of the thinner yarn."""
     with pytest.raises(InfeasibleLoop, match=r"loop_length 8 mm: yarns of .* touch") as refused:
         fitted_loop(jersey(diameter, 8e-3), settings)
     found = re.search(r"A loop of ([\d.]+) mm fits, the free one has ([\d.]+) mm", str(refused.value))
     named, free = map(float, found.groups())
-    assert named > longer * free
+    assert named > 1.04 * free
     wanted = jersey(diameter, 1e-3 * named)
     assert_fits(fitted_loop(wanted, settings)[1], wanted)
 
@@ -217,9 +210,9 @@ def test_map_names_the_limits_of_loops_that_do_not_fit(plain_scene):
     scene = plain_scene.vary(
         {"geometry.samples": 20, "geometry.beta": 1e-5, "geometry.gamma": 1e-3, "geometry.beta_0": 20.0}
     )
-    found = loop_map(scene, np.array([5.0]), np.array([3.7, 6.0]))
+    found = loop_map(scene, np.array([5.0]), np.array([3.5, 6.0]))
     assert OUTCOMES[int(found["outcome"][0, 0])] in ("row", "rows")
-    assert 0.5 < found["thickest"][0, 0] < 3.7 / 4, "four yarns stand side by side in a wale"
+    assert 0.5 < found["thickest"][0, 0] < 3.5 / 4, "four yarns stand side by side in a wale"
     assert found["outcome"][0, 1] == 0
     assert found["gap_error"][0, 1] < 0.01
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from beam_cells import BEAMS
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.lay_out import lay_out
@@ -155,18 +156,6 @@ def test_stockinette_of_acrylic_yarn_is_that_of_an_independent_program(monkeypat
         assert history.attrs["full_load"] == history["load"].values[-1] < 1
         force, strain = history.force_per_width.values[:, axis], history.cell_strain.values[:, axis]
         assert np.interp([50, 150, 250], force, strain) == pytest.approx(strains, rel=0.025)
-
-
-BEAMS = {
-    "fidelity": "beam",
-    "interaction": "isotropic",
-    "contact.tied_edges": "none",
-    "load.lateral": "fixed",
-    "mesh.beam_size": 0.41,
-    "beam.section": "hertz",
-    "load.strain": 0.02,
-    "solver.increments": 2,
-}
 
 
 def pulled(stitches, keys):

@@ -3,21 +3,12 @@
 from pathlib import Path
 
 import pytest
+from beam_cells import BEAMS
 
 from knitstudy.stages.simulate import simulate
 from knitstudy.study.configuration import load_scene
 
 FILES = Path(__file__).resolve().parents[2] / "examples" / "knitout"
-ELASTIC = {
-    "fidelity": "beam",
-    "interaction": "isotropic",
-    "contact.tied_edges": "none",
-    "load.lateral": "fixed",
-    "mesh.beam_size": 0.41,
-    "beam.section": "hertz",
-    "load.strain": 0.02,
-    "solver.increments": 2,
-}
 DRAWN = {"pattern.wale_spacing": 3.3e-3, "pattern.course_spacing": 2.2e-3, "pattern.loop_length": None}
 SOFT = DRAWN | {
     "load.start": "rest",
@@ -35,7 +26,7 @@ def history(stitches, scene="fabric-acrylic-rib-course-free", keys=SOFT):
 @pytest.mark.parametrize(
     ("scene", "keys"),
     [
-        ("stitches-rib-course", ELASTIC),
+        ("stitches-rib-course", BEAMS),
         pytest.param("fabric-acrylic-rib-course-free", SOFT, marks=pytest.mark.full),
     ],
     ids=["elastic yarn", "soft yarn at rest"],
