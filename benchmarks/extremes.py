@@ -379,7 +379,7 @@ CAUSES = {
 }
 """Label and colour of every way in which a scene may end."""
 
-ROW, HEAD, FOOT = 3.6, 11.0, 20.0  # heights of a row, the head above and the legend below [mm]
+ROW, HEAD, FOOT = 3.6, 11.0, 26.0  # heights of a row, the head above and the legend below [mm]
 
 
 @styled
@@ -388,7 +388,7 @@ def draw(table: pd.DataFrame) -> Figure:
     (y, groups), (model, models) = (pd.factorize(table[name]) for name in ("group", "model"))
     high = ROW * len(groups)
     page = figure(DOUBLE, HEAD + FOOT + high)
-    axes = place(page, 0.3, FOOT, 0.69, high)
+    axes = place(page, 0.32, FOOT, 0.67, high)
     widest = int(table["number"].max()) + 1
     x = widest * model + table["number"]
     for name, (label, colour) in CAUSES.items():
@@ -399,11 +399,11 @@ def draw(table: pd.DataFrame) -> Figure:
     axes.vlines(starts[1:], -0.6, len(groups) - 0.4, color=FAINT, linewidth=0.3)
     axes.set(xlim=(0.1, widest * len(models) + 0.1), ylim=(len(groups) - 0.4, -0.6))
     axes.set_yticks(range(len(groups)), groups)
-    axes.set_xticks(starts + 0.5 * widest, [name.replace("-", "\n") for name in models])
+    axes.set_xticks(starts + 0.5 * widest, [name.replace("-", "\n") for name in models], fontsize=7.0)
     axes.xaxis.tick_top()
     axes.tick_params(length=0)
     axes.spines[:].set_visible(False)
-    shared_legend(page, ncols=3, labelcolor=INK, handletextpad=0.3)
+    shared_legend(page, ncols=2, labelcolor=INK, handletextpad=0.3)
     return page
 
 
