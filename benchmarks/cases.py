@@ -21,8 +21,8 @@ from knitstudy.loading.history import DIRECTIONS
 from knitstudy.loading.run import Run
 from knitstudy.mechanics.batches import serial_blas
 from knitstudy.mechanics.linear import System
+from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.model import eliminate
-from knitstudy.mechanics.newton import trace
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.simulate import build, simulate
 from knitstudy.stages.table import STAGES

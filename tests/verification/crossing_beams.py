@@ -15,7 +15,7 @@ from knitstudy.mechanics.beams.line_contact import SPACINGS, LineContact
 from knitstudy.mechanics.beams.repulsion import Power, Repulsion
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.rotation import exp
 from knitstudy.models.beam_contact import joined
 

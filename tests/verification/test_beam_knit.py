@@ -8,7 +8,7 @@ from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.history import load_path
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.load_path import trace
 from knitstudy.models.beams_in_contact import beam_knit
 from knitstudy.models.network_3d import grips, tension
 from knitstudy.study.configuration import load_scene

@@ -7,7 +7,7 @@ from knitstudy.mechanics.beams.beam import LinearSprings, Section
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.load_path import trace
 
 SECTION = Section(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0)
 LENGTH, ELEMENTS = 2.0, 20

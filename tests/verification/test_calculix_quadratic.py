@@ -16,8 +16,8 @@ from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement
 from knitstudy.mechanics.linear import LU
+from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.materials.isotropic import StVenantKirchhoff
-from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.simulate import solve

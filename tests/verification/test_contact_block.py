@@ -8,7 +8,7 @@ from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.mechanics.contact.indentation import indentation
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.solid import Penetration
 
 SIZE = 0.25  # element size that stiffnesses refer to

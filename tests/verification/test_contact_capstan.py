@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from knitstudy.mechanics.contact.friction import SLIP
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.load_path import trace
 
 THICKNESS, WIDTH = 0.01, 0.1  # of the belt, over the radius of the drum
 

@@ -12,9 +12,9 @@ from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU, factorise
+from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.model import Response
-from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import Penetration, SolidModel
 
 DIAMETER, LENGTH, PRESS = 1.0, 2.0, 0.05

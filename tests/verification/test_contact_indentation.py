@@ -10,8 +10,8 @@ from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.contact.patch_compliance import ACROSS, ALONG, LENGTH, PHASE, far_compliance
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
+from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.materials.isotropic import Hencky
-from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
 from knitstudy.mechanics.spline_yarn.span import span_groups

@@ -6,7 +6,7 @@ from contact_bodies import back, crossed_yarns, drive, law, reaction, together
 
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.load_path import trace
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from hexahedral_block import unknowns
 from knitstudy.mechanics.contact.grids import Grid
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.load_path import trace
 
 EXACT = Settings(increments=1, residual_tolerance=1e-11, correction_tolerance=1e-9)
 INNER, OUTER, SHRINK = 0.7, 1.4, 0.01

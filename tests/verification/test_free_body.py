@@ -6,8 +6,8 @@ from curves import Straight
 
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear import LU
+from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.model import FreeBodies
-from knitstudy.mechanics.newton import trace
 from knitstudy.mesh.section import Section
 
 SIZE, RADIUS, GAP = 0.4, 1.0, 0.01

@@ -5,8 +5,8 @@ import pytest
 
 from knitstudy.mechanics.linear import LU, System
 from knitstudy.mechanics.linear.krylov import Krylov
+from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.model import eliminate
-from knitstudy.mechanics.newton import trace
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.simulate import build
 from knitstudy.models.solids import linear_solver

@@ -10,7 +10,7 @@ from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.solve import solve_load_path
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.load_path import trace
 from knitstudy.models.endless import FIXED, assemble
 from knitstudy.models.simulate import build
 from knitstudy.models.spline_yarns import discretise

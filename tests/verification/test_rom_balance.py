@@ -10,7 +10,7 @@ from knitstudy.mechanics.beams.beam import Section
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.load_path import trace
 from knitstudy.models.network_3d import grips, problem, tension
 from knitstudy.models.simulate import build
 

@@ -12,10 +12,10 @@ from knitstudy.mechanics.elements.hexahedron import CORNERS, GAUSS, OnePointHexa
 from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
+from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.materials import VOIGT, Material
 from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.model import Memoryless
-from knitstudy.mechanics.newton import trace
 from knitstudy.mechanics.rotation import exp
 from knitstudy.mechanics.solid import SolidModel, SolidState
 

@@ -6,7 +6,7 @@ from pull import knit_and_mesh, pull
 
 from knitstudy.measures.history_checks import ledger_gap
 from knitstudy.mechanics.increment import Settings
-from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.load_path import trace
 from knitstudy.models.simulate import build
 from knitstudy.study.configuration import load_scene
 

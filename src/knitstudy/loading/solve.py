@@ -19,8 +19,9 @@ from knitstudy.loading.run import IN_MEMORY, ReportProgress, Run
 from knitstudy.mechanics.batches import reuse_memory, serial_blas
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU, LinearSolver
+from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.model import Model
-from knitstudy.mechanics.newton import Guide, trace
+from knitstudy.mechanics.newton import Guide
 from knitstudy.study.scene import Scene
 
 # Largest ratio of the error after and before two halvings of an increment at which halving goes on. Two halvings should

@@ -12,12 +12,19 @@ is in equilibrium as any other increment.
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from knitstudy.mechanics.model import Model, Response
+from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.increment import Increment, Rate
+from knitstudy.mechanics.model import Model, Response, summed
+from knitstudy.mechanics.newton import Newton, NotConverged
+
+log = logging.getLogger(__name__)
 
 FIRST = 1e-2  # viscosity at first, over the stiffness of a typical unknown
 MOST = 1.0  # the same where less does not balance, beyond which the increment is too large
@@ -74,12 +81,74 @@ class Viscous:
         return self.model.commit(state.state)
 
 
-def unit_viscosity(model: Model, fixed: np.ndarray) -> np.ndarray:
-    """Return D (size,), the stiffness of a typical unknown at rest; the prescribed ones have none."""
-    rest = model.respond(model.begin(model.start(), 1.0, 1.0), stiffness=True)
-    unit = np.median(np.abs(rest.stiffness.diagonal()) / model.scale**2) * model.scale**2
-    unit[fixed] = 0.0
-    return unit
+class Flow:
+    """A viscous flow in place of Newton's method alone, for one increment of the load at a time."""
+
+    def __init__(self, newton: Newton) -> None:
+        self.newton = newton
+        self.spent = np.zeros(2, dtype=int)  # iterations of Newton's method and the linear solver
+
+    @cached_property
+    def unit(self) -> np.ndarray:
+        """D (size,), the stiffness of a typical unknown at rest; the prescribed ones have none."""
+        model = self.newton.model
+        rest = model.respond(model.begin(model.start(), 1.0, 1.0), stiffness=True)
+        unit = np.median(np.abs(rest.stiffness.diagonal()) / model.scale**2) * model.scale**2
+        unit[self.newton.prescribed.fixed] = 0.0
+        return unit
+
+    def increment(self, now: Increment, target: float, most: int) -> Increment:
+        """Return the increment at load factor `target` to which a viscous flow leads, or raise NotConverged.
+
+        It ends after `most` iterations. The load moves in its first step. The work of viscous forces counts, by the
+        trapezoidal rule, less the work that the driven side did against them.
+        """
+        model, prescribed, settings = self.newton.model, self.newton.prescribed, self.newton.settings
+        change, fixed = target - now.load, prescribed.fixed
+        moved = prescribed.at(target) - prescribed.at(now.load)
+        near = replace(settings, stride=min(settings.stride, STRIDE * model.length))
+        anchor, level, fading, guess = replace(now, rates=(), updates=()), FIRST, FADING, None
+        total, pull, size, work, pulled = 0.0, 0.0, 0.0, 0.0, None
+        self.spent = spent = np.zeros(2, dtype=int)
+        while spent[0] <= most and level <= MOST:
+            viscosity = level * self.unit
+            viscous = Newton(Viscous(model, viscosity), prescribed, near, self.newton.solver)
+            try:
+                reached = viscous.increment(anchor, target, guess)
+                step = reached.rates[0].step * change
+                far = 0.0 if guess is None else self.newton.largest(step) / (STRIDE * model.length)
+                if far > RISING:
+                    raise NotConverged("the step is too long")
+            except (NotConverged, ConvergenceError) as failure:
+                log.debug("viscosity %.1e: %s", level, failure)
+                spent += viscous.spent
+                level, fading = max(level, LEAST) * RISING, 1.0
+                guess = None if guess is None else guess / RISING
+                continue
+            spent += viscous.spent
+            log.debug("viscosity %.1e: balanced after %d iterations", level, viscous.spent[0])
+            before, pull = pull, viscosity * step
+            work += 0.5 * float((before + pull) @ step)
+            total = total + step
+            pulled = reached.response.force[fixed] if guess is None else pulled
+            past, size = size, float(np.linalg.norm(pull / model.scale))
+            grows = guess is not None and size > GROWTH * past
+            if level == 0.0:
+                released = max(work - 0.5 * float((pulled - reached.response.force[fixed]) @ moved), 0.0)
+                energy = summed(reached.response.energy, {"stabilisation": released})
+                return replace(
+                    reached,
+                    rates=(Rate(change, total / change), *now.rates)[: settings.predictor],
+                    response=replace(reached.response, energy=energy),
+                    damped=now.damped + released,
+                    newton_iterations=spent[0],
+                    krylov_iterations=spent[1],
+                )
+            anchor = replace(reached, load=now.load, index=now.index, rates=(), updates=())
+            guess = np.zeros(model.size) if guess is None else step / max(far, 1.0)
+            fading = 1.0 if grows else max(FADING, SOONER * fading)
+            level = level * max(fading, min(far, RISING)) if level > LEAST else 0.0
+        raise NotConverged(f"a viscous flow finds no equilibrium; the last viscosity is {level:.1e}")
 
 
 def add_diagonal(matrix: Any, diagonal: np.ndarray) -> None:

@@ -1,13 +1,10 @@
-"""Newton's method with line search along a load path of adaptive increments.
-
-The solver knows neither solids nor beams: it drives any `Model` to equilibrium under prescribed unknowns.
-"""
+"""Newton's method with a line search: equilibrium at the end of one increment of the load."""
 
 from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
@@ -15,18 +12,6 @@ from typing import Any
 import numpy as np
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.flow import (
-    FADING,
-    FIRST,
-    GROWTH,
-    LEAST,
-    MOST,
-    RISING,
-    SOONER,
-    STRIDE,
-    Viscous,
-    unit_viscosity,
-)
 from knitstudy.mechanics.increment import (
     PHASES,
     Increment,
@@ -41,18 +26,9 @@ from knitstudy.mechanics.model import Model, Response, eliminate, summed
 
 log = logging.getLogger(__name__)
 
-# Increment of the load factor below which the path counts as ended: rounding would go on for ever.
-SMALLEST = 1e-9
 # Correction over the element size that is nothing but rounding: further ones leave the residual where it is.
 ROUNDING = 1e-13
 
-REMEDY = (
-    "Results up to there are kept. More increments, a finer mesh, a contact stiffness nearer to that of the elements "
-    "or a smaller load may help."
-)
-
-HEADWAY = 0.05  # share of the load by which a path has gone on, whatever failed on the way
-WORK = 2.5e6  # unknowns times iterations without headway that small models may take: half a minute to two
 NEAR = 1e-2  # residual up to which one accurate step usually balances a state
 FAR = 1.0  # residual from which a curve through the last states has led astray
 ROUGHLY = 1e-3  # residual at which a state is balanced well enough to see whether it will be settled
@@ -62,133 +38,8 @@ Guide = Callable[[float, float], np.ndarray | None]
 """Returns the change (size,) of all unknowns between two load factors that another model foresees, or None."""
 
 
-class _Failed(Exception):
+class NotConverged(Exception):
     """An increment that did not converge; the message says in what way."""
-
-
-def trace(
-    model: Model,
-    prescribed: PrescribedDisplacement,
-    settings: Settings,
-    solver: LinearSolver,
-    resume: Increment | None = None,
-    guide: Guide | None = None,
-) -> Generator[Increment, str | None, None]:
-    """Follow the load path from the undeformed state (or from `resume`) to full load.
-
-    A `guide` says where the iterations of an increment begin first; if they fail, the path begins where it leads by
-    itself. Whoever takes an increment may send why it is too large. The path forgets it then, tries half of it, and
-    grows from there.
-
-    Yields
-    ------
-    Increment
-        Every converged increment in order, starting with the undeformed state unless resumed.
-
-    Raises
-    ------
-    ConvergenceError
-        If halving the increment `settings.cutbacks` times does not help, `settings.waste` iterations bring nothing, or
-        rounding keeps the residual up; increments that were yielded stay valid.
-    """
-    share, now = 1.0 / settings.increments, resume
-    if now is None:
-        state = model.start()
-        now = Increment(0, 0.0, state, model.respond(state, stiffness=False), share)
-        yield now
-    path = _Path(model, prescribed, settings, solver, guide)
-    settings = replace(settings, waste=max(settings.waste, int(WORK / (500 + model.size))))
-    attempts = _Attempts(settings, now.headway)
-    size, largest = now.size, min(now.largest, share)
-    while now.load < 1.0:
-        target = _target(now.load, size, prescribed, settings)
-        if not target - now.load > SMALLEST:
-            raise ConvergenceError(f"{attempts.reason}; the increment has become too small. {REMEDY}")
-        flows = attempts.failed > settings.vain
-        try:
-            left = settings.waste - attempts.tried
-            done = path.flow(now, target, left) if flows else path.increment(now, target)
-        except ConvergenceError as error:
-            raise ConvergenceError(f"increment {now.index + 1}, load factor {target:.6g}: {error}") from None
-        except _Failed as failure:
-            reason = (
-                f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {failure}"
-            )
-        else:
-            # One increment that was too coarse for the sums of a check says little about increments far behind it.
-            most = min(share, largest * settings.growth)
-            quick = flows or done.newton_iterations <= settings.quick
-            newton, krylov = (attempts.spent + path.spent).tolist()
-            done = replace(
-                done,
-                size=min(most, size * settings.growth) if quick else size,
-                largest=most,
-                newton_iterations=newton,
-                krylov_iterations=krylov,
-                headway=attempts.after(target, largest, path.spent),
-            )
-            reason = yield done
-            if not reason:
-                attempts.end(done.headway)
-                now, size, largest = done, done.size, most
-                continue
-            # The next ones would be too large as well.
-            largest = 0.5 * (target - now.load)
-        attempts.add(now, path.spent, reason)
-        size = 0.5 * (target - now.load)
-        log.info("%s: a shorter step follows, %.3g of the load", reason, size)
-
-
-def _target(load: float, size: float, prescribed: PrescribedDisplacement, settings: Settings) -> float:
-    """Return the load factor at which an increment of a size ends: at a stop on the way, or where it is a share."""
-    target = load + size
-    # Whole shares of the load stay free of rounding.
-    whole = round(target * settings.increments) / settings.increments
-    if abs(target - whole) < SMALLEST:
-        target = whole
-    stop = prescribed.next_stop(load + SMALLEST)
-    if target > stop - SMALLEST:
-        target = stop
-    return target if target < 1.0 - SMALLEST else 1.0
-
-
-class _Attempts:
-    """Attempts in vain since the last increment, and since the path last made headway."""
-
-    def __init__(self, settings: Settings, headway: tuple[float, int, int]) -> None:
-        self.settings = settings
-        self.reason = ""
-        self.end(headway)
-
-    def add(self, now: Increment, spent: np.ndarray, reason: str) -> None:
-        """Count a failed attempt beyond an increment."""
-        self._cutbacks, self.reason = self._cutbacks + 1, reason
-        self.spent, self.failed, self.tried = (
-            self.spent + spent,
-            self.failed + spent[0],
-            self.tried + spent[0],
-        )
-        if self._cutbacks > self.settings.cutbacks:
-            raise ConvergenceError(
-                f"{reason}; the increment was halved {self.settings.cutbacks} times. {REMEDY}"
-            )
-        if self.tried > self.settings.waste:
-            raise ConvergenceError(
-                f"increment {now.index + 1} makes no headway beyond load factor {now.load:.6g}: {self.tried} "
-                f"iterations since load factor {self._since:.6g}; at last, {reason}. {REMEDY}"
-            )
-
-    def after(self, load: float, largest: float, spent: np.ndarray) -> tuple[float, int, int]:
-        """Return the headway at a load factor that was reached; see `Increment`."""
-        if load - self._since >= min(largest, HEADWAY):
-            return load, 0, 0
-        return self._since, int(self.failed), int(self.tried + spent[0])
-
-    def end(self, headway: tuple[float, int, int]) -> None:
-        """Begin anew where an increment was accepted."""
-        self._since, self.failed, self.tried = headway
-        self._cutbacks = 0
-        self.spent = np.zeros(2, dtype=int)  # iterations of Newton's method and of the linear solver
 
 
 @dataclass
@@ -222,8 +73,8 @@ class _Iterate:
         return self.iterations - int(np.argmin(self.residuals[len(self.residuals) - 1 - self.iterations :]))
 
 
-class _Path:
-    """One increment of the load path at a time."""
+class Newton:
+    """Newton's method for one increment of the load at a time."""
 
     def __init__(
         self,
@@ -239,11 +90,10 @@ class _Path:
         self.free = np.ones(model.size, dtype=bool)
         self.free[prescribed.fixed] = False
         self.spent = np.zeros(2, dtype=int)  # iterations of Newton's method and the linear solver
-        self._unit: np.ndarray | None = None
         self.seconds = dict.fromkeys(PHASES, 0.0)
 
     def increment(self, now: Increment, target: float, guess: np.ndarray | None = None) -> Increment:
-        """Return the converged increment at load factor `target`, or raise _Failed.
+        """Return the converged increment at load factor `target`, or raise NotConverged.
 
         `guess` (size,) is the change of all unknowns to begin with, where there is a better one than the path's.
         """
@@ -252,7 +102,7 @@ class _Path:
         for led in self._led(now, target) if self.guide and guess is None else ():
             try:
                 return self._balance(led, now, target)
-            except _Failed as failure:
+            except NotConverged as failure:
                 log.debug("the guide leads astray: %s", failure)
         at = self._predict(now, target) if guess is None else self._guessed(now, target, guess)
         return self._balance(at, now, target)
@@ -277,7 +127,7 @@ class _Path:
                 yield at
 
     def _balance(self, at: _Iterate, now: Increment, target: float) -> Increment:
-        """Return the converged increment that iterations from a state lead to, or raise _Failed."""
+        """Return the converged increment that iterations from a state lead to, or raise NotConverged."""
         try:
             while not self._accepted(at, now):
                 at = self._iterated(at, now, target)
@@ -286,7 +136,7 @@ class _Path:
         return self._converged(at, now, target)
 
     def _iterated(self, at: _Iterate, now: Increment, target: float) -> _Iterate:
-        """Return the state after one iteration of Newton's method, or raise _Failed."""
+        """Return the state after one iteration of Newton's method, or raise NotConverged."""
         self._require_headway(at)
         # A balanced state needs only the proof that its last correction is small: the tangent of the iteration
         # before serves for that.
@@ -303,60 +153,6 @@ class _Path:
             # The path has turned: where it begins, its tangent leads on.
             return self._predict(now, target, turned=True)
         return at
-
-    def flow(self, now: Increment, target: float, most: int) -> Increment:
-        """Return the increment at load factor `target` to which a viscous flow leads, or raise _Failed.
-
-        It ends after `most` iterations. The load moves in its first step. The work of viscous forces counts, by the
-        trapezoidal rule, less the work that the driven side did against them.
-        """
-        change, fixed = target - now.load, self.prescribed.fixed
-        moved = self.prescribed.at(target) - self.prescribed.at(now.load)
-        if self._unit is None:
-            self._unit = unit_viscosity(self.model, fixed)
-        settings = replace(self.settings, stride=min(self.settings.stride, STRIDE * self.model.length))
-        anchor, level, fading, guess = replace(now, rates=(), updates=()), FIRST, FADING, None
-        total, pull, size, work, pulled = 0.0, 0.0, 0.0, 0.0, None
-        self.spent = spent = np.zeros(2, dtype=int)
-        while spent[0] <= most and level <= MOST:
-            viscosity = level * self._unit
-            path = _Path(Viscous(self.model, viscosity), self.prescribed, settings, self.solver)
-            try:
-                reached = path.increment(anchor, target, guess)
-                step = reached.rates[0].step * change
-                far = 0.0 if guess is None else self._size(step) / (STRIDE * self.model.length)
-                if far > RISING:
-                    raise _Failed("the step is too long")
-            except (_Failed, ConvergenceError) as failure:
-                log.debug("viscosity %.1e: %s", level, failure)
-                spent += path.spent
-                level, fading = max(level, LEAST) * RISING, 1.0
-                guess = None if guess is None else guess / RISING
-                continue
-            spent += path.spent
-            log.debug("viscosity %.1e: balanced after %d iterations", level, path.spent[0])
-            before, pull = pull, viscosity * step
-            work += 0.5 * float((before + pull) @ step)
-            total = total + step
-            pulled = reached.response.force[fixed] if guess is None else pulled
-            past, size = size, float(np.linalg.norm(pull / self.model.scale))
-            grows = guess is not None and size > GROWTH * past
-            if level == 0.0:
-                released = max(work - 0.5 * float((pulled - reached.response.force[fixed]) @ moved), 0.0)
-                energy = summed(reached.response.energy, {"stabilisation": released})
-                return replace(
-                    reached,
-                    rates=(Rate(change, total / change), *now.rates)[: self.settings.predictor],
-                    response=replace(reached.response, energy=energy),
-                    damped=now.damped + released,
-                    newton_iterations=spent[0],
-                    krylov_iterations=spent[1],
-                )
-            anchor = replace(reached, load=now.load, index=now.index, rates=(), updates=())
-            guess = np.zeros(self.model.size) if guess is None else step / max(far, 1.0)
-            fading = 1.0 if grows else max(FADING, SOONER * fading)
-            level = level * max(fading, min(far, RISING)) if level > LEAST else 0.0
-        raise _Failed(f"a viscous flow finds no equilibrium; the last viscosity is {level:.1e}")
 
     def _guessed(self, now: Increment, target: float, guess: np.ndarray) -> _Iterate:
         """Return the state with which the iterations start, a guess (size,) away from where the increment begins."""
@@ -446,14 +242,14 @@ class _Path:
         at.correction, at.tangent_is_stale = np.inf, True
 
     def _require_headway(self, at: _Iterate) -> None:
-        """Raise _Failed where more iterations are of no use, ConvergenceError where no shorter increment helps."""
+        """Raise NotConverged where more iterations are of no use, ConvergenceError where no shorter increment helps."""
         settings = self.settings
         if at.iterations == settings.iterations or at.idle >= settings.patience:
             residual = f"the residual is {at.residual:.2e} (allowed {settings.residual_tolerance:.1e})"
             if np.isfinite(at.correction):  # there is none right after a change of contact
                 allowed = settings.correction_tolerance
                 residual += f" and the correction {at.correction:.2e} h (allowed {allowed:.1e})"
-            raise _Failed(f"after {at.iterations} iterations {residual}")
+            raise NotConverged(f"after {at.iterations} iterations {residual}")
         if at.still >= 2 and not self._balanced(at):
             raise ConvergenceError(
                 f"rounding keeps the residual at {at.residual:.1e} (allowed {settings.residual_tolerance:.1e}): some "
@@ -468,7 +264,7 @@ class _Path:
         at.total += taken.step
         at.iterations += 1
         self.spent[0] += 1
-        at.correction = self._size(taken.step) / self.model.length
+        at.correction = self.largest(taken.step) / self.model.length
         at.still = at.still + 1 if at.correction <= ROUNDING and not at.changed else 0
         at.residuals.append(taken.residual)
         if at.changed:
@@ -527,7 +323,7 @@ class _Path:
         try:
             solution = self.solver.solve(rhs, tolerance)
         except ConvergenceError as error:
-            raise _Failed(str(error)) from error
+            raise NotConverged(str(error)) from error
         self.spent[1] += solution.iterations
         # Factors that were made on the way are set-up, not solution.
         self.seconds["setup"] += self.solver.setup_seconds
@@ -566,7 +362,7 @@ class _Path:
         slope, before = float(step @ response.force), self._residual(response)
         result = line_search(trial, slope, before, self.settings.residual_tolerance)
         if result is None:
-            raise _Failed("the line search found no shorter step that lowers the residual")
+            raise NotConverged("the line search found no shorter step that lowers the residual")
         return result if cut == 1 else replace(result, share=cut * result.share)
 
     def _longest(self, state: Any, step: np.ndarray) -> float:
@@ -574,12 +370,12 @@ class _Path:
 
         Twice the largest displacement bounds that.
         """
-        size, of_neighbours = self._size(step), getattr(self.model, "motion_of_neighbours", None)
+        size, of_neighbours = self.largest(step), getattr(self.model, "motion_of_neighbours", None)
         if of_neighbours is None or 2 * size <= self.settings.stride:
             return size
         return of_neighbours(state, step)
 
-    def _size(self, step: np.ndarray) -> float:
+    def largest(self, step: np.ndarray) -> float:
         """Return the largest displacement of a step."""
         return float(np.max(np.abs(step * self.model.scale)[self.free], initial=0.0))
 
@@ -591,7 +387,7 @@ class _Path:
 
     def _require_finite(self, response: Response) -> None:
         if not np.all(np.isfinite(response.force)):
-            raise _Failed("the predicted state has folded elements or forces that are not finite")
+            raise NotConverged("the predicted state has folded elements or forces that are not finite")
 
 
 def extrapolated(

@@ -17,7 +17,7 @@ from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.history import Stations
 from knitstudy.loading.run import ReportProgress, silent
-from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.rotation import exp, log
 from knitstudy.mechanics.spline_yarn.space import Space
 from knitstudy.mesh.sweep import rotation_minimising

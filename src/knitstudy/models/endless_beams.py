@@ -25,7 +25,7 @@ from knitstudy.mechanics.beams.endless_beams import EndlessBeams, EndlessState
 from knitstudy.mechanics.beams.state import BeamState, LineHistory
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.newton import trace
+from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.periodic import Lattice
 from knitstudy.models.beam_contact import STRIDE, contact_of, require_known
 from knitstudy.models.network_3d import RING, section_of, turns
