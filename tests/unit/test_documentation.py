@@ -1,6 +1,7 @@
 """The page of keys follows from their sections; pages name keys and files that are there, and link pages that are."""
 
 import re
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,9 @@ from knitstudy.study.scene_type import Labels, all_sections, role_of
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", ROOT / "config" / "README.md", *sorted(ROOT.glob("docs/**/*.md"))]
+TEXTS = [*PAGES, *sorted(ROOT.glob("config/**/*.yaml"))]  # with the comments of configurations
 ROOMS = ("src/knitstudy", ".")  # folders that paths on pages begin in
+COMMAND = re.compile(r"python -m (knitstudy[\w.]*)")
 MODULE = re.compile(r"`(?:python )?([\w./-]+/\w+\.py)[ `]")
 LINK = re.compile(r"\]\(([^)#:\s]+)\)")
 KEY = re.compile(rf"`({'|'.join(all_sections())})\.(\w+)[` ]")
@@ -44,12 +47,13 @@ def test_documentation_is_up_to_date(docs_script, name):
     assert (docs.renewed(page) if name == "columns" else docs.keys_page()) == page
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
-def test_pages_name_modules_and_keys_that_are_there(page):
+@pytest.mark.parametrize("page", TEXTS, ids=lambda page: str(page.relative_to(ROOT)))
+def test_texts_name_modules_and_keys_that_are_there(page):
     text = page.read_text(encoding="utf-8")
     modules = {
         path for path in MODULE.findall(text) if not any((ROOT / room / path).is_file() for room in ROOMS)
     }
+    modules |= {module for module in COMMAND.findall(text) if not find_spec(module)}
     keys = {".".join(found) for found in KEY.findall(text)} - DESCRIBED.keys() - set(OTHER_WAYS)
     dotted = {key for key in keys if not (ROOT / f"src/knitstudy/{key.replace('.', '/')}.py").is_file()}
     assert not modules | dotted, page
