@@ -13,9 +13,9 @@ from trade import FOUND, measure_sample, sampled
 
 from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError
 from knitstudy.measures.questions import QUESTIONS, answers
-from knitstudy.stages.trade import reference_values, rows_of, run
+from knitstudy.stages.trade import measure, reference_values, rows_of, run
 from knitstudy.study.choice import ERROR, applies
-from knitstudy.study.configuration import drawn_defaults
+from knitstudy.study.configuration import drawn_defaults, problem_of
 from knitstudy.study.promises import Quantile
 from knitstudy.study.sample import Case, Inputs, endless, load_trade, same_knit
 
@@ -157,7 +157,7 @@ def test_errors_are_to_the_limit_of_the_degrees(trade):
 
 
 @pytest.mark.parametrize(("highest", "share"), [(2, 1 / 9), (3, 0.14)])
-def test_degree_3_is_the_truth_where_degree_4_did_not_run(trade, highest, share):
+def test_degree_3_is_the_reference_value_where_degree_4_did_not_run(trade, highest, share):
     """At most 1.2 N of 10, open by half of the last 0.4: 14 %; where only two tell, the last change."""
     runs = {"few": {"yarns2": {"force": 8.0}, "yarns3": {"force": 9.0}}}
     for number, step in enumerate([0.4, 0.2, 0.1][:highest]):
@@ -185,6 +185,12 @@ def test_a_run_leaves_a_record_however_it_ends(trade, case, end, reason, monkeyp
     record = run(problem, "yarns2", trade.settings_of(case)["yarns2"], 60, tmp_path)
     assert record["reason"].startswith(reason)
     assert (record["model setting"], record["values"]) == ("yarns2", {})
+
+
+def test_a_pair_is_no_knit_to_measure(tmp_path):
+    pair, *_ = problem_of("pair-slid-coarse", {})
+    with pytest.raises(ConfigurationError, match="specimen is pair, but models are measured on knits"):
+        measure(pair, tmp_path)
 
 
 def test_a_campaign_goes_on_where_it_was(trade, monkeypatch, tmp_path, capsys):

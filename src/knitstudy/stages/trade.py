@@ -183,12 +183,12 @@ def measure(problem: Scene, folder: Path) -> pd.DataFrame:
 
     Raises DataFileError where the reference value is not known since fewer than two of its model settings have ended.
     """
-    trade = load_trade()
-    case = trade.case_of(problem)
     if problem.specimen == "pair":
         raise ConfigurationError(
             f"scene {problem.name!r}: specimen is pair, but models are measured on knits"
         )
+    trade = load_trade()
+    case = trade.case_of(problem)
     knit, settings = same_knit(problem), trade.settings_of(case)
     named = problem.vary({"name": f"{problem.name}-{knit[:8]}", "knit": f"{problem.knit}-{knit[:8]}"})
     records = [run(named, setting, keys, trade.limit, folder, say=True) for setting, keys in settings.items()]
