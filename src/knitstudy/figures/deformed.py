@@ -200,7 +200,8 @@ def _solids(
     name, label, scale = FIELDS[colour]
     if "node_displacement" not in history:
         raise ConfigurationError(
-            f"colour is {colour!r} but the history holds no fields of solids: run the scene with --set outputs=[fields]"
+            f"colour is {colour!r} but the history holds no fields of solids: run a scene of spline yarns or hexahedra "
+            "with --set outputs=[fields]"
         )
     with TemporaryDirectory() as folder:
         path = Path(folder) / "deformed.vtu"
