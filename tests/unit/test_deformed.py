@@ -12,6 +12,7 @@ import xarray as xr
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures import deformed
+from knitstudy.figures.picture import AROUND
 from knitstudy.geometry.fabric import endless_cell, plain_knit
 from knitstudy.geometry.fabric_file import fabric_dataset
 from knitstudy.geometry.lay_out import initial_loop
@@ -84,15 +85,22 @@ def test_a_crossing_colours_both_yarns_near_it_alone(knit_of_two):
     assert (values[-1, away > 2 * knit_of_two.radius] == 0).all()
 
 
-def test_a_cell_is_drawn_three_times_in_both_directions(plain_scene):
+@pytest.mark.parametrize("at_rest", [1.0, 0.6])
+def test_a_cell_is_drawn_three_times_in_both_directions(plain_scene, at_rest):
+    """Yarns go on along the courses; rows stand as far apart as where the path began, which may be a shape at rest."""
     cell = endless_cell(initial_loop(plain_scene), 1, 1)
     history = history_of(cell)
-    history["cell_strain"] = (("increment", "plane"), [[0, 0, 0], [0.05, 0, 0]])
+    history["cell_strain"] = (("increment", "plane"), [[0, 0, 0], [0.05, -0.02, 0.1]])
+    history.attrs["course_spacing"] = apart = at_rest * cell.height
     knit = deformed.deformed(SCENE, fabric_dataset(cell), history)
-    copies = knit.points[-1].reshape(9, -1, 3)
+    rows = knit.points[-1].reshape(3, -1, 3)
+    wale = apart * np.array([0.05, 0.98, 0])
+    assert rows[1] - rows[0] == pytest.approx(np.broadcast_to(wale, rows[0].shape), abs=1e-9)
+    one = (history["centreline"] + history["centreline_displacement"][-1]).to_numpy()
     course = cell.periods[0] * [1.05, 1, 1]
-    assert copies[1] - copies[0] == pytest.approx(np.broadcast_to(course, copies[0].shape), abs=1e-9)
-    assert copies[3] - copies[0] == pytest.approx(np.broadcast_to(cell.periods[1], copies[0].shape), abs=1e-9)
+    copies = np.concatenate([one + number * course for number in range(3)])
+    ends = np.linalg.norm(rows[0][:, None] - copies, axis=-1).min(axis=1) < 1e-9  # middles of caps
+    assert ends.sum() == 2 * AROUND * len(cell.centrelines), "a yarn has two ends"
 
 
 @pytest.mark.parametrize(

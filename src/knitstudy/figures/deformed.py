@@ -10,7 +10,6 @@ from __future__ import annotations
 import base64
 import json
 import zlib
-from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -38,6 +37,7 @@ from knitstudy.study.scene import Scene
 VIEW = View.orbit(18.0, 28.0)
 COLOURS = colormaps["viridis"]
 COPIES = 3  # Copies of a cell in either direction
+BELOW = 0.17  # Room for the scale and the axes below a knit, over its width
 NEAR = 1.5  # Distance along a yarn from a crossing up to which a colour is that of the crossing, in radii
 PAUSE = 180  # Time for which a picture of an animation stands [ms]
 PRESSED = 0.01  # Least contact pressure of opaque facets, over the largest
@@ -104,30 +104,34 @@ def deformed(
     if colour not in NAMES:
         raise ConfigurationError(f"colour is {colour!r} but must be one of {', '.join(NAMES)}")
     fabric = fabric_of(geometry)
+    place = history["centreline"].to_numpy() + history["centreline_displacement"].to_numpy()
+    copies, (course, wale) = COPIES if len(fabric.periods) else 1, _lattice(fabric, history, place)
     if colour in FIELDS:
         solid = _solids(scene, geometry, history, mesh, colour)
-        return _repeated(solid, [shift[-1:] for shift in _shifts(fabric, history)])
-    strain, place = history["strain"].to_numpy(), history["centreline"].to_numpy()
-    moved = history["centreline_displacement"].to_numpy()
+        return _repeated(_repeated(solid, course[-1:], copies), wale[-1:], copies)
     values, label = _of_stations(fabric, history, colour)
     yarn = history["yarn"].to_numpy()
     points, faces, at, first = [], [], [], 0
     for number in np.unique(yarn):
         own = np.flatnonzero(yarn == number)
-        tubes = [tube(place[own] + step[own], scene.yarn.radius, "") for step in moved]
+        # A yarn of a cell goes on where it ends.
+        along = np.append(np.tile(own[:-1], copies), own[-1])
+        copy = np.append(np.repeat(np.arange(copies), len(own) - 1), copies - 1)
+        lines = place[:, along] + copy[:, None] * course[:, None]
+        tubes = [tube(line, scene.yarn.radius, "") for line in lines]
         points.append(np.stack([each.points for each in tubes]))
         faces.append(tubes[0].faces + first)
         first += len(tubes[0].points)
-        around = len(tubes[0].points) // (len(own) + 2)
-        at.append(np.repeat(np.concatenate([own[:1], own, own[-1:]]), around))
-    whole = Deformed(
+        around = len(tubes[0].points) // (len(along) + 2)
+        at.append(np.repeat(np.concatenate([along[:1], along, along[-1:]]), around))
+    rows = Deformed(
         np.concatenate(points, axis=1),
         np.concatenate(faces),
         values[:, np.concatenate(at)],
         label,
-        strain,
+        history["strain"].to_numpy(),
     )
-    return _repeated(whole, list(_shifts(fabric, history)))
+    return _repeated(rows, wale, copies)
 
 
 def _of_stations(fabric: Fabric, history: xr.Dataset, colour: str) -> tuple[np.ndarray, str]:
@@ -155,37 +159,30 @@ def _of_stations(fabric: Fabric, history: xr.Dataset, colour: str) -> tuple[np.n
     return values, label
 
 
-def _shifts(fabric: Fabric, history: xr.Dataset) -> Iterator[np.ndarray]:
-    """Yield the shifts (T, 3) [m] of the copies of a cell; a single zero shift of other specimens.
+def _lattice(fabric: Fabric, history: xr.Dataset, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the vectors (T, 3) [m] along courses and wales by which a cell repeats itself; 0 of other specimens.
 
-    The centreline of a yarn begins and ends at images of one point, which gives the lattice vector along the courses.
-    Copies along the wales need the drawn cell: a cell that starts from its shape at rest has no such copies.
+    `place` (T, S, 3) are the stations of the centrelines. The centreline of a yarn begins and ends at images of one
+    point, which gives the vector along the courses. The vector along the wales follows from the strains of the cell
+    and its length where the load path began: of beams an attribute of the history, since their cell may start from its
+    shape at rest.
     """
-    steps = history.sizes["increment"]
     if not len(fabric.periods):
-        yield np.zeros((steps, 3))
-        return
-    place = history["centreline"].to_numpy() + history["centreline_displacement"].to_numpy()
+        return np.zeros((len(place), 3)), np.zeros((len(place), 3))
     own = np.flatnonzero(history["yarn"].to_numpy() == 0)
-    course = place[:, own[-1]] - place[:, own[0]]
     strain = history["cell_strain"].to_numpy()
-    wale = np.outer(np.ones(steps), fabric.periods[1])
-    wale[:, 0] += 0.5 * strain[:, 2] * fabric.periods[1, 1]
-    wale[:, 1] *= 1 + strain[:, 1]
-    drawn = fabric.centrelines[0].position(np.zeros(1))[0]
-    as_drawn = np.allclose(history["centreline"].to_numpy()[own[0]], drawn, atol=0.01 * fabric.radius)
-    for row in range(COPIES if as_drawn else 1):
-        for column in range(COPIES):
-            yield column * course + row * wale
+    start = history.attrs.get("course_spacing", fabric.periods[1, 1])
+    wale = start * np.stack([0.5 * strain[:, 2], 1 + strain[:, 1], np.zeros(len(place))], axis=1)
+    return place[:, own[-1]] - place[:, own[0]], wale
 
 
-def _repeated(cell: Deformed, shifts: list[np.ndarray]) -> Deformed:
-    """Return copies of a cell at shifts (T, 3) [m]."""
+def _repeated(cell: Deformed, vector: np.ndarray, copies: int) -> Deformed:
+    """Return a cell and its copies along a vector (T, 3) [m]."""
     count = cell.points.shape[1]
     return Deformed(
-        np.concatenate([cell.points + shift[:, None] for shift in shifts], axis=1),
-        np.concatenate([cell.faces + number * count for number in range(len(shifts))]),
-        np.tile(cell.values, (1, len(shifts))),
+        np.concatenate([cell.points + number * vector[:, None] for number in range(copies)], axis=1),
+        np.concatenate([cell.faces + number * count for number in range(copies)]),
+        np.tile(cell.values, (1, copies)),
         cell.label,
         cell.strain,
     )
@@ -240,7 +237,8 @@ def _nearest_pressure(points: np.ndarray, history: xr.Dataset) -> np.ndarray:
 def draw(knit: Deformed, increment: int = -1, view: View = VIEW) -> Figure:
     """Return a figure of one increment with its bar of colours."""
     ends = [Surface(knit.points[end], knit.faces, "") for end in (0, -1)]
-    picture = Picture(_surfaces(knit, increment), view, bounds(ends, view))
+    wide = float(np.ptp(view.project(np.concatenate([end.points for end in ends]))[:, 0]))
+    picture = Picture(_surfaces(knit, increment), view, bounds(ends, view, below=BELOW * MILLIMETRE * wide))
     drawing, (axes,) = draw_rows([[picture]], SINGLE, head=6.0, foot=BAR)
     axes.set_title(f"{knit.strain[increment]:.1%} strain")
     scale_bar(axes, _round_length(0.25 * float(np.ptp(axes.get_xlim()))), view)
