@@ -6,10 +6,12 @@ import extremes
 import numpy as np
 import pytest
 import yaml
-from extremes import CAUSES, QUANTITIES, Trial, cause, judged, load_trials, run
+from extremes import CAUSES, KEPT, QUANTITIES, Trial, cause, draw, judged, load_trials, run
+from layout import room_around
 from synthetic import history
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, GeometryError
+from knitstudy.files import read_table
 from knitstudy.stages.simulate import Results
 
 
@@ -148,3 +150,7 @@ def test_draws_lie_in_their_ranges_and_are_of_keys_that_the_scene_has(campaign):
     keys = {model: {key for name, changed in together if name == model for key in changed} for model in "abc"}
     assert keys["b"] == {"load.strain", "diameter"}
     assert keys["c"] == {"load.strain", "mesh.size", "diameter", "interaction", "contact.friction"}
+
+
+def test_the_map_of_the_kept_trials_fits_on_its_page():
+    assert min(room_around(draw(read_table(KEPT)))) > 0

@@ -10,6 +10,7 @@ import pytest
 import study
 import sweeping
 import synthetic
+from layout import room_around
 from matplotlib.image import imread
 from matplotlib.text import Text
 from PIL import Image
@@ -31,6 +32,7 @@ from knitstudy.measures.centre_cell import closest_neighbour
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.joints import contacts_of_crossings
 
+ROUNDING = 0.01  # inches, half the width of an axis
 REFERENCE = Path(__file__).resolve().parents[2] / "resources" / "reference"
 
 
@@ -187,6 +189,7 @@ def test_every_figure_is_written_with_units_and_its_origin(drawn, results, name,
         if text.get_text().strip() and text.get_fontsize() < 8
     }
     assert not small, "labels of eight points at least"
+    assert min(room_around(figure)) > -ROUNDING, "nothing is cut off"
     for axes in filter(attrgetter("axison"), figure.axes):
         curves = [line for line in axes.lines if len(line.get_xdata()) > 2 and line.get_linestyle() != "None"]
         assert len(curves) <= 5, "no more can be told apart"

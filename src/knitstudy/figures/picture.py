@@ -139,12 +139,13 @@ def scale_bar(axes: Axes, length: float, view: View | None = None, left: float =
     if view is None:
         return
     # An axis that points to the eye is left out: it would be a dot.
-    origin = axes.transLimits.inverted().transform((1.0, 0.03)) - [0.8 * length, 0.0]
-    for name, direction in zip("xyz", np.eye(3), strict=True):
-        arm = view.project(direction)
-        if np.linalg.norm(arm) > 0.1:
-            draw_arrow(axes, origin, length / 2 * arm, INK, 0.9)
-            write(axes, origin + length / 2 * (1 + 0.22 / np.linalg.norm(arm)) * arm, f"${name}$")
+    arms = {name: view.project(direction) for name, direction in zip("xyz", np.eye(3), strict=True)}
+    arms = {name: length / 2 * arm for name, arm in arms.items() if np.linalg.norm(arm) > 0.1}
+    lowest = min(0.0, *(arm[1] for arm in arms.values()))
+    origin = axes.transLimits.inverted().transform((1.0, 0.03)) - [0.8 * length, lowest]
+    for name, arm in arms.items():
+        draw_arrow(axes, origin, arm, INK, 0.9)
+        write(axes, origin + (1 + 0.11 * length / np.linalg.norm(arm)) * arm, f"${name}$")
 
 
 # ---- surfaces ----
