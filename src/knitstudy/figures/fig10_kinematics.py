@@ -156,7 +156,7 @@ def _draw_spin(axes: Axes, angles: np.ndarray) -> None:
 def _draw_histories(drawing: Figure, contacts: xr.Dataset) -> None:
     """Draw the two yarns of the centre cell side by side, the quantities one below the other."""
     whole = INCH * drawing.get_figheight()
-    grid = {"left": 0.125, "right": 0.985, "bottom": 19 / whole, "top": (CURVES - 11) / whole, "wspace": 0.06}
+    grid = {"left": 0.125, "right": 0.985, "bottom": 19 / whole, "top": (CURVES - 11) / whole, "wspace": 0.1}
     grid = drawing.add_gridspec(len(QUANTITIES), len(SIDES), **grid)
     panels = grid.subplots(sharex=True, sharey="row")
     strain, crossings = PERCENT * contacts["strain"].to_numpy(), centre_cell(contacts)
