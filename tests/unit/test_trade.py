@@ -16,8 +16,7 @@ from knitstudy.measures.questions import QUESTIONS, answers
 from knitstudy.stages.trade import measure, reference_values, rows_of, run
 from knitstudy.study.choice import ERROR, applies
 from knitstudy.study.configuration import drawn_defaults, problem_of
-from knitstudy.study.promises import Quantile
-from knitstudy.study.sample import Case, Inputs, endless, load_trade, same_knit
+from knitstudy.study.sample import Case, Inputs, Quantile, endless, load_trade, same_knit
 
 QUANTILE = Quantile(0.90, 0.95)
 TIED = Case("cut_knit", "tied")

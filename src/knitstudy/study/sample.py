@@ -1,23 +1,24 @@
 """The sample of knits that errors and prices of models are measured on: its box, its points, and the model settings.
 
 ``config/trade.yaml`` declares all of it. A knit is described by `Inputs`, which have no dimension: a knit of another
-scale or modulus is the same one. `Case` is a specimen of a knit: cut out or endless, tied or touching.
+scale or modulus is the same one. `Case` is a specimen of a knit: cut out or endless, tied or touching. `Quantile`
+bounds other knits from the box by those of the sample.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import product
 from math import floor, inf, isinf
 from pathlib import Path
 from typing import Annotated, Any, Self
 
+import numpy as np
 from pydantic import Field
 
 from knitstudy.study.documents import CONFIG, read_yaml
 from knitstudy.study.keys import Count, Section, declared, lists, validated
-from knitstudy.study.promises import Quantile
 from knitstudy.study.scene import Scene, digest, set_dotted
 from knitstudy.study.scene_type import MODELS
 
@@ -125,6 +126,34 @@ class Case:
     def __str__(self) -> str:
         words = [self.specimen, self.yarns, self.strains if self.strains != SMALL else ""]
         return "-".join(filter(None, words)).replace("_", "-")
+
+
+@dataclass(frozen=True)
+class Quantile:
+    """The share of knits that a bound holds for, and the confidence with which it does.
+
+    The k-th smallest of n independent values lies above the quantile p of their population with the probability
+    P(Bin(n, p) <= k - 1), whatever the distribution (Wilks 1941, Annals of Mathematical Statistics 12).
+    """
+
+    coverage: float
+    confidence: float
+
+    def rank(self, count: int) -> int | None:
+        """Return which of so many values, from the smallest (1), is the bound; None where there are too few.
+
+        >>> Quantile(0.90, 0.95).rank(48)
+        47
+        """
+        from scipy.special import bdtr
+
+        certain = bdtr(np.arange(count), count, self.coverage) >= self.confidence
+        return int(np.argmax(certain)) + 1 if certain.any() else None
+
+    def of(self, values: Sequence[float]) -> float:
+        """Return the bound of values (n,), infinite where there are too few or too many are infinite."""
+        rank = self.rank(len(values))
+        return inf if rank is None else float(np.sort(values)[rank - 1])
 
 
 class Large(Section):
