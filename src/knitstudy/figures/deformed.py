@@ -105,7 +105,8 @@ def deformed(
         raise ConfigurationError(f"colour is {colour!r} but must be one of {', '.join(NAMES)}")
     fabric = fabric_of(geometry)
     place = history["centreline"].to_numpy() + history["centreline_displacement"].to_numpy()
-    copies, (course, wale) = COPIES if len(fabric.periods) else 1, _lattice(fabric, history, place)
+    course, wale = _lattice(fabric, history, place)
+    copies = COPIES if len(fabric.periods) else 1
     if colour in FIELDS:
         solid = _solids(scene, geometry, history, mesh, colour)
         return _repeated(_repeated(solid, course[-1:], copies), wale[-1:], copies)
