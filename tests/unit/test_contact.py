@@ -241,7 +241,8 @@ def test_rough_never_slips_and_frictionless_never_sticks(friction, expected):
     assert np.all(law.slipped(trial, np.full(3, 1e-3)) == 0) or friction == 0
 
 
-def test_symmetric_stiffness_is_positive():
+def test_symmetric_stiffness_acts_along_the_normal_and_along_the_surface():
+    """What slips gives way along its slip, and across it by the share of the traction that is left."""
     rng = np.random.default_rng(0)
     normal = rng.normal(size=(20, 3))
     normal /= np.linalg.norm(normal, axis=1)[:, None]
@@ -252,3 +253,16 @@ def test_symmetric_stiffness_is_positive():
     stiffness = LAW.symmetric_stiffness(trial, normal, pressure, status)
     np.testing.assert_allclose(stiffness, np.swapaxes(stiffness, 1, 2), atol=1e-12)
     assert np.linalg.eigvalsh(stiffness).min() > -1e-9
+
+    def along(direction):
+        return np.einsum("kij,kj->ki", stiffness, direction), direction
+
+    slides = (status == SLIP)[:, None]
+    size = np.linalg.norm(trial, axis=1)[:, None]
+    share = np.where(slides, 0.5 * 10.0 / size, 1.0)
+    for (answer, direction), expected in (
+        (along(normal), 100.0),
+        (along(trial / size), 50.0 * ~slides),
+        (along(np.cross(normal, trial / size)), 50.0 * share),
+    ):
+        np.testing.assert_allclose(answer, expected * direction, atol=1e-9)

@@ -55,6 +55,17 @@ def test_corners_lie_on_the_surface_of_the_deformed_yarns(knit_of_two):
     assert knit.strain.tolist() == [0.0, 0.05]
 
 
+def test_colours_count_from_the_shape_in_which_a_path_begins(knit_of_two):
+    """Soft yarns rise from the loops as drawn before they are pulled."""
+    history = history_of(knit_of_two)
+    at_rest = history["centreline_displacement"] + [0.0, 0.0, 3e-4]
+    knit = deformed.deformed(
+        SCENE, fabric_dataset(knit_of_two), history.assign(centreline_displacement=at_rest)
+    )
+    assert knit.values[0] == pytest.approx(0.0, abs=1e-12)
+    assert knit.values[-1] == pytest.approx(0.1), "mm"
+
+
 @pytest.mark.parametrize(("most", "length"), [(7.0, 5.0), (4.9, 2.0), (19.0, 10.0), (0.21, 0.2)])
 def test_bars_of_scale_have_round_lengths(most, length):
     assert deformed._round_length(most) == pytest.approx(length)

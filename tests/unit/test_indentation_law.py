@@ -63,6 +63,14 @@ def test_pressure_and_stiffness_are_derivatives_of_the_energy(law):
     np.testing.assert_allclose(stick, -stiffness.slope, rtol=2e-3, atol=1e-6 * np.abs(stick).max())
 
 
+def test_pressure_goes_on_with_its_last_slope_beyond_the_table(law):
+    """The slope is that at the end, and then constant but for the smooth beginning, a hundredth of this depth."""
+    angle = np.full(4, np.pi / 2)
+    stiffness = law.at(-law.end * np.array([1 - 1e-6, 1 + 1e-6, 1.5, 2.0]), angle).normal
+    assert stiffness[1] == pytest.approx(stiffness[0], rel=1e-4)
+    np.testing.assert_allclose(stiffness[2:], stiffness[0], rtol=0.01)
+
+
 def test_a_small_patch_sticks_as_mindlins_and_a_large_one_gives_way_less_in_the_law(law):
     """The indentation of a large patch that the space shows is in series with the law, whose share grows."""
     depth, angle = np.array([0.0, 0.01, 0.03]) * RADIUS, np.full(3, np.pi / 2)

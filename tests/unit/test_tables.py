@@ -58,12 +58,17 @@ def test_angles_of_a_known_honeycomb(paper):
 
 
 def test_transverse_contraction_by_hand():
-    """Yarns 5 mm apart approach by 1 mm in the middle third, and by 4 mm at the ends."""
+    """Yarns 5 mm apart approach by 1 mm in the middle third, and by 4 mm at the ends.
+
+    Where the path begins with yarns 4 mm apart, which are drawn 5 mm apart, they contract by a quarter.
+    """
     history = synthetic.history(stations=31)
     x, motion = history["centreline"].to_numpy()[:, 0], history["centreline_displacement"].copy(deep=True)
     middle = np.abs(x - 5e-3) <= 10e-3 / 6
     motion[-1, :, 1] = np.where(middle, -1e-3, -4e-3) * (history["yarn"] == 1)
     assert transverse_contraction(history.assign(centreline_displacement=motion)) == pytest.approx(0.2)
+    motion[:, :, 1] -= 1e-3 * (history["yarn"] == 1)
+    assert transverse_contraction(history.assign(centreline_displacement=motion)) == pytest.approx(0.25)
 
 
 def test_first_symmetric_contact():

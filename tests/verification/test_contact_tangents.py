@@ -71,6 +71,20 @@ def test_tangent_in_contact(name, verify):
 
 
 @pytest.mark.parametrize("name", ["slip", "rough"])
+def test_tangent_of_first_touch(name, verify):
+    """Points that close within the increment have slid in contact only since."""
+    friction, expected = BRANCHES[name]
+    crossing = Crossing(friction)
+    before, history = crossing.history([0.0, 0.0, 0.02])
+    assert not history.pressure.any()
+    error, points = crossing.tangent_error(crossing.moved([0.3, 0.1, -0.08]), before, history)
+    closing = points.slip_share[points.active]
+    assert np.all((closing > 0) & (closing < 1))
+    assert set(points.status[points.active]) == expected
+    verify.at_most(f"tangent of first touch, {name}", error, 1e-6, "central differences")
+
+
+@pytest.mark.parametrize("name", ["slip", "rough"])
 def test_tangent_with_multiplier(name, verify):
     friction, _ = BRANCHES[name]
     crossing = Crossing(friction)

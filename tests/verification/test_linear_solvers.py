@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
-from knitstudy.mechanics.linear import LU, System
+from knitstudy.mechanics.linear import LU, System, factorise
 from knitstudy.mechanics.linear.krylov import Krylov
 from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.model import eliminate
@@ -49,6 +50,16 @@ def test_agrees_with_lu(cell, name, verify):
     verify.at_most(f"{name}: true relative residual, 1e-10 asked for", residual, 1.01e-10)
     error = np.abs(found.x - exact).max() / np.abs(exact).max()
     verify.at_most(f"{name}: solution against LU", error, 1e-6, "LU")
+
+
+def test_lu_is_refined_also_where_forces_are_small(verify):
+    """Factors without pivoting lose eight digits of this unsymmetric matrix."""
+    matrix = sp.csr_matrix([[1e-8, 1.0, 2.0], [-1.0, 1e-8, 3.0], [1.0, 2.0, 1e-8]])
+    rhs = 1e-6 * np.array([1.0, 3.0, 2.0])
+    assert np.linalg.norm(rhs - matrix @ factorise(matrix).solve(rhs)) > 1e-9 * np.linalg.norm(rhs)
+    found = solution(LU(), matrix, rhs).x
+    residual = np.linalg.norm(rhs - matrix @ found) / np.linalg.norm(rhs)
+    verify.at_most("LU: true relative residual, small pivot", residual, 1e-10)
 
 
 def test_three_scales_need_few_iterations(cell, verify):

@@ -32,6 +32,7 @@ from knitstudy.figures.style import SINGLE, YARNS, resolution, styled
 from knitstudy.files import replacing, write_text
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.fabric_file import fabric_of
+from knitstudy.measures.response import motion
 from knitstudy.study.scene import Scene
 
 VIEW = View.orbit(18.0, 28.0)
@@ -138,8 +139,7 @@ def deformed(
 def _of_stations(fabric: Fabric, history: xr.Dataset, colour: str) -> tuple[np.ndarray, str]:
     """Return values (T, S) at the stations of the centrelines, and their label."""
     if colour == "u_z":
-        u_z = history["centreline_displacement"].to_numpy()[:, :, 2]
-        return MILLIMETRE * u_z, "out-of-plane displacement (mm)"
+        return MILLIMETRE * motion(history)[:, :, 2], "out-of-plane displacement (mm)"
     name, label, scale = CROSSINGS[colour]
     if name not in history:
         held = [each for each, (variable, *_) in CROSSINGS.items() if variable in history]

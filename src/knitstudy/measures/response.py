@@ -68,9 +68,18 @@ def distance_of_curves(knots: np.ndarray, values: np.ndarray, measure: np.ndarra
     return float(np.sqrt(square(values - measure) / square(measure)))
 
 
+def motion(history: xr.Dataset) -> np.ndarray:
+    """Return the displacement (I, S, 3) of centrelines since the load path began [m].
+
+    A path that begins at rest does not begin with the loops as drawn, from which histories count.
+    """
+    drawn = history["centreline_displacement"].to_numpy()
+    return drawn - drawn[:1]
+
+
 def out_of_plane(history: xr.Dataset) -> np.ndarray:
     """Return max |u_z| along the centrelines at every increment (I,) [m]."""
-    return np.abs(history["centreline_displacement"].to_numpy()[:, :, Z]).max(axis=1)
+    return np.abs(motion(history)[:, :, Z]).max(axis=1)
 
 
 def largest_out_of_plane(history: xr.Dataset) -> float:
@@ -83,7 +92,7 @@ def rms_out_of_plane(history: xr.Dataset) -> np.ndarray:
     s, yarn = history["arc_length"].to_numpy(), history["yarn"].to_numpy()
     step = np.where(np.diff(yarn) == 0, np.diff(s), 0.0)
     share = 0.5 * (np.append(step, 0.0) + np.insert(step, 0, 0.0))  # arc length around each station
-    u_z = history["centreline_displacement"].to_numpy()[:, :, Z]
+    u_z = motion(history)[:, :, Z]
     return np.sqrt(u_z**2 @ share / share.sum())
 
 
@@ -99,7 +108,7 @@ def out_of_plane_correlation(history: xr.Dataset, other: xr.Dataset) -> float:
 
 def _u_z_at_stations(history: xr.Dataset, places: xr.Dataset) -> np.ndarray:
     """Return u_z of a history at full load at the yarns and relative arc lengths of the stations of another."""
-    u_z = history["centreline_displacement"].to_numpy()[-1, :, Z]
+    u_z = motion(history)[-1, :, Z]
     yarn, share = history["yarn"].to_numpy(), _relative_arc_length(history)
     wanted_yarn, wanted = places["yarn"].to_numpy(), _relative_arc_length(places)
     result = np.empty(len(wanted))
@@ -120,10 +129,10 @@ def transverse_contraction(history: xr.Dataset) -> float:
 
     The height is the extent in y of the centrelines that began in the middle third of the width.
     """
-    place = history["centreline"].to_numpy()
+    place = history["centreline"].to_numpy() + history["centreline_displacement"].to_numpy()[0]
     x = place[:, X]
     middle = np.abs(x - 0.5 * (x.min() + x.max())) <= np.ptp(x) / 6
-    now = place + history["centreline_displacement"].to_numpy()[-1]
+    now = place + motion(history)[-1]
     return float(1 - np.ptp(now[middle, Y]) / np.ptp(place[middle, Y]))
 
 

@@ -120,7 +120,7 @@ def asymmetry(history: xr.Dataset, whole: np.ndarray | None = None) -> float:
 
     `whole` (Y,) holds for every piece in the history the number of its yarn.
     """
-    u_z, yarn = history["centreline_displacement"].to_numpy()[-1, :, response.Z], history["yarn"].to_numpy()
+    u_z, yarn = response.motion(history)[-1, :, response.Z], history["yarn"].to_numpy()
     yarn = yarn if whole is None else whole[yarn]
     envelope = np.array([(u_z[yarn == i].min(), u_z[yarn == i].max()) for i in np.unique(yarn)])
     largest = np.abs(u_z).max()
