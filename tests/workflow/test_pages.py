@@ -116,6 +116,19 @@ def test_your_own_jersey(fresh, tmp_path):
     assert all((tmp_path / f"{name}.png").stat().st_size > 10_000 for name in ("loop", "cell", "edges"))
 
 
+def test_site(tmp_path):
+    """As `make docs` builds it: a link to no page, or a docstring with a broken section, is an error."""
+    build = ["-m", "mkdocs", "build", "--quiet", "--strict", "--site-dir", str(tmp_path)]
+    environment = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
+    ended = subprocess.run(
+        [sys.executable, *build], cwd=ROOT, env=environment, capture_output=True, text=True, check=False
+    )
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+    api = (tmp_path / "reference" / "api" / "index.html").read_text(encoding="utf-8")
+    assert 'id="knitstudy.stages.simulate.simulate"' in api
+    assert (tmp_path / "search" / "search_index.json").stat().st_size > 100_000
+
+
 def test_snakemake_commands(fresh):
     """The targets of all commands at once, and the other study."""
     (commands,) = blocks(COMMANDS, "bash")

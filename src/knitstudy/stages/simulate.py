@@ -75,8 +75,13 @@ def simulate(
     anew : bool
         Simulate the scene even if its result is there.
 
-    Stages raise the errors (KnitstudyError); earlier results stay. The history of a simulation
-    that ends before full load is the attribute `history` of its ConvergenceError, and in a file of the folder.
+    Raises
+    ------
+    KnitstudyError
+        Where a stage ends in an error; earlier results stay.
+    ConvergenceError
+        Where the simulation ends before full load. The history so far is its attribute `history`, and in a file of
+        the folder.
     """
     plan = plan or Plan.of(config)
     scene = plan.labelled(scene)
