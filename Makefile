@@ -81,7 +81,7 @@ interruptions: environment  ## end runs at random moments; results/tables/interr
 
 .PHONY: docs
 docs: environment  ## build the pages as a site; site/index.html
-	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 .PHONY: lint
 lint: environment  ## check code, rules and formatting

@@ -118,7 +118,7 @@ def test_your_own_jersey(fresh, tmp_path):
 
 def test_site(tmp_path):
     """As `make docs` builds it: a link to no page, or a docstring with a broken section, is an error."""
-    build = ["-m", "mkdocs", "build", "--quiet", "--strict", "--site-dir", str(tmp_path)]
+    build = ["-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path)]
     environment = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
     ended = subprocess.run(
         [sys.executable, *build], cwd=ROOT, env=environment, capture_output=True, text=True, check=False
