@@ -5,10 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
+from half_spaces import hertz_ellipse
 
-from knitstudy.contacts.contacts import extract
+from knitstudy.contacts.contacts import extract, indented
 from knitstudy.errors import DataFileError
 from knitstudy.geometry.crossings import Crossings
+from knitstudy.geometry.fabric import yarn_pair
 
 
 @pytest.fixture
@@ -149,3 +151,18 @@ def test_tied_crossing(contacts):
 def test_other_histories_are_refused(pair, history, change, message):
     with pytest.raises(DataFileError, match=message):
         extract(pair, change(history))
+
+
+@pytest.mark.parametrize("angle", [30, 60, 90])
+def test_areas_and_pressures_follow_from_forces_by_hertz(angle):
+    """Of cylinders whose gap is (1 - cos) x^2 + (1 + cos) y^2 over 2 R; nothing touches without a force."""
+    radius, modulus, poisson, cosine = 0.4e-3, 1.3e9, 0.42, np.cos(np.radians(angle))
+    force, a, b = hertz_ellipse((1 - cosine) / radius, (1 + cosine) / radius, 0.01 * radius, poisson)
+    load = np.array([0.0, modulus * force])
+    found = indented(
+        yarn_pair(radius, angle, 10 * radius),
+        load[:, None, None] * [0.0, 0.6, 0.8],
+        modulus / (2 * (1 - poisson**2)),
+    )
+    assert found["contact_area"][:, 0] == pytest.approx([0.0, np.pi * a * b], rel=1e-4)
+    assert found["largest_pressure"][:, 0] == pytest.approx([0.0, 1.5 * load[1] / (np.pi * a * b)], rel=1e-4)
