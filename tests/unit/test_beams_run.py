@@ -1,7 +1,10 @@
 """Ties of a run of beams in contact, and the columns that it records."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from knitstudy.models.beams_in_contact import beam_knit
 from knitstudy.models.simulate import solve
@@ -54,3 +57,15 @@ def test_pinned_ties_join_points_and_not_sections(tied_scene, knit):
     np.testing.assert_allclose(springs.stiffness, np.tile(penalty * np.eye(3), (beams.tied.sum(), 1, 1)))
     points = beams.network.nodes[springs.ends] + springs.offsets
     np.testing.assert_allclose(points[:, 0], points[:, 1], atol=1e-12)
+
+
+def test_crossings_of_a_knit_that_moves_as_a_whole_move_as_it_does(tied_scene, knit):
+    """Their displacement is that of the points where both sections met, which turn with their sections."""
+    beams = beam_knit(tied_scene, knit)
+    state = beams.model.start()
+    turn, shift = Rotation.from_rotvec([0.1, -0.2, 0.3]).as_matrix(), np.array([1e-3, 2e-3, -3e-3])
+    rotation = turn @ state.rotation
+    moved = replace(state, position=state.position @ turn.T + shift, rotation=rotation)
+    points = np.broadcast_to(knit.crossings.point.mean(axis=1)[:, None], (len(knit.crossings), 2, 3))
+    displacement = beams.at_crossings(moved)["crossing_displacement"]
+    np.testing.assert_allclose(displacement, points @ (turn - np.eye(3)).T + shift, atol=1e-12)

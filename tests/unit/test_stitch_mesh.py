@@ -98,6 +98,12 @@ def test_lace_has_two_heads_on_one_needle_and_none_on_the_next():
     assert stitches_of(("P)P", "TP"))[0][0].place == 0, "behind is the side to which a purl stitch is drawn"
 
 
+def test_a_cable_beside_a_plain_column_leaves_no_needle_empty():
+    (right, left, plain), above = stitches_of(("K>K(K", "KKK"))
+    assert (right.moved, left.moved, plain.moved) == (1, -1, 0)
+    assert [each.place for each in (right, left, plain, *above)] == [0] * 6
+
+
 @pytest.mark.parametrize(
     ("stitches", "reason"),
     [
