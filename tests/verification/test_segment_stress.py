@@ -10,10 +10,8 @@ from knitstudy.loading.history import DIRECTIONS
 from knitstudy.mechanics.materials import material_of
 from knitstudy.mechanics.solid import cauchy_stress
 from knitstudy.mesh.mesher import mesh as mesh_stage
-from knitstudy.mesh.section import Section
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models import hexahedra, spline_yarns
-from knitstudy.models import stress as stress_module
 from knitstudy.models.simulate import simulate
 from knitstudy.models.stress import stress
 from knitstudy.study.configuration import load_scene
@@ -27,18 +25,6 @@ DISCRETISED = {
 }
 
 STRETCH = np.array([[1.02, 0.05, 0.0], [0.0, 0.97, 0.01], [-0.03, 0.0, 1.01]])
-
-
-def test_points_of_a_distorted_quad_integrate_second_moments_exactly():
-    """Against its polygon, by Green's theorem."""
-    corners = np.array([[0.1, -0.2], [1.3, 0.0], [0.9, 0.8], [-0.1, 0.5]])
-    section = Section(corners, np.arange(4)[None], np.arange(4))
-    points, area = stress_module._section_points(section)
-    ahead = np.roll(corners, -1, axis=0)
-    edge = corners[:, 0] * ahead[:, 1] - ahead[:, 0] * corners[:, 1]
-    assert area.sum() == pytest.approx(edge.sum() / 2, rel=1e-12)
-    moments = edge @ (corners**2 + corners * ahead + ahead**2) / 12
-    assert area @ points**2 == pytest.approx(moments, rel=1e-12)
 
 
 @pytest.mark.parametrize("kind", DISCRETISED)
