@@ -29,6 +29,12 @@ def test_stress_and_tangent_are_derivatives(law):
     np.testing.assert_allclose(law.stress(np.zeros(3)), 0, atol=1e-14)
 
 
+def test_residuals_are_over_the_force_and_a_share_of_the_largest_on_the_path():
+    force = np.array([[0.0, 3.0, 4.0], [0.0, 0.0, 100.0], [200.0, 0.0, 0.0]])
+    states = States(np.zeros((3, 3)), force, np.array(["soft", "soft", "stiff"], dtype=object))
+    np.testing.assert_allclose(states.scale, [10.0, 105.0, 210.0])
+
+
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
 def test_forces_per_width_do_the_work_of_stretches(law):
     stretch, step = 0.1 * np.random.default_rng(1).normal(size=(6, 3)), 1e-6

@@ -5,7 +5,13 @@ import pytest
 import synthetic
 
 from knitstudy.errors import ConfigurationError, GeometryError
-from knitstudy.measures.centre_cell import angles_to_axes, honeycomb_segments
+from knitstudy.measures.centre_cell import (
+    angle_to_x,
+    angles_to_axes,
+    central,
+    honeycomb_segments,
+    stress_angles,
+)
 from knitstudy.models.network_2d import heights_by_stress, moved
 from knitstudy.models.simulate import build, solve
 
@@ -19,6 +25,22 @@ def test_segments_have_the_angles_of_the_stress(knit, contacts):
     for kind, vectors in honeycomb_segments(joints).items():
         angle = angles_to_axes(vectors)[:, 0]
         np.testing.assert_allclose(angle, wanted[kind.split(",")[0]], atol=1e-6, err_msg=kind)
+
+
+@pytest.mark.parametrize(("spread", "other"), [(4.0, 55.5), (1.0, 58.0)])
+def test_angles_of_a_stress_are_as_sure_as_equivalent_segments_and_discretisations(knit, spread, other):
+    """Half the range over equivalent segments, or the difference to another discretisation if that is larger."""
+    first, second = (synthetic.stresses(knit, "course", INTERLOCK, leg) for leg in (LEG, other))
+    here = central(first, "leg, left")
+    assert len(here) > 1, "equivalent segments"
+    turned = np.radians(-(LEG - spread))
+    axis = first["segment_axis"].copy(deep=True)
+    axis[here[0], :, 0, :2] = [np.cos(turned), np.sin(turned)]
+    first = first.assign(segment_axis=axis)
+    found = angle_to_x([first, second], "leg, left")
+    mean = LEG - spread / len(here)
+    assert found.value == pytest.approx(mean)
+    assert found.uncertainty == pytest.approx(max(spread / 2, other - mean))
 
 
 @pytest.mark.parametrize("angles", [(0.0, LEG), (INTERLOCK, 89.9)])

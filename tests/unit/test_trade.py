@@ -12,7 +12,7 @@ import xarray as xr
 from trade import FOUND, measure_sample, sampled
 
 from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError
-from knitstudy.measures.questions import QUESTIONS, answers
+from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, TOTAL, answers
 from knitstudy.stages.trade import measure, reference_values, rows_of, run
 from knitstudy.study.choice import ERROR, applies
 from knitstudy.study.configuration import drawn_defaults, problem_of
@@ -112,6 +112,21 @@ def test_cells_of_beams_say_nothing_of_crossings(trade):
     scene = trade.scene(cell, inputs, drawn_defaults()).vary(trade.settings_of(cell)["beams"])
     history = xr.Dataset({"strain": ("increment", [0.0, inputs.strain])})
     assert answers(QUESTIONS["contact"], scene, history, None, inputs.strain) == {}
+
+
+def test_beams_answer_by_the_crossings_of_the_middle_cell(trade):
+    """Force and slip are the means of its four crossings; points that are tied do not slip, which counts as 0."""
+    case = Case("cut_knit", "touching")
+    inputs = replace(next(trade.points()), friction=0.3, loops=3, rows=3)
+    scene = trade.scene(case, inputs, drawn_defaults()).vary(trade.settings_of(case)["beams"])
+    middle = slice(16, 20)  # of 36 crossings: row by row, column by column, four a cell
+    force, slip = np.full((2, 36, 3), 99.0), np.full((2, 36), 99.0)
+    force[1, middle] = [[3.0, 0.0, 4.0], [0.0, 1.0, 0.0], [0.0, 0.0, -2.0], [0.0, 0.0, 0.0]]
+    slip[1, middle] = [2e-6, np.nan, 4e-6, 6e-6]
+    columns = {"crossing_force": (("increment", "crossing", "xyz"), force)}
+    columns |= {"crossing_slip": (("increment", "crossing"), slip), "strain": ("increment", [0.0, 0.05])}
+    found = answers(QUESTIONS["contact"], scene, xr.Dataset(columns), None, 0.05)
+    assert found == pytest.approx({TOTAL: 2.0, BEAM_SLIP: 3e-6})
 
 
 def test_beams_do_not_take_a_cell_whose_yarns_cannot_slip(trade):
