@@ -10,7 +10,6 @@ from knitstudy.measures.centre_cell import (
     angles_to_axes,
     central,
     honeycomb_segments,
-    stress_angles,
 )
 from knitstudy.models.network_2d import heights_by_stress, moved
 from knitstudy.models.simulate import build, solve
