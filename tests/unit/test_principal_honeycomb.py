@@ -5,12 +5,7 @@ import pytest
 import synthetic
 
 from knitstudy.errors import ConfigurationError, GeometryError
-from knitstudy.measures.centre_cell import (
-    angle_to_x,
-    angles_to_axes,
-    central,
-    honeycomb_segments,
-)
+from knitstudy.measures.centre_cell import angle_to_x, angles_to_axes, central, honeycomb_segments
 from knitstudy.models.network_2d import heights_by_stress, moved
 from knitstudy.models.simulate import build, solve
 

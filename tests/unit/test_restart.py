@@ -1,5 +1,6 @@
 """Restart files, from which a run goes on, and progress, which is plain lines with the time left."""
 
+import io
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from knitstudy.errors import DataFileError
 from knitstudy.loading.history import Motion, Recorder, Stations
 from knitstudy.loading.restart import Checkpoint
+from knitstudy.loading.run import Progress
 from knitstudy.mechanics.increment import Increment, Rate
 from knitstudy.mechanics.model import Response
 
@@ -137,3 +139,15 @@ def test_something_else_in_the_place_of_a_restart_file_is_refused(tmp_path):
             DataFileError, match=rf"{path.name}: this restart file cannot be used .*delete it"
         ):
             Checkpoint(path, "key", State).load(recorder())
+
+
+def test_time_left_counts_from_where_a_run_goes_on(monkeypatch):
+    """Half was done before; a half of the rest in thirty seconds."""
+    clock, stream = iter([100.0, 130.0]), io.StringIO()
+    monkeypatch.setattr("knitstudy.loading.run.time.monotonic", lambda: next(clock))
+    progress = Progress("simulation a", streams=(stream,))
+    progress(0.5)
+    progress(0.75, "strain 3.75%")
+    first, second = stream.getvalue().splitlines()
+    assert first.endswith("50% [00:00<?]")
+    assert second.endswith("75% [00:30<00:30] strain 3.75%")
