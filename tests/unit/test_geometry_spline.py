@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize_scalar
+from scipy.optimize import minimize, minimize_scalar
 
+from knitstudy.geometry.crossings import refine
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.loop_metrics import approaches
 from knitstudy.geometry.spline import CatmullRom, Centreline
@@ -95,3 +96,24 @@ def test_arc_lengths_keep_the_shape_of_their_parameters(omega):
     np.testing.assert_allclose(s.ravel(), line.arc_length(u.ravel()), rtol=EPS)
     np.testing.assert_allclose(line.parameter(s), u, atol=1e-9)
     assert line.position(s).shape == (3, 4, 3)
+
+
+def test_closest_points_in_windows_are_those_of_a_bounded_minimisation():
+    """Of two lines at 29 degrees; in most windows the closest points lie on the bounds."""
+    number = np.arange(8.0)[:, None]
+    along, across = np.array([1.0, 0.0, 0.0]), np.array([0.9, 0.5, 0.0])
+    lines = [
+        CatmullRom(number * along, 8 * along),
+        CatmullRom([0.0, -2.0, 0.5] + number * across, 8 * across),
+    ]
+    random = np.random.default_rng(1)
+    low = random.uniform(1, 5, (40, 2))
+    windows = np.stack([low, low + 1], axis=-1)
+    found = refine(*lines, low + random.uniform(0, 1, (40, 2)), windows)
+    assert 0 < found.interior.sum() < 20
+
+    def square(u):
+        return float(np.sum((lines[0].value(u[:1]) - lines[1].value(u[1:])) ** 2))
+
+    least = [minimize(square, each.mean(axis=1), bounds=each, tol=1e-14).fun for each in windows]
+    np.testing.assert_allclose(found.distance**2, least, rtol=1e-6)
