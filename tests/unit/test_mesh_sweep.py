@@ -146,6 +146,9 @@ def test_roll_is_the_smallest_that_brings_facets_under_the_targets():
     frames = np.broadcast_to(np.eye(3), (61, 3, 3))
     roll = roll_towards(targets, s, np.outer(s, [0, 0, 1]), frames, angles)
     np.testing.assert_allclose(np.interp(where, s, roll) / step, [0.3, 0.1, -0.4], atol=1e-12)
+    # A cubic smooth step over the 14 layers between two targets is steepest in the middle, 1.5 times the mean slope.
+    assert np.all(np.diff(roll) <= 0)
+    assert np.abs(np.diff(roll)).max() / step == pytest.approx(0.5 * 1.5 / 14, rel=0.02)
 
 
 def test_centred_arc_lengths_lie_in_the_middle_of_layers():
