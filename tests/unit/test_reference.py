@@ -113,6 +113,15 @@ def test_models_are_compared_at_the_largest_strain_that_both_reach(cases):
     assert part.value == pytest.approx(6 / 4.8)
 
 
+def test_a_model_is_nearer_than_another_by_a_share_of_its_distance(cases):
+    """Curves 10 and 50 % above the reference: open where the uncertainty of 2 % decides."""
+    reference = reference_of(study.reference(cases), cases["dns-tie-course"])
+    knots, force, _ = reference.curve(0.05)
+    one, other = (study.history(strain=tuple(knots), force=tuple(k * force)) for k in (1.1, 1.5))
+    found = [reference.nearer(one, other, share) for share in (0.5, 0.2, 0.1)]
+    assert found == [True, None, False]
+
+
 def test_quantities_without_a_reference_are_unknown(cases):
     table, solid = study.reference(cases), cases["dns-isotropic-course"]
     slippery = reference_of(table, solid.replace("contact.friction", 0.1))
