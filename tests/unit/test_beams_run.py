@@ -60,7 +60,7 @@ def test_pinned_ties_join_points_and_not_sections(tied_scene, knit):
 
 
 def test_crossings_of_a_knit_that_moves_as_a_whole_move_as_it_does(tied_scene, knit):
-    """Their displacement is that of the points where both sections met, which turn with their sections."""
+    """A crossing is displaced as the point where both sections met, which turns with the sections."""
     beams = beam_knit(tied_scene, knit)
     state = beams.model.start()
     turn, shift = Rotation.from_rotvec([0.1, -0.2, 0.3]).as_matrix(), np.array([1e-3, 2e-3, -3e-3])

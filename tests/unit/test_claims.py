@@ -121,7 +121,7 @@ def with_geometry(evidence, **variables):
 
 
 def with_a_gap(evidence, radii):
-    """Return the evidence in which yarns stand so much too far apart at a crossing after the optimisation."""
+    """Return the evidence in which the yarns of all crossings stand too far apart after the optimisation."""
     distance = evidence.geometry["crossing_distance"].copy(deep=True)
     distance.loc[{"state": "after"}] += radii * float(evidence.geometry["radius"])
     return with_geometry(evidence, crossing_distance=distance)

@@ -242,7 +242,7 @@ def test_rough_never_slips_and_frictionless_never_sticks(friction, expected):
 
 
 def test_symmetric_stiffness_acts_along_the_normal_and_along_the_surface():
-    """What slips gives way along its slip, and across it by the share of the traction that is left."""
+    """A point that slips has no stiffness along its slip, and a share of the stiffness of sticking across it."""
     rng = np.random.default_rng(0)
     normal = rng.normal(size=(20, 3))
     normal /= np.linalg.norm(normal, axis=1)[:, None]
@@ -254,15 +254,13 @@ def test_symmetric_stiffness_acts_along_the_normal_and_along_the_surface():
     np.testing.assert_allclose(stiffness, np.swapaxes(stiffness, 1, 2), atol=1e-12)
     assert np.linalg.eigvalsh(stiffness).min() > -1e-9
 
-    def along(direction):
-        return np.einsum("kij,kj->ki", stiffness, direction), direction
-
     slides = (status == SLIP)[:, None]
     size = np.linalg.norm(trial, axis=1)[:, None]
     share = np.where(slides, 0.5 * 10.0 / size, 1.0)
-    for (answer, direction), expected in (
-        (along(normal), 100.0),
-        (along(trial / size), 50.0 * ~slides),
-        (along(np.cross(normal, trial / size)), 50.0 * share),
+    for direction, expected in (
+        (normal, 100.0),
+        (trial / size, 50.0 * ~slides),
+        (np.cross(normal, trial / size), 50.0 * share),
     ):
-        np.testing.assert_allclose(answer, expected * direction, atol=1e-9)
+        pulled = np.einsum("kij,kj->ki", stiffness, direction)
+        np.testing.assert_allclose(pulled, expected * direction, atol=1e-9)

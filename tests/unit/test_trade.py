@@ -115,7 +115,7 @@ def test_cells_of_beams_say_nothing_of_crossings(trade):
 
 
 def test_beams_answer_by_the_crossings_of_the_middle_cell(trade):
-    """Force and slip are the means of its four crossings; points that are tied do not slip, which counts as 0."""
+    """Force and slip are the means of its four crossings; the slip of a tied crossing counts as 0."""
     case = Case("cut_knit", "touching")
     inputs = replace(next(trade.points()), friction=0.3, loops=3, rows=3)
     scene = trade.scene(case, inputs, drawn_defaults()).vary(trade.settings_of(case)["beams"])

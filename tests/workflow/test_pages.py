@@ -117,7 +117,7 @@ def test_your_own_jersey(fresh, tmp_path):
 
 
 def test_site(tmp_path):
-    """As `make docs` builds it: a link to no page, or a docstring with a broken section, is an error."""
+    """`make docs` builds the site without warnings; a docstring with a broken section would cause one."""
     build = ["-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path)]
     environment = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
     ended = subprocess.run(

@@ -3,7 +3,6 @@
 import os
 import shlex
 import sys
-import threading
 from functools import cache
 from pathlib import Path
 
@@ -44,13 +43,6 @@ try:
     STUDY = [scene for scene in STUDY if scene.name not in ENDED]
 except KnitstudyError as error:
     stop(error)
-
-
-def cancel_timers():
-    """Cancel the timers that Snakemake's scheduler has set: the process would wait for them (`max-jobs-per-timespan`)."""
-    for thread in threading.enumerate():
-        if isinstance(thread, threading.Timer):
-            thread.cancel()
 
 
 RESULTS = "results"

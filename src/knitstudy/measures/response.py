@@ -71,7 +71,7 @@ def distance_of_curves(knots: np.ndarray, values: np.ndarray, measure: np.ndarra
 def motion(history: xr.Dataset) -> np.ndarray:
     """Return the displacement (I, S, 3) of centrelines since the load path began [m].
 
-    A path that begins at rest does not begin with the loops as drawn, from which histories count.
+    Histories hold displacements from the loops as drawn. A load path that begins at rest begins with other loops.
     """
     drawn = history["centreline_displacement"].to_numpy()
     return drawn - drawn[:1]
@@ -129,10 +129,10 @@ def transverse_contraction(history: xr.Dataset) -> float:
 
     The height is the extent in y of the centrelines that began in the middle third of the width.
     """
-    place = history["centreline"].to_numpy() + history["centreline_displacement"].to_numpy()[0]
+    drawn, displacement = (history[name].to_numpy() for name in ("centreline", "centreline_displacement"))
+    place, now = drawn + displacement[0], drawn + displacement[-1]
     x = place[:, X]
     middle = np.abs(x - 0.5 * (x.min() + x.max())) <= np.ptp(x) / 6
-    now = place + motion(history)[-1]
     return float(1 - np.ptp(now[middle, Y]) / np.ptp(place[middle, Y]))
 
 
