@@ -6,11 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from half_spaces import hertz
+from scipy.spatial import cKDTree
 
 from knitstudy.errors import ConvergenceError, GeometryError
-from knitstudy.mechanics.beams.beam_contact import BeamContact
+from knitstudy.mechanics.beams.beam_contact import NO_LATTICE, BeamContact
 from knitstudy.mechanics.beams.contact_points import Axes, ContactPoints
 from knitstudy.mechanics.beams.line_contact import LineContact
+from knitstudy.mechanics.beams.pair_search import PairSearch
 from knitstudy.mechanics.beams.repulsion import CrossedCylinders, Power, Repulsion
 from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.models.beam_contact import joined
@@ -18,6 +20,23 @@ from knitstudy.models.beam_contact import joined
 UNEVEN = np.array([0.0, 1.0, 1.6, 2.9, 4.0, 4.5, 6.0])
 TWO = np.repeat([0, 1], len(UNEVEN))
 LAWS = [Power(3.0), hertz(1.3e9, 0.42, 0.9e-3), CrossedCylinders.of(1.3e9, 0.42, 0.9e-3)]
+
+
+@pytest.mark.parametrize("stretch", [1.5, 0.9])
+def test_pairs_of_a_stretched_knit_need_no_new_search(stretch, monkeypatch):
+    """Its points move by many reaches, but pairs come nearer by the affine motion and little else."""
+    rng = np.random.default_rng(2)
+    position = rng.uniform(0, 30, size=(600, 3))
+    count = np.arange(600)
+    search = PairSearch(count // 20, 1.0 * (count % 20), np.inf, None, None)
+    search.within(1.0, 1.4, position, NO_LATTICE)
+    monkeypatch.setattr(PairSearch, "_all", None)
+    moved = position * [stretch, 1.0, 1.0] + 0.05 * rng.uniform(-1, 1, size=(600, 3))
+    found = search.within(1.0, 1.4, moved, NO_LATTICE)
+    near = cKDTree(moved).query_pairs(1.0, output_type="ndarray")
+    near = near[near[:, 0] // 20 != near[:, 1] // 20]
+    assert len(near) > 10
+    assert set(map(tuple, found.both.tolist())) == set(map(tuple, near.tolist()))
 
 
 @pytest.mark.parametrize("law", LAWS)

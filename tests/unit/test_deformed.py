@@ -102,7 +102,7 @@ def test_a_cell_is_drawn_three_times_in_both_directions(plain_scene, at_rest):
     cell = endless_cell(initial_loop(plain_scene), 1, 1)
     history = history_of(cell)
     history["cell_strain"] = (("increment", "plane"), [[0, 0, 0], [0.05, -0.02, 0.1]])
-    history.attrs["course_spacing"] = apart = at_rest * cell.height
+    history.attrs["cell_height"] = apart = at_rest * cell.height
     knit = deformed.deformed(SCENE, fabric_dataset(cell), history)
     rows = knit.points[-1].reshape(3, -1, 3)
     wale = apart * np.array([0.05, 0.98, 0])

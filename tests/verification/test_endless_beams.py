@@ -48,7 +48,7 @@ def test_no_force_acts_at_rest(soft):
     start, end = np.abs(history.force_per_width.values[[0, -1]])
     assert start.max() < 1e-3 * end[0]
     assert end[1] < 1e-3 * end[0]  # free across
-    assert rest.attrs["wale_spacing"] == pytest.approx(history.attrs["wale_spacing"])
+    assert rest.attrs["cell_width"] == pytest.approx(history.attrs["cell_width"])
     assert history.energy.sel(form="friction").values[-1] > 0  # yarns rub from the first increment on
 
 
@@ -56,10 +56,10 @@ def test_a_rest_without_friction_does_not_depend_on_friction(soft):
     """Two ways to one shape: with little friction and with much, which then goes."""
     scene, geometry, rest = soft
     other = STAGES["rest"].function(scene.vary({"contact.friction": 0.05}), geometry)
-    for name in ("wale_spacing", "course_spacing"):
+    for name in ("cell_width", "cell_height"):
         assert other.attrs[name] == pytest.approx(rest.attrs[name], rel=1e-6)
     held = STAGES["rest"].function(scene.vary({"load.start": "rest_with_friction"}), geometry)
-    assert abs(held.attrs["course_spacing"] / rest.attrs["course_spacing"] - 1) > 1e-3
+    assert abs(held.attrs["cell_height"] / rest.attrs["cell_height"] - 1) > 1e-3
 
 
 def test_a_cycle_dissipates_and_closes_the_ledger(soft):
@@ -143,7 +143,7 @@ def test_stockinette_of_acrylic_yarn_is_that_of_an_independent_program(monkeypat
     )
     geometry = lay_out(scene)
     rest = STAGES["rest"].function(scene, geometry)
-    assert (rest.attrs["wale_spacing"], rest.attrs["course_spacing"]) == pytest.approx(
+    assert (rest.attrs["cell_width"], rest.attrs["cell_height"]) == pytest.approx(
         (3.13e-3, 1.90e-3), rel=5e-3
     )
     for axis, direction, strains in (

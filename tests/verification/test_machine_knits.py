@@ -40,7 +40,7 @@ def test_a_rib_of_a_file_is_the_rib_of_letters(scene, keys):
         wanted = of_letters[name].to_numpy()
         within = 1e-6 * float(abs(wanted).max())
         assert of_file[name].to_numpy() == pytest.approx(wanted, abs=within), name
-    assert of_file.attrs["wale_spacing"] == pytest.approx(of_letters.attrs["wale_spacing"], rel=1e-6)
+    assert of_file.attrs["cell_width"] == pytest.approx(of_letters.attrs["cell_width"], rel=1e-6)
 
 
 @pytest.mark.full
@@ -49,6 +49,6 @@ def test_a_half_cardigan_is_wider_and_softer_than_its_rib():
     rib, tucked = (
         history({"pattern.knitout": str(FILES / f"{name}.k")}) for name in ("rib", "half_cardigan")
     )
-    assert tucked.attrs["wale_spacing"] > 1.2 * rib.attrs["wale_spacing"]
+    assert tucked.attrs["cell_width"] > 1.2 * rib.attrs["cell_width"]
     force = [float(each["force_per_width"][-1, 0]) for each in (rib, tucked)]
     assert 0 < force[1] < force[0]

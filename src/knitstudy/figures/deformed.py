@@ -172,7 +172,7 @@ def _lattice(fabric: Fabric, history: xr.Dataset, place: np.ndarray) -> tuple[np
         return np.zeros((len(place), 3)), np.zeros((len(place), 3))
     own = np.flatnonzero(history["yarn"].to_numpy() == 0)
     strain = history["cell_strain"].to_numpy()
-    start = history.attrs.get("course_spacing", fabric.periods[1, 1])
+    start = history.attrs.get("cell_height", fabric.periods[1, 1])
     wale = start * np.stack([0.5 * strain[:, 2], 1 + strain[:, 1], np.zeros(len(place))], axis=1)
     return place[:, own[-1]] - place[:, own[0]], wale
 

@@ -113,7 +113,7 @@ def _mesh(dataset: xr.Dataset) -> list[Quantity]:
 def _rest(dataset: xr.Dataset) -> list[Quantity]:
     strains = zip(STRAINS, dataset.attrs["strain_from_drawn"], strict=True)
     return [
-        *(Quantity(name, dataset.attrs[name], "m") for name in ("wale_spacing", "course_spacing")),
+        *(Quantity(name, dataset.attrs[name], "m") for name in ("cell_width", "cell_height")),
         *(Quantity(f"{name} strain from the drawn loops", float(strain), "1") for name, strain in strains),
         Quantity("pairs of nodes that rub", dataset.sizes["pair"], "1"),
     ]

@@ -19,7 +19,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.lib.stride_tricks import as_strided
 
-from knitstudy.mechanics.batches import Reserve, parts, share
+from knitstudy.mechanics.batches import Reserve, by_parts, parts, share
 from knitstudy.mechanics.elements import ElementGroup
 
 # Pairs of nodes a batch. Threads wait for the interpreter between the steps of small ones; large ones leave the cache.
@@ -305,6 +305,8 @@ def _rounds(first: np.ndarray, width: int) -> int:
 
 # Adds a matrix of few blocks to one of many, whose pattern has most of them, and takes it off again
 
+ROWS = 8_192  # block rows in which places are looked for at once; bounds the memory
+
 
 class PatternSum:
     """The sum of two BSR matrices of fixed patterns: found once, blocks of the large one are moved in runs.
@@ -314,16 +316,15 @@ class PatternSum:
 
     def __init__(self, large: sp.bsr_matrix, small: sp.bsr_matrix) -> None:
         self._large, self._small = large.indices, (small.indptr, small.indices)
-        nodes = len(large.indptr) - 1
         target, known = _places(large, small)
         self._new = ~known
-        self.inserted = int(self._new.sum())  # blocks that the small pattern alone has
-        self._at = target + np.cumsum(self._new) - self._new
+        # Blocks that the small pattern alone has: before every one of its blocks, and all of them
+        inserted = np.concatenate([[0], np.cumsum(self._new)]).astype(large.indptr.dtype)
+        self.inserted = int(inserted[-1])
+        self._at = target + inserted[:-1]
         before = target[self._new]
         self.indices = np.insert(large.indices, before, small.indices[self._new])
-        row = np.repeat(np.arange(nodes), np.diff(small.indptr))
-        added = np.bincount(row[self._new], minlength=nodes)
-        self.indptr = (large.indptr + np.concatenate([[0], np.cumsum(added)])).astype(large.indptr.dtype)
+        self.indptr = large.indptr + inserted[small.indptr]
         edge, many = np.unique(before, return_counts=True)
         starts = np.concatenate([[0], edge])
         ends = np.concatenate([edge, [len(large.indices)]])
@@ -395,18 +396,23 @@ def _places(large: sp.bsr_matrix, small: sp.bsr_matrix) -> tuple[np.ndarray, np.
     Blocks that it does not have go before the first block of the row with a larger column, or to the row's end.
     """
     nodes = len(large.indptr) - 1
-    count = np.diff(small.indptr)
-    row = np.repeat(np.arange(nodes), count)
-    rows = np.flatnonzero(count)
-    entries = block_entries(large, rows)
-    keys = np.repeat(rows, np.diff(large.indptr)[rows]) * np.int64(nodes) + large.indices[entries]
-    wanted = row * np.int64(nodes) + small.indices
-    place = np.searchsorted(keys, wanted)
-    known = np.zeros(len(wanted), dtype=bool)
-    inside = place < len(keys)
-    known[inside] = keys[place[inside]] == wanted[inside]
-    before = np.concatenate([[0], np.cumsum(np.diff(large.indptr)[rows])])
-    return large.indptr[row] + place - before[np.searchsorted(rows, row)], known
+
+    def places(part: slice) -> tuple[np.ndarray, np.ndarray]:
+        low, high, _ = part.indices(nodes)
+        count = np.diff(small.indptr[low : high + 1])
+        row, rows = low + np.repeat(np.arange(high - low), count), low + np.flatnonzero(count)
+        width = large.indptr[rows + 1] - large.indptr[rows]
+        keys = np.repeat(rows, width) * np.int64(nodes) + large.indices[block_entries(large, rows)]
+        wanted = row * np.int64(nodes) + small.indices[small.indptr[low] : small.indptr[high]]
+        place = np.searchsorted(keys, wanted)
+        known = np.zeros(len(wanted), dtype=bool)
+        inside = place < len(keys)
+        known[inside] = keys[place[inside]] == wanted[inside]
+        before = np.concatenate([[0], np.cumsum(width)])
+        place += large.indptr[row] - before[np.searchsorted(rows, row)]
+        return place.astype(large.indptr.dtype), known
+
+    return by_parts(places, nodes, ROWS)
 
 
 def _from_its_start(part: np.ndarray) -> np.ndarray | None:
@@ -426,6 +432,6 @@ def block_entries(matrix: sp.bsr_matrix, nodes: np.ndarray) -> np.ndarray:
     >>> block_entries(blocks, np.array([0])).tolist()  # of three blocks
     [0, 1]
     """
-    count = np.diff(matrix.indptr)[nodes]
+    count = matrix.indptr[nodes + 1] - matrix.indptr[nodes]
     start = np.repeat(matrix.indptr[nodes] - np.cumsum(count) + count, count)
     return start + np.arange(count.sum())

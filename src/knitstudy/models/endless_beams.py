@@ -155,8 +155,8 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
             "contact_exponent": repulsion.law.exponent,
             "contact_onset": repulsion.onset,
             "friction": model.contact.friction,
-            "wale_spacing": float(np.linalg.norm(vectors[0])),
-            "course_spacing": float(np.linalg.norm(vectors[1])),
+            "cell_width": float(np.linalg.norm(vectors[0])),
+            "cell_height": float(np.linalg.norm(vectors[1])),
         },
     )
 
@@ -188,8 +188,8 @@ def relax(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
     } | {name: getattr(kept, field) for name, field in KEPT.items()}
     drawn = model.lattice.lengths
     return xr.Dataset(REST.variables(values)).assign_attrs(
-        wale_spacing=float(np.linalg.norm(vectors[0])),
-        course_spacing=float(np.linalg.norm(vectors[1])),
+        cell_width=float(np.linalg.norm(vectors[0])),
+        cell_height=float(np.linalg.norm(vectors[1])),
         strain_from_drawn=(state.lattice / drawn).tolist(),
         increments=last.index,
     )

@@ -15,6 +15,8 @@ from knitstudy.mechanics.batches import Chosen
 
 FAR = 1 << 6  # images are at most half as many periods away
 PIECE = 64  # points of a piece of yarn
+# Squared extents of a knit, over its largest, below which it has none: a straight yarn is no solid.
+FLAT = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +45,17 @@ def _lengths(vectors: np.ndarray) -> np.ndarray:
     return np.sqrt(np.einsum("ki,ki->k", vectors, vectors))
 
 
+def _affine(before: np.ndarray, now: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the gradient (3, 3) G of the best affine motion x -> X + (X - mean) G of points (n, 3), and the rest.
+
+    The rest (n, 3) [m] is the way beyond that motion.
+    """
+    place, move = before - before.mean(axis=0), now - before
+    move -= move.mean(axis=0)
+    gradient = np.linalg.pinv(place.T @ place, rcond=FLAT, hermitian=True) @ (place.T @ move)
+    return gradient, move - place @ gradient
+
+
 @dataclass(frozen=True, eq=False)
 class FoundPairs:
     """All pairs of points that were nearer to each other than a distance, when they were searched for."""
@@ -66,11 +79,15 @@ class FoundPairs:
         return cls(pairs, far, position, vectors, pairs.distance, pieces, of_pieces, images)
 
     def within(self, reach: float, position: np.ndarray, vectors: np.ndarray) -> PointPairs | None:
-        """Return the pairs within a reach [m] now; None where others may have come as near."""
-        apart = self.images @ np.linalg.norm(vectors - self.vectors, axis=1)  # by the lattice
-        move = position - self.position
-        move -= move.mean(axis=0)
-        if 2 * _lengths(move).max() + apart >= self.far - reach:
+        """Return the pairs within a reach [m] now; None where others may have come as near.
+
+        The knit as a whole has an affine motion, which shrinks no distance by more than its smallest stretch. Beyond
+        this motion, pieces of yarn bound how much nearer points have come.
+        """
+        gradient, move = _affine(self.position, position)
+        apart = self.images @ _lengths(vectors - self.vectors - self.vectors @ gradient)  # by the lattice
+        shrink = np.linalg.svd(np.eye(3) + gradient, compute_uv=False)[-1]
+        if shrink * self.far - 2 * _lengths(move).max() - apart <= reach:
             return None
         first = np.arange(0, len(move), PIECE)
         count = np.diff(first, append=len(move))
@@ -78,7 +95,7 @@ class FoundPairs:
         rest = np.maximum.reduceat(_lengths(move - np.repeat(mean, count, axis=0)), first)
         one, other = self.pieces.T
         nearer = _lengths(mean[one] - mean[other]) + rest[one] + rest[other] + apart
-        pairs = self.pairs[np.flatnonzero(self.distance < reach + nearer[self.of_pieces])]
+        pairs = self.pairs[np.flatnonzero(shrink * self.distance < reach + nearer[self.of_pieces])]
         way = position[pairs.j] + pairs.image @ vectors - position[pairs.i]
         return replace(pairs, way=way)[np.einsum("ki,ki->k", way, way) < reach**2]
 

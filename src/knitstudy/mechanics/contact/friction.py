@@ -70,8 +70,31 @@ class ContactStatus:
 
 
 @dataclass(frozen=True, eq=False)
+class TouchedPoints:
+    """History of the pairs that touch, a row each; some in a hundred of all pairs do."""
+
+    pressure: np.ndarray  # (t,), that of multipliers included [Pa]; where it is positive, the anchor counts
+    traction: np.ndarray  # (t, 3), tangential traction [Pa]
+    multiplier: np.ndarray  # (t,), pressure (negative) that augmentation has added within the increment [Pa]
+    anchor: np.ndarray  # (t, 2), convected coordinates at which the point would carry no tangential traction
+    slip: np.ndarray  # (t,), length slipped since the point first touched [m]
+    status: np.ndarray  # int (t,) OPEN, STICK or SLIP
+
+    @classmethod
+    @cache
+    def none(cls) -> TouchedPoints:
+        """Return a table without rows, the same one for all."""
+        scalar = np.empty(0)
+        return cls(scalar, np.empty((0, 3)), scalar, np.empty((0, 2)), scalar, np.empty(0, dtype=np.int64))
+
+
+@dataclass(frozen=True, eq=False)
 class ContactHistory(Chosen):
-    """History of contact points at the last converged increment; all arrays run over the candidate pairs."""
+    """History of contact points at the last converged increment; all arrays run over the candidate pairs.
+
+    Pairs that are chosen of a history keep its whole table `touched`: they may be joined with each other, and with open
+    pairs, but not with pairs of another table.
+    """
 
     point: np.ndarray  # int (c,), Gauss point
     surface: np.ndarray  # int (c,), surface that it faces
@@ -79,35 +102,56 @@ class ContactHistory(Chosen):
     # (c,), its gap [m]; inf where the closest point was not within the surface's edges, -inf where none was
     # looked for: it was open then, and xi is a guess
     gap: np.ndarray
-    # (c,), its pressure [Pa], that of multipliers included; where it is positive, the anchor counts
-    pressure: np.ndarray
-    traction: np.ndarray  # (c, 3), its tangential traction [Pa]
-    multiplier: np.ndarray  # (c,), pressure (negative) that augmentation has added within the increment [Pa]
-    anchor: np.ndarray  # (c, 2), convected coordinates at which the point would carry no tangential traction
-    slip: np.ndarray  # (c,), length slipped since it first touched [m]
-    status: np.ndarray  # int (c,) OPEN, STICK or SLIP
+    row: np.ndarray  # int (c,), the pair's row of `touched`, -1 where it is open
+    touched: TouchedPoints
     dissipated: np.ndarray  # (), work of friction so far [J]
     search_status: ContactStatus | None = None  # of the search that these pairs were found by
+
+    @property
+    def pressure(self) -> np.ndarray:
+        """Pressures (c,) [Pa]; see `TouchedPoints`."""
+        return self._every(self.touched.pressure)
+
+    @property
+    def traction(self) -> np.ndarray:
+        """Tangential tractions (c, 3) [Pa]."""
+        return self._every(self.touched.traction)
+
+    @property
+    def multiplier(self) -> np.ndarray:
+        """Pressures (c,) that augmentation has added [Pa]."""
+        return self._every(self.touched.multiplier)
+
+    @property
+    def anchor(self) -> np.ndarray:
+        """Convected coordinates (c, 2) without tangential traction; of open pairs they mean nothing."""
+        return self._every(self.touched.anchor)
+
+    @property
+    def slip(self) -> np.ndarray:
+        """Lengths (c,) slipped [m]."""
+        return self._every(self.touched.slip)
+
+    @property
+    def status(self) -> np.ndarray:
+        """OPEN, STICK or SLIP (c,)."""
+        return self._every(self.touched.status)
+
+    def _every(self, values: np.ndarray) -> np.ndarray:
+        """Return values (t, ...) of the table's rows for all pairs, 0 where they are open."""
+        result = np.zeros((len(self.row), *values.shape[1:]), dtype=values.dtype)
+        known = np.flatnonzero(self.row >= 0)
+        result[known] = values[self.row[known]]
+        return result
 
     @classmethod
     def of_open(
         cls, point: np.ndarray, surface: np.ndarray, xi: np.ndarray, dissipated: np.ndarray
     ) -> ContactHistory:
         """Return the history of open pairs with guesses xi of their closest points."""
-        none = np.broadcast_to(0.0, len(point))  # which takes no memory
-        return cls(
-            point=point,
-            surface=surface,
-            xi=xi,
-            gap=np.broadcast_to(-np.inf, len(point)),
-            pressure=none,
-            traction=np.broadcast_to(0.0, (len(point), 3)),
-            multiplier=none,
-            anchor=xi,
-            slip=none,
-            status=np.broadcast_to(OPEN, len(point)),
-            dissipated=dissipated,
-        )
+        # Arrays of one number take no memory.
+        gap, row = (np.broadcast_to(value, len(point)) for value in (-np.inf, np.int32(-1)))
+        return cls(point, surface, xi, gap, row, TouchedPoints.none(), dissipated)
 
     @classmethod
     @cache

@@ -19,7 +19,14 @@ from knitstudy.errors import ConfigurationError, ConvergenceError, MeshError
 from knitstudy.mechanics.batches import Reserve, by_parts, share
 from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.following import Following
-from knitstudy.mechanics.contact.friction import OPEN, SLIP, ContactHistory, ContactPoints, Coulomb
+from knitstudy.mechanics.contact.friction import (
+    OPEN,
+    SLIP,
+    ContactHistory,
+    ContactPoints,
+    Coulomb,
+    TouchedPoints,
+)
 from knitstudy.mechanics.contact.indentation import Indentation
 from knitstudy.mechanics.contact.search import Search
 from knitstudy.mechanics.contact.surface import CHUNK, Projection, Surfaces
@@ -219,26 +226,30 @@ class Contact:
                 f"{history.xi[k, 0]:.1f} of {self.surfaces.edges(history.surface[k])[0][-1]:.1f}): "
                 "a body is pulled off the other; use a smaller load or longer surfaces"
             )
-        touches = points.status != OPEN
-        slips = points.status == SLIP
+        touches, slips = points.active, points.status == SLIP
         slip = points.slip.copy()
         slip[slips] *= law.share(points.trial[slips], points.pressure[slips])[:, None]
         length = law.slipped(points.trial, points.pressure)
-        dissipated = np.asarray(history.dissipated + self._dissipation(points))
-        xi = _put(every.xi, points.evaluated, points.evaluated_xi)
-        # A multiplier stays with its point while contact moves on: kept, it would press across an open gap.
-        committed = ContactHistory.of_open(every.point, every.surface, xi, dissipated)
-        known = {
-            "pressure": points.pressure,
-            "traction": points.traction,
-            "anchor": points.projection.xi - np.where(touches[:, None], slip, 0.0),
-            "slip": np.where(touches, history.slip + length, 0.0),
-            "status": points.status,
-        }
-        for name, values in known.items():
-            known[name] = _put(getattr(committed, name), points.number, values)
-        known["gap"] = _put(committed.gap, points.evaluated, points.evaluated_gap)
-        return self._following.go_on(every, replace(committed, **known), points.carriers)
+        touched = TouchedPoints(
+            pressure=points.pressure[touches],
+            traction=points.traction[touches],
+            # A multiplier stays with its point while contact moves on: kept, it would press across an open gap.
+            multiplier=np.zeros(len(touches)),
+            anchor=points.projection.xi[touches] - slip[touches],
+            slip=history.slip[touches] + length[touches],
+            status=points.status[touches],
+        )
+        count = len(every.point)
+        committed = ContactHistory(
+            point=every.point,
+            surface=every.surface,
+            xi=_put(every.xi, points.evaluated, points.evaluated_xi),
+            gap=_put(np.broadcast_to(-np.inf, count), points.evaluated, points.evaluated_gap),
+            row=_rows(points.number[touches], count),
+            touched=touched,
+            dissipated=np.asarray(history.dissipated + self._dissipation(points)),
+        )
+        return self._following.go_on(every, committed, points.carriers)
 
     def augment(self, points: ContactPoints) -> ContactHistory:
         """Return the history with multipliers (Uzawa) that carry the present pressure without penetration."""
@@ -246,14 +257,17 @@ class Contact:
         touches = points.status != OPEN
         fresh = touches & (history.pressure <= 0)
         anchor = np.where(fresh[:, None], points.projection.xi - points.slip, history.anchor)
-        augmented = replace(
-            every,
-            multiplier=_put(every.multiplier, number, -points.pressure),
-            anchor=_put(every.anchor, number, anchor),
+        touched = TouchedPoints(
             # Positive from now on, so that the anchor stays where the point touched first.
-            pressure=_put(every.pressure, number, np.where(fresh, np.finfo(float).tiny, history.pressure)),
+            pressure=np.where(fresh, np.finfo(float).tiny, history.pressure),
+            traction=history.traction,
+            multiplier=-points.pressure,
+            anchor=anchor,
+            slip=history.slip,
+            status=history.status,
         )
-        return self._following.go_on(every, augmented)
+        row = _rows(number, len(every.row))
+        return self._following.go_on(every, replace(every, row=row, touched=touched))
 
     def motion(self, nodes: np.ndarray, moved: np.ndarray) -> float:
         """Return the largest motion [m] against each other of rings near each other, as nodes (N, 3) move [m]."""
@@ -306,6 +320,13 @@ class Contact:
         carried = np.einsum("ki,ki->k", history.traction, history.traction) / before
         weight = PASS_SHARE * self.quadrature.area[history.point]
         return 0.5 * float(weight @ ((1 - share) * carried))
+
+
+def _rows(number: np.ndarray, count: int) -> np.ndarray:
+    """Return which row (count,) of a table belongs to pairs, whose numbers (k,) its rows have; -1: none."""
+    row = np.full(count, -1, dtype=np.int32)
+    row[number] = np.arange(len(number))
+    return row
 
 
 def _put(values: np.ndarray, number: np.ndarray, some: np.ndarray) -> np.ndarray:
