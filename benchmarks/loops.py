@@ -11,8 +11,10 @@ from keep import keep_drawn, stamped
 from matplotlib.figure import Figure
 
 from knitstudy.figures.style import INK, PAPER, SINGLE, figure, shared_legend, styled
-from knitstudy.geometry.fit import TIGHT, InfeasibleLoop, LoopTarget, fitted_loop
+from knitstudy.geometry.drawn_loop import TIGHT, LoopTarget
+from knitstudy.geometry.fit import fitted_loop
 from knitstudy.geometry.loop_metrics import loop_metrics
+from knitstudy.geometry.loop_room import InfeasibleLoop
 from knitstudy.study.configuration import load_scene
 from knitstudy.study.documents import RESOURCES
 from knitstudy.study.scene import Scene

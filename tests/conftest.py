@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import yaml
 
-from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
+from knitstudy.geometry.specimens import plain_knit
 from knitstudy.models.joints import contacts_of_crossings
 from knitstudy.study.scene import Scene
 

@@ -10,7 +10,7 @@ import study
 import yaml
 
 from knitstudy.files import read_table
-from knitstudy.geometry.fabric import yarn_pair
+from knitstudy.geometry.specimens import yarn_pair
 
 FAMILY = """\
 keys:

@@ -7,7 +7,7 @@ from knitstudy.contacts.segments import KINDS, segments
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.fabric_file import fabric_dataset
 from knitstudy.loading.columns import STRESSES
-from knitstudy.models.joints import spring_axes
+from knitstudy.models.contact_springs import spring_axes
 
 TERMS = ("distance", "continuous", "join", "bending", "length", "total")
 

@@ -8,7 +8,7 @@ import study
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.geometry.fit import LoopTarget
+from knitstudy.geometry.drawn_loop import LoopTarget
 from knitstudy.geometry.stitch_mesh import endless_cell_of_stitches
 from knitstudy.registry import load_plugins
 from knitstudy.stages.displays import Displays

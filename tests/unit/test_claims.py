@@ -10,8 +10,8 @@ import synthetic
 import xarray as xr
 
 from knitstudy.contacts.contacts import extract
-from knitstudy.geometry.fabric import KNITS, plain_knit
 from knitstudy.geometry.lay_out import initial_loop
+from knitstudy.geometry.specimens import KNITS, plain_knit
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.claims.contact import asymmetry, largest_bend
 from knitstudy.measures.claims.evidence import BY_OTHERS, Evidence, decide

@@ -10,7 +10,7 @@ from half_spaces import hertz_ellipse
 from knitstudy.contacts.contacts import extract, indented
 from knitstudy.errors import DataFileError
 from knitstudy.geometry.crossings import Crossings
-from knitstudy.geometry.fabric import yarn_pair
+from knitstudy.geometry.specimens import yarn_pair
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from knitstudy.contacts.kinematics import (
     segment_contraction,
     twist,
 )
-from knitstudy.geometry.fabric import yarn_pair
+from knitstudy.geometry.specimens import yarn_pair
 from knitstudy.loading.columns import CONTACTS
 from knitstudy.mechanics.rotation import exp
 from knitstudy.mesh.mesher import mesh_fabric

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.fabric import cut_cells, middles_of_legs
+from knitstudy.geometry.specimens import cut_cells, middles_of_legs
 from knitstudy.mesh.mesher import mesh_scene
 from knitstudy.models.joints import contacts_of_crossings
 from knitstudy.models.network_2d import planar_network

@@ -11,9 +11,9 @@ import pytest
 from knitstudy.errors import ConfigurationError
 from knitstudy.exchange.deck import Interaction, specimen_deck
 from knitstudy.exchange.inp import write_inp
-from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.geometry.lay_out import initial_loop, lay_out
+from knitstudy.geometry.specimens import plain_knit
 from knitstudy.mesh.mesher import mesh_scene
 from knitstudy.models.hexahedra import divide
 

@@ -13,9 +13,9 @@ import xarray as xr
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures import deformed
 from knitstudy.figures.picture import AROUND
-from knitstudy.geometry.fabric import endless_cell, plain_knit
 from knitstudy.geometry.fabric_file import fabric_dataset
 from knitstudy.geometry.lay_out import initial_loop
+from knitstudy.geometry.specimens import endless_cell, plain_knit
 
 SCENE = SimpleNamespace(name="made-up", yarn=SimpleNamespace(radius=0.4e-3))  # not that of the drawn fabric
 

@@ -3,7 +3,7 @@
 import numpy as np
 import scipy.linalg
 
-from knitstudy.geometry.fabric import cut_cells
+from knitstudy.geometry.specimens import cut_cells
 from knitstudy.measures.unknowns import law_of, nodes_2d, nodes_3d
 from knitstudy.mechanics.membrane import strains
 from knitstudy.mechanics.membrane_law import StretchLaw, forces_per_width

@@ -7,9 +7,10 @@ import pytest
 
 from knitstudy.errors import DataFileError, GeometryError
 from knitstudy.geometry.crossings import crossings_of_loop, windows_of_loop
-from knitstudy.geometry.fabric import Grip, cut_cells, endless_cell, of_curves, plain_knit, yarn_pair
+from knitstudy.geometry.fabric import Grip, of_curves
 from knitstudy.geometry.fabric_file import fabric_dataset, fabric_of
 from knitstudy.geometry.lay_out import initial_loop
+from knitstudy.geometry.specimens import cut_cells, endless_cell, plain_knit, yarn_pair
 from knitstudy.geometry.spline import CatmullRom, Centreline
 from knitstudy.loading.solve import solve_load_path
 from knitstudy.mesh.mesher import sampled_sections

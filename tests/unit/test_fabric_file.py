@@ -10,10 +10,11 @@ from knitstudy import registry
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import write_dataset
 from knitstudy.geometry import readers
-from knitstudy.geometry.fabric import cut_cells, endless_cell, of_curves, plain_knit, yarn_pair
+from knitstudy.geometry.drawn_loop import LoopTarget
+from knitstudy.geometry.fabric import of_curves
 from knitstudy.geometry.fabric_file import fabric_dataset, fabric_of
-from knitstudy.geometry.fit import LoopTarget
 from knitstudy.geometry.readers import centreline, read_fabric
+from knitstudy.geometry.specimens import cut_cells, endless_cell, plain_knit, yarn_pair
 
 RADIUS = 0.1e-3
 

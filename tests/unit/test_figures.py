@@ -24,10 +24,10 @@ from knitstudy.figures.picture import arrow, sphere, tube
 from knitstudy.figures.renderer import Picture, RenderingError, Surface, View
 from knitstudy.figures.style import describe, save
 from knitstudy.files import read_table
-from knitstudy.geometry.fabric import endless_cell, plain_knit
+from knitstudy.geometry.drawn_loop import LoopTarget
 from knitstudy.geometry.fabric_file import fabric_dataset
-from knitstudy.geometry.fit import LoopTarget
 from knitstudy.geometry.lay_out import initial_loop
+from knitstudy.geometry.specimens import endless_cell, plain_knit
 from knitstudy.measures.centre_cell import closest_neighbour
 from knitstudy.mesh.mesher import mesh_fabric
 from knitstudy.models.joints import contacts_of_crossings

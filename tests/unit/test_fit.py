@@ -8,18 +8,12 @@ from loops import KEPT, OUTCOMES, loop_map
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import read_table
-from knitstudy.geometry.fit import (
-    ITERATIONS,
-    LARGEST_CURVATURE,
-    ROUNDS,
-    InfeasibleLoop,
-    LoopTarget,
-    fitted_loop,
-    peirce_length,
-)
+from knitstudy.geometry.drawn_loop import LoopTarget, peirce_length
+from knitstudy.geometry.fit import ROUNDS, fitted_loop
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.loop_metrics import loop_metrics
+from knitstudy.geometry.loop_room import ITERATIONS, LARGEST_CURVATURE, InfeasibleLoop
 from knitstudy.geometry.symmetry import symmetries
 from knitstudy.study.alternative_keys import diameter_of, read_points
 from knitstudy.study.configuration import load_scene

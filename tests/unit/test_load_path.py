@@ -8,7 +8,7 @@ import pytest
 import scipy.sparse as sp
 
 from knitstudy.errors import CoarseIncrement, ConvergenceError
-from knitstudy.geometry.fabric import yarn_pair
+from knitstudy.geometry.specimens import yarn_pair
 from knitstudy.loading.gates import require_closed_ledger
 from knitstudy.loading.history import Motion, Stations, load_path
 from knitstudy.loading.run import Run

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import MeshError
-from knitstudy.geometry.fabric import head_arcs, of_curves, sinker_arcs, yarn_pair
+from knitstudy.geometry.fabric import of_curves
+from knitstudy.geometry.specimens import head_arcs, sinker_arcs, yarn_pair
 from knitstudy.geometry.spline import CatmullRom, Centreline
 from knitstudy.mesh.mesher import grips, mesh_fabric
 

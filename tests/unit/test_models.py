@@ -8,7 +8,7 @@ import pytest
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import read_dataset
-from knitstudy.geometry.fabric import endless_cell
+from knitstudy.geometry.specimens import endless_cell
 from knitstudy.models import hexahedra, network_3d
 from knitstudy.models.simulate import build
 from knitstudy.study.scene_type import MODELS

@@ -9,11 +9,18 @@ import pytest
 import scipy.sparse as sp
 
 from knitstudy.errors import ConfigurationError, ConvergenceError
-from knitstudy.mechanics.increment import TRIALS, PrescribedDisplacement, Rate, Settings, Trial, line_search
+from knitstudy.mechanics.increment import (
+    TRIALS,
+    PrescribedDisplacement,
+    Rate,
+    Settings,
+    Trial,
+    extrapolated,
+    line_search,
+)
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.model import Memoryless, Response
-from knitstudy.mechanics.newton import extrapolated
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.geometry.fabric import yarn_pair
+from knitstudy.geometry.specimens import yarn_pair
 from knitstudy.mesh.mesher import sampled_sections
 from knitstudy.models.spline_yarns import discretise
 

@@ -11,8 +11,8 @@ import synthetic
 from knitstudy.contacts.contacts import extract
 from knitstudy.errors import DataFileError
 from knitstudy.files import read_table
-from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.lay_out import initial_loop
+from knitstudy.geometry.specimens import plain_knit
 from knitstudy.measures.claims.combinations import OPEN, combinations_of, exclusive
 from knitstudy.measures.claims.evidence import Judgement
 from knitstudy.measures.claims.verdicts import INPUT, READING, Reading, conclude, findings, readings_of

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.fabric import head_arcs, sinker_arcs
+from knitstudy.geometry.specimens import head_arcs, sinker_arcs
 from knitstudy.loading.history import Motion
 from knitstudy.models.network_3d import grips, tension
 from knitstudy.models.simulate import build

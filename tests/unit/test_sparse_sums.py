@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from knitstudy.mechanics import assembly
-from knitstudy.mechanics.assembly import Assembly, PatternSum, lacking
+from knitstudy.mechanics import pattern_sum
+from knitstudy.mechanics.assembly import Assembly
 from knitstudy.mechanics.model import eliminate
+from knitstudy.mechanics.pattern_sum import PatternSum, lacking
 
 NODES = 12
 
@@ -20,11 +21,11 @@ def matrix(seed, share):
     return sp.bsr_matrix((data, pattern.indices, pattern.indptr), shape=(3 * NODES, 3 * NODES))
 
 
-@pytest.mark.parametrize("rows", [5, assembly.ROWS])
+@pytest.mark.parametrize("rows", [5, pattern_sum.ROWS])
 @pytest.mark.parametrize(("large", "small"), [(0.5, 0.1), (0.2, 0.4), (0.3, 0.0), (0.0, 0.2), (1.0, 0.3)])
 def test_sum_is_the_sum(large, small, rows, monkeypatch):
     """However many rows are looked at together."""
-    monkeypatch.setattr(assembly, "ROWS", rows)
+    monkeypatch.setattr(pattern_sum, "ROWS", rows)
     for seed in range(5):
         one, other = matrix(seed, large), matrix(seed + 10, small)
         expected = (one + other).toarray()

@@ -5,7 +5,8 @@ import pytest
 import synthetic
 
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.models.joints import Joints, contact_normals, joint_points, spring_axes, spring_joints, springs
+from knitstudy.models.contact_springs import contact_normals, spring_axes, springs
+from knitstudy.models.joints import Joints, joint_points, spring_joints
 from knitstudy.models.simulate import build
 
 STIFFNESS = np.array([80e3, 60e3, 900e3])  # of the contacts below along x, y and z [N/m]

@@ -5,8 +5,8 @@ import pytest
 
 from knitstudy.errors import ConfigurationError, GeometryError
 from knitstudy.geometry.crossings import plane_crossings
+from knitstudy.geometry.drawn_loop import LoopTarget
 from knitstudy.geometry.fabric_file import fabric_dataset, fabric_of
-from knitstudy.geometry.fit import LoopTarget
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.stitch_mesh import endless_cell_of_stitches, stitches_of
 from knitstudy.geometry.stitches import sides

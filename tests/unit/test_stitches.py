@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.geometry.fabric import cut_cells, endless_cell
+from knitstudy.geometry.drawn_loop import LoopTarget
 from knitstudy.geometry.fabric_file import fabric_dataset, fabric_of
-from knitstudy.geometry.fit import LARGEST_CURVATURE, LoopTarget, fitted_loop
+from knitstudy.geometry.fit import fitted_loop
 from knitstudy.geometry.lay_out import all_of_repeat
 from knitstudy.geometry.loop_metrics import loop_metrics
+from knitstudy.geometry.loop_room import LARGEST_CURVATURE
+from knitstudy.geometry.specimens import cut_cells, endless_cell
 from knitstudy.geometry.stitches import sides, standard
 from knitstudy.study.configuration import load_scene
 

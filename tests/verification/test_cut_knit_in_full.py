@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from knitstudy.geometry.fabric import Grip, cut_cells
+from knitstudy.geometry.fabric import Grip
+from knitstudy.geometry.specimens import cut_cells
 from knitstudy.mesh.mesher import mesh_scene, sampled_sections
 from knitstudy.models.simulate import solve
 

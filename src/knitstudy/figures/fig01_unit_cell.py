@@ -12,7 +12,8 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import bounds, draw_rows, scale_bar, sphere, yarn_tubes
 from knitstudy.figures.renderer import MILLIMETRE, Picture, Surface, View
 from knitstudy.figures.style import PAPER, YARNS, panel_letter
-from knitstudy.geometry.fabric import Fabric, cut_cells
+from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.specimens import cut_cells
 from knitstudy.measures.catalogue import solid
 from knitstudy.measures.centre_cell import loop_of
 

@@ -16,7 +16,8 @@ from knitstudy.figures.renderer import MILLIMETRE, Picture, Surface, View
 from knitstudy.figures.style import ACCENT, INK, PAPER, SINGLE
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.fabric_file import fabric_of
-from knitstudy.models.joints import contact_normal_planes, contact_normals, joint_points
+from knitstudy.models.contact_springs import contact_normals
+from knitstudy.models.joints import contact_normal_planes, joint_points
 
 VIEW = View.orbit(turn=-12, tilt=-36)  # from below: here planes and normals part most in the picture
 REACH = 2.0  # how much of the yarns is shown beyond the contacts, in radii

@@ -14,7 +14,8 @@ from knitstudy.figures.style import ACCENT, INK, panel_letter
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.measures.catalogue import network
-from knitstudy.models.joints import joint_points, spring_axes
+from knitstudy.models.contact_springs import spring_axes
+from knitstudy.models.joints import joint_points
 
 WHOLE, DETAIL = View.orbit(turn=-18, tilt=16), View.orbit(turn=34, tilt=-37)
 BEAM, ARM = 0.26, 0.16  # radii in which beams and joints are drawn, over the yarn's

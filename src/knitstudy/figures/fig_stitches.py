@@ -11,8 +11,8 @@ from knitstudy.figures.catalogue import FIGURES
 from knitstudy.figures.picture import bounds, draw_rows, scale_bar, yarn_tubes
 from knitstudy.figures.renderer import FRONT, Picture, View
 from knitstudy.figures.style import DOUBLE, YARNS, panel_letter
-from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.fabric_file import fabric_of
+from knitstudy.geometry.specimens import plain_knit
 from knitstudy.measures.catalogue import several
 
 BACK = View((0.0, 0.0, 1.0))

@@ -17,8 +17,8 @@ from matplotlib.figure import Figure
 from knitstudy.errors import DataFileError
 from knitstudy.figures import deformed
 from knitstudy.figures.style import FAINT, INK, PAPER, SINGLE, YARNS, figure, styled
-from knitstudy.geometry.fabric import plain_knit
 from knitstudy.geometry.fabric_file import fabric_of
+from knitstudy.geometry.specimens import plain_knit
 from knitstudy.measures.summary import kind_of, require_layout, touched
 from knitstudy.mechanics.materials import FULL
 from knitstudy.mechanics.solid import principal_axes

@@ -14,8 +14,9 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError
 from knitstudy.geometry.crossings import Crossings, metre
-from knitstudy.geometry.fabric import Arcs, Fabric, Grip, sample_of
+from knitstudy.geometry.fabric import Arcs, Fabric, Grip
 from knitstudy.geometry.loop import Loop
+from knitstudy.geometry.specimens import sample_of
 from knitstudy.geometry.spline import CatmullRom, Centreline
 from knitstudy.geometry.stitches import PLAIN
 

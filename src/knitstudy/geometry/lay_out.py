@@ -20,12 +20,13 @@ from scipy.optimize import brentq
 
 from knitstudy.errors import GeometryError
 from knitstudy.geometry.crossings import metre
-from knitstudy.geometry.fabric import KNITS, plain_knit, yarn_pair
+from knitstudy.geometry.drawn_loop import LoopTarget
 from knitstudy.geometry.fabric_file import fabric_dataset
-from knitstudy.geometry.fit import LoopTarget, fitted_loop
+from knitstudy.geometry.fit import fitted_loop
 from knitstudy.geometry.loop import Loop
 from knitstudy.geometry.loop_metrics import LoopMetrics, check_yarns, loop_metrics
 from knitstudy.geometry.optimise import CONTACT_TOLERANCE, Optimum, optimise
+from knitstudy.geometry.specimens import KNITS, plain_knit, yarn_pair
 from knitstudy.geometry.stitch_mesh import endless_cell_of_stitches
 from knitstudy.geometry.stitches import PLAIN, images_of_standard
 from knitstudy.study.problem_sections import is_plain

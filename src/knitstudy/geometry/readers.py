@@ -14,9 +14,10 @@ import numpy as np
 
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import read_dataset, read_table
-from knitstudy.geometry.fabric import Fabric, endless_cell, of_curves
+from knitstudy.geometry.drawn_loop import TIGHT, LoopTarget
+from knitstudy.geometry.fabric import Fabric, of_curves
 from knitstudy.geometry.fabric_file import fabric_of
-from knitstudy.geometry.fit import TIGHT, LoopTarget
+from knitstudy.geometry.specimens import endless_cell
 from knitstudy.geometry.spline import CatmullRom, Centreline
 from knitstudy.geometry.stitch_mesh import endless_cell_of_stitches
 from knitstudy.registry import Registry

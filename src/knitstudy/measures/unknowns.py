@@ -9,7 +9,8 @@ from math import nan
 import pandas as pd
 from numpy.polynomial import Polynomial
 
-from knitstudy.geometry.fabric import KNITS, Fabric
+from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.specimens import KNITS
 from knitstudy.measures.paper_values import number
 from knitstudy.mesh.mesher import slices_of
 from knitstudy.mesh.section import Section

@@ -230,3 +230,30 @@ def _between(low: tuple[float, float], high: tuple[float, float], first: bool) -
         edge = 0.1 if first else 0.25
         part = min(max(low[1] / (low[1] - high[1]), edge), 1 - edge)
     return low[0] + part * (high[0] - low[0])
+
+
+def extrapolated(
+    rates: tuple[Rate, ...],  # the last increments, newest first; as many as the polynomial's order
+    change: float,  # of the load factor
+) -> np.ndarray:
+    """Return the change (size,) of the unknowns that the polynomial through the last converged states foresees.
+
+    Examples
+    --------
+    >>> rates = Rate(0.1, np.array([2.0])), Rate(0.1, np.array([1.0]))
+    >>> extrapolated(rates, change=0.1).round(12).tolist()
+    [0.3]
+    """
+    # Newton's divided differences: rates are the first ones.
+    differences = [rate.step for rate in rates]
+    widths = [rate.increment for rate in rates]
+    guess, factor = change * differences[0], change
+    for order in range(1, len(rates)):
+        spans = [sum(widths[i : i + order + 1]) for i in range(len(rates) - order)]
+        differences = [
+            (newer - older) / span
+            for newer, older, span in zip(differences[:-1], differences[1:], spans, strict=True)
+        ]
+        factor *= change + sum(widths[:order])
+        guess += factor * differences[0]
+    return guess

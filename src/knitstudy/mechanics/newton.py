@@ -19,6 +19,7 @@ from knitstudy.mechanics.increment import (
     Rate,
     Settings,
     Trial,
+    extrapolated,
     line_search,
 )
 from knitstudy.mechanics.linear import LinearSolver, System
@@ -388,30 +389,3 @@ class Newton:
     def _require_finite(self, response: Response) -> None:
         if not np.all(np.isfinite(response.force)):
             raise NotConverged("the predicted state has folded elements or forces that are not finite")
-
-
-def extrapolated(
-    rates: tuple[Rate, ...],  # the last increments, newest first; as many as the polynomial's order
-    change: float,  # of the load factor
-) -> np.ndarray:
-    """Return the change (size,) of the unknowns that the polynomial through the last converged states foresees.
-
-    Examples
-    --------
-    >>> rates = Rate(0.1, np.array([2.0])), Rate(0.1, np.array([1.0]))
-    >>> extrapolated(rates, change=0.1).round(12).tolist()
-    [0.3]
-    """
-    # Newton's divided differences: rates are the first ones.
-    differences = [rate.step for rate in rates]
-    widths = [rate.increment for rate in rates]
-    guess, factor = change * differences[0], change
-    for order in range(1, len(rates)):
-        spans = [sum(widths[i : i + order + 1]) for i in range(len(rates) - order)]
-        differences = [
-            (newer - older) / span
-            for newer, older, span in zip(differences[:-1], differences[1:], spans, strict=True)
-        ]
-        factor *= change + sum(widths[:order])
-        guess += factor * differences[0]
-    return guess

@@ -13,13 +13,14 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.assembly import Assembly, PatternSum
+from knitstudy.mechanics.assembly import Assembly
 from knitstudy.mechanics.batches import SCRATCH, Reserve, share, threads
 from knitstudy.mechanics.contact.friction import ContactHistory, ContactPoints
 from knitstudy.mechanics.contact.interaction import Contact, ContactResponse
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.model import FADED, FreeBodies, Response, Stabilisation, summed
+from knitstudy.mechanics.pattern_sum import PatternSum
 
 # Cauchy stress, and the scalars that are drawn of it
 

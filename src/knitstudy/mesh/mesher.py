@@ -59,7 +59,7 @@ def mesh_fabric(
 
     Examples
     --------
-    >>> from knitstudy.geometry.fabric import yarn_pair
+    >>> from knitstudy.geometry.specimens import yarn_pair
     >>> pair = yarn_pair(radius=0.9e-3, angle=90, length=10e-3, clearance=0.0)
     >>> mesh_fabric(pair, size=0.5, growth=1.2, refinement=1.0).hexahedra.shape
     (798, 8)

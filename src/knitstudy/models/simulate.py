@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from knitstudy.geometry.fabric import Fabric, plain_knit
+from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.fabric_file import fabric_of
+from knitstudy.geometry.specimens import plain_knit
 from knitstudy.loading.gates import require_elements_across, require_fine_beams
 from knitstudy.loading.history import Meter
 from knitstudy.loading.run import IN_MEMORY, Run

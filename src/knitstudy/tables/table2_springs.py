@@ -12,7 +12,7 @@ import xarray as xr
 from knitstudy.errors import DataFileError
 from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, Datasets, Scenes, of_cases, several
 from knitstudy.measures.paper_values import number
-from knitstudy.models.joints import AXES, MAIN, MEASURES, NORMALS, springs
+from knitstudy.models.contact_springs import AXES, MAIN, MEASURES, NORMALS, springs
 from knitstudy.study.scene import Scene
 from knitstudy.tables.catalogue import TABLES
 

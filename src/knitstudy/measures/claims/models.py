@@ -29,7 +29,7 @@ from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.estimate import UNKNOWN, Estimate
 from knitstudy.measures.paper_values import REPORTED
 from knitstudy.measures.reference import transferred_uncertainty
-from knitstudy.models.joints import springs
+from knitstudy.models.contact_springs import springs
 
 SAME_SHAPE = 0.8  # Claim R2: least correlation of u_z
 NONE_AT_ALL = 0.01  # Claim R2: share of the reference's largest |u_z| that counts as no out-of-plane motion

@@ -15,7 +15,8 @@ from scipy.optimize import brentq
 from scipy.special import ellipk, elliprd
 
 from knitstudy.mechanics.contact.friction import Coulomb
-from knitstudy.mechanics.contact.patch_compliance import ACROSS, ALONG, far_compliance, patched_yarn
+from knitstudy.mechanics.contact.patch_compliance import ACROSS, ALONG
+from knitstudy.mechanics.contact.patched_yarn import far_compliance, patched_yarn
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import scipy.sparse.linalg as spla
 from scipy.linalg import cython_lapack
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.assembly import lacking
+from knitstudy.mechanics.pattern_sum import lacking
 
 NOWHERE = np.empty(0, dtype=np.int64)
 

@@ -16,11 +16,11 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import SuperLU
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.assembly import block_entries
 from knitstudy.mechanics.batches import share
 from knitstudy.mechanics.linear import System, factorise, factorise_band, solve_band
 from knitstudy.mechanics.linear.krylov import Rows
 from knitstudy.mechanics.model import rigid_motions
+from knitstudy.mechanics.pattern_sum import block_entries
 
 # Where the unknowns of a solid knit lie, and how it moves as a rigid body
 
