@@ -96,7 +96,7 @@ def test_a_table_that_is_no_fabric_is_refused(tmp_path, spoilt, message):
 
 
 PLUGIN = """
-from knitstudy.geometry.fabric import yarn_pair
+from knitstudy.geometry.specimens import yarn_pair
 from knitstudy.geometry.readers import READERS, Reader
 READERS.register(Reader(".pair", "radius of two yarns", lambda path: yarn_pair(float(path.read_text()), 90.0, 1e-2)))
 """
