@@ -14,9 +14,9 @@ from knitstudy.registry import load_plugins
 from knitstudy.stages.displays import Displays
 from knitstudy.stages.plan import Plan
 from knitstudy.study.configuration import load_scenes
-from knitstudy.study.problem_sections import STITCHES, wrong_stitches
 from knitstudy.study.scene import Scene
 from knitstudy.study.scene_type import INTERACTIONS, SPECIMENS
+from knitstudy.study.stitch_letters import STITCHES, wrong_stitches
 from knitstudy.tables.catalogue import TABLES
 
 TOY = """
@@ -125,7 +125,7 @@ def plugin(tmp_path, monkeypatch):
 LONG = """
 import numpy as np
 from knitstudy.geometry.stitch_mesh import loop
-from knitstudy.study.problem_sections import STITCHES, StitchKind
+from knitstudy.study.stitch_letters import STITCHES, StitchKind
 
 
 def long(drawing, stitch):

@@ -10,7 +10,7 @@ from knitstudy.geometry.fabric_file import fabric_dataset, fabric_of
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.geometry.stitch_mesh import endless_cell_of_stitches, stitches_of
 from knitstudy.geometry.stitches import sides
-from knitstudy.study.problem_sections import size_of_repeat
+from knitstudy.study.stitch_letters import size_of_repeat
 
 COURSE, WALE, DIAMETER = 2.2e-3, 3.3e-3, 0.44e-3
 HALF_CARDIGAN, FLOATS, CROSS_TUCK = ("KP", "KT"), ("K-", "-K"), ("KT", "TK")

@@ -29,8 +29,8 @@ from knitstudy.geometry.optimise import CONTACT_TOLERANCE, Optimum, optimise
 from knitstudy.geometry.specimens import KNITS, plain_knit, yarn_pair
 from knitstudy.geometry.stitch_mesh import endless_cell_of_stitches
 from knitstudy.geometry.stitches import PLAIN, images_of_standard
-from knitstudy.study.problem_sections import is_plain
 from knitstudy.study.scene import Scene
+from knitstudy.study.stitch_letters import is_plain
 
 LENGTH_TOLERANCE = 1e-4  # relative error of the length that is kept
 MOST_OPTIMISATIONS = 6  # in the search of the wale spacing that keeps the length; three are usual

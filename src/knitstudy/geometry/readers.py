@@ -22,7 +22,7 @@ from knitstudy.geometry.spline import CatmullRom, Centreline
 from knitstudy.geometry.stitch_mesh import endless_cell_of_stitches
 from knitstudy.registry import Registry
 from knitstudy.study.knitout import repeat_of, spacing_of
-from knitstudy.study.problem_sections import is_plain, size_of_repeat
+from knitstudy.study.stitch_letters import is_plain, size_of_repeat
 
 COLUMNS = ("yarn", "x [m]", "y [m]", "z [m]", "radius [m]")
 """Columns of a table of centrelines: points of a yarn follow each other, and all yarns have one radius."""

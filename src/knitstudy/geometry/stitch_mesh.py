@@ -23,7 +23,7 @@ from knitstudy.geometry.drawn_loop import LoopTarget
 from knitstudy.geometry.fabric import Fabric, of_curves
 from knitstudy.geometry.specimens import rows_of_repeat
 from knitstudy.geometry.spline import CatmullRom
-from knitstudy.study.problem_sections import MARKS, STITCHES, idle_needle, knits, stitches_of_row
+from knitstudy.study.stitch_letters import MARKS, STITCHES, idle_needle, knits, stitches_of_row
 
 BEHIND, NARROWER = 0.4, 0.1
 """How far a head lies behind the one before it in a stack, over the diameter and the depth of the drawing, and how much

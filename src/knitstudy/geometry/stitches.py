@@ -13,7 +13,7 @@ from itertools import product
 import numpy as np
 
 from knitstudy.errors import GeometryError
-from knitstudy.study.problem_sections import is_plain, wrong_stitches
+from knitstudy.study.stitch_letters import is_plain, wrong_stitches
 
 KNIT, PURL = "K", "P"
 PLAIN = (KNIT,)

@@ -18,7 +18,7 @@ import numpy as np
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.study.knitout import repeat_of
-from knitstudy.study.problem_sections import size_of_repeat
+from knitstudy.study.stitch_letters import size_of_repeat
 from knitstudy.study.yarns import KEYS, OF, read_yarn
 
 log = logging.getLogger(__name__)

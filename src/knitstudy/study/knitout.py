@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.problem_sections import MARKS
+from knitstudy.study.stitch_letters import MARKS
 
 INCH = 25.4e-3  # [m]
 BINDING = 2  # Loops of a pass that binds off, at most

@@ -20,8 +20,8 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.study.alternative_keys import in_base_keys, without_yarn
 from knitstudy.study.keys import Section, describe, lists, tuples, validated
-from knitstudy.study.problem_sections import is_plain, size_of_repeat
 from knitstudy.study.scene_type import Kind, Labels, all_sections, labels_of, not_of_kind, unknown_key
+from knitstudy.study.stitch_letters import is_plain, size_of_repeat
 from knitstudy.study.yarns import OF
 
 SOLID = ("hexahedra", "spline_yarns")  # Fidelities whose material may have an axis
