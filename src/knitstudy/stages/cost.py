@@ -27,7 +27,7 @@ of 3 x 3 to 30 x 30."""
 FOLLOWED = 300e6  # Bytes of pairs of points that polynomials in contact follow, whatever the size of the knit
 LARGE, BYTES_OF_LARGE = 60e3, 7.3e3
 """Unknowns of the largest knits that the most was measured on, and bytes that polynomials in contact take beyond them:
-30 x 30 cells took a seventh less than the law."""
+30 x 30 cells took a tenth less than the law."""
 
 SECONDS_AN_UNKNOWN = {
     "one_point": {False: 0.22e-3, True: 1.1e-3},
