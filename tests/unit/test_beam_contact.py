@@ -24,7 +24,7 @@ LAWS = [Power(3.0), hertz(1.3e9, 0.42, 0.9e-3), CrossedCylinders.of(1.3e9, 0.42,
 
 @pytest.mark.parametrize("stretch", [1.5, 0.9])
 def test_pairs_of_a_stretched_knit_need_no_new_search(stretch, monkeypatch):
-    """Its points move by many reaches, but pairs come nearer by the affine motion and little else."""
+    """Points move by many reaches. The affine motion of the knit explains nearly all of that."""
     rng = np.random.default_rng(2)
     position = rng.uniform(0, 30, size=(600, 3))
     count = np.arange(600)

@@ -117,7 +117,7 @@ def test_your_own_jersey(fresh, tmp_path):
 
 
 def test_site(tmp_path):
-    """`make docs` builds the site without warnings; a docstring with a broken section would cause one."""
+    """`make docs` builds the site without a warning. A docstring whose section is broken would cause a warning."""
     build = ["-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path)]
     environment = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
     ended = subprocess.run(
