@@ -6,10 +6,11 @@ import pytest
 from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.geometry.lay_out import lay_out
 from knitstudy.loading.history import load_path
+from knitstudy.loading.run import silent
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
-from knitstudy.models.beams_in_contact import beam_knit
+from knitstudy.models.beams_in_contact import beam_knit, build
 from knitstudy.models.network_3d import grips, tension
 from knitstudy.study.configuration import load_scene
 
@@ -61,3 +62,15 @@ def test_every_yarn_is_in_balance(scenes, loop_knit, direction, strain, keys, ve
         np.abs(rest).max() / level,
         1e-6,
     )
+
+
+def test_loops_that_hang_loose_close_in_one_increment(verify):
+    """36 cut cells in wale tension begin with an even stretch; the tangent at rest asked for 56 iterations."""
+    scene = load_scene("domain-beams-isotropic-course-10x10")
+    scene = scene.vary({"load.direction": "wale", "pattern.loops": 6, "pattern.rows": 6})
+    problem = build(scene, fabric_of(lay_out(scene)))
+    parts = problem.model, problem.prescribed, problem.settings, problem.solver
+    path = trace(*parts, guide=problem.guide(silent))
+    first = next(increment for increment in path if increment.load > 0)
+    assert first.load == pytest.approx(1 / scene.solver.increments)
+    verify.at_most("6 x 6 loose loops in wale tension: Newton iterations", first.newton_iterations, 20)

@@ -16,6 +16,8 @@ from knitstudy.mechanics.model import Response
 # Phases of a Newton iteration whose time is recorded; line searches count as elements and assembly.
 PHASES = ("elements", "assembly", "constraints", "setup", "solve")
 
+FLAT = 1e-6  # extent of the prescribed nodes along an axis, over the largest, below which they have none
+
 
 @dataclass(frozen=True, eq=False)
 class PrescribedDisplacement:
@@ -63,6 +65,27 @@ class PrescribedDisplacement:
     def at(self, load: float) -> np.ndarray:
         """Return the prescribed changes (k,) at a load factor."""
         return between_corners(np.atleast_2d(self.value), self.corners, load)
+
+    def affine(self, nodes: np.ndarray, block: int, load: float) -> np.ndarray:
+        """Return the motion (N block,) of nodes (N, 3) [m] as a whole that comes nearest to what is prescribed of it.
+
+        The motion is an affine map. Of the unknowns of a node, the first three are its displacement.
+
+        Examples
+        --------
+        >>> nodes, ends = np.outer([0.0, 1.0, 4.0], [1.0, 0.0, 0.0]), np.array([0, 6])
+        >>> PrescribedDisplacement(ends, np.array([0.0, 0.2])).affine(nodes, 3, load=1.0).round(6).tolist()
+        [0.0, 0.0, 0.0, 0.05, 0.0, 0.0, 0.2, 0.0, 0.0]
+        """
+        motion, moved = np.zeros((len(nodes), block)), self.at(load)
+        node, component = np.divmod(self.fixed, block)
+        for axis in range(3):
+            here = np.flatnonzero(component == axis)
+            if len(here):
+                middle, mean = nodes[node[here]].mean(axis=0), moved[here].mean()
+                gradient = np.linalg.lstsq(nodes[node[here]] - middle, moved[here] - mean, rcond=FLAT)[0]
+                motion[:, axis] = mean + (nodes - middle) @ gradient
+        return motion.ravel()
 
     def next_stop(self, load: float) -> float:
         """Return the next load factor at which an increment has to end."""

@@ -75,7 +75,8 @@ class BeamGuide:
         self._loads, loads, ways = [0.0], [], []
         try:
             problem = beams_in_contact.build(self.scene, self._fabric)
-            for increment in trace(problem.model, problem.prescribed, problem.settings, problem.solver):
+            parts = problem.model, problem.prescribed, problem.settings, problem.solver
+            for increment in trace(*parts, guide=problem.guide(self._report)):
                 places = problem.model.contact.places(increment.state)
                 moved = places.position - problem.stations.position
                 self._report(begun, f"beams go first: load factor {increment.load:.3g}")

@@ -7,7 +7,7 @@ solid yarns.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -117,6 +117,14 @@ def beam_contact(
     return BeamContact(line, points, *carriers, crossings.yarn, crossings.arc_length)
 
 
+def even_stretch(problem: Problem, load: float, target: float) -> np.ndarray | None:
+    """Return the affine motion (size,) of a knit up to a load factor, for the first increment; None for later ones.
+
+    Loops hang loose before they touch: the tangent at rest would take them through each other.
+    """
+    return problem.prescribed.affine(problem.model.nodes, problem.model.block, target) if load == 0 else None
+
+
 def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Problem:
     """Return a scene with beams in contact as a problem; a cell of an endless fabric may begin with a shape at rest.
 
@@ -127,7 +135,7 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
         return endless_beams.build(scene, fabric, rest)
     beams = beam_knit(scene, fabric)
     line = beams.model.contact.line
-    return loaded(
+    problem = loaded(
         scene,
         fabric,
         beams.network,
@@ -147,3 +155,4 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
             "contact_points": len(line.yarn),
         },
     )
+    return replace(problem, guide=lambda report: partial(even_stretch, problem))
