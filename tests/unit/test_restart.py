@@ -63,6 +63,24 @@ def test_a_restart_gives_back_increment_and_history(saved):
     np.testing.assert_allclose(fresh.to_dataset()["energy"].sel(form="external"), [0, 0.25, 1.0, 2.25])
 
 
+def test_a_restart_counts_what_the_run_has_taken_before(tmp_path):
+    file, record, fresh = Checkpoint(tmp_path / "a.npz", "key", State), recorder(), recorder()
+    taken = {
+        "wall_seconds": 100.0,
+        "processor_seconds": 150.0,
+        "memory_growth": 10**14,
+        "memory_peak": 10**15,
+    }
+    record.meter.go_on(taken)
+    record.add(increment(0, 0.0), STILL)
+    file.save(increment(0, 0.0), record)
+    file.load(fresh)
+    both = fresh.meter.read()
+    assert 100 < both["wall_seconds"] < 140
+    assert 150 < both["processor_seconds"] < 190
+    assert (both["memory_growth"], both["memory_peak"]) == (10**14, 10**15)
+
+
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
 def test_a_damaged_file_is_refused(saved, share):
     file, _ = saved

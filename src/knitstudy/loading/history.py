@@ -107,26 +107,39 @@ class Meter:
             self.has_own_peak = _peak_since() > 0
         except OSError:
             self.has_own_peak = False
-        self._started = time.perf_counter()
-        self._paused = 0.0
+        self._started, self._most = _times(), (0, 0)
 
     @contextmanager
     def paused(self) -> Iterator[None]:
         """Leave out the time that a block takes."""
-        started = time.perf_counter()
+        started = _times()
         try:
             yield
         finally:
-            self._paused += time.perf_counter() - started
+            self._started += _times() - started
+
+    def go_on(self, earlier: Mapping[str, float]) -> None:
+        """Count what an earlier process has taken for the same run, as it has read it."""
+        self._started -= earlier["wall_seconds"], earlier["processor_seconds"]
+        self._most = earlier["memory_growth"], earlier["memory_peak"]
 
     def read(self) -> dict[str, float]:
-        """Return wall time [s], largest growth of memory so far and peak of the process [bytes], as of a history."""
-        seconds = time.perf_counter() - self._started - self._paused
+        """Return the costs of a run so far, as attributes of a history.
+
+        They are time by the clock and of all processors [s], the largest growth of memory, and the peak of the process
+        [bytes].
+        """
+        wall, processor = (_times() - self._started).tolist()
         highest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         highest *= 1 if sys.platform == "darwin" else 1024
         peak = _peak_since() if self.has_own_peak else highest
-        growth = max(0, peak - self._before)
-        return {"wall_seconds": seconds, "memory_growth": growth, "memory_peak": highest}
+        growth, highest = np.maximum(self._most, (peak - self._before, highest)).tolist()
+        times = {"wall_seconds": wall, "processor_seconds": processor}
+        return times | {"memory_growth": growth, "memory_peak": highest}
+
+
+def _times() -> np.ndarray:
+    return np.array([time.perf_counter(), time.process_time()])
 
 
 def _peak_since() -> int:

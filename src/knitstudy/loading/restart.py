@@ -53,7 +53,7 @@ class Checkpoint:
             "updates": np.array(increment.updates),
             "force": increment.response.force,
             "mean_force": increment.response.mean_force,
-        }
+        } | {f"meter.{name}": value for name, value in recorder.meter.read().items()}
         with replacing(self.path) as temporary, open(temporary, "wb") as file:
             np.savez(file, **scalars, **state, **rates, **columns)
 
@@ -84,6 +84,7 @@ class Checkpoint:
                 recorder.columns[name.removeprefix("column.")] = list(values)
             if name.startswith("flat."):
                 recorder.flat[name.removeprefix("flat.")] = np.split(values, data["flat_ends"][:-1])
+        recorder.meter.go_on({name[6:]: data[name].item() for name in data if name.startswith("meter.")})
         since, failed, tried = data["headway"].tolist()
         rates = (Rate(float(size), data[f"rate.{i}"]) for i, size in enumerate(data["rate_sizes"]))
         return Increment(

@@ -77,12 +77,16 @@ class Stage:
         return "{knit}" if "{knit}" in self.path_pattern else "{scene}"
 
     def make(self, scene: Scene, **needed: Any) -> xr.Dataset:
-        """Return its result as a dataset, with the processor time of all threads; refuse an incomplete history."""
+        """Return its result as a dataset, with the processor time of all threads; refuse an incomplete history.
+
+        A long stage, which may go on from a restart file, counts its own time.
+        """
         started = time.process_time()
         dataset = self.function(scene, **needed)
         if fault := fault_of(dataset):
             raise DataFileError(f"the {self.name} of {scene.name} {fault}: it is not written")
-        return dataset.assign_attrs(processor_seconds=time.process_time() - started)
+        seconds = time.process_time() - started
+        return dataset if self.long else dataset.assign_attrs(processor_seconds=seconds)
 
     def require_machine(self, scene: Scene) -> None:
         """Refuse a scene that is expected to take more memory than the machine has."""
