@@ -32,7 +32,16 @@ SMALLEST = np.radians(5.0)
 
 
 def contacts(scene: Scene, geometry: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
-    """Return the contacts of a scene from its geometry and its history; see `extract`."""
+    """Return the contacts of a scene from its geometry and its history; see `extract`.
+
+    Examples
+    --------
+    >>> from knitstudy import load_scene, simulate
+    >>> cell = {"pattern.loops": 1, "pattern.rows": 1, "solver.increments": 1}
+    >>> knit = simulate(load_scene("yarns-tie-course").vary(cell))
+    >>> contacts(knit.scene, knit.geometry, knit.history)["force"][-1, 0].values.round(2)  # [N]
+    array([-1.39, -0.02,  0.01])
+    """
     return extract(fabric_of(geometry), history)
 
 

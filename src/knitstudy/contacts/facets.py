@@ -33,6 +33,12 @@ def count_zones(place: np.ndarray, cell: np.ndarray, around: int, places: int) -
         Layer along the yarn and facet around it of every touching point; one facet may be there several times.
     around : int
         Facets around a yarn: the last one is followed by the first.
+
+    Examples
+    --------
+    >>> cell = np.array([[0, 0], [1, 11], [5, 6]])  # the first two meet at a corner
+    >>> count_zones(np.zeros(3, dtype=int), cell, around=12, places=1).tolist()
+    [2]
     """
     if not len(place):
         return np.zeros(places, dtype=np.int64)

@@ -153,6 +153,13 @@ def twist(rotation: np.ndarray, axis: np.ndarray) -> np.ndarray:
 
     A rotation is a turn about the axis, and then the shortest way to where it takes the axis (swing and twist). With
     a unit quaternion (w, v) the angle is 2 atan(v . axis / w).
+
+    Examples
+    --------
+    >>> from knitstudy.mechanics.rotation import exp
+    >>> turn = exp(np.array([[0.0, 0.0, 0.3]]))
+    >>> twist(turn, np.array([[0.0, 0.0, 1.0]])).round(6).tolist()
+    [0.3]
     """
     skew = rotation - rotation.swapaxes(-1, -2)
     vector = np.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1)  # 4 w v

@@ -44,7 +44,13 @@ class Segments:
 
 
 def centre(place: np.ndarray) -> int:
-    """Return the row, or column, in the middle of those (k,) that count from 0."""
+    """Return the row, or column, in the middle of those (k,) that count from 0.
+
+    Examples
+    --------
+    >>> centre(np.array([0, 1, 2]))
+    1
+    """
     return (int(place.max()) + 1) // 2
 
 

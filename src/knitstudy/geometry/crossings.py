@@ -175,6 +175,12 @@ def plane_crossings(
         Parameters and samples.
     apart : int, optional
         Where both are the same line: how many segments the two that cross are apart at least, the second one ahead.
+
+    Examples
+    --------
+    >>> along, up = np.array([[0.0, 1.0], [4.0, 1.0]]), np.array([[1.0, 0.0], [1.0, 4.0]])
+    >>> plane_crossings((np.array([0.0, 1.0]), along), (np.array([0.0, 1.0]), up)).tolist()
+    [[0.25, 0.25]]
     """
     # Imported here: a fabric that is read from a file has its crossings, and needs no tree.
     from scipy.spatial import cKDTree

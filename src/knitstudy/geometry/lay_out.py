@@ -51,6 +51,13 @@ def lay_out(scene: Scene) -> xr.Dataset:
     ------
     GeometryError
         When no valid knit comes out.
+
+    Examples
+    --------
+    >>> from knitstudy import load_scene
+    >>> knit = lay_out(load_scene("yarns-tie-course"))
+    >>> knit.sizes["fabric_yarn"], knit.sizes["crossing"]
+    (9, 36)
     """
     if scene.specimen == "pair":
         pair = scene.pair
@@ -84,7 +91,14 @@ def initial_loop(scene: Scene) -> Loop:
 
 
 def drawn_radius(scene: Scene) -> float:
-    """Return the radius that loops are drawn for [m]."""
+    """Return the radius that loops are drawn for [m].
+
+    Examples
+    --------
+    >>> from knitstudy import load_scene
+    >>> drawn_radius(load_scene("yarns-tie-course"))
+    0.0009
+    """
     return 0.5 * scene.yarn.diameter * (scene.value("geometry.diameter_share") or 1.0)
 
 
@@ -98,7 +112,15 @@ def _target(scene: Scene) -> LoopTarget:
 
 
 def loop_of(scene: Scene) -> tuple[Loop, Loop, Optimum]:
-    """Return the loop of a scene as it is drawn, the optimised loop, and the outcome of the optimisation."""
+    """Return the loop of a scene as it is drawn, the optimised loop, and the outcome of the optimisation.
+
+    Examples
+    --------
+    >>> from knitstudy import load_scene
+    >>> drawn, optimised, _ = loop_of(load_scene("yarns-tie-course"))
+    >>> round(1e3 * drawn.length, 1), round(1e3 * optimised.length, 1)  # of yarn [mm]
+    (54.9, 55.5)
+    """
     if scene.pattern.control_points is None:
         return fitted_loop(_target(scene), scene.geometry)
     stitches = scene.pattern.stitches

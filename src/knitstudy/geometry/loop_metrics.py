@@ -72,7 +72,15 @@ def loop_metrics(loop: Loop) -> LoopMetrics:
 
 
 def honeycomb_angles(contact: np.ndarray, rise: float) -> tuple[float, float]:
-    """Return the angles to x [deg] of the segments of Fig. 4 (interlock, leg), from the contact points (4, 3)."""
+    """Return the angles to x [deg] of the segments of Fig. 4 (interlock, leg), from the contact points (4, 3).
+
+    Examples
+    --------
+    >>> contact = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [1.0, 1.0, 0.0], [3.0, 1.0, 0.0]])
+    >>> interlock, leg = honeycomb_angles(contact, rise=2.0)
+    >>> round(interlock), round(leg)
+    (45, 45)
+    """
     interlock = contact[2, :2] - contact[0, :2]
     leg = contact[0, :2] + [0.0, rise] - contact[2, :2]
     return tuple(float(np.degrees(np.arctan2(abs(y), abs(x)))) for x, y in (interlock, leg))

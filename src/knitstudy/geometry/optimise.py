@@ -241,7 +241,13 @@ def optimise(loop: Loop, settings: Any) -> tuple[Loop, Optimum]:
 
 
 def free_components(free: Sequence[str], count: int) -> np.ndarray:
-    """Return which components (count, 3) may move, from one text of the letters x, y and z a control point."""
+    """Return which components (count, 3) may move, from one text of the letters x, y and z a control point.
+
+    Examples
+    --------
+    >>> free_components(["xz", ""], count=2).tolist()
+    [[True, False, True], [False, False, False]]
+    """
     if len(free) != count or not all(set(names) <= set("xyz") for names in free):
         raise GeometryError(
             f"geometry.free = {list(free)}: allowed is one entry for each of the {count} control points, "

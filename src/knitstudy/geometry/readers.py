@@ -57,7 +57,13 @@ def read_fabric(path: Path | str) -> Fabric:
 
 
 def centreline(points: np.ndarray) -> Centreline:
-    """Return the centreline of a yarn from its first to its last point (n, 3) [m]: a Catmull-Rom curve."""
+    """Return the centreline of a yarn from its first to its last point (n, 3) [m]: a Catmull-Rom curve.
+
+    Examples
+    --------
+    >>> float(round(centreline(np.outer([0.0, 1.0, 3.0], [1.0, 0.0, 0.0])).length, 6))
+    3.0
+    """
     ends = 2 * points[[0, -1]] - points[[1, -2]]  # beyond the ends, where the curve goes straight on
     every = np.concatenate([ends[:1], points, ends[1:]])
     whole = Centreline(CatmullRom(every[:-1], every[-1] - every[0]), 1)

@@ -178,7 +178,14 @@ def require_integrated_contact(scene: Scene) -> None:
 
 
 def loosened(scene: Scene) -> str:
-    """Return in words the gates that a scene opens wider than they are by default, "" if there are none."""
+    """Return in words the gates that a scene opens wider than they are by default, "" if there are none.
+
+    Examples
+    --------
+    >>> from knitstudy import load_scene
+    >>> loosened(load_scene("yarns-tie-course").vary({"gates.ledger": 0.2}))
+    'gates.ledger 0.2 instead of 0.05'
+    """
     limits = []
     for name, field in type(scene.gates).model_fields.items():
         value, usual = getattr(scene.gates, name), field.default
@@ -360,7 +367,14 @@ def require_known_contact(
 
 
 def fewest_across(scene: Scene) -> float:
-    """Return how many hexahedra a yarn needs across by default."""
+    """Return how many hexahedra a yarn needs across by default.
+
+    Examples
+    --------
+    >>> from knitstudy import load_scene
+    >>> fewest_across(load_scene("dns-tie-course"))
+    3.0
+    """
     return max(ELEMENTS_ACROSS["knit"], ELEMENTS_ACROSS.get(scene.specimen, 0.0) / scene.mesh.refinement)
 
 

@@ -79,7 +79,14 @@ def cell_path(
 
 
 def place_on_path(load: Tension | PairPath, factor: float) -> str:
-    """Return where a load factor is on the load path, in words: a knit's strain, the leg of a pair's path."""
+    """Return where a load factor is on the load path, in words: a knit's strain, the leg of a pair's path.
+
+    Examples
+    --------
+    >>> from knitstudy import load_scene
+    >>> place_on_path(load_scene("yarns-tie-course").load, factor=0.5)
+    'strain 2.50%'
+    """
     if isinstance(load, CellStrain) and load.turns:
         motion, _ = cell_path(load, np.ones(3))
         leg = int(np.searchsorted(motion.corners, factor - 1e-9)) + 1

@@ -146,6 +146,14 @@ def mesh(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
     """Return the mesh of a scene, from its geometry; both in the formats of docs/reference/files.md.
 
     Yarns without elements across are sampled instead.
+
+    Examples
+    --------
+    >>> from knitstudy import load_scene
+    >>> from knitstudy.geometry.lay_out import lay_out
+    >>> pair = load_scene("pair-slid-90")
+    >>> mesh(pair, lay_out(pair)).sizes["element"]
+    2990
     """
     fabric = fabric_of(geometry)
     swept = sampled_sections(fabric) if scene.value("mesh.size") is None else mesh_scene(scene, fabric)

@@ -72,7 +72,14 @@ UNIFORM = Grading()  # no refinement anywhere
 
 
 def drawn(points: np.ndarray, pull: np.ndarray) -> np.ndarray:
-    """Return points (k, q, 2) of sections: points (q, 2) in the circle of the outermost ones, drawn by pull (k, 2)."""
+    """Return points (k, q, 2) of sections: points (q, 2) in the circle of the outermost ones, drawn by pull (k, 2).
+
+    Examples
+    --------
+    >>> section = np.array([[0.0, 0.0], [1.0, 0.0]])
+    >>> drawn(section, np.array([[0.5, 0.0]])).tolist()  # the middle moves, the edge stays
+    [[[0.5, 0.0], [1.0, 0.0]]]
+    """
     radius = np.linalg.norm(points, axis=-1).max()
     z, a = (points @ [1, 1j])[None] / radius, (pull @ [1, 1j])[:, None]
     image = radius * (z + a) / (1 + a.conj() * z)
@@ -88,7 +95,14 @@ def shrinkage(points: np.ndarray, pull: np.ndarray) -> np.ndarray:
 
 
 def drawn_angles(angles: np.ndarray, pull: np.ndarray) -> np.ndarray:
-    """Return angles (k, a) on the circle, in rad and increasing: angles (a,) of the section, drawn by pull (k, 2)."""
+    """Return angles (k, a) on the circle, in rad and increasing: angles (a,) of the section, drawn by pull (k, 2).
+
+    Examples
+    --------
+    >>> quarter = np.array([0.0, 0.5 * np.pi, np.pi])
+    >>> drawn_angles(quarter, np.array([[0.5, 0.0]])).round(3).tolist()
+    [[0.0, 0.644, 3.142]]
+    """
     z, a = np.exp(1j * angles), (pull @ [1, 1j])[:, None]
     return angles - 2 * np.angle(1 + a.conj() * z)  # |z| = 1: z + a = z conj(1 + conj(a) z)
 

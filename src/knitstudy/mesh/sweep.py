@@ -35,6 +35,12 @@ def rotation_minimising(position: np.ndarray, tangent: np.ndarray) -> np.ndarray
     Every frame is the one before it, mirrored first at the plane that halves the chord and then at the plane
     that brings the tangent into place: fourth order in the distance of the points (Wang, Juettler, Zheng and
     Liu 2008, "Computation of rotation minimizing frames", ACM Transactions on Graphics 27(1), algorithm 1).
+
+    Examples
+    --------
+    >>> x = np.array([1.0, 0.0, 0.0])
+    >>> rotation_minimising(np.outer([0.0, 1.0], x), np.array([x, x]))[1].tolist()
+    [[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]
     """
     chord = np.diff(position, axis=0)
     first = _reflection(chord)
@@ -107,7 +113,13 @@ def roll_towards(
 
 
 def rolled(frames: np.ndarray, roll: np.ndarray) -> np.ndarray:
-    """Frames (S, 3, 3), rows d1, d2, tangent, turned about the tangent by ``roll`` (S,) in rad."""
+    """Frames (S, 3, 3), rows d1, d2, tangent, turned about the tangent by ``roll`` (S,) in rad.
+
+    Examples
+    --------
+    >>> rolled(np.eye(3)[None], np.array([0.5 * np.pi])).round(12)[0, 0].tolist()
+    [0.0, 1.0, 0.0]
+    """
     d1, d2, tangent = np.moveaxis(frames, 1, 0)
     cosine, sine = np.cos(roll)[:, None], np.sin(roll)[:, None]
     return np.stack([cosine * d1 + sine * d2, cosine * d2 - sine * d1, tangent], axis=1)
@@ -345,5 +357,11 @@ def sweep(
 
 
 def tube(centres: np.ndarray, frames: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return points (S, k, 3) at places (S, k, 2) [m] of cross-sections."""
+    """Return points (S, k, 3) at places (S, k, 2) [m] of cross-sections.
+
+    Examples
+    --------
+    >>> tube(np.array([[5.0, 0.0, 0.0]]), np.eye(3)[None], np.array([[[1.0, 2.0]]])).tolist()
+    [[[6.0, 2.0, 0.0]]]
+    """
     return centres[:, None] + np.einsum("skd,sdi->ski", places, frames[:, :2])

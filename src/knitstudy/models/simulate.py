@@ -70,7 +70,16 @@ def require_resolution(scene: Scene, fabric: Fabric) -> str:
 
 
 def solve(scene: Scene, fabric: Fabric, run: Run = IN_MEMORY, **data: Any) -> xr.Dataset:
-    """Return the history of a scene; arguments and errors as of `build` and `solve_load_path`."""
+    """Return the history of a scene; arguments and errors as of `build` and `solve_load_path`.
+
+    Examples
+    --------
+    >>> from knitstudy import load_scene
+    >>> from knitstudy.geometry.lay_out import lay_out
+    >>> scene = load_scene("rom2d-tie-course")
+    >>> solve(scene, fabric_of(lay_out(scene)))["force"][-1].round(1).item()  # [N]
+    78.0
+    """
     return solve_load_path(build(scene, fabric, **data), run)
 
 
@@ -89,6 +98,15 @@ def simulate(
     Solid yarns have a mesh, cells that start from it a shape at rest. Contacts, springs and stresses come from the
     simulations that ``rom.contacts_from``, ``rom.springs_from`` and ``rom.stress_from`` name. Raises as `build` and
     `solve_load_path`.
+
+    Examples
+    --------
+    >>> from knitstudy import load_scene
+    >>> from knitstudy.geometry.lay_out import lay_out
+    >>> scene = load_scene("rom3d-tie-course").vary({"load.strain": 0.01})
+    >>> history = simulate(scene, lay_out(scene))
+    >>> history["strain"][-1].item(), history["force"][-1].round(1).item()  # [N]
+    (0.01, 5.6)
     """
     swept = None if mesh is None else SweptMesh.from_dataset(mesh)
     data = {"mesh": swept, "contacts": contacts, "springs": springs, "stresses": stresses, "rest": rest}

@@ -50,6 +50,12 @@ def jacobians(corners: np.ndarray, gradient: np.ndarray) -> tuple[np.ndarray, np
     """Return determinant (e,) and spatial gradients (e, 8, 3) of elements (e, 8, 3) at one point.
 
     Raises MeshError if an element is folded there.
+
+    Examples
+    --------
+    >>> corners = np.array([[x, y, z] for z in (0, 2) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))], dtype=float)
+    >>> jacobians(corners[None], shape_gradient(np.zeros((1, 3)))[0])[0].tolist()  # volume 2 over that of (-1, 1)^3
+    [0.25]
     """
     jacobian = np.swapaxes(corners, 1, 2) @ gradient  # dX_i / dxi_j
     size = determinant(jacobian)
