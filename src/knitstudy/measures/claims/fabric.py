@@ -93,7 +93,8 @@ def judge_contact_memory(evidence: Evidence) -> Judgement:
                 f"exponent of {cells} cells in a row", f"{exponent}", f"{wanted:.2f}; of 3 and 6: {near:.2f}"
             ),
         ),
-        "extrapolated by the exponent",
+        "extrapolated by the exponent; memory scatters by a fifth from run to run (docs/notes/performance.md): "
+        "repeated runs, or knits of 8 x 8 cells and more, decide",
     )
 
 
