@@ -126,15 +126,14 @@ class Meter:
             self._started += _times() - started
 
     def go_on(self, earlier: Mapping[str, float]) -> None:
-        """Count what an earlier process has taken for the same run, as it has read it."""
+        """Count the costs of the earlier processes of the same run too, as `read` returned them."""
         self._started -= earlier["wall_seconds"], earlier["processor_seconds"]
         self._most = earlier["memory_growth"], earlier["memory_peak"]
 
     def read(self) -> dict[str, float]:
         """Return the costs of a run so far, as attributes of a history.
 
-        They are time by the clock and of all processors [s], the largest growth of memory, and the peak of the process
-        [bytes].
+        Times by the clock and of all processors are in seconds, the growth and the peak of memory in bytes.
         """
         wall, processor = (_times() - self._started).tolist()
         highest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

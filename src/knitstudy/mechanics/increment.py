@@ -16,7 +16,7 @@ from knitstudy.mechanics.model import Response
 # Phases of a Newton iteration whose time is recorded; line searches count as elements and assembly.
 PHASES = ("elements", "assembly", "constraints", "setup", "solve")
 
-FLAT = 1e-6  # extent of the prescribed nodes along an axis, over the largest, below which they have none
+FLAT = 1e-6  # extent of the prescribed nodes in a direction, over the largest, up to which it counts as zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,9 +67,9 @@ class PrescribedDisplacement:
         return between_corners(np.atleast_2d(self.value), self.corners, load)
 
     def affine(self, nodes: np.ndarray, block: int, load: float) -> np.ndarray:
-        """Return the motion (N block,) of nodes (N, 3) [m] as a whole that comes nearest to what is prescribed of it.
+        """Return the affine motion (N block,) of all nodes (N, 3) [m] that fits the prescribed displacements best.
 
-        The motion is an affine map. Of the unknowns of a node, the first three are its displacement.
+        Of the unknowns of a node, the first three are its displacement; the others stay zero.
 
         Examples
         --------

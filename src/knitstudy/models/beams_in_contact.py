@@ -118,9 +118,10 @@ def beam_contact(
 
 
 def even_stretch(problem: Problem, load: float, target: float) -> np.ndarray | None:
-    """Return the affine motion (size,) of a knit up to a load factor, for the first increment; None for later ones.
+    """Return the first guess (size,) of the first increment, which ends at a load factor `target`; None for later ones.
 
-    Loops hang loose before they touch: the tangent at rest would take them through each other.
+    The knit as a whole is stretched evenly. Loops hang loose before they touch: the tangent at rest would take them
+    through each other.
     """
     return problem.prescribed.affine(problem.model.nodes, problem.model.block, target) if load == 0 else None
 
