@@ -9,6 +9,7 @@ import pytest
 import scipy.sparse as sp
 
 from knitstudy.errors import ConfigurationError, ConvergenceError
+from knitstudy.mechanics import guided
 from knitstudy.mechanics.increment import (
     TRIALS,
     PrescribedDisplacement,
@@ -210,6 +211,33 @@ def test_a_guide_begins_increments_where_another_model_ends_them():
     for load, each in alone.items():
         np.testing.assert_allclose(led[load].state.x, each.state.x, atol=1e-9)
         np.testing.assert_allclose(half[load].state.x, each.state.x, atol=1e-6)
+
+
+@pytest.mark.parametrize("hold", [1e-2, 1.0])
+def test_springs_hold_the_first_guess_of_a_guide_and_none_is_left(hold, monkeypatch):
+    """The first iteration stays nearer to the guess; the state in the end is balanced without springs."""
+    monkeypatch.setattr(guided, "CLOSED", 1e-3)
+    guess = np.array([0.0, 0.5, 1.5, 3.0])
+    law = lambda e: np.array([1.0, 4.0, 16.0]) * e, lambda e: np.array([1.0, 4.0, 16.0])
+    chain, seen = Chain(4, *law), []
+
+    class Watched(LU):
+        def solve(self, rhs, tolerance):
+            solution = super().solve(rhs, tolerance)
+            seen.append(np.abs(solution.x).max())
+            return solution
+
+    def end(hold):
+        seen.clear()
+        settings = Settings(increments=1, hold=hold)
+        *_, last = trace(chain, PULL, settings, Watched(), guide=lambda load, target: guess.copy())
+        return last, seen[0]
+
+    (loose, far), (held, near) = end(0.0), end(hold)
+    assert near < far / (1 + 0.1 * hold)
+    assert held.newton_iterations > loose.newton_iterations
+    for each in (loose, held):
+        np.testing.assert_allclose(each.state.x, np.array([0, 16, 20, 21]) / 7, atol=1e-9)
 
 
 def test_a_guide_that_leads_astray_costs_one_attempt():

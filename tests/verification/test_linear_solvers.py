@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from knitstudy.mechanics.linear import LU, System, factorise
+from knitstudy.mechanics.linear import LU, NodeFactors, System, factorise
 from knitstudy.mechanics.linear.krylov import Krylov
 from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.model import eliminate
@@ -60,6 +60,21 @@ def test_lu_is_refined_also_where_forces_are_small(verify):
     found = solution(LU(), matrix, rhs).x
     residual = np.linalg.norm(rhs - matrix @ found) / np.linalg.norm(rhs)
     verify.at_most("LU: true relative residual, small pivot", residual, 1e-10)
+
+
+def test_factors_of_blocks_solve_the_system(verify):
+    """Unsymmetric blocks on a symmetric pattern, in another order than the nodes have."""
+    rng = np.random.default_rng(3)
+    pattern = sp.random_array((40, 40), density=0.05, rng=rng)
+    pattern = sp.csr_matrix(pattern + pattern.T + sp.eye_array(40))
+    blocks = rng.normal(size=(pattern.nnz, 6, 6)) + 40 * np.eye(6) * (pattern.data >= 1)[:, None, None]
+    matrix = sp.bsr_matrix((blocks, pattern.indices, pattern.indptr))
+    rhs = rng.normal(size=240)
+    factors = NodeFactors(matrix)
+    assert not np.array_equal(np.argsort(factors.order), np.arange(240))
+    expected = np.linalg.solve(matrix.toarray(), rhs)
+    error = np.abs(factors.solve(rhs) - expected).max() / np.abs(expected).max()
+    verify.at_most("factors of 40 nodes of six unknowns: solution", error, 1e-12, "NumPy")
 
 
 def test_three_scales_need_few_iterations(cell, verify):

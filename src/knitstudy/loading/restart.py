@@ -84,7 +84,9 @@ class Checkpoint:
                 recorder.columns[name.removeprefix("column.")] = list(values)
             if name.startswith("flat."):
                 recorder.flat[name.removeprefix("flat.")] = np.split(values, data["flat_ends"][:-1])
-        recorder.meter.go_on({name[6:]: data[name].item() for name in data if name.startswith("meter.")})
+        recorder.meter.go_on(
+            {name.removeprefix("meter."): data[name].item() for name in data if name.startswith("meter.")}
+        )
         since, failed, tried = data["headway"].tolist()
         rates = (Rate(float(size), data[f"rate.{i}"]) for i, size in enumerate(data["rate_sizes"]))
         return Increment(

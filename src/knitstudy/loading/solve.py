@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
@@ -15,13 +15,13 @@ from knitstudy.errors import CoarseIncrement, ConvergenceError
 from knitstudy.loading.gates import loosened, require_lasting_friction
 from knitstudy.loading.history import Meter, Motion, Recorder, Stations, place_on_path
 from knitstudy.loading.restart import Checkpoint
-from knitstudy.loading.run import IN_MEMORY, ReportProgress, Run
+from knitstudy.loading.run import IN_MEMORY, ReportProgress, Run, silent
 from knitstudy.mechanics.batches import reuse_memory, serial_blas
+from knitstudy.mechanics.guided import Guide
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU, LinearSolver
 from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.model import Model
-from knitstudy.mechanics.newton import Guide
 from knitstudy.study.scene import Scene
 
 # Largest ratio of the error after and before two halvings of an increment at which halving goes on. Two halvings should
@@ -75,6 +75,13 @@ class Problem:
     # Returns a cheaper model that leads the way, if there is one, which reports its own progress
     guide: Callable[[ReportProgress], Guide | None] = lambda report: None
 
+    def increments(
+        self, report: ReportProgress = silent, resume: Increment | None = None
+    ) -> Generator[Increment, str | None, None]:
+        """Follow the load path from the undeformed state, or from an increment; see `trace`."""
+        guide = self.guide(report)
+        return trace(self.model, self.prescribed, self.settings, self.solver, resume=resume, guide=guide)
+
 
 def settings_of(scene: Scene, touches: bool, stride: float = np.inf) -> Settings:
     """Return accuracy and limits of a scene's load path; `stride` [m] bounds corrections of yarns that touch.
@@ -108,8 +115,7 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
             "going on from increment %d at load factor %.4g (%s)", last.index, last.load, run.restart
         )
         run.progress(last.load, place_on_path(scene.load, last.load))
-    parts = problem.model, problem.prescribed, problem.settings, problem.solver
-    increments = trace(*parts, resume=last, guide=problem.guide(run.progress))
+    increments = problem.increments(run.progress, resume=last)
     try:
         with serial_blas():
             increment, errors = next(increments, None), defaultdict(list)

@@ -13,15 +13,14 @@ is in equilibrium as any other increment.
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.hold import Hold
 from knitstudy.mechanics.increment import Increment, Rate
-from knitstudy.mechanics.model import Model, Response, summed
+from knitstudy.mechanics.model import summed
 from knitstudy.mechanics.newton import Newton, NotConverged
 
 log = logging.getLogger(__name__)
@@ -37,65 +36,12 @@ LEAST = 1e-9  # viscosity after which there is none: that of bending waves of 10
 STRIDE = 0.5
 
 
-@dataclass(frozen=True, eq=False)
-class Moved:
-    """A state of a model and how it differs from that in which the increment began."""
-
-    state: Any
-    total: np.ndarray  # (size,)
-
-
-class Viscous:
-    """A model on whose motion within an increment viscous forces act."""
-
-    def __init__(self, model: Model, viscosity: np.ndarray) -> None:
-        self.model, self.viscosity = model, viscosity
-        self.block, self.size, self.scale, self.length = model.block, model.size, model.scale, model.length
-
-    def start(self) -> Any:
-        """Return the undeformed state of the model."""
-        return self.model.start()
-
-    def begin(self, state: Any, load: float, change: float) -> Moved:
-        """Return the state in which an increment starts, from a converged one."""
-        return Moved(self.model.begin(state, load, change), np.zeros(self.size))
-
-    def advance(self, state: Moved, step: np.ndarray) -> Moved:
-        """Return a new state, a step (size,) further."""
-        return Moved(self.model.advance(state.state, step), state.total + step)
-
-    def respond(self, state: Moved, stiffness: bool) -> Response:
-        """Return the response of the model and of its viscosity."""
-        response = self.model.respond(state.state, stiffness)
-        if response.stiffness is not None:
-            add_diagonal(response.stiffness, self.viscosity)
-        return replace(response, force=response.force + self.viscosity * state.total)
-
-    def settle(self, state: Moved) -> Moved | None:
-        """Return None, or the state to balance anew."""
-        settled = self.model.settle(state.state)
-        return None if settled is None else replace(state, state=settled)
-
-    def commit(self, state: Moved) -> Any:
-        """Return the state of the model that a balanced state leaves."""
-        return self.model.commit(state.state)
-
-
 class Flow:
     """A viscous flow in place of Newton's method alone, for one increment of the load at a time."""
 
     def __init__(self, newton: Newton) -> None:
         self.newton = newton
         self.spent = np.zeros(2, dtype=int)  # iterations of Newton's method and the linear solver
-
-    @cached_property
-    def unit(self) -> np.ndarray:
-        """D (size,), the stiffness of a typical unknown at rest; the prescribed ones have none."""
-        model = self.newton.model
-        rest = model.respond(model.begin(model.start(), 1.0, 1.0), stiffness=True)
-        unit = np.median(np.abs(rest.stiffness.diagonal()) / model.scale**2) * model.scale**2
-        unit[self.newton.prescribed.fixed] = 0.0
-        return unit
 
     def increment(self, now: Increment, target: float, most: int) -> Increment:
         """Return the increment at load factor `target` to which a viscous flow leads, or raise NotConverged.
@@ -111,8 +57,8 @@ class Flow:
         total, pull, size, work, pulled = 0.0, 0.0, 0.0, 0.0, None
         self.spent = spent = np.zeros(2, dtype=int)
         while spent[0] <= most and level <= MOST:
-            viscosity = level * self.unit
-            viscous = Newton(Viscous(model, viscosity), prescribed, near, self.newton.solver)
+            viscosity = level * self.newton.unit
+            viscous = Newton(model, prescribed, near, self.newton.solver, hold=Hold(viscosity))
             try:
                 reached = viscous.increment(anchor, target, guess)
                 step = reached.rates[0].step * change
@@ -149,20 +95,3 @@ class Flow:
             fading = 1.0 if grows else max(FADING, SOONER * fading)
             level = level * max(fading, min(far, RISING)) if level > LEAST else 0.0
         raise NotConverged(f"a viscous flow finds no equilibrium; the last viscosity is {level:.1e}")
-
-
-def add_diagonal(matrix: Any, diagonal: np.ndarray) -> None:
-    """Add a diagonal (size,) to a BSR or CSR matrix whose pattern has it, in place.
-
-    Examples
-    --------
-    >>> from scipy.sparse import csr_matrix
-    >>> matrix = csr_matrix([[1.0, 2.0], [2.0, 1.0]])
-    >>> add_diagonal(matrix, np.array([3.0, 4.0]))
-    >>> matrix.diagonal().tolist()
-    [4.0, 5.0]
-    """
-    block = matrix.blocksize[0] if matrix.format == "bsr" else 1
-    row = np.repeat(np.arange(len(matrix.indptr) - 1), np.diff(matrix.indptr))
-    own, i = np.flatnonzero(row == matrix.indices), np.arange(block)
-    matrix.data.reshape(-1, block, block)[own[:, None], i, i] += diagonal.reshape(-1, block)[row[own]]

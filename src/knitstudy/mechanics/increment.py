@@ -137,6 +137,9 @@ class Settings:
     # model knows these [m]. Long yarns that hardly touch yet give way so easily that a correction, which knows of
     # no contact but that which is there, would take them through each other
     stride: float = float("inf")
+    hold: float = (
+        0.0  # stiffness of springs around the first guess of a guide, over that of a typical unknown
+    )
     exact: bool = False  # solve every linear system to 1e-12 instead of as far as Newton profits
 
     @classmethod

@@ -13,10 +13,11 @@ import numpy as np
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.flow import Flow
+from knitstudy.mechanics.guided import Guide, GuidedNewton
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LinearSolver
 from knitstudy.mechanics.model import Model
-from knitstudy.mechanics.newton import Guide, Newton, NotConverged
+from knitstudy.mechanics.newton import Newton, NotConverged
 
 log = logging.getLogger(__name__)
 
@@ -62,7 +63,8 @@ def trace(
         state = model.start()
         now = Increment(0, 0.0, state, model.respond(state, stiffness=False), share)
         yield now
-    newton = Newton(model, prescribed, settings, solver, guide)
+    parts = model, prescribed, settings, solver
+    newton = Newton(*parts) if guide is None else GuidedNewton(*parts, guide)
     flow = Flow(newton)
     settings = replace(settings, waste=max(settings.waste, int(WORK / (500 + model.size))))
     attempts = _Attempts(settings, now.headway)

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.hold import Hold, typical_stiffness
 from knitstudy.mechanics.increment import (
     PHASES,
     Increment,
@@ -35,16 +36,12 @@ FAR = 1.0  # residual from which a curve through the last states has led astray
 ROUGHLY = 1e-3  # residual at which a state is balanced well enough to see whether it will be settled
 
 
-Guide = Callable[[float, float], np.ndarray | None]
-"""Returns the change (size,) of all unknowns between two load factors that another model foresees, or None."""
-
-
 class NotConverged(Exception):
     """An increment that did not converge; the message says in what way."""
 
 
 @dataclass
-class _Iterate:
+class Iterate:
     """A state on its way to equilibrium within one increment.
 
     `total` is its change (size,) from the beginning, `updates` what `total` was whenever the model settled the state;
@@ -66,6 +63,7 @@ class _Iterate:
 
     @property
     def residual(self) -> float:
+        """The last residual: the largest unbalanced force over the mean force."""
         return self.residuals[-1]
 
     @property
@@ -83,15 +81,20 @@ class Newton:
         prescribed: PrescribedDisplacement,
         settings: Settings,
         solver: LinearSolver,
-        guide: Guide | None = None,
+        hold: Hold | None = None,
     ) -> None:
         self.model, self.prescribed, self.settings, self.solver = model, prescribed, settings, solver
-        self.guide = guide
+        self.hold = hold
         prescribed.require_of(model.size)
         self.free = np.ones(model.size, dtype=bool)
         self.free[prescribed.fixed] = False
         self.spent = np.zeros(2, dtype=int)  # iterations of Newton's method and the linear solver
         self.seconds = dict.fromkeys(PHASES, 0.0)
+
+    @cached_property
+    def unit(self) -> np.ndarray:
+        """The stiffness (size,) of a typical unknown; that of prescribed ones is zero."""
+        return typical_stiffness(self.model, self.prescribed.fixed)
 
     def increment(self, now: Increment, target: float, guess: np.ndarray | None = None) -> Increment:
         """Return the converged increment at load factor `target`, or raise NotConverged.
@@ -100,34 +103,22 @@ class Newton:
         """
         self.spent = np.zeros(2, dtype=int)
         self.seconds = dict.fromkeys(PHASES, 0.0)
-        for led in self._led(now, target) if self.guide and guess is None else ():
-            try:
-                return self._balance(led, now, target)
-            except NotConverged as failure:
-                log.debug("the guide leads astray: %s", failure)
-        at = self._predict(now, target) if guess is None else self._guessed(now, target, guess)
-        return self._balance(at, now, target)
+        if guess is None:
+            return self._solved(now, target)
+        return self._balance(self._guessed(now, target, guess), now, target)
 
-    def _led(self, now: Increment, target: float) -> Iterator[_Iterate]:
-        """Yield the states to which the guide leads, the best first; none where it does not get there.
+    def _solved(self, now: Increment, target: float) -> Increment:
+        """Return the converged increment that the path's own first guess leads to, or raise NotConverged."""
+        return self._balance(self._predict(now, target), now, target)
 
-        Once the model has a rate of its own, of an increment that did not begin at rest, it goes on at this rate, and
-        by as much faster or slower as the guide does. Else, and where that fails, it goes as the guide does.
-        """
-        change = self.guide(now.load, target)
-        if change is None:
-            return
-        changes = [change]
-        if now.index > 1 and now.rates:
-            last, span = now.rates[0], target - now.load
-            past = self.guide(now.load - last.increment, now.load)
-            changes.insert(0, change + span * (last.step - past / last.increment))
-        for change in changes:
-            at = self._predicted(now, target, (), change)
-            if np.all(np.isfinite(at.response.force)):
-                yield at
+    def _begin_again(self, at: Iterate) -> None:
+        """Go on from a state whose forces have changed."""
+        at.iterations, at.correction, at.tangent_is_stale = 0, np.inf, True
+        at.response = self._respond(at.state, at.total, stiffness=False)
+        self._require_finite(at.response)
+        at.residuals.append(self._residual(at.response))
 
-    def _balance(self, at: _Iterate, now: Increment, target: float) -> Increment:
+    def _balance(self, at: Iterate, now: Increment, target: float) -> Increment:
         """Return the converged increment that iterations from a state lead to, or raise NotConverged."""
         try:
             while not self._accepted(at, now):
@@ -136,33 +127,33 @@ class Newton:
             self.solver.forget()
         return self._converged(at, now, target)
 
-    def _iterated(self, at: _Iterate, now: Increment, target: float) -> _Iterate:
+    def _iterated(self, at: Iterate, now: Increment, target: float) -> Iterate:
         """Return the state after one iteration of Newton's method, or raise NotConverged."""
         self._require_headway(at)
         # A balanced state needs only the proof that its last correction is small: the tangent of the iteration
         # before serves for that.
         if at.tangent_is_stale or not self._balanced(at) or self.settings.exact:
-            self._eliminate(self._tangent(at.state))
+            self._eliminate(self._tangent(at.state, at.total))
             at.tangent_is_stale = False
         step = self._solve(np.where(self.free, -at.response.force, 0.0), self._forcing(at))
         if at.changed and at.residual > NEAR:
             # The step will not balance contact: its tangent makes room for searches on the way.
             self.solver.release()
             at.tangent_is_stale = True
-        self._take(at, self._search(at.state, at.response, step))
+        self._take(at, self._search(at, step))
         if at.extrapolated and at.iterations == 1 and at.residual > at.residuals[-2]:
             # The path has turned: where it begins, its tangent leads on.
             return self._predict(now, target, turned=True)
         return at
 
-    def _guessed(self, now: Increment, target: float, guess: np.ndarray) -> _Iterate:
+    def _guessed(self, now: Increment, target: float, guess: np.ndarray) -> Iterate:
         """Return the state with which the iterations start, a guess (size,) away from where the increment begins."""
         state = self.model.advance(self.model.begin(now.state, target, target - now.load), guess)
-        response = self._respond(state, stiffness=False)
+        response = self._respond(state, guess, stiffness=False)
         self._require_finite(response)
-        return _Iterate(state, guess.copy(), response, [self._residual(response)], changed=True)
+        return Iterate(state, guess.copy(), response, [self._residual(response)], changed=True)
 
-    def _predict(self, now: Increment, target: float, turned: bool = False) -> _Iterate:
+    def _predict(self, now: Increment, target: float, turned: bool = False) -> Iterate:
         """Return the state with which the iterations start: on the curve through those before, or on its tangent.
 
         Where the path has turned, that curve leads astray.
@@ -177,7 +168,7 @@ class Newton:
 
     def _predicted(
         self, now: Increment, target: float, rates: tuple[Rate, ...], change: np.ndarray | None = None
-    ) -> _Iterate:
+    ) -> Iterate:
         """Return the predicted state: a change (size,) away, or else by rates; without these, by the tangent.
 
         A straight step stretches yarns that turn, and the state knows that. A curve through earlier states foresees the
@@ -191,9 +182,9 @@ class Newton:
         state = self.model.advance(begun, total)
         if len(rates) > 1 or led:
             state = self.model.begin(state, target, target - now.load)
-        response = self._respond(state, stiffness=False)
+        response = self._respond(state, total, stiffness=False)
         residuals, changed = [self._residual(response)], response.status is not None
-        return _Iterate(state, total, response, residuals, changed=changed, extrapolated=bool(rates))
+        return Iterate(state, total, response, residuals, changed=changed, extrapolated=bool(rates))
 
     def _guess(self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]) -> np.ndarray:
         """First guess (size,) of the change of all unknowns, exact where they are prescribed."""
@@ -202,7 +193,7 @@ class Newton:
         if rates:
             return guess
         # Moving the driven side alone would crush the elements there: let the tangent spread it.
-        response = self._tangent(begun)
+        response = self._tangent(begun, 0.0)
         pull = -(response.stiffness @ guess) - (response.force if response.pulled else 0.0)
         self._eliminate(response)
         return guess + self._solve(np.where(self.free, pull, 0.0), 1e-12 if self.settings.exact else 1e-3)
@@ -213,10 +204,10 @@ class Newton:
         change[self.prescribed.fixed] = self.prescribed.at(target) - self.prescribed.at(now.load)
         return change
 
-    def _balanced(self, at: _Iterate) -> bool:
+    def _balanced(self, at: Iterate) -> bool:
         return at.residual <= self.settings.residual_tolerance
 
-    def _accepted(self, at: _Iterate, now: Increment) -> bool:
+    def _accepted(self, at: Iterate, now: Increment) -> bool:
         """Return whether a state has converged and its model accepts it as it is; else it has to be balanced further.
 
         A state that the next update of the model changes anyway need not be balanced to the last digit.
@@ -230,19 +221,16 @@ class Newton:
                 return converged
             self._resume(at, settled, now)
 
-    def _resume(self, at: _Iterate, settled: Any, now: Increment) -> None:
+    def _resume(self, at: Iterate, settled: Any, now: Increment) -> None:
         """Go on from a state that the model has settled, by as much as its like changed in the increment before."""
-        at.state, at.iterations = settled, 0
+        at.state = settled
         at.updates.append(at.total.copy())
         if len(at.updates) <= len(now.updates):
             step = now.updates[len(at.updates) - 1]
             at.state, at.total = self.model.advance(at.state, step), at.total + step
-        at.response = self._respond(at.state, stiffness=False)
-        self._require_finite(at.response)
-        at.residuals.append(self._residual(at.response))
-        at.correction, at.tangent_is_stale = np.inf, True
+        self._begin_again(at)
 
-    def _require_headway(self, at: _Iterate) -> None:
+    def _require_headway(self, at: Iterate) -> None:
         """Raise NotConverged where more iterations are of no use, ConvergenceError where no shorter increment helps."""
         settings = self.settings
         if at.iterations == settings.iterations or at.idle >= settings.patience:
@@ -258,7 +246,7 @@ class Newton:
                 "to that of the elements, a larger load or a larger tolerance of the residual"
             )
 
-    def _take(self, at: _Iterate, taken: Trial) -> None:
+    def _take(self, at: Iterate, taken: Trial) -> None:
         """Advance by the part of a step that the line search has found, and measure the residual."""
         at.changed = not taken.response.same_status(at.response)
         at.state, at.response = taken.state, taken.response
@@ -276,7 +264,7 @@ class Newton:
         number = len(at.residuals) - 1
         log.debug("iteration %d: residual %.3e, correction %.3e h", number, at.residual, at.correction)
 
-    def _converged(self, at: _Iterate, now: Increment, target: float) -> Increment:
+    def _converged(self, at: Iterate, now: Increment, target: float) -> Increment:
         change, response = target - now.load, at.response
         if now.damped:
             energy = summed(response.energy, {"stabilisation": now.damped})
@@ -298,18 +286,20 @@ class Newton:
             timings=self.seconds,
         )
 
-    def _respond(self, state: Any, stiffness: bool) -> Response:
+    def _respond(self, state: Any, change: np.ndarray | float, stiffness: bool) -> Response:
         started = time.perf_counter()
         response = self.model.respond(state, stiffness)
+        if self.hold is not None:
+            response = self.hold.added(response, change)
         spent = time.perf_counter() - started
         self.seconds["assembly"] += response.assembly_seconds
         self.seconds["elements"] += spent - response.assembly_seconds
         return response
 
-    def _tangent(self, state: Any) -> Response:
+    def _tangent(self, state: Any, change: np.ndarray | float) -> Response:
         # Two tangents at once would be the largest part of the memory.
         self.solver.release()
-        return self._respond(state, stiffness=True)
+        return self._respond(state, change, stiffness=True)
 
     def _eliminate(self, response: Response) -> None:
         started = time.perf_counter()
@@ -331,7 +321,7 @@ class Newton:
         self.seconds["solve"] += time.perf_counter() - started - self.solver.setup_seconds
         return solution.x
 
-    def _forcing(self, at: _Iterate) -> float:
+    def _forcing(self, at: Iterate) -> float:
         """Relative accuracy of the linear solve that Newton can use (Eisenstat and Walker 1996, choice 2).
 
         Large knits have soft motions, which a small residual does not show: in one increment of 16 x 16 cells with
@@ -349,19 +339,20 @@ class Newton:
             eta = min(eta, floor)
         return min(max(eta, floor, 1e-8), 1e-1)
 
-    def _search(self, state: Any, response: Response, step: np.ndarray) -> Trial:
+    def _search(self, at: Iterate, step: np.ndarray) -> Trial:
         """Return how far a step is taken: no farther than a stride."""
-        longest, stride = self._longest(state, step), self.settings.stride
+        longest, stride = self._longest(at.state, step), self.settings.stride
         cut = stride / longest if longest > stride else 1.0
         step = cut * step if cut < 1 else step
 
         def trial(share: float) -> Trial:
-            moved = self.model.advance(state, share * step)
-            reply = self._respond(moved, stiffness=False)
-            return Trial(share, share * step, moved, reply, float(step @ reply.force), self._residual(reply))
+            part = share * step
+            moved = self.model.advance(at.state, part)
+            reply = self._respond(moved, at.total + part, stiffness=False)
+            return Trial(share, part, moved, reply, float(step @ reply.force), self._residual(reply))
 
-        slope, before = float(step @ response.force), self._residual(response)
-        result = line_search(trial, slope, before, self.settings.residual_tolerance)
+        slope = float(step @ at.response.force)
+        result = line_search(trial, slope, at.residual, self.settings.residual_tolerance)
         if result is None:
             raise NotConverged("the line search found no shorter step that lowers the residual")
         return result if cut == 1 else replace(result, share=cut * result.share)

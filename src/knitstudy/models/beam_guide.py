@@ -17,7 +17,6 @@ from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.geometry.fabric import Fabric
 from knitstudy.loading.history import Stations
 from knitstudy.loading.run import ReportProgress, silent
-from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.rotation import exp, log
 from knitstudy.mechanics.spline_yarn.space import Space
 from knitstudy.mesh.sweep import rotation_minimising
@@ -75,8 +74,7 @@ class BeamGuide:
         self._loads, loads, ways = [0.0], [], []
         try:
             problem = beams_in_contact.build(self.scene, self._fabric)
-            parts = problem.model, problem.prescribed, problem.settings, problem.solver
-            for increment in trace(*parts, guide=problem.guide(self._report)):
+            for increment in problem.increments(self._report):
                 places = problem.model.contact.places(increment.state)
                 moved = places.position - problem.stations.position
                 self._report(begun, f"beams go first: load factor {increment.load:.3g}")

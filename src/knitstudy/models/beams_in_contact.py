@@ -28,6 +28,10 @@ from knitstudy.models.joints import JointPoints, Joints, contacts_of_crossings, 
 from knitstudy.models.network_3d import Network, loaded, spatial_network
 from knitstudy.study.scene import Scene
 
+# Stiffness of springs that hold the even stretch, over that of a typical unknown: that of bending waves of some hundred
+# elements, a few loops
+HOLD = 1e-6
+
 
 @dataclass(eq=False)
 class BeamKnit:
@@ -142,7 +146,7 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
         beams.network,
         model=beams.model,
         observer=beams,
-        settings=settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter),
+        settings=replace(settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter), hold=HOLD),
         checks=(partial(beams.require_known, scene),),
         constants={"crossing_tied": beams.tied.astype(np.int8)},
         attributes={

@@ -124,8 +124,8 @@ class LU:
 
     def __init__(self) -> None:
         self.setup_seconds = 0.0
-        self._matrix: sp.csc_matrix | None = None
-        self._factors = None
+        self._matrix: sp.bsr_matrix | sp.csr_matrix | None = None
+        self._factors: spla.SuperLU | NodeFactors | None = None
 
     def use(self, system: System) -> None:
         """Take over a new matrix."""
@@ -142,7 +142,8 @@ class LU:
         started = time.perf_counter()
         self.setup_seconds = 0.0
         if self._factors is None:
-            self._factors = factorise(self._matrix)
+            blocks = self._matrix.format == "bsr"
+            self._factors = NodeFactors(self._matrix) if blocks else factorise(self._matrix)
             self.setup_seconds = time.perf_counter() - started
         x = self._factors.solve(rhs)
         level = np.linalg.norm(rhs)
@@ -159,8 +160,45 @@ class LU:
         return Solution(x, 0)
 
 
-def factorise(matrix: sp.spmatrix) -> spla.SuperLU:
-    """Return SuperLU factors of a structurally symmetric matrix.
+class NodeFactors:
+    """SuperLU factors of a structurally symmetric matrix of blocks, whose nodes have an order of least degree.
+
+    The graph of the nodes has a block's share of the entries. Its order costs next to nothing, and that of all unknowns
+    a fifth of their factors; the fill is the same. Rows of the matrix are columns of its transpose, whose factors serve
+    as well.
+    """
+
+    def __init__(self, matrix: sp.bsr_matrix) -> None:
+        size, nodes = matrix.blocksize[0], len(matrix.indptr) - 1
+        row = np.repeat(np.arange(nodes), np.diff(matrix.indptr))
+        # SciPy gives an order along with factors only: those of a matrix that surely has some.
+        graph = np.where(row == matrix.indices, float(nodes), -1.0)
+        pattern = matrix.indices, matrix.indptr
+        order = np.argsort(factorise(sp.csc_matrix((graph, *pattern), shape=(nodes, nodes))).perm_c)
+        blocks = sp.csr_matrix((np.arange(len(row)), *pattern), shape=(nodes, nodes))[order][:, order]
+        blocks.sort_indices()
+        ordered = matrix.data[blocks.data], blocks.indices, blocks.indptr
+        rows = sp.bsr_matrix(ordered, shape=matrix.shape).tocsr()
+        transposed = sp.csc_matrix((rows.data, rows.indices, rows.indptr), shape=rows.shape)
+        self._factors = factorise(transposed, "NATURAL")
+        self.order = (size * order[:, None] + np.arange(size)).ravel()  # of the unknowns
+
+    def solve(self, rhs: np.ndarray) -> np.ndarray:
+        """Return the solution (n,) for a right-hand side (n,).
+
+        Examples
+        --------
+        >>> matrix = np.array([[2.0, 1.0], [0.0, 4.0]])
+        >>> NodeFactors(sp.bsr_matrix(matrix, blocksize=(1, 1))).solve(np.array([5.0, 4.0])).tolist()
+        [2.0, 1.0]
+        """
+        x = np.empty_like(rhs)
+        x[self.order] = self._factors.solve(rhs[self.order], trans="T")
+        return x
+
+
+def factorise(matrix: sp.spmatrix, order: str = "MMD_AT_PLUS_A") -> spla.SuperLU:
+    """Return SuperLU factors of a structurally symmetric matrix, whose unknowns are eliminated in an order of SciPy's.
 
     Raises ConvergenceError if the matrix is singular.
 
@@ -172,7 +210,7 @@ def factorise(matrix: sp.spmatrix) -> spla.SuperLU:
     try:
         return spla.splu(
             sp.csc_matrix(matrix),
-            permc_spec="MMD_AT_PLUS_A",
+            permc_spec=order,
             diag_pivot_thresh=0.0,
             relax=1,  # fronts of yarns that touch at few points are narrow: three quarters of the time
             panel_size=2,

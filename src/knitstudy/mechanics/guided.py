@@ -1,0 +1,76 @@
+"""Newton's method where a guide leads: another model, or an even stretch, knows about where an increment ends."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+
+import numpy as np
+
+from knitstudy.mechanics.hold import Hold
+from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
+from knitstudy.mechanics.linear import LinearSolver
+from knitstudy.mechanics.model import Model
+from knitstudy.mechanics.newton import Iterate, Newton, NotConverged
+
+log = logging.getLogger(__name__)
+
+CLOSED = 0.1  # residual up to which springs hold a first guess
+
+
+Guide = Callable[[float, float], np.ndarray | None]
+"""Returns the change (size,) of all unknowns between two load factors that another model foresees, or None."""
+
+
+class GuidedNewton(Newton):
+    """Newton's method whose iterations begin where a guide leads; where that fails, as without a guide."""
+
+    def __init__(
+        self,
+        model: Model,
+        prescribed: PrescribedDisplacement,
+        settings: Settings,
+        solver: LinearSolver,
+        guide: Guide,
+    ) -> None:
+        super().__init__(model, prescribed, settings, solver)
+        self.guide = guide
+
+    def _solved(self, now: Increment, target: float) -> Increment:
+        for change in self._changes(now, target):
+            try:
+                at = self._predicted(now, target, (), change)
+                self._require_finite(at.response)
+                if self.settings.hold:
+                    at = self._closed(at, now, target)
+                return self._balance(at, now, target)
+            except NotConverged as failure:
+                log.debug("the guide leads astray: %s", failure)
+        return super()._solved(now, target)
+
+    def _changes(self, now: Increment, target: float) -> list[np.ndarray]:
+        """Return the changes (size,) of all unknowns that may be near, the best first; none where the guide ends.
+
+        Once the model has a rate of its own, of an increment that did not begin at rest, it goes on at this rate, and
+        by as much faster or slower as the guide does. Else, and where that fails, it goes as the guide does.
+        """
+        change = self.guide(now.load, target)
+        if change is None or now.index < 2 or not now.rates:
+            return [] if change is None else [change]
+        last, span = now.rates[0], target - now.load
+        past = self.guide(now.load - last.increment, now.load)
+        return [change + span * (last.step - past / last.increment), change]
+
+    def _closed(self, at: Iterate, now: Increment, target: float) -> Iterate:
+        """Return the state near a first guess that is balanced with springs around it.
+
+        Loops that hang loose have motions that next to nothing resists: corrections would be of metres.
+        """
+        try:
+            self.hold = Hold(self.settings.hold * self.unit, at.total.copy())
+            while at.residual > CLOSED:
+                at = self._iterated(at, now, target)
+        finally:
+            self.hold = None
+        self._begin_again(at)
+        return at
