@@ -74,4 +74,6 @@ def test_loops_that_hang_loose_close_in_one_increment(size, verify):
     problem = build(scene, fabric_of(lay_out(scene)))
     first = next(increment for increment in problem.increments() if increment.load > 0)
     assert first.load == pytest.approx(1 / scene.solver.increments)
-    verify.at_most(f"{size} x {size} loose loops in wale tension: Newton iterations", first.newton_iterations, 20)
+    verify.at_most(
+        f"{size} x {size} loose loops in wale tension: Newton iterations", first.newton_iterations, 20
+    )
