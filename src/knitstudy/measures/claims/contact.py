@@ -8,7 +8,6 @@ from itertools import pairwise
 import numpy as np
 import xarray as xr
 
-from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.measures import centre_cell, response
 from knitstudy.measures.claims.evidence import NO_DIRECT, Evidence, Judgement, NotRun
 from knitstudy.measures.claims.scale import COMPARABLE, Row, at_least, at_most, holds
@@ -100,7 +99,7 @@ def largest_bend(history: xr.Dataset) -> float:
 def judge_motion(evidence: Evidence) -> Judgement:
     """K4: the knit contracts and moves out of its plane, symmetrically about its mid line."""
     history = evidence.history("isotropic")
-    arcs = fabric_of(evidence.geometry).arcs
+    arcs = evidence.fabric.arcs
     skew = asymmetry(history, None if arcs is None else arcs.yarn)
     contraction = response.transverse_contraction(history)
     largest = response.largest_out_of_plane(history) / evidence.diameter

@@ -14,6 +14,8 @@ from functools import cached_property
 import pandas as pd
 import xarray as xr
 
+from knitstudy.geometry.fabric import Fabric
+from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.measures.cases import MODELS, Case, cases_of
 from knitstudy.measures.catalogue import CASES, OTHER_SOLIDS, SOLIDS, Datasets, Scenes, of_cases, one, several
 from knitstudy.measures.claims.scale import DECIDED, NOT_RUN, UNDECIDABLE, Row, worst
@@ -92,6 +94,11 @@ class Evidence:
         names = {kind: name.format(case=f"{kind}-course") for kind in INTERACTIONS}
         names |= {"untied": UNTIED[name]} if name in UNTIED else {}
         return {kind: scene for kind, scene in names.items() if scene in self.histories}
+
+    @cached_property
+    def fabric(self) -> Fabric:
+        """The knit as it is laid out."""
+        return fabric_of(self.geometry)
 
     @property
     def diameter(self) -> float:

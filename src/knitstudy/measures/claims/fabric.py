@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.measures.centre_cell import crossing_error, loop_of
 from knitstudy.measures.claims.evidence import Evidence, Judgement, NotRun
 from knitstudy.measures.claims.scale import UNDECIDABLE, Row, at_most, comparable, holds, trend
@@ -59,7 +58,7 @@ def judge_ties_growth(evidence: Evidence) -> Judgement:
     scene = (evidence.base or evidence).scenes.get(PAPERS_MESH)
     if scene is None:
         raise NotRun(f"the study has no {PAPERS_MESH}, whose mesh is the paper's")
-    law = counted_solids(fabric_of(evidence.geometry), scene, evidence.paper)[0].unknowns
+    law = counted_solids(evidence.fabric, scene, evidence.paper)[0].unknowns
     three, thirty = (
         evidence.printed(*place, "degrees of freedom")
         for place in (("5", "dns-tie 3x3"), ("fig12a", "c30w30 tie"))

@@ -8,7 +8,6 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.geometry.fabric import Fabric
-from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.measures.catalogue import OTHER_SOLIDS, SOLIDS, Datasets, of_case
 from knitstudy.measures.centre_cell import (
     LEGS,
@@ -101,7 +100,7 @@ def judge_ligaments(evidence: Evidence) -> Judgement:
 
 def judge_heights(evidence: Evidence) -> Judgement:
     """M2: the honeycomb by principal stress is compressed along the wales for course tension, stretched for wale."""
-    stressed, knit = _isotropic(evidence), fabric_of(evidence.geometry)
+    stressed, knit = _isotropic(evidence), evidence.fabric
     rows = []
     for direction, stresses in stressed.items():
         ratio, printed = height_ratio(knit, stresses), _printed_ratio(evidence, knit, direction)
@@ -138,7 +137,7 @@ def height_ratio(knit: Fabric, stresses: Datasets) -> Estimate:
 
 def _drawn(evidence: Evidence) -> dict[str, float]:
     """Return the angle to x of every segment by geometry [deg]."""
-    lines = honeycomb_segments(contacts_of_crossings(fabric_of(evidence.geometry)))
+    lines = honeycomb_segments(contacts_of_crossings(evidence.fabric))
     return {kind: float(angles_to_axes(line)[:, 0].mean()) for kind, line in lines.items()}
 
 
