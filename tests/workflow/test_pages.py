@@ -117,7 +117,7 @@ def test_your_own_jersey(fresh, tmp_path):
 
 
 def test_site(tmp_path):
-    """MkDocs builds the site of `make docs` and prints no warning, such as one of a broken section in a docstring."""
+    """MkDocs builds the site of `make docs` without a warning. A broken section in a docstring causes a warning."""
     build = ["-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path)]
     environment = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
     ended = subprocess.run(
