@@ -47,7 +47,7 @@ class Chain(Memoryless):
 
     def respond(self, state, stiffness):
         pull = self.f(np.diff(state.x))
-        force = np.zeros(self.size)
+        force = np.zeros(len(state.x))
         force[:-1] -= pull
         force[1:] += pull
         matrix = None
@@ -268,6 +268,30 @@ def test_a_guide_leads_by_itself_where_the_rate_of_the_model_leads_astray():
     assert [each.newton_iterations > 1 for each in led[1:]] == [False, True, False, False]
 
 
+class Loose(Chain):
+    """Springs in a row, beside an unknown whose force is next to nothing wherever it goes."""
+
+    def __init__(self, drift):
+        super().__init__(3, lambda e: e, np.ones_like)
+        self.size, self.scale, self.drift = 4, np.ones(4), drift
+
+    def respond(self, state, stiffness):
+        springs = super().respond(State(state.x[:3]), stiffness)
+        force = np.append(springs.force[:3], self.drift * (2 + np.sin(state.x[3])))
+        matrix = sp.block_diag([springs.stiffness, [[self.drift]]], format="csr") if stiffness else None
+        return replace(springs, force=force, stiffness=matrix)
+
+
+def test_corrections_of_a_state_that_is_balanced_well_do_not_count():
+    """Loose yarns go on moving. A hundredth of the allowed residual is enough, a tenth is not."""
+    pull = PrescribedDisplacement(np.array([0, 2]), np.array([0.0, 2.0]))
+    *_, last = trace(Loose(1e-9), pull, Settings(increments=1, predictor=0), LU())
+    assert last.newton_iterations == 1
+    assert last.correction > 1
+    with pytest.raises(ConvergenceError, match=r"residual is .*e-08 \(allowed 1\.0e-06\) and the correction"):
+        list(trace(Loose(3e-8), pull, Settings(increments=1, predictor=0, vain=1000, cutbacks=0), LU()))
+
+
 def test_a_free_mechanism_is_an_error():
     chain = Chain(3, lambda e: e, np.ones_like)
     loose = PrescribedDisplacement(np.array([], dtype=int), np.array([]))
@@ -389,6 +413,12 @@ def test_a_step_ends_where_a_gap_closes(gap):
     found = line_search(trial, -1.0, 1.0, 1e-6)
     assert found.share == pytest.approx(gap, abs=0.03)
     assert len(asked) <= TRIALS
+
+
+def test_a_step_from_a_balanced_state_ends_between_both_sides_of_a_kink():
+    """Full steps would go back and forth across the kink, by forces that are small enough."""
+    trial, _ = trials(lambda share: 1e-7 * closing(0.5, penalty=3.0)(share), status=np.zeros(1))
+    assert line_search(trial, -1e-7, 1e-7, 1e-6).share == pytest.approx(5 / 7, abs=0.1)
 
 
 def test_folded_elements_shorten_the_step():

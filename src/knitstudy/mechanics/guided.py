@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from knitstudy.mechanics.hold import Hold
-from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear import LinearSolver
-from knitstudy.mechanics.model import Model
+from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.newton import Iterate, Newton, NotConverged
 
 log = logging.getLogger(__name__)
@@ -25,15 +24,8 @@ Guide = Callable[[float, float], np.ndarray | None]
 class GuidedNewton(Newton):
     """Newton's method whose iterations begin where a guide leads; where that fails, as without a guide."""
 
-    def __init__(
-        self,
-        model: Model,
-        prescribed: PrescribedDisplacement,
-        settings: Settings,
-        solver: LinearSolver,
-        guide: Guide,
-    ) -> None:
-        super().__init__(model, prescribed, settings, solver)
+    def __init__(self, guide: Guide, *parts: Any) -> None:
+        super().__init__(*parts)
         self.guide = guide
 
     def _solved(self, now: Increment, target: float) -> Increment:
@@ -55,8 +47,10 @@ class GuidedNewton(Newton):
         by as much faster or slower as the guide does. Else, and where that fails, it goes as the guide does.
         """
         change = self.guide(now.load, target)
-        if change is None or now.index < 2 or not now.rates:
-            return [] if change is None else [change]
+        if change is None:
+            return []
+        if now.index < 2 or not now.rates:
+            return [change]
         last, span = now.rates[0], target - now.load
         past = self.guide(now.load - last.increment, now.load)
         return [change + span * (last.step - past / last.increment), change]

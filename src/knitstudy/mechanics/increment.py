@@ -137,9 +137,8 @@ class Settings:
     # model knows these [m]. Long yarns that hardly touch yet give way so easily that a correction, which knows of
     # no contact but that which is there, would take them through each other
     stride: float = float("inf")
-    hold: float = (
-        0.0  # stiffness of springs around the first guess of a guide, over that of a typical unknown
-    )
+    # stiffness of springs around the first guess of a guide, over that of a typical unknown
+    hold: float = 0.0
     exact: bool = False  # solve every linear system to 1e-12 instead of as far as Newton profits
 
     @classmethod
@@ -221,13 +220,15 @@ def line_search(
     """Return the trial to go on with, or None if there is none that helps."""
     low, high = (0.0, slope), None
     share, best = 1.0, None
+    # Full steps from a balanced state may go back and forth across a kink of the force.
+    enough = STEEP * residual if residual <= tolerance else max(tolerance, STEEP * residual)
     for _ in range(TRIALS):
         tried = trial(share)
         if not tried.finite:
             high = share, np.nan
             share = low[0] + 0.25 * (share - low[0])
             continue
-        if tried.residual <= max(tolerance, STEEP * residual) or abs(tried.along) <= CLOSE * abs(slope):
+        if tried.residual <= enough or abs(tried.along) <= CLOSE * abs(slope):
             return tried
         if best is None or abs(tried.along) < abs(best.along):
             best = tried
@@ -243,7 +244,7 @@ def line_search(
             high = share, tried.along
         share = _between(low, high, first=high[0] == 1.0 and low[0] == 0.0)
     # Where points begin to touch or to slip, force jumps: the next tangent knows better than a shorter step.
-    if best is not None and (best.response.status is not None or best.residual < residual):
+    if best is not None and (best.response.status is not None or best.residual < max(residual, tolerance)):
         return best
     return None
 

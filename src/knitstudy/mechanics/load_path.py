@@ -64,7 +64,7 @@ def trace(
         now = Increment(0, 0.0, state, model.respond(state, stiffness=False), share)
         yield now
     parts = model, prescribed, settings, solver
-    newton = Newton(*parts) if guide is None else GuidedNewton(*parts, guide)
+    newton = Newton(*parts) if guide is None else GuidedNewton(guide, *parts)
     flow = Flow(newton)
     settings = replace(settings, waste=max(settings.waste, int(WORK / (500 + model.size))))
     attempts = _Attempts(settings, now.headway)

@@ -32,6 +32,8 @@ log = logging.getLogger(__name__)
 ROUNDING = 1e-13
 
 NEAR = 1e-2  # residual up to which one accurate step usually balances a state
+# Share of the allowed residual up to which corrections do not count: loose loops have motions that nothing resists
+AMPLE = 1e-2
 FAR = 1.0  # residual from which a curve through the last states has led astray
 ROUGHLY = 1e-3  # residual at which a state is balanced well enough to see whether it will be settled
 
@@ -213,13 +215,18 @@ class Newton:
         A state that the next update of the model changes anyway need not be balanced to the last digit.
         """
         while True:
-            converged = self._balanced(at) and at.correction <= self.settings.correction_tolerance
+            converged = self._balanced(at) and self._at_rest(at)
             if not converged and (at.changed or not at.residual <= ROUGHLY):
                 return False
             settled = self.model.settle(at.state)
             if settled is None:
                 return converged
             self._resume(at, settled, now)
+
+    def _at_rest(self, at: Iterate) -> bool:
+        """Return whether the last correction is small, or the state balanced so well that corrections do not count."""
+        ample = at.residual <= AMPLE * self.settings.residual_tolerance and np.isfinite(at.correction)
+        return bool(at.correction <= self.settings.correction_tolerance or ample)
 
     def _resume(self, at: Iterate, settled: Any, now: Increment) -> None:
         """Go on from a state that the model has settled, by as much as its like changed in the increment before."""

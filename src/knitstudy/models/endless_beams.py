@@ -25,7 +25,7 @@ from knitstudy.mechanics.beams.endless_beams import EndlessBeams, EndlessState
 from knitstudy.mechanics.beams.state import BeamState, LineHistory
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.load_path import trace
+from knitstudy.mechanics.load_path import REMEDY, trace
 from knitstudy.mechanics.periodic import Lattice
 from knitstudy.models.beam_contact import STRIDE, contact_of, require_known
 from knitstudy.models.network_3d import RING, section_of, turns
@@ -36,6 +36,7 @@ HELD = np.arange(3)  # the displacements of the first node: nothing else holds t
 # Variables of a shape at rest that do not follow from it: fields of `LineHistory`
 KEPT = {"touching": "key", "touching_friction": "traction", "touching_stored": "stored"}
 
+SPACINGS = "course_spacing", "wale_spacing"  # for which loops are drawn
 RELAXATION = 20  # increments of the way to rest, where none of them fails
 
 
@@ -174,7 +175,14 @@ def relax(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
     friction = scene.kind.interaction.friction(scene.contact)
     model = _model(scene, rows, Lattice(fabric.periods), friction, drawn_for=2 * fabric.radius)
     # Yarns that did not touch have come far in an increment for nothing: the next one begins where they are.
-    last = _balanced("the way to rest", scene, model, HELD, predictor=0, increments=RELAXATION)
+    try:
+        last = _balanced("the way to rest", scene, model, HELD, predictor=0, increments=RELAXATION)
+    except ConvergenceError as error:
+        spacings = [f"pattern.{name} is {getattr(scene.pattern, name):g} m" for name in SPACINGS]
+        raise ConvergenceError(
+            f"{str(error).removesuffix(REMEDY)}Draw the loops nearer to their shape at rest: {', '.join(spacings)}; "
+            "smaller ones usually help"
+        ) from None
     if friction and scene.load.start == "rest":
         free = _model(scene, rows, Lattice(fabric.periods), 0.0)
         free = free.starting_at(replace(last.state, contact=LineHistory.none()))
