@@ -146,7 +146,10 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
         driven=model.lattice_unknowns[None],
         stations=rows.stations,
         observer=cell,
-        checks=(partial(require_sound, scene, None), partial(cell.require_known, scene)),
+        checks=(
+            partial(require_sound, scene, None, internal=model.internal_energy),
+            partial(cell.require_known, scene),
+        ),
         attributes={
             "dof": model.size,
             "elements": len(rows.ends),
