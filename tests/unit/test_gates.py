@@ -1,5 +1,6 @@
 """Gates pass sound states and refuse others in one line: quantity, place, size, limit, and key."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,6 +16,7 @@ from knitstudy.loading.gates import (
     require_lasting_friction,
     require_small_hourglass,
     require_small_stabilisation,
+    require_sound,
 )
 from knitstudy.loading.history import Motion, Recorder, Stations
 from knitstudy.mechanics.increment import Increment
@@ -137,6 +139,20 @@ def test_stabilisation_that_dissipates_or_pulls(damped, force, message):
         return
     with pytest.raises(ConvergenceError, match=message):
         require_small_stabilisation(*arguments)
+
+
+def test_viscous_flows_are_measured_against_what_yarns_store_at_rest_too():
+    """A slack cell may store less under load than at rest."""
+    gates = SimpleNamespace(flow=0.05, ledger=0.05, penalty=0.05)
+    scene = SimpleNamespace(gates=gates, yarn=SimpleNamespace(youngs_modulus=1.0, diameter=1.0))
+    recorder = recorded(3 * END * LOAD, 1.5 * (END * LOAD) ** 2)
+    flowed = replace(increment(internal=-0.5), damped=0.1)
+    message = (
+        r"increment 3: viscous flows.*dissipated more than the internal energy; gates\.flow allows 5\.0%"
+    )
+    with pytest.raises(ConvergenceError, match=message):
+        require_sound(scene, None, flowed, recorder)
+    require_sound(scene, None, flowed, recorder, internal=lambda response: 4.0 + response.energy["internal"])
 
 
 @pytest.mark.parametrize(

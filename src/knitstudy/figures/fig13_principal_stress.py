@@ -162,7 +162,8 @@ def _follow(surface: RegularGridInterpolator, spot: np.ndarray, step: float) -> 
         if ahead is not None:
             way *= np.where(np.einsum("ki,ki->k", way, ahead) < 0, -1.0, 1.0)[:, None]
         ahead = way
-        spot = spot + step * np.einsum("kai,ki->ka", np.linalg.pinv(np.stack(by, axis=-1)), way)
+        slopes = np.stack(by, axis=1)  # (k, 2, 3)
+        spot = spot + step * np.linalg.solve(slopes @ slopes.swapaxes(1, 2), slopes @ way[..., None])[..., 0]
     return [np.stack(each, axis=1) for each in zip(*points, strict=True)]
 
 
