@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics import load_path
+from knitstudy.models import endless_beams
 from knitstudy.models.beams_in_contact import beam_knit
 from knitstudy.models.simulate import solve
+from knitstudy.stages.simulate import simulate
+from knitstudy.study.configuration import load_scene
 
 
 @pytest.fixture(scope="module")
@@ -69,3 +74,15 @@ def test_crossings_of_a_knit_that_moves_as_a_whole_move_as_it_does(tied_scene, k
     points = np.broadcast_to(knit.crossings.point.mean(axis=1)[:, None], (len(knit.crossings), 2, 3))
     displacement = beams.at_crossings(moved)["crossing_displacement"]
     np.testing.assert_allclose(displacement, points @ (turn - np.eye(3)).T + shift, atol=1e-12)
+
+
+def test_a_way_to_rest_that_ends_says_how_to_draw_the_loops(monkeypatch):
+    """In the stage, which sees no key but those it reads."""
+
+    def ends(*_, **__):
+        raise ConvergenceError(f"increment 1 makes no headway. {load_path.REMEDY}")
+
+    monkeypatch.setattr(endless_beams, "trace", ends)
+    message = r"way to rest of scene .* finds no balance: increment 1 makes no headway\. Draw .* pattern\.wale_spacing"
+    with pytest.raises(ConvergenceError, match=message):
+        simulate(load_scene("fabric-acrylic-stockinette-course-free"))

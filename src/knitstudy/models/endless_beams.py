@@ -36,7 +36,10 @@ HELD = np.arange(3)  # the displacements of the first node: nothing else holds t
 # Variables of a shape at rest that do not follow from it: fields of `LineHistory`
 KEPT = {"touching": "key", "touching_friction": "traction", "touching_stored": "stored"}
 
-SPACINGS = "course_spacing", "wale_spacing"  # for which loops are drawn
+NEARER = (
+    "Draw the loops nearer to their shape at rest: smaller values of pattern.course_spacing and pattern.wale_spacing "
+    "usually help"
+)
 RELAXATION = 20  # increments of the way to rest, where none of them fails
 
 
@@ -181,11 +184,7 @@ def relax(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
     try:
         last = _balanced("the way to rest", scene, model, HELD, predictor=0, increments=RELAXATION)
     except ConvergenceError as error:
-        spacings = [f"pattern.{name} is {getattr(scene.pattern, name):g} m" for name in SPACINGS]
-        raise ConvergenceError(
-            f"{str(error).removesuffix(REMEDY)}Draw the loops nearer to their shape at rest: {', '.join(spacings)}; "
-            "smaller ones usually help"
-        ) from None
+        raise ConvergenceError(str(error).removesuffix(REMEDY) + NEARER) from None
     if friction and scene.load.start == "rest":
         free = _model(scene, rows, Lattice(fabric.periods), 0.0)
         free = free.starting_at(replace(last.state, contact=LineHistory.none()))
