@@ -7,7 +7,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics import load_path
 from knitstudy.models import endless_beams
 from knitstudy.models.beams_in_contact import beam_knit
 from knitstudy.models.simulate import solve
@@ -79,8 +78,8 @@ def test_crossings_of_a_knit_that_moves_as_a_whole_move_as_it_does(tied_scene, k
 def test_a_way_to_rest_that_ends_says_how_to_draw_the_loops(monkeypatch):
     """In the stage, which sees no key but those it reads."""
 
-    def ends(*_, **__):
-        raise ConvergenceError(f"increment 1 makes no headway. {load_path.REMEDY}")
+    def ends(model, prescribed, settings, solver):
+        raise ConvergenceError(f"increment 1 makes no headway. {settings.remedy}")
 
     monkeypatch.setattr(endless_beams, "trace", ends)
     message = r"way to rest of scene .* finds no balance: increment 1 makes no headway\. Draw .* pattern\.wale_spacing"

@@ -51,7 +51,9 @@ def test_loops_are_held_until_their_needle_knits():
         (CABLE, 0.5),
         (LACE, 0.35),
         (("K", "T"), 0.5),
-        (("K", "T", "T"), 0.25),
+        (("K", "T", "T"), 0.5),
+        (("KK", "KT", "KT", "KK", "TK", "TK"), 0.5),
+        (("K", "T", "T", "T"), 0.35),
     ],
 )
 def test_yarns_stand_apart_where_they_cross(stitches, apart):

@@ -25,9 +25,10 @@ from knitstudy.geometry.specimens import rows_of_repeat
 from knitstudy.geometry.spline import CatmullRom
 from knitstudy.study.stitch_letters import MARKS, STITCHES, idle_needle, knits, stitches_of_row
 
-BEHIND, NARROWER = 0.4, 0.1
-"""How far a head lies behind the one before it in a stack, over the diameter and the depth of the drawing, and how much
-narrower it is. Centrelines then stand half a diameter apart or more (tests/unit/test_stitch_mesh.py)."""
+BEHIND, NARROWER = 1.6, 0.1
+"""Distance of a head in a stack from the head before it, over the diameter and times the heads of the highest stack,
+and by how much the head is narrower. At larger distances the feet of the last head pass behind the sinkers of the
+stitch that is drawn through the stack."""
 ASIDE = 0.6
 """Distance of the legs of a moved loop in front of the plane, or behind it, over the same diameter."""
 
@@ -98,6 +99,7 @@ class Drawing:
     wale: float
     rise: float  # from a row to the next
     diameter: float  # of the yarn, times the depth of the drawing
+    behind: float  # of a head in a stack, from the head before it
 
     def row(self, row: Sequence[Stitch]) -> np.ndarray:
         """Return the control points (n, 3) of a row of stitches, from the sinker before the first one on."""
@@ -133,7 +135,7 @@ def loop(drawing: Drawing, stitch: Stitch, tuck: bool = False) -> np.ndarray:
     other_leg, other_foot = plain[3 * quarter], plain[3 * quarter + 1 :]
     middle = plain[2 * quarter, 0]
     if stitch.place:
-        behind = [0, 0, BEHIND * stitch.place * drawing.diameter]
+        behind = [0, 0, stitch.place * drawing.behind]
         squeezed = np.array([1 - NARROWER * stitch.place, 1, 1])
         head, leg, other_leg = (
             (each - [middle, 0, 0]) * squeezed + [middle, 0, 0] - behind for each in (head, leg, other_leg)
@@ -167,7 +169,8 @@ def endless_cell_of_stitches(wanted: LoopTarget, loops: int, rows: int) -> Fabri
     depth = 1 + max(each.place for row in stitches for each in row)
     points = plain.drawn(wanted.length).control_points * [1, 1, depth]
     along, up = np.array([wanted.wale, 0, 0]), np.array([0, wanted.course, 0])
-    drawing = Drawing(points, wanted.wale, wanted.course, 2 * depth * wanted.radius)
+    diameter = 2 * wanted.radius
+    drawing = Drawing(points, wanted.wale, wanted.course, depth * diameter, BEHIND * diameter / depth)
     curves = [
         CatmullRom(drawing.row(row) + number * up, columns * along) for number, row in enumerate(stitches)
     ]

@@ -139,6 +139,10 @@ class Settings:
     stride: float = float("inf")
     # stiffness of springs around the first guess of a guide, over that of a typical unknown
     hold: float = 0.0
+    remedy: str = (  # what may help where the path ends early
+        "Results up to there are kept. More increments, a finer mesh, a contact stiffness nearer to that of the "
+        "elements or a smaller load may help."
+    )
     exact: bool = False  # solve every linear system to 1e-12 instead of as far as Newton profits
 
     @classmethod
@@ -221,7 +225,7 @@ def line_search(
     low, high = (0.0, slope), None
     share, best = 1.0, None
     # Full steps from a balanced state may go back and forth across a kink of the force.
-    enough = STEEP * residual if residual <= tolerance else max(tolerance, STEEP * residual)
+    enough = max(STEEP * residual, tolerance if residual > tolerance else 0.0)
     for _ in range(TRIALS):
         tried = trial(share)
         if not tried.finite:

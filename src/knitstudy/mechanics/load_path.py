@@ -24,11 +24,6 @@ log = logging.getLogger(__name__)
 # Increment of the load factor below which the path counts as ended: rounding would go on for ever.
 SMALLEST = 1e-9
 
-REMEDY = (
-    "Results up to there are kept. More increments, a finer mesh, a contact stiffness nearer to that of the elements "
-    "or a smaller load may help."
-)
-
 HEADWAY = 0.05  # share of the load by which a path has gone on, whatever failed on the way
 WORK = 2.5e6  # unknowns times iterations without headway that small models may take: half a minute to two
 
@@ -72,7 +67,9 @@ def trace(
     while now.load < 1.0:
         target = _target(now.load, size, prescribed, settings)
         if not target - now.load > SMALLEST:
-            raise ConvergenceError(f"{attempts.reason}; the increment has become too small. {REMEDY}")
+            raise ConvergenceError(
+                f"{attempts.reason}; the increment has become too small. {settings.remedy}"
+            )
         flows = attempts.failed > settings.vain
         method = flow if flows else newton
         try:
@@ -140,12 +137,12 @@ class _Attempts:
         )
         if self._cutbacks > self.settings.cutbacks:
             raise ConvergenceError(
-                f"{reason}; the increment was halved {self.settings.cutbacks} times. {REMEDY}"
+                f"{reason}; the increment was halved {self.settings.cutbacks} times. {self.settings.remedy}"
             )
         if self.tried > self.settings.waste:
             raise ConvergenceError(
                 f"increment {now.index + 1} makes no headway beyond load factor {now.load:.6g}: {self.tried} "
-                f"iterations since load factor {self._since:.6g}; at last, {reason}. {REMEDY}"
+                f"iterations since load factor {self._since:.6g}; at last, {reason}. {self.settings.remedy}"
             )
 
     def after(self, load: float, largest: float, spent: np.ndarray) -> tuple[float, int, int]:

@@ -215,7 +215,7 @@ class Newton:
         A state that the next update of the model changes anyway need not be balanced to the last digit.
         """
         while True:
-            converged = self._balanced(at) and self._at_rest(at)
+            converged = self._balanced(at) and self._still(at)
             if not converged and (at.changed or not at.residual <= ROUGHLY):
                 return False
             settled = self.model.settle(at.state)
@@ -223,7 +223,7 @@ class Newton:
                 return converged
             self._resume(at, settled, now)
 
-    def _at_rest(self, at: Iterate) -> bool:
+    def _still(self, at: Iterate) -> bool:
         """Return whether the last correction is small, or the state balanced so well that corrections do not count."""
         ample = at.residual <= AMPLE * self.settings.residual_tolerance and np.isfinite(at.correction)
         return bool(at.correction <= self.settings.correction_tolerance or ample)

@@ -25,7 +25,7 @@ from knitstudy.mechanics.beams.endless_beams import EndlessBeams, EndlessState
 from knitstudy.mechanics.beams.state import BeamState, LineHistory
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.load_path import REMEDY, trace
+from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.periodic import Lattice
 from knitstudy.models.beam_contact import STRIDE, contact_of, require_known
 from knitstudy.models.network_3d import RING, section_of, turns
@@ -181,14 +181,12 @@ def relax(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
     friction = scene.kind.interaction.friction(scene.contact)
     model = _model(scene, rows, Lattice(fabric.periods), friction, drawn_for=2 * fabric.radius)
     # Yarns that did not touch have come far in an increment for nothing: the next one begins where they are.
-    try:
-        last = _balanced("the way to rest", scene, model, HELD, predictor=0, increments=RELAXATION)
-    except ConvergenceError as error:
-        raise ConvergenceError(str(error).removesuffix(REMEDY) + NEARER) from None
+    changed = {"predictor": 0, "increments": RELAXATION, "remedy": NEARER}
+    last = _balanced("the way to rest", scene, model, HELD, **changed)
     if friction and scene.load.start == "rest":
         free = _model(scene, rows, Lattice(fabric.periods), 0.0)
         free = free.starting_at(replace(last.state, contact=LineHistory.none()))
-        last = _balanced("the rest without friction", scene, free, HELD, predictor=0, increments=RELAXATION)
+        last = _balanced("the rest without friction", scene, free, HELD, **changed)
     state = last.state
     vectors, kept = model.vectors(state), state.contact
     values = {

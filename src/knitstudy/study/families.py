@@ -125,7 +125,10 @@ def _blocks(document: dict, shared: Blocks, path: Path) -> dict[str, dict[str, d
     blocks = {name: choices for name, choices in document.items() if name not in _OF_FAMILY}
     for name, choices in blocks.items():
         if name in _OF_ENTRY:
-            raise ConfigurationError(f"{path}: {name} is a key of an entry of scenes, and no placeholder")
+            example = "`scenes: [{name: NAME, case: tie-course, keys: {fidelity: spline_yarns}}]`"
+            raise ConfigurationError(
+                f"{path}: {name} must stand in an entry of scenes, for example {example}"
+            )
         if name in shared:
             other = "is defined for all families in another file; rename one of the two"
             raise ConfigurationError(f"{path}: {name} {other}")
