@@ -119,7 +119,7 @@ def load_plugins(names: Iterable[str]) -> None:
     for name in names:
         if here not in sys.path:
             sys.path.append(here)
-        module = next((each.module for each in entry_points(group=PLUGINS, name=name)), name)
+        module = next((entry.module for entry in entry_points(group=PLUGINS, name=name)), name)
         try:
             import_module(module)
             _imported[name] = module
@@ -167,19 +167,19 @@ def unknown_choice(what: str, full_name: str, name: str, allowed: Sequence[str])
 
 def near_names(name: str, allowed: Iterable[str]) -> str:
     """Return in parentheses the names that are like one; an empty text if none is."""
-    near = [repr(each) for each in nearest(name, allowed)]
+    near = [repr(other) for other in nearest(name, allowed)]
     return f" (did you mean {listed(near)}?)" if near else ""
 
 
 def nearest(name: str, allowed: Iterable[str]) -> list[str]:
     """Return the names that are like one, the best first: the same behind their dot, holding it, or spelt so."""
-    last = {each: each.rpartition(".")[2] for each in allowed}
-    if same := [each for each in last if last[each] == name.rpartition(".")[2]]:
+    last = {other: other.rpartition(".")[2] for other in allowed}
+    if same := [other for other in last if last[other] == name.rpartition(".")[2]]:
         return same[:NEAR]
-    inside = sorted((each for each in last if len(name) >= NEAR and name in each), key=len)
+    inside = sorted((other for other in last if len(name) >= NEAR and name in other), key=len)
     forms = [*last, *last.values()]
     spelt = difflib.get_close_matches(name, forms, n=NEAR, cutoff=0.75) or difflib.get_close_matches(
         name, forms, n=1
     )
-    similar = [each for form in spelt for each in last if form in (each, last[each])]
+    similar = [other for form in spelt for other in last if form in (other, last[other])]
     return list(dict.fromkeys([*inside, *similar]))[:NEAR]

@@ -55,8 +55,8 @@ def _read(measured: Path, scene: Scene, named: dict[str, Any]) -> tuple[Any, str
     if direction not in ("course", "wale") or scene.load.strain < 0:
         wanted = "a knit or a cell that is pulled in course or wale direction"
         raise ConfigurationError(f"scene {scene.name!r}: must be {wanted} to be compared with a curve")
-    only = dict(each.partition("=")[::2] for each in named.pop("only"))
-    given = {name: each for name, each in named.items() if each is not None}
+    only = dict(pair.partition("=")[::2] for pair in named.pop("only"))
+    given = {name: value for name, value in named.items() if value is not None}
     return read_curve(measured, given, only, direction), "-".join((measured.stem, *only.values()))
 
 
@@ -217,7 +217,7 @@ def fit(
 def _table_of(fitted: Fit, scene: Scene) -> tuple[pd.DataFrame, dict[str, tuple]]:
     """Print a fit; return its table, and the values of keys with their intervals."""
     moduli = {key: scene.value(key) for key in MODULI if scene.value(key) is not None}
-    values = {key: tuple(value * each for each in fitted.factor) for key, value in moduli.items()}
+    values = {key: tuple(value * factor for factor in fitted.factor) for key, value in moduli.items()}
     values |= {FRICTION: fitted.friction} if scene.value(FRICTION) is not None else {}
     rows = [(key, *values[key], unit_of(key)) for key in values]
     of = "force" if fitted.proportional else "largest force"

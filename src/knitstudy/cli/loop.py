@@ -73,7 +73,7 @@ def loop(
         keys["pattern.points_file"] = str(points)
     if scene is None:  # the first one with loops
         scenes, _ = scenes_at_need(config)
-        scene = next(name for name, each in scenes.items() if "pattern" in each.sections)
+        scene = next(name for name, candidate in scenes.items() if "pattern" in candidate.sections)
     chosen = changed_scene(scene, (*keys.items(), *changes), config)
     if "pattern" not in chosen.sections:
         raise ConfigurationError(
@@ -81,7 +81,7 @@ def loop(
         )
     geometry = lay_out(chosen)
     quantities = [
-        each for each in summarise(geometry) if each.name not in ("kind", "loops", "rows", "crossings")
+        row for row in summarise(geometry) if row.name not in ("kind", "loops", "rows", "crossings")
     ]
     print_table(
         ("quantity", "value", "unit"),

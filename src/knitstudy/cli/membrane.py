@@ -50,7 +50,7 @@ def membrane(results: tuple[Path, ...], output: Path, error: float) -> None:
     rows = [(path, *row) for path, row in zip(histories, fitted["path_error"].to_numpy(), strict=True)]
     rows += [("all", fitted.attrs["error"], ""), ("all, a linear law", fitted.attrs["linear_error"], "")]
     console.print_table(("error of force per width", "root mean square", "largest"), rows)
-    click.echo(f"{output}, .csv, {', '.join(f'.{each}.inp' for each in LAWS)}", err=True)
+    click.echo(f"{output}, .csv, {', '.join(f'.{law}.inp' for law in LAWS)}", err=True)
 
 
 def _require_one_fabric(results: tuple[Path, ...]) -> None:
@@ -96,8 +96,8 @@ def strip(law: Path, length: float, width: float, strain: float, direction: str,
     table["width half way over width at rest [1]"] = pulled["waist"]
     table["force per width, free across [N/m]"] = free["force_per_width"]
     write_table(table, path)
-    forces = np.array(SHARES) * float(min(each["force_per_width"][-1] for each in (pulled, free)))
-    strains = [strain_at(each, forces) for each in (pulled, free)]
+    forces = np.array(SHARES) * float(min(pull["force_per_width"][-1] for pull in (pulled, free)))
+    strains = [strain_at(pull, forces) for pull in (pulled, free)]
     rows = np.column_stack([forces, *strains, 100 * (strains[0] / strains[1] - 1)])
     columns = (
         "force per width (N/m)",
@@ -105,7 +105,7 @@ def strip(law: Path, length: float, width: float, strain: float, direction: str,
         "strain free across",
         "clamps change it by (%)",
     )
-    console.print_table(columns, [tuple(f"{each:.4g}" for each in row) for row in rows])
+    console.print_table(columns, [tuple(f"{value:.4g}" for value in row) for row in rows])
     known = float(fitted["largest_strain"][axis])
     if strain > known * (1 + 1e-9):
         click.echo(f"the law was fitted up to a strain of {known:.3g}: beyond it is extrapolated", err=True)

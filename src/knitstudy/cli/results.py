@@ -208,9 +208,9 @@ def show(
         table = read_table(file)
         print_table([str(column) for column in table.columns], table.astype(object).values.tolist())
         return
-    for each in filter(None, (file, other)):
-        if each.suffix != ".nc":
-            raise DataFileError(f"{each}: results are .nc and .csv files")
+    for path in filter(None, (file, other)):
+        if path.suffix != ".nc":
+            raise DataFileError(f"{path}: results are .nc and .csv files")
     from knitstudy.figures.plot import draw
     from knitstudy.figures.style import save
     from knitstudy.measures.summary import kind_of, summarise
@@ -241,7 +241,7 @@ def _keys(dataset: xr.Dataset, file: Path) -> dict[str, Any]:
     from knitstudy.stages.record import keys_of
 
     keys, sources = keys_of(dataset, file)
-    own = {f"{name}: {key}": value for name, each in sources.items() for key, value in flat(each).items()}
+    own = {f"{name}: {key}": value for name, part in sources.items() for key, value in flat(part).items()}
     return flat(keys) | own
 
 

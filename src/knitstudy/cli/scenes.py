@@ -87,7 +87,7 @@ def list_scenes(study: str | None, family: str | None, fidelity: str | None, con
 
 def _nested(value: Any) -> bool:
     """Return whether a value is a list of lists, as points are."""
-    return isinstance(value, list) and any(isinstance(each, list) for each in value)
+    return isinstance(value, list) and any(isinstance(item, list) for item in value)
 
 
 @click.command()
@@ -209,14 +209,14 @@ def _print_larger(problem: Scene, small: Scene, settings: list[ModelSetting]) ->
     """Print the costs of a knit that is larger than all knits of the sample, and the errors on a smaller knit."""
     from knitstudy.stages.cost import expected_memory, expected_seconds
 
-    size, less = (f"{each.pattern.loops} x {each.pattern.rows}" for each in (problem, small))
+    size, less = (f"{knit.pattern.loops} x {knit.pattern.rows}" for knit in (problem, small))
     click.echo(
         f"no error is promised of {size} cells by any model; expected costs, and errors on {less} cells:"
     )
-    wholes = [(each, problem.vary(each.keys)) for each in settings]
+    wholes = [(setting, problem.vary(setting.keys)) for setting in settings]
     rows = [
-        (each.name, digits(expected_seconds(whole)), expected_memory(whole), digits(100 * each.error))
-        for each, whole in wholes
+        (setting.name, digits(expected_seconds(whole)), expected_memory(whole), digits(100 * setting.error))
+        for setting, whole in wholes
     ]
     print_table(("model", "seconds", "MB", f"error at most on {less} cells [%]"), rows)
 
@@ -229,10 +229,10 @@ def _print_plan(choice: Choice) -> None:
     if offer := without_edges(problem, ask, drawn_defaults()):
         click.echo(offer)
     beside, rows = choice.beside, []
-    for each in front(choice.settings, lambda setting: setting.seconds, lambda setting: setting.error):
-        price = map(digits, (100 * each.error, each.seconds, each.most_seconds, each.memory))
-        other = [digits(100 * beside.get(each.name, nan))] if beside else []
-        rows.append((each.name, *price, *other, "taken" if each == setting else ""))
+    for option in front(choice.settings, lambda setting: setting.seconds, lambda setting: setting.error):
+        price = map(digits, (100 * option.error, option.seconds, option.most_seconds, option.memory))
+        other = [digits(100 * beside.get(option.name, nan))] if beside else []
+        rows.append((option.name, *price, *other, "taken" if option == setting else ""))
     columns = ["model", "error at most [%]", "seconds", "at most", "MB"]
     if beside:
         columns.append(f"of the {BESIDE[ask.question]} [%]")

@@ -190,9 +190,9 @@ def _fields(
             slope, stress = parts_of_yarn[2], parts_of_yarn[4].reshape(-1, 3, 3)
             around = np.einsum("kqic,qc->kqi", slope[..., :2], turn)
             area = np.linalg.norm(np.cross(around, slope[..., 2]), axis=-1).ravel()
-            places = (each.reshape(-1, 3) for each in parts_of_yarn[:2])
+            places = (place.reshape(-1, 3) for place in parts_of_yarn[:2])
             parts.append((*places, von_mises(stress), principal_axes(stress)[0], area))
-    place, displacement, mises, principal, area = (np.concatenate(each) for each in zip(*parts, strict=True))
+    place, displacement, mises, principal, area = (np.concatenate(part) for part in zip(*parts, strict=True))
     fields = {"displacement [m]": displacement, "von_mises [Pa]": mises, "principal_stress [Pa]": principal}
     return place, fields, area
 

@@ -121,7 +121,7 @@ def deformed(
         copy = np.append(np.repeat(np.arange(copies), len(own) - 1), copies - 1)
         lines = place[:, along] + copy[:, None] * course[:, None]
         tubes = [tube(line, scene.yarn.radius, "") for line in lines]
-        points.append(np.stack([each.points for each in tubes]))
+        points.append(np.stack([tube.points for tube in tubes]))
         faces.append(tubes[0].faces + first)
         first += len(tubes[0].points)
         around = len(tubes[0].points) // (len(along) + 2)
@@ -142,7 +142,7 @@ def _of_stations(fabric: Fabric, history: xr.Dataset, colour: str) -> tuple[np.n
         return MILLIMETRE * motion(history)[:, :, 2], "out-of-plane displacement (mm)"
     name, label, scale = CROSSINGS[colour]
     if name not in history:
-        held = [each for each, (variable, *_) in CROSSINGS.items() if variable in history]
+        held = [quantity for quantity, (variable, *_) in CROSSINGS.items() if variable in history]
         raise ConfigurationError(
             f"colour is {colour!r} but the history holds only {', '.join(['u_z', *held])}"
         )
@@ -250,7 +250,7 @@ def draw(knit: Deformed, increment: int = -1, view: View = VIEW) -> Figure:
 def _round_length(most: float) -> float:
     """Return the largest of 1, 2 and 5 times a power of ten that is no longer."""
     power = 10.0 ** np.floor(np.log10(most))
-    return float(power * max(each for each in (1, 2, 5) if each * power <= most))
+    return float(power * max(digit for digit in (1, 2, 5) if digit * power <= most))
 
 
 def _surfaces(knit: Deformed, increment: int) -> list[Surface]:

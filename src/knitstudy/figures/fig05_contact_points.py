@@ -133,7 +133,7 @@ class InterlockSide:
         of_pair = (points.centroid, points.point, points.arc_length, normal, plane)
         yarn = points.yarn[pair[0]]
         colours = [yarn_colours(knit)[number] for number in yarn]
-        return cls(yarn, *(each[pair] for each in of_pair), colours)
+        return cls(yarn, *(array[pair] for array in of_pair), colours)
 
 
 def piece(

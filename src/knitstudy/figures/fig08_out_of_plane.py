@@ -62,8 +62,8 @@ def _draw_curves(drawing: Figure, dns: xr.Dataset) -> None:
             drawing, 0.085 + 0.5 * k, INCH * drawing.get_figheight() - CURVES + 12, 0.29, CURVES - 18
         )
         curves = [
-            Curve(replace(INTERACTIONS["isotropic"], label=name, marker=mark), dns["strain"].to_numpy(), each)
-            for (name, each), mark in zip(values.items(), "^v", strict=False)
+            Curve(replace(INTERACTIONS["isotropic"], label=name, marker=mark), dns["strain"].to_numpy(), u_z)
+            for (name, u_z), mark in zip(values.items(), "^v", strict=False)
         ]
         draw_curves(axes, curves, quantity, unit)
         panel_letter(axes, "ab"[k])

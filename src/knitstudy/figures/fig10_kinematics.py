@@ -126,7 +126,7 @@ def _crossing(
     view = View(tuple(-out), tuple(along))
     own = dns.isel(station=dns["yarn"].to_numpy() == yarn)
     position = own["centreline"].to_numpy() + own["centreline_displacement"].to_numpy()[at]
-    middle = np.array([np.interp(s, own["arc_length"], each) for each in position.T])
+    middle = np.array([np.interp(s, own["arc_length"], coordinate) for coordinate in position.T])
     surfaces = deformed_yarns(knit, dns, [yarn], at) + deformed_yarns(
         knit, dns, [int(state["other"])], at, 0.3
     )

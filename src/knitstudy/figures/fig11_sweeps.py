@@ -42,9 +42,9 @@ def draw(
     panels = drawing.subplots(2, 2, sharex="col", sharey="row")
     for k, (label, series, unit) in enumerate(columns):
         for row, (kind, axes) in enumerate(zip(LOOKS, panels[:, k], strict=True)):
-            for each in series:
-                if each.interaction == kind:
-                    _draw_series(axes, each, lambda point, unit=unit: unit * point.value)
+            for sweep in series:
+                if sweep.interaction == kind:
+                    _draw_series(axes, sweep, lambda point, unit=unit: unit * point.value)
             panel_letter(axes, "abcd"[2 * row + k], INTERACTIONS[kind])
         panels[1, k].set_xlabel(label)
     for axes in panels[:, 0]:  # limits of a row hold for all that it shows

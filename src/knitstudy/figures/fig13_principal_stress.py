@@ -81,7 +81,7 @@ def flow(mesh: SweptMesh, stresses: xr.Dataset) -> tuple[list[Surface], ScalarMa
     """Return yarns with streaks, and the scale of their colours in MPa."""
     yarns, radius = yarn_fields(mesh, stresses), mesh.radius
     lines = [streaks(centre, surface, radius) for centre, surface in yarns]
-    place, normal, value = (np.concatenate(each) for each in zip(*lines, strict=True))
+    place, normal, value = (np.concatenate(parts) for parts in zip(*lines, strict=True))
     value = MEGAPASCAL * value
     # From no stress, nearly as light as the yarn, to the largest.
     colours = matplotlib.colormaps["magma_r"](np.linspace(0.12, 0.95, 64))
@@ -164,7 +164,7 @@ def _follow(surface: RegularGridInterpolator, spot: np.ndarray, step: float) -> 
         ahead = way
         slopes = np.stack(by, axis=1)  # (k, 2, 3)
         spot = spot + step * np.linalg.solve(slopes @ slopes.swapaxes(1, 2), slopes @ way[..., None])[..., 0]
-    return [np.stack(each, axis=1) for each in zip(*points, strict=True)]
+    return [np.stack(parts, axis=1) for parts in zip(*points, strict=True)]
 
 
 def ribbons(place: np.ndarray, normal: np.ndarray, width: np.ndarray, colour: str) -> Surface:

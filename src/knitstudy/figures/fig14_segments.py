@@ -83,8 +83,8 @@ def _draw_segments(axes: Axes, contacts: xr.Dataset, stresses: dict[str, xr.Data
             line = np.array([place[row, column, lower], place[row + up, column + right, upper]])
             axes.plot(*line.T, **beam, path_effects=HALO)
             middle = line.mean(axis=0)
-            for way, each in stresses.items():
-                axis = FRONT.project(each["segment_axis"].sel(extent="whole").to_numpy()[segment, 0])
+            for way, stress in stresses.items():
+                axis = FRONT.project(stress["segment_axis"].sel(extent="whole").to_numpy()[segment, 0])
                 stroke = middle + length * np.outer([-1, 1], axis)
                 look = {"color": TENSION[way], "linewidth": 1.8, "zorder": 7, "path_effects": HALO}
                 axes.plot(*stroke.T, **look, label=f"axis of principal stress, {way} tension")
@@ -99,9 +99,9 @@ def _draw_honeycombs(axes: Axes, knit: Fabric, contacts: xr.Dataset, stresses: d
     width, course = MILLIMETRE * knit.cell[0], MILLIMETRE * knit.cell[1]
     rise = float(place[2:, 1].mean() - place[:2, 1].mean())
     honeycombs = {"by geometry": (rise, course, MODELS["rom2d"].colour)}
-    for way, each in stresses.items():
+    for way, stress in stresses.items():
         try:
-            rows = heights_by_stress(knit, contacts, each)
+            rows = heights_by_stress(knit, contacts, stress)
         except GeometryError as error:
             axes.text(0.5, 0.02, f"{way} tension: {error}", transform=axes.transAxes, ha="center", wrap=True)
             continue

@@ -123,7 +123,7 @@ def elevated_yarns(
 ) -> list[Surface]:
     """Return the yarns of a radius [m] at full load, displacements true to scale, drawn as thick as a share of it."""
     place = history["centreline"].to_numpy() + history["centreline_displacement"].to_numpy()[-1]
-    colours = np.array([to_hex(each) for each in scale.to_rgba(MILLIMETRE * elevation(history))])
+    colours = np.array([to_hex(colour) for colour in scale.to_rgba(MILLIMETRE * elevation(history))])
     yarn, s = history["yarn"].to_numpy(), history["arc_length"].to_numpy()
     ends = (np.diff(yarn) != 0) | (np.diff(s) > CUT * radius)
     surfaces = []

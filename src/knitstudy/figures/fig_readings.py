@@ -72,10 +72,10 @@ def _label(axes: Axes, claims: pd.DataFrame, under_readings: Sequence[Finding]) 
     names = [f"{claim.id}  {claim.short}" for claim in claims.itertuples()]
     axes.set_xticks(np.arange(len(claims)) + 0.5, names, rotation=90)
     axes.xaxis.tick_top()
-    axes.set_yticks(np.arange(len(under_readings)) + 0.5, [each.reading.reading for each in under_readings])
+    axes.set_yticks(np.arange(len(under_readings)) + 0.5, [row.reading.reading for row in under_readings])
     axes.tick_params(length=0)
     for spine in axes.spines.values():
         spine.set_visible(False)
-    kinds = [each.reading.kind for each in under_readings]
+    kinds = [row.reading.kind for row in under_readings]
     for row in (1, *(i for i in range(1, len(kinds)) if kinds[i] != kinds[i - 1])):
         axes.axhline(row, color=INK, linewidth=0.8, zorder=2)

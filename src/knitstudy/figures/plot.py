@@ -45,7 +45,7 @@ def plot(*results: Any, colour: str | None = None, axes: Axes | None = None) -> 
         When the history does not hold the values of the colour.
     """
     if colour is None:
-        drawing = draw(*(each.history for each in results))
+        drawing = draw(*(result.history for result in results))
     else:
         (one,) = results
         drawing = deformed.draw(deformed.deformed(one.scene, one.geometry, one.history, one.mesh, colour))
@@ -65,16 +65,16 @@ def draw(dataset: xr.Dataset, *others: xr.Dataset) -> Figure:
     of other kinds should be drawn together.
     """
     kind = kind_of(dataset)
-    for each in (dataset, *others):
-        require_layout(each, kind)
+    for drawn in (dataset, *others):
+        require_layout(drawn, kind)
     if others and kind != "history":
         raise DataFileError(
             f"results of the kind {kind!r} cannot be drawn in one picture; draw one after the other"
         )
     drawing = figure(1.35 * SINGLE, SINGLE, layout="constrained")
     axes = drawing.subplots()
-    for each, colour in zip((dataset, *others), (INK, *YARNS), strict=False):
-        _DRAWN[kind](each, axes, **({"colour": colour, "label": _name(each)} if others else {}))
+    for drawn, colour in zip((dataset, *others), (INK, *YARNS), strict=False):
+        _DRAWN[kind](drawn, axes, **({"colour": colour, "label": _name(drawn)} if others else {}))
     if others:
         axes.legend()
     else:

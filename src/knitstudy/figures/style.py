@@ -192,7 +192,7 @@ def describe(sources: Mapping[str, Source]) -> str:
             physics = sorted(set(source["physics"].astype(str))) if "physics" in source else []
             parts.append(f"{stage} [{', '.join(physics) or 'unknown'}]")
             continue
-        for each in [source] if isinstance(source, xr.Dataset) else source.values():
-            scene, digest = (each.attrs.get(name, "unknown") for name in ("scene", "digest"))
+        for dataset in [source] if isinstance(source, xr.Dataset) else source.values():
+            scene, digest = (dataset.attrs.get(name, "unknown") for name in ("scene", "digest"))
             parts.append(f"{stage} of {scene} [{digest}]")
     return "; ".join(parts) or "drawn without data"

@@ -154,7 +154,7 @@ def cases_of(histories: Datasets, scenes: Scenes, reference: pd.DataFrame) -> It
             yield Case(
                 *case.split("-"),
                 dns=dns,
-                others=tuple(each for each in simulations(case, OTHER_SOLIDS) if each.scene is not dns.scene),
+                others=tuple(run for run in simulations(case, OTHER_SOLIDS) if run.scene is not dns.scene),
                 reduced=simulations(case, REDUCED),
                 main={name: models[0] for name, models in main.items() if models},
                 beams=simulations(case, BEAM_MODELS),

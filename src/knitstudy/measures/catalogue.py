@@ -135,13 +135,13 @@ class Display:
     @property
     def needed(self) -> tuple[str, ...]:
         """Arguments without which it cannot be made."""
-        results = [name for name, each in self.results.items() if not each.optional]
+        results = [name for name, result in self.results.items() if not result.optional]
         return (*results, *self.files, *(("scenes",) if self.scenes else ()))
 
     @property
     def takes(self) -> tuple[str, ...]:
         """All arguments."""
-        optional = [name for name, each in self.results.items() if each.optional]
+        optional = [name for name, result in self.results.items() if result.optional]
         return (*self.needed, *optional)
 
 
@@ -153,11 +153,12 @@ def _taken(make: Callable[..., Any], attributes: Mapping[str, Any]) -> dict[str,
         if parameter.kind is not parameter.VAR_KEYWORD
     ]
     names = [
-        each.name
-        for each in named
-        if each.default is each.empty and each.name not in (*attributes.get("results", ()), "scenes")
+        parameter.name
+        for parameter in named
+        if parameter.default is parameter.empty
+        and parameter.name not in (*attributes.get("results", ()), "scenes")
     ]
-    scenes = attributes.get("scenes", any(each.name == "scenes" for each in named))
+    scenes = attributes.get("scenes", any(parameter.name == "scenes" for parameter in named))
     return {"files": (*attributes.get("files", ()), *names), "scenes": scenes}
 
 

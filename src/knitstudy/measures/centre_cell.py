@@ -131,7 +131,7 @@ def honeycomb_segments(contacts: xr.Dataset) -> dict[str, np.ndarray]:
         KINDS[kind]: zone[up:, right:, end] - zone[: rows - up, : columns - right, start]
         for (start, end, up, right), (kind, _) in BETWEEN.items()
     }
-    return {kind: each.reshape(-1, 3) for kind, each in segments.items() if each.size}
+    return {kind: points.reshape(-1, 3) for kind, points in segments.items() if points.size}
 
 
 def _by_place(contacts: xr.Dataset) -> np.ndarray:

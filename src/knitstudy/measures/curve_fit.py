@@ -68,7 +68,7 @@ class Fit:
                 "the intervals do not contain the error of the model: --check KEY=VALUE adds the error"
             )
         else:
-            low, high = (f"{100 * each:.2g}" for each in self.correction)
+            low, high = (f"{100 * bound:.2g}" for bound in self.correction)
             remarks.append(
                 f"forces are corrected by {low} to {high} % to the more accurate model; the intervals contain the "
                 "change of the values by this correction, for the error of the model"

@@ -52,7 +52,7 @@ class Pulled:
         axis = DIRECTIONS.index(direction)
         strain, force = (history[name].to_numpy() for name in ("cell_strain", "force_per_width"))
         rising = np.append(True, force[1:, axis] > np.maximum.accumulate(force[:, axis])[:-1])
-        return cls(*(each[rising, i] for each in (strain, force) for i in (axis, 1 - axis)))
+        return cls(*(values[rising, i] for values in (strain, force) for i in (axis, 1 - axis)))
 
     @property
     def strain(self) -> np.ndarray:
@@ -113,10 +113,10 @@ def _curve(x: np.ndarray, y: np.ndarray, before: float = 1.0) -> BSpline:
 
     A cubic spline with values as coefficients at the means of its knots turns no more often than they do (Schoenberg).
     """
-    parts = (np.diff(each, prepend=each[0]) / (np.ptp(each) or 1.0) for each in (x, y))
+    parts = (np.diff(values, prepend=values[0]) / (np.ptp(values) or 1.0) for values in (x, y))
     path = np.cumsum(np.hypot(*parts))
     at = np.linspace(0, path[-1], KNOTS)
-    x, y = (np.interp(at, path, each) for each in (x, y))
+    x, y = (np.interp(at, path, values) for values in (x, y))
     first, last = (np.diff(y) / np.diff(x))[[0, -1]]
     x, y = [x[0] - 1, *x, x[-1] + 4], [y[0] - before * first, *y, y[-1] + 4 * last]
     knots = np.concatenate([[x[0]] * 3, x, [x[-1]] * 3])
@@ -194,11 +194,11 @@ def predicted(cells: Mapping[str, xr.Dataset]) -> pd.DataFrame:
                 strips[yarn, stitch, direction] = strip_of(pulled, cells[sheared], yarn, stitch, direction)
     parts = []
     for (yarn, stitch, direction), strip in strips.items():
-        known = [strips.get((yarn, FITTED, each)) for each in DIRECTIONS]
+        known = [strips.get((yarn, FITTED, direction)) for direction in DIRECTIONS]
         if None in known:
             continue
-        curves = np.array([measured_strain(yarn, each) for each in DIRECTIONS])
-        off = np.array([each.strain for each in known]) / curves - 1
+        curves = np.array([measured_strain(yarn, direction) for direction in DIRECTIONS])
+        off = np.array([strip.strain for strip in known]) / curves - 1
         scatter = 2 * np.sqrt(np.nanmean(off[:, JUDGED] ** 2))
         scatter = np.fmax(scatter, np.fmax.reduce(np.abs(off)))
         loose = np.nan_to_num(strip.loose - strips[yarn, FITTED, direction].loose)

@@ -31,7 +31,7 @@ def ledger_gap(history: xr.Dataset) -> float:
 
 def hourglass_share(history: xr.Dataset, form: str = "hourglass") -> float:
     """Return the largest hourglass or other over internal energy where the latter is 1% of its final value or more."""
-    internal, other = (history["energy"].sel(form=each) for each in ("internal", form))
+    internal, other = (history["energy"].sel(form=kind) for kind in ("internal", form))
     return float((other / internal.where(internal >= OF_FINAL * internal[-1])).max())
 
 

@@ -66,12 +66,12 @@ def read_curve(path: Path, named: Mapping[str, Any], only: Mapping[str, str], di
     table, beside = _one_curve(_table(path), only, direction, path), path.with_suffix(".columns.yaml")
     kept = read_yaml(beside) if beside.is_file() else {}
     if any(
-        np.shape(each) != (2,) if name in WORDS else type(each) is not float for name, each in kept.items()
+        np.shape(value) != (2,) if name in WORDS else type(value) is not float for name, value in kept.items()
     ):
         raise DataFileError(f"{beside}: is not as knitstudy wrote it; delete it and name the columns again")
-    how = kept | {name: list(each) if name in WORDS else each for name, each in named.items()}
+    how = kept | {name: list(value) if name in WORDS else value for name, value in named.items()}
     strain, force = (_values(table, name, how, path) for name in WORDS)
-    curve = pd.Series(force.to_numpy(), strain).loc[lambda each: each.notna() & each.index.notna()]
+    curve = pd.Series(force.to_numpy(), strain).loc[lambda values: values.notna() & values.index.notna()]
     rising = curve.iloc[: curve.index.argmax() + 1] if len(curve) else curve
     if (count := len(rising)) < 3:
         raise DataFileError(f"{path}: has {count} rows of numbers up to the largest strain; 3 are needed")
@@ -89,7 +89,7 @@ def _table(path: Path) -> pd.DataFrame:
     """Return a table whose columns commas, tabs or semicolons part; `_numbers` reads decimal commas."""
     try:
         head = path.read_text(encoding="utf-8-sig").partition("\n")[0]
-        mark = next((each for each in ";\t" if each in head), ",")
+        mark = next((separator for separator in ";\t" if separator in head), ",")
         table = pd.read_csv(path, sep=mark, skipinitialspace=True, encoding="utf-8-sig")
     except (OSError, ValueError) as error:
         wanted = "must be a CSV file with names of columns in its first row"
@@ -132,7 +132,9 @@ def _numbers(texts: pd.Series) -> pd.Series:
 
 def _recognised(table: pd.DataFrame, name: str, path: Path) -> tuple[str, str]:
     """Return the column of strain or force, and its unit, by the names of the columns."""
-    columns = [each for each in table if re.search(WORDS[name], each.lower()) and not SCATTER.search(each)]
+    columns = [
+        column for column in table if re.search(WORDS[name], column.lower()) and not SCATTER.search(column)
+    ]
     add = f"add --{name} COLUMN UNIT, with a unit of {', '.join(UNITS[name])}"
     if len(columns) != 1:
         are = f"{len(columns) or 'no'} columns are named like a {name}: {', '.join(map(repr, columns or table))}"

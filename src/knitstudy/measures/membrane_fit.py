@@ -65,7 +65,7 @@ class States(Chosen):
             raise DataFileError(f"{chosen.sum()} states of cells are too few for a law: {LEAST} are needed")
         states = every[chosen]
         most = np.abs(states.stretch).max(axis=0)
-        if missing := [name for name, each in zip(STRAINS, most, strict=True) if each < NOTHING]:
+        if missing := [name for name, largest in zip(STRAINS, most, strict=True) if largest < NOTHING]:
             what = f"no state is strained in {', '.join(missing)}: the law would not know the stiffness"
             raise DataFileError(f"{what}; add a cell whose load.deformation is {' or '.join(missing)}")
         return states
@@ -73,7 +73,7 @@ class States(Chosen):
     @property
     def mirrored(self) -> bool:
         """Whether tension brings no shear: states with nearly no other strain have no shear force, nor shear."""
-        shear = [np.abs(each[:, 2]) / np.linalg.norm(each, axis=1) for each in (self.stretch, self.force)]
+        shear = [np.abs(part[:, 2]) / np.linalg.norm(part, axis=1) for part in (self.stretch, self.force)]
         tension = shear[0] < SHEARED
         return bool(np.all(shear[0][tension] < ALIGNED) and np.all(shear[1][tension] < ALIGNED))
 
@@ -122,10 +122,10 @@ def fit_exponentials(
     slope = slope / _reach(strain)
     columns = 0.0
     pair = (slope, slope * MIRROR) if mirrored else (slope,)
-    for each in pair:
-        along = strain @ each.T
+    for mode in pair:
+        along = strain @ mode.T
         factor = np.where(size > 0, np.expm1(along), along) / len(pair)
-        columns += np.einsum("nk,ki,nij->njk", factor, each, derivative, optimize=True)
+        columns += np.einsum("nk,ki,nij->njk", factor, mode, derivative, optimize=True)
     columns = (columns / states.scale[:, None, None]).reshape(-1, len(slope))
     norm, goal = np.linalg.norm(columns, axis=0), (states.force / states.scale[:, None]).ravel()
 
@@ -150,12 +150,12 @@ def fit_exponentials(
         chosen = fewer[best][solved[best][0] > 0]
     weight, _ = solve(chosen)
     flat, curved = size[chosen] == 0, size[chosen] > 0
-    slope, both = slope[chosen], [each[chosen] for each in pair]
-    dyads = sum(np.einsum("ki,kj->kij", each, each) for each in both) / len(pair)  # of a term's form
+    slope, both = slope[chosen], [modes[chosen] for modes in pair]
+    dyads = sum(np.einsum("ki,kj->kij", modes, modes) for modes in both) / len(pair)  # of a term's form
     law = ExponentialLaw(
         np.einsum("k,kij->ij", weight * flat, dyads),
         np.tile(weight[curved], len(pair)) / len(pair),
-        np.concatenate([each[curved] for each in both]),
+        np.concatenate([modes[curved] for modes in both]),
     )
     used = columns[:, chosen]
     residual = used @ weight - goal
@@ -166,7 +166,7 @@ def fit_exponentials(
     parts = root @ forms.T, root[:, curved]
     half = level * np.concatenate([np.linalg.norm(part, axis=0) for part in parts])
     names = [f"A_{AXES[j]}_{AXES[i]} [N/m]" for i, j in zip(*ENTRIES, strict=True)]
-    names += [f"w ({' '.join(f'{a:.3g}' for a in each)}) [N/m]" for each in slope[curved]]
+    names += [f"w ({' '.join(f'{a:.3g}' for a in mode)}) [N/m]" for mode in slope[curved]]
     value = np.concatenate([law.form[ENTRIES], weight[curved]])
     return LawFit(law, tuple(names), value, half, residual.reshape(-1, 3), states)
 
@@ -180,7 +180,7 @@ def _reach(strain: np.ndarray) -> np.ndarray:
 def _dictionary(mirrored: bool, sizes: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
     """Return slopes (k, 3) in units of the largest strains, and their sizes (k,): of quadratic terms 0."""
     shears = SHEARS if mirrored else np.concatenate([SHEARS, -SHEARS[1:]])
-    size, angle, shear = (each.ravel() for each in np.meshgrid(sizes, ANGLES, shears, indexing="ij"))
+    size, angle, shear = (axis.ravel() for axis in np.meshgrid(sizes, ANGLES, shears, indexing="ij"))
     plane = np.stack([np.cos(angle) * np.cos(shear), np.sin(angle) * np.cos(shear), np.sin(shear)], axis=-1)
     return np.where(size > 0, size, 1.0)[:, None] * plane, size
 
@@ -191,7 +191,7 @@ def membrane(histories: dict[str, xr.Dataset], error: float = ERROR) -> xr.Datas
     `law_of` makes the first one again. Errors of both are attributes; coefficients have intervals.
     """
     states = States.of(histories)
-    fit, linear = (fit_exponentials(states, states.mirrored, error, each) for each in (SIZES, SIZES[:1]))
+    fit, linear = (fit_exponentials(states, states.mirrored, error, size) for size in (SIZES, SIZES[:1]))
     paths, plane, unit, one = fit.errors, ("axis", "of_axis"), {"units": "N/m"}, {"units": "1"}
     interval = unit | {"long_name": "half width of the 95 % interval"}
     return xr.Dataset(

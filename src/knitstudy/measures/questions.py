@@ -61,8 +61,8 @@ CURVE = tuple(map(curve_force, SHARES))
 
 # By name.
 QUESTIONS: dict[str, Question] = {
-    each.name: each
-    for each in (
+    question.name: question
+    for question in (
         Question("force", "force at full load", dict.fromkeys(_ALL, (FORCE,))),
         Question("curve", "force, whole curve", dict.fromkeys(_ALL, CURVE)),
         Question(

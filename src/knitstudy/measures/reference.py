@@ -131,7 +131,7 @@ def transferred_uncertainty(known: Reference, base: xr.Dataset, history: xr.Data
     reached, estimates = response.common_strain([base, history]), {}
     for quantity in TRANSFERRED:
         _, values = response.QUANTITIES[quantity]
-        here, there = (values(each, each) for each in (history, base))
+        here, there = (values(curve, curve) for curve in (history, base))
         for strain in known.strains(quantity, reached):
             true = known.at(quantity, strain)
             off = (abs(response.at_strain(base, strain, there) - true.value) + true.uncertainty) / true.value
@@ -197,4 +197,4 @@ def refinement_series_of(scenes: Iterable[Scene]) -> dict[str, list[RefinementSe
 def _series(by_resolution: Mapping[float, Scene]) -> RefinementSeries:
     name = discretisation(next(iter(by_resolution.values())))
     order = sorted(by_resolution, reverse=name != SOLID_YARNS)
-    return RefinementSeries(name, tuple(by_resolution[each] for each in order))
+    return RefinementSeries(name, tuple(by_resolution[resolution] for resolution in order))

@@ -72,7 +72,7 @@ def require_layout(dataset: xr.Dataset, kind: str) -> None:
             raise DataFileError(f"{kind}: there is no variable {name!r}; make it again")
         variable = dataset[name]
         if variable.dims != dims:
-            has, must = (f"({', '.join(each)})" for each in (map(str, variable.dims), dims))
+            has, must = (f"({', '.join(names)})" for names in (map(str, variable.dims), dims))
             raise DataFileError(f"{kind}: variable {name!r} has the dimensions {has} but must have {must}")
         if variable.dtype.kind not in "iufb":
             raise DataFileError(f"{kind}: variable {name!r} holds {variable.dtype} but must hold numbers")

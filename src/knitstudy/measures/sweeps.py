@@ -87,7 +87,7 @@ def sweeps_of(key: str, histories: Datasets, scenes: Scenes, reference: pd.DataF
     marked = [
         replace(sweep, main=len(sweep.points) == most[sweep.keep, sweep.interaction]) for sweep in sweeps
     ]
-    return sorted(marked, key=lambda each: (list(HELD).index(each.keep), not each.main))
+    return sorted(marked, key=lambda sweep: (list(HELD).index(sweep.keep), not sweep.main))
 
 
 def _place(name: str) -> tuple[tuple[str, str | None] | None, str | None]:

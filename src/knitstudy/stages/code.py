@@ -43,7 +43,7 @@ def _digest(rooms: tuple[str, ...], plugins: tuple[Path, ...]) -> str:
         files = (
             [path]
             if path.is_file()
-            else sorted(each for each in path.rglob("*") if each.suffix in (".py", ".tsv"))
+            else sorted(file for file in path.rglob("*") if file.suffix in (".py", ".tsv"))
         )
         for file in files:
             digest.update(f"{file.relative_to(PACKAGE).as_posix()}\n".encode() + file.read_bytes())

@@ -59,10 +59,10 @@ def expected_memory(scene: Scene) -> int:
         model, cells = scene.kind.fidelity, scene.pattern.loops * scene.pattern.rows
         return round(model.memory + cells * model.memory_a_cell)
     element, touches = _element(scene), scene.kind.interaction.touches
-    each, count = BYTES_AN_UNKNOWN[element][touches], unknowns(scene)
-    growth = count * each
+    bytes_an_unknown, count = BYTES_AN_UNKNOWN[element][touches], unknowns(scene)
+    growth = count * bytes_an_unknown
     if touches and element is None:
-        growth = FOLLOWED + min(count, LARGE) * each + max(count - LARGE, 0.0) * BYTES_OF_LARGE
+        growth = FOLLOWED + min(count, LARGE) * bytes_an_unknown + max(count - LARGE, 0.0) * BYTES_OF_LARGE
     return round((PROCESS + growth) / MEGABYTE)
 
 

@@ -81,7 +81,7 @@ class Displays:
                 for result in display.results.values()
                 if not result.optional and not self._steps(result)
             ]
-            scenes = ", ".join(f"{each.stage} of {' or '.join(each.names)}" for each in needed)
+            scenes = ", ".join(f"{result.stage} of {' or '.join(result.names)}" for result in needed)
             raise ConfigurationError(
                 f"{self.catalogue.what} {name!r} needs {scenes}: {self.label} has no such scene"
             )

@@ -206,13 +206,11 @@ class Plan:
         other = scenes.get(name)
         inputs = scene.geometry_inputs
         changed = {}
-        if other is not None and any(other.geometry_inputs.get(each) != inputs[each] for each in inputs):
+        if other is not None and any(other.geometry_inputs.get(key) != inputs[key] for key in inputs):
             changed = inputs | {"knit": scene.knit}
         if other is not None and measures(scene, key):
             changed |= {
-                each: scene.value(each)
-                for each in SPRINGS
-                if scene.value(each) not in (None, other.value(each))
+                key: scene.value(key) for key in SPRINGS if scene.value(key) not in (None, other.value(key))
             }
             if "load.strain" in changed:
                 stops = [stop for stop in other.load.stops if 0 < stop / changed["load.strain"] < 1]

@@ -104,7 +104,7 @@ def rows_of(
                     off[quantity] = (inf if record["reason"] else error.value + error.uncertainty, true)
             if not off:
                 continue
-            quantity = max(off, key=lambda each: off[each][0])
+            quantity = max(off, key=lambda name: off[name][0])
             error, true = off[quantity]
             price = {SECONDS: record["seconds"], MEMORY: record["memory"]}
             size = {"unknowns [1]": record["unknowns"], "increments [1]": record["increments"]}
@@ -120,7 +120,7 @@ def rows_of(
             rows.append({**about, **of, ERROR: error, **price, **size, **share, **remarks})
     if rows:
         return rows
-    failed = "; ".join(f"{each['model setting']}: {each['reason']}" for each in records if each["reason"])
+    failed = "; ".join(f"{run['model setting']}: {run['reason']}" for run in records if run["reason"])
     reason = f"the reference value takes two of {', '.join(trade.reference)}, which did not end: {failed}"
     return [{**about, "case": str(case), "model setting": "", "question": "", "reason": reason}]
 
@@ -156,7 +156,7 @@ def reference_values(
             if not runs[knit].get(highest) and len(far.get(quantity, ())) >= FEW:
                 limit_of_knit[quantity] = Estimate(limit.value, max(far[quantity]) * abs(limit.value))
     return {
-        knit: Reference({(name, 1.0): each for name, each in limit_of_knit.items()})
+        knit: Reference({(name, 1.0): limit for name, limit in limit_of_knit.items()})
         for knit, limit_of_knit in limits.items()
     }
 
@@ -167,13 +167,13 @@ def collect(
     """Return the table of errors and prices from the problems and the records of runs, by knit and case."""
     rows = []
     for case in trade.cases():
-        measured = {knit: of for (knit, each), of in records.items() if each == case}
+        measured = {knit: of for (knit, other), of in records.items() if other == case}
         settings = trade.settings_of(case)
-        runs = {knit: {each["model setting"]: each["values"] for each in of} for knit, of in measured.items()}
+        runs = {knit: {run["model setting"]: run["values"] for run in of} for knit, of in measured.items()}
         for knit, true in reference_values(runs, case, trade).items():
             scene = problems[knit, case]
             about = {"knit": knit, "problem": same_knit(scene)} | asdict(Inputs.of(scene))
-            of = [each for each in measured[knit] if applies(scene, settings[each["model setting"]])]
+            of = [run for run in measured[knit] if applies(scene, settings[run["model setting"]])]
             rows += rows_of(of, case, about, trade, true)
     return pd.DataFrame(rows, columns=COLUMNS)
 

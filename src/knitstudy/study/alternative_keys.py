@@ -99,7 +99,9 @@ def without_yarn(keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], d
     ]
     if lengths and (said.get(LENGTH), said.get(POINTS)) == (None, None):
         said[LENGTH] = lengths[-1]
-    return said, {KEYS[part][0]: each.value for part, each in yarn.values.items() if each.value is not None}
+    return said, {
+        KEYS[part][0]: entry.value for part, entry in yarn.values.items() if entry.value is not None
+    }
 
 
 @cache

@@ -103,7 +103,7 @@ class Choice:
     @property
     def beside(self) -> dict[str, float]:
         """Promised errors [1] of the model settings for the question in `BESIDE`."""
-        return {each.name: each.error for each in self.promise(BESIDE.get(self.ask.question, ""))}
+        return {setting.name: setting.error for setting in self.promise(BESIDE.get(self.ask.question, ""))}
 
     @property
     def scene(self) -> Scene:
@@ -180,7 +180,9 @@ def _choose(problem: Scene, ask: Requirements, drawn: Mapping, where: str) -> Ch
     promise, basis = promises(problem, drawn, where)
     for name in ask.among:
         MODELS.find(name, f"{where}: ask.among")
-    settings = [each for each in promise(ask.question) if not ask.among or each.keys["fidelity"] in ask.among]
+    settings = [
+        setting for setting in promise(ask.question) if not ask.among or setting.keys["fidelity"] in ask.among
+    ]
     if not settings:
         of = f" among {', '.join(ask.among)}" if ask.among else ""
         raise ConfigurationError(
@@ -318,7 +320,7 @@ def front(
     equal, since they are within the tolerances of the solvers.
     """
     points_on_front: list[Each] = []
-    for point in sorted(points, key=lambda each: (price(each), error(each))):
+    for point in sorted(points, key=lambda candidate: (price(candidate), error(candidate))):
         if not points_on_front or error(point) < (1 - ALIKE) * error(points_on_front[-1]):
             points_on_front.append(point)
     return points_on_front

@@ -165,8 +165,8 @@ def _members(entry: dict, document: dict, blocks: Blocks, path: Path) -> Iterato
     count = math.prod(map(len, choices))
     if not 1 <= count <= MOST:
         raise ConfigurationError(f"{where}: stands for {count} scenes but must for 1 to {MOST}")
-    for each in product(*choices):
-        taken = dict(zip(asked, each, strict=True))
+    for combination in product(*choices):
+        taken = dict(zip(asked, combination, strict=True))
         own = _filled(name, taken, f"{path}: name")
         layers = {"the family's keys": document.get("keys", {}), "its keys": entry.get("keys", {})}
         layers |= {f"{group} {choice!r}": blocks[group][choice] for group, choice in taken.items()}
@@ -194,7 +194,7 @@ def _studies(wanted: Any, where: str) -> tuple[str, ...]:
 def _texts(wanted: Any, allowed: Sequence[str], what: str, prefix: str, also: str) -> list[str]:
     """Return a list of distinct allowed texts, or one as a list; a whole number is the text that it is written as."""
     listed = wanted if isinstance(wanted, list) else [wanted]
-    texts = [str(each) if type(each) is int else each for each in listed]
+    texts = [str(text) if type(text) is int else text for text in listed]
     if not all(isinstance(text, str) for text in texts):
         raise ConfigurationError(
             f"{prefix} is {wanted!r} but must be {also}of {', '.join(allowed)}, as texts"

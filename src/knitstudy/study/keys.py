@@ -144,9 +144,9 @@ def describe_with_source(section: type[Section], name: str) -> Description:
 def _texts(section: type[Section]) -> dict[str, str]:
     """Return the texts below the keys of a section, for pages and ``check --sources``."""
     texts: dict[str, str] = {}
-    for each in reversed(section.__mro__[: section.__mro__.index(Section)]):
-        if get_annotations(each):  # combinations of sections have no key of their own, and no source
-            (defined,) = ast.parse(dedent(getsource(each))).body
+    for ancestor in reversed(section.__mro__[: section.__mro__.index(Section)]):
+        if get_annotations(ancestor):  # combinations of sections have no key of their own, and no source
+            (defined,) = ast.parse(dedent(getsource(ancestor))).body
             for field, text in pairwise(defined.body):
                 if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):
                     texts[field.target.id] = ast.literal_eval(text.value)
@@ -162,7 +162,7 @@ def allowed_values(section: type[Section], name: str) -> str:
     text = _bounded("a whole number" if kinds[0] is int else "a number", field)
     if get_origin(kinds[0]) is Literal:
         text = listed(get_args(kinds[0]))
-    for registered in (each for each in field.metadata if isinstance(each, OneOf)):
+    for registered in (choice for choice in field.metadata if isinstance(choice, OneOf)):
         text = meanings(registered.entries())
     meaning = known.meaning or (f"in {known.unit}" if known.unit != "1" else "")
     text += f", {meaning}" if meaning else ""
@@ -171,10 +171,10 @@ def allowed_values(section: type[Section], name: str) -> str:
 
 def _bounded(number: str, field: FieldInfo) -> str:
     bounds = {
-        name: f"{getattr(each, name):g}".replace("e+0", "e").replace("e+", "e")
-        for each in field.metadata
+        name: f"{getattr(bound, name):g}".replace("e+0", "e").replace("e+", "e")
+        for bound in field.metadata
         for name in SIGNS
-        if hasattr(each, name)
+        if hasattr(bound, name)
     }
     match bounds:
         case {"ge": low, "le": high}:

@@ -88,12 +88,12 @@ def _rows(path: Path) -> tuple[list[list[Any]], Any]:
         raise ConfigurationError(_reason(path, error)) from error
     rows: list[list[Any]] = []
     before = None
-    for each in program.loop_forming_instructions:
-        way, position = (each.direction, str(each.carrier_set)), each.needle.position
-        back = -position if str(each.direction) == "+" else position
+    for instruction in program.loop_forming_instructions:
+        way, position = (instruction.direction, str(instruction.carrier_set)), instruction.needle.position
+        back = -position if str(instruction.direction) == "+" else position
         if before is None or way != before[0] or back > before[1]:
             rows.append([])
-        rows[-1] += each.made_loops
+        rows[-1] += instruction.made_loops
         before = way, back
     return rows, graph.braid_graph
 
@@ -156,7 +156,7 @@ def _columns(parents: dict[Place, list[Place]]) -> dict[Needle, int]:
     columns: dict[Any, int] = {}
     needles = {needle for _, needle in parents}
     of = {needle: needle[0] if needle[0] in across else needle for needle in needles}
-    for needle in sorted(needles, key=lambda each: (each[0], not each[1])):
+    for needle in sorted(needles, key=lambda place: (place[0], not place[1])):
         columns.setdefault(of[needle], len(columns))
     return {needle: columns[of[needle]] for needle in needles}
 

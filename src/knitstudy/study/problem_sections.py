@@ -274,7 +274,7 @@ class Tension(Section):
         for stop in stops:
             match stop:
                 case [float() | int() as end, float() | int() as step] if 0 < step <= end:
-                    last = max((each for each in graded if isinstance(each, float | int)), default=0.0)
+                    last = max((limit for limit in graded if isinstance(limit, float | int)), default=0.0)
                     parts = max(ceil((end - last) / step - 1e-9), 1)
                     graded += [last + (end - last) * part / parts for part in range(1, parts + 1)]
                 case _:

@@ -189,7 +189,7 @@ class Trade(Section):
 
     def cases(self) -> list[Case]:
         """Return all cases."""
-        return [Case(*each) for each in product(SPECIMENS, self.settings, (SMALL, LARGE))]
+        return [Case(*labels) for labels in product(SPECIMENS, self.settings, (SMALL, LARGE))]
 
     def case_of(self, scene: Scene) -> Case:
         """Return the case of a scene."""
@@ -202,7 +202,7 @@ class Trade(Section):
         return {
             name: keys
             for name, keys in self.settings[case.yarns].items()
-            if not any(number % self.every.get(each, 1) for each in (name, str(case)))
+            if not any(number % self.every.get(rarely, 1) for rarely in (name, str(case)))
             and name not in left_out
             and case.specimen in MODELS.find(keys["fidelity"]).specimens
         }
@@ -303,9 +303,9 @@ def _others(scene: Scene) -> dict[str, Any]:
 def _rounded(value: Any) -> Any:
     """Return nested values with six digits of every number."""
     if isinstance(value, Mapping):
-        return {key: _rounded(each) for key, each in value.items()}
+        return {key: _rounded(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_rounded(each) for each in value]
+        return [_rounded(item) for item in value]
     return float(f"{value:.6g}") + 0.0 if isinstance(value, float) else value
 
 

@@ -106,7 +106,7 @@ class Scene:
 
     def to_dict(self) -> dict:
         """Return the scene as nested mappings of numbers, text and lists."""
-        return {name: dict(each) if isinstance(each, dict) else each for name, each in self._document.items()}
+        return {name: dict(part) if isinstance(part, dict) else part for name, part in self._document.items()}
 
     @cached_property
     def _document(self) -> dict:
@@ -257,7 +257,7 @@ def flat(document: Mapping[str, Any]) -> dict[str, Any]:
     """Return the values of nested mappings by dotted key."""
     keys: dict[str, Any] = {}
     for key, value in document.items():
-        parts = {f"{key}.{part}": each for part, each in value.items()} if isinstance(value, dict) else {}
+        parts = {f"{key}.{part}": inner for part, inner in value.items()} if isinstance(value, dict) else {}
         keys |= parts if isinstance(value, dict) else {key: value}
     return keys
 

@@ -199,11 +199,11 @@ class Kind:
         interaction = find("interaction", INTERACTIONS, labels.interaction, where)
         fidelity = MODELS.find(labels.fidelity, where)
         if specimen.name not in fidelity.specimens:
-            others = [each.name for each in MODELS.all().values() if specimen.name in each.specimens]
+            others = [model.name for model in MODELS.all().values() if specimen.name in model.specimens]
             wanted = f"{' or '.join(others)} where specimen is {specimen.name}"
             raise ConfigurationError(f"{where}: fidelity is {fidelity.name!r} but must be {wanted}")
         if not interaction.touches and fidelity.tied is None:
-            others = [each.name for each in INTERACTIONS.values() if each.touches]
+            others = [interaction.name for interaction in INTERACTIONS.values() if interaction.touches]
             wanted = f"{' or '.join(others)} where fidelity is {fidelity.name}"
             why = "tied beams are the model of fidelity rom3d"
             raise ConfigurationError(

@@ -78,7 +78,7 @@ def wrong_stitches(stitches: tuple[str, ...]) -> str | None:
 def idle_needle(stitches: Sequence[str]) -> int | None:
     """Return the number, from 1, of the first column in which no stitch is K or P; None if there is none."""
     columns = enumerate(zip(*map(stitches_of_row, stitches), strict=True), 1)
-    return next((number for number, each in columns if not any(map(knits, each))), None)
+    return next((number for number, column in columns if not any(map(knits, column))), None)
 
 
 def knits(stitch: str) -> bool:

@@ -73,11 +73,11 @@ def read_yarn(name: str, where: str = OF) -> YarnFile:
     path = own if own.suffix in (".yaml", ".yml") else find("yarn", known_yarns(), str(name), where)
     yarn = validated(YarnFile, read_yaml(path), where := str(path))
     values = {part: validated(Value, entry, where, f"{part}.") for part, entry in yarn.values.items()}
-    for part, each in values.items():
+    for part, quantity in values.items():
         _, unit = find("value of a yarn", KEYS, part, where)
-        if each.unit != unit:
-            raise ConfigurationError(f"{where}: {part}.unit is {each.unit!r} but must be {unit!r}")
-        if (each.value is None) != (each.provenance == "unknown"):
+        if quantity.unit != unit:
+            raise ConfigurationError(f"{where}: {part}.unit is {quantity.unit!r} but must be {unit!r}")
+        if (quantity.value is None) != (quantity.provenance == "unknown"):
             only = "where its provenance is unknown, and only there"
             raise ConfigurationError(f"{where}: {part}.value must be null {only}")
     lengths = tuple(

@@ -72,7 +72,7 @@ def tabulate_responses(every: Datasets, scenes: Scenes) -> pd.DataFrame:
 
 
 def _keys(scene: Scene, history: xr.Dataset) -> dict:
-    given = " ".join(f"{each:g}" for each in scene.value("rom.stiffness") or ())
+    given = " ".join(f"{stiffness:g}" for stiffness in scene.value("rom.stiffness") or ())
     measured = scene.value("rom.axes") is not None and not given
     return {
         "specimen": f"{scene.pattern.loops} x {scene.pattern.rows} knit",

@@ -105,7 +105,7 @@ def tabulate_unknowns(
     the largest distance of these from the law.
     """
     models = counted_models(fabric_of(geometry), scenes["geometry"], paper)
-    series = {each.stem: each for each in series_of(scenes[name] for name in squares or ())}
+    series = {of_model.stem: of_model for of_model in series_of(scenes[name] for name in squares or ())}
     rows = []
     for model in models:
         memory, uncertain = NONE, nan

@@ -103,8 +103,8 @@ def tabulate_combinations(readings: pd.DataFrame, **sources: Any) -> pd.DataFram
     The last column holds, in the first row, the pairs of claims that no combination reproduces together.
     """
     combined = combinations_of(findings(readings, **sources))
-    base = next(each for each in combined if not each.findings)
-    rows = [_combination(each, base) for each in [*combined[:MOST], base]]
+    base = next(combination for combination in combined if not combination.findings)
+    rows = [_combination(combination, base) for combination in [*combined[:MOST], base]]
     rows[0]["claims that exclude each other"] = ", ".join(" and ".join(pair) for pair in exclusive(combined))
     return pd.DataFrame(rows).fillna("")
 

@@ -57,12 +57,12 @@ def combinations_of(findings: Sequence[Finding]) -> list[Combination]:
         if finding.reading.kind == READING and finding.evidence is not None:
             choices.setdefault(finding.reading.choice, [()]).append((finding,))
     combined = [Combination(base, sum(chosen, ())) for chosen in product(*choices.values())]
-    return sorted(combined, key=lambda each: (-len(each.holding), len(each.findings)))
+    return sorted(combined, key=lambda combination: (-len(combination.holding), len(combination.findings)))
 
 
 def exclusive(combined: Sequence[Combination]) -> Iterator[tuple[str, str]]:
     """Yield the pairs of claims that both hold under some combination, but under none together."""
-    together = {each.holding for each in combined}
+    together = {combination.holding for combination in combined}
     for pair in combinations(combined[0].base.judged, 2):
         if all(any(claim in holding for holding in together) for claim in pair) and not any(
             {*pair} <= holding for holding in together

@@ -226,14 +226,14 @@ def judge_order(quantity: str, order: tuple[str, ...], evidence: Evidence) -> Ju
     if not common:
         raise NotRun("there is no reference of all of these", *shown)
     known = {
-        kind: each.at(quantity, max(common)).of(lambda value: scale * value)
-        for kind, each in references.items()
+        kind: reference.at(quantity, max(common)).of(lambda value: scale * value)
+        for kind, reference in references.items()
     }
     tests = [_larger(quantity, *pair, known) for pair in pairwise(order)]
     shown = [
         *(
-            Row(f"{quantity} of the reference, {INTERACTIONS[kind]}", f"{each} {unit}")
-            for kind, each in known.items()
+            Row(f"{quantity} of the reference, {INTERACTIONS[kind]}", f"{value} {unit}")
+            for kind, value in known.items()
         ),
         *shown,
     ]

@@ -90,7 +90,7 @@ def judge_ligaments(evidence: Evidence) -> Judgement:
     rows = [row for _, row in sorted(shown, key=lambda entry: entry[0], reverse=True)]
     test = holds(
         f"segments within {ALONG:g}° of the stress",
-        f"{sum(each is True for each in near)} of {len(near)}",
+        f"{sum(test_result is True for test_result in near)} of {len(near)}",
         "consistent",
         all_hold(between),
         all_hold(near),
@@ -129,7 +129,7 @@ def height_ratio(knit: Fabric, stresses: Datasets) -> Estimate:
 
     def ratio(sign: float) -> float:
         # No line is steeper than 90 degrees.
-        angles = (min(angle + sign * each, 90 - 1e-6) for angle, each in zip(value, off, strict=True))
+        angles = (min(angle + sign * delta, 90 - 1e-6) for angle, delta in zip(value, off, strict=True))
         return heights(knit, contacts, *angles).course / knit.cell[1]
 
     return Estimate(ratio(0), max(abs(ratio(sign) - ratio(0)) for sign in (-1, 1)))

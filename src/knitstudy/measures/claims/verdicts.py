@@ -98,8 +98,8 @@ class Reading:
         instead = {name: new for name, new in instead.items() if new in base.scenes}
         knits = {base.scenes[new].knit for name, new in instead.items() if name in DIRECT}
         known = {base.scenes[name].knit: base.geometry for name in DIRECT if name in base.scenes}
-        made_by = {each.attrs["scene"]: each for each in base.geometries.values()}
-        known |= {base.scenes[name].knit: each for name, each in made_by.items() if name in base.scenes}
+        made_by = {drawn.attrs["scene"]: drawn for drawn in base.geometries.values()}
+        known |= {base.scenes[name].knit: drawn for name, drawn in made_by.items() if name in base.scenes}
         if not knits <= known.keys():
             return None
         results = {
@@ -117,7 +117,7 @@ class Reading:
 
 def readings_of(table: pd.DataFrame) -> list[Reading]:
     """Return the base and all readings of a table; DataFileError when a column is missing."""
-    names = [each.name for each in fields(Reading)]
+    names = [field.name for field in fields(Reading)]
     if missing := [name for name in names if name not in table]:
         raise DataFileError(
             f"the table of readings has no column {missing[0]!r}; needed are {', '.join(names)}"
@@ -168,10 +168,10 @@ def conclude(claim: str, uncertainty: str, under_readings: Sequence[Finding]) ->
     decided = [other for other in others if claim in other.touched and other.judged[claim].verdict in DECIDED]
     if judged.verdict == NOT_RUN or not decided:
         return judged
-    alike = sum(each.judged[claim].verdict == judged.verdict for each in decided)
-    turned = [each for each in decided if claim in each.turned]
+    alike = sum(other.judged[claim].verdict == judged.verdict for other in decided)
+    turned = [other for other in decided if claim in other.turned]
     return replace(
         judged,
         under=f"{alike} of {len(decided)}",
-        depends_on="; ".join(f"{each.reading.reading}: {each.judged[claim].verdict}" for each in turned),
+        depends_on="; ".join(f"{other.reading.reading}: {other.judged[claim].verdict}" for other in turned),
     )
