@@ -104,7 +104,7 @@ def indented(fabric: Fabric, force: np.ndarray, modulus: float) -> dict[str, np.
     radius, load = fabric.radius, np.linalg.norm(force, axis=-1)
     cosine = np.abs(np.einsum("ki,ki->k", *Axes.of(fabric).tangent.swapaxes(0, 1)))
     angle = np.arccos(np.clip(cosine, 0.0, 1.0))
-    kinds = [Crossing.at(max(float(each), SMALLEST)) for each in angle]
+    kinds = [Crossing.at(max(float(value), SMALLEST)) for value in angle]
     semiaxis, ratio = (np.array([getattr(kind, name) for kind in kinds]) for name in ("semiaxis", "ratio"))
     longer = semiaxis * radius * (load / (modulus * radius**2)) ** (1 / 3)
     area = np.pi * ratio * longer**2

@@ -189,7 +189,7 @@ def segment_contraction(crossings: Crossings, displacement: np.ndarray) -> np.nd
     order = np.lexsort((crossings.arc_length.ravel(), yarn))
     place = crossings.point.reshape(-1, 3)[order]
     moved = place + displacement.reshape(len(displacement), -1, 3)[:, order]
-    before, now = (np.linalg.norm(np.diff(each, axis=-2), axis=-1) for each in (place, moved))
+    before, now = (np.linalg.norm(np.diff(line, axis=-2), axis=-1) for line in (place, moved))
     shrunk = np.where(np.diff(yarn[order]) == 0, 1 - now / before, np.nan)
     contraction = np.full((len(displacement), len(order), 2), np.nan)
     contraction[:, order[1:], 0] = shrunk
@@ -213,7 +213,7 @@ def place_on_yarn(fabric: Fabric, axes: Axes, place: np.ndarray) -> tuple[np.nda
         arm = place[at] - curve.position(s)
         back = np.sum(arm * axis, axis=1) / (1 + np.sum(tangent * axis, axis=1))
         arm = arm - back[:, None] * (tangent + axis)
-        up, aside = (np.sum(arm * each[crossing, side], axis=1) for each in (axes.towards, axes.across))
+        up, aside = (np.sum(arm * axis[crossing, side], axis=1) for axis in (axes.towards, axes.across))
         along[at], around[at] = s - start, np.arctan2(aside, up)
     return along, around
 

@@ -136,7 +136,7 @@ def _places(in_plane: dict[tuple[Any, ...], np.ndarray]) -> dict[int, np.ndarray
     for key, crossed in in_plane.items():
         for side in (0, 1):
             every.setdefault(key[side], []).append(crossed[:, side])
-    places = {number: np.sort(np.concatenate(each)) for number, each in every.items()}
+    places = {number: np.sort(np.concatenate(parts)) for number, parts in every.items()}
     return {number: u[np.diff(u, prepend=-np.inf) > 10 * ROUNDING] for number, u in places.items()}
 
 
@@ -266,7 +266,7 @@ def crossings_of_loop(
     loop: Any, row: np.ndarray, windows: np.ndarray, samples: int = SAMPLES, start: np.ndarray | None = None
 ) -> Approach:
     """Closest points of rows (K,) of a repeat's loops and the rows above in windows (K, 2, 2), from a start (K, 2)."""
-    images = [loop.image(each) for each in range(loop.rows + 1)]
+    images = [loop.image(row) for row in range(loop.rows + 1)]
     if start is None:
         by_row = [
             closest_points(images[lower], images[lower + 1], windows[row == lower], samples)
@@ -297,7 +297,7 @@ def closest_points(
     """Closest points of two curves in windows (K, 2, 2) of their parameters, from samples a Bezier segment."""
     start = np.empty(windows.shape[:2])
     for k, window in enumerate(windows):
-        u, v = (np.linspace(*each, int(np.ceil(np.ptp(each) * samples)) + 1) for each in window)
+        u, v = (np.linspace(*limits, int(np.ceil(np.ptp(limits) * samples)) + 1) for limits in window)
         x, y = first.value(u), second.value(v)
         square = (x * x).sum(axis=1)[:, None] + (y * y).sum(axis=1) - 2 * x @ y.T
         i, j = np.unravel_index(square.argmin(), square.shape)

@@ -108,8 +108,8 @@ class Fabric:
         """Return the arc lengths (k,) by yarn, ascending, at which grips begin or end inside yarns. [m]"""
         ends = {}
         for yarn, arcs in self.gripped_arcs(load).items():
-            each = np.unique(arcs)
-            ends[yarn] = each[(each > 0) & (each < self.centrelines[yarn].length)]
+            arc = np.unique(arcs)
+            ends[yarn] = arc[(arc > 0) & (arc < self.centrelines[yarn].length)]
         return ends
 
     @cached_property

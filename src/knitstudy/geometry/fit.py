@@ -50,7 +50,7 @@ def fitted_loop(wanted: LoopTarget, settings: Any) -> tuple[Loop, Loop, Optimum]
     if optimum is None:
         side = (1 + 0.5 * wanted.clearance) * 2 * radius
         bound = min(wanted.course / ABREAST[0], wanted.wale / ABREAST[1]) / side
-        ways, nearest = (2 * radius * min(each, 1.0) for each in (max(room.share, bound), room.share)), ""
+        ways, nearest = (2 * radius * min(share, 1.0) for share in (max(room.share, bound), room.share)), ""
         thinner = _nearest(
             lambda trial: _of_spacings(replace(free, radius=0.5 * trial), settings), 0.0, *ways
         )
@@ -104,7 +104,7 @@ def _millimetres(length: float) -> str:
 def _of_spacings(wanted: LoopTarget, settings: Any) -> _End:
     """Return the end of the path to the loop of free length; InfeasibleLoop where the drawn one does not interlock."""
     # A problem of another scale is the same one to the last bit, and so is its solution.
-    spacings = (float(f"{each / wanted.radius:.12g}") for each in (wanted.course, wanted.wale))
+    spacings = (float(f"{spacing / wanted.radius:.12g}") for spacing in (wanted.course, wanted.wale))
     unit = LoopTarget(*spacings, 1.0, wanted.clearance, stitches=standard(wanted.stitches)[0])
     try:
         start = Room(unit.drawn(), Path(unit.rest_length, (0.0, 1.0)), None, settings)

@@ -83,8 +83,8 @@ class Room:
         share = crossing.distance.min() / unit.target if share is None else share
         self.share = 1.0 if share > 1 - EXACT else float(share)
         # The images of these crossings by the symmetries are all others.
-        images = [each.pairs(every[first], crossing.parameter) for each in group]
-        rows, images = (np.concatenate(each) for each in zip(*images, strict=True))
+        images = [image.pairs(every[first], crossing.parameter) for image in group]
+        rows, images = (np.concatenate(parts) for parts in zip(*images, strict=True))
         near = away_from_crossings(approaches(unit, NEAR), rows[:, 0], images)
         near = near[near["distance"] < unit.target + WATCHED]
         pairs = near[["row", "above"]].to_numpy().astype(int).cumsum(axis=1)
@@ -114,7 +114,7 @@ class Room:
         of_crossings = cost.windows if plain else _of_sides(cost.windows)
         self._windows = np.concatenate([of_crossings[first], windows])
         # Rows that are no images of each other: of each the length is asked for.
-        of_row = np.min([each.row(np.arange(unit.rows)) % unit.rows for each in group], axis=0)
+        of_row = np.min([image.row(np.arange(unit.rows)) % unit.rows for image in group], axis=0)
         self._own_rows = np.unique(of_row)
         self._unit = np.abs(cost.value(unit.control_points, share=0.0)[1]).max() or 1.0
         self._kept: tuple[bytes, Any] = b"", None
@@ -171,7 +171,7 @@ class Room:
             if self.path.length is not None:
                 parts.insert(1, self._length)
             values = zip(*(part(points, share) for part in parts), strict=True)
-            value, slope, by_share = (np.concatenate(each) for each in values)
+            value, slope, by_share = (np.concatenate(parts) for parts in values)
             along = np.tensordot(slope, self._motions, axes=[[1, 2], [0, 1]])
             self._kept = x.tobytes(), (value, np.column_stack([along, by_share]))
         return self._kept[1]
@@ -203,7 +203,7 @@ class Room:
     def _found(self, points: np.ndarray) -> Approach:
         """Closest points of the crossings and of the pairs. Raises GeometryError where yarns cut each other."""
         rows, unit = self._rows, self.unit
-        curves = (self.cost.curves(points, each) for each in rows.T)  # refuses points that are not finite
+        curves = (self.cost.curves(points, shares) for shares in rows.T)  # refuses points that are not finite
         over = (rows[:, 1:] // unit.rows * unit.rows) * unit.rise
         near = refine(*curves, self._places, self._windows, over)
         if not near.distance.min() > 0:

@@ -138,7 +138,7 @@ def loop(drawing: Drawing, stitch: Stitch, tuck: bool = False) -> np.ndarray:
         behind = [0, 0, stitch.place * drawing.behind]
         squeezed = np.array([1 - NARROWER * stitch.place, 1, 1])
         head, leg, other_leg = (
-            (each - [middle, 0, 0]) * squeezed + [middle, 0, 0] - behind for each in (head, leg, other_leg)
+            (part - [middle, 0, 0]) * squeezed + [middle, 0, 0] - behind for part in (head, leg, other_leg)
         )
     if tuck:  # no loop below it: it comes from the sinkers straight to its head
         shares = np.arange(quarter)[:, None] / quarter
@@ -166,7 +166,7 @@ def endless_cell_of_stitches(wanted: LoopTarget, loops: int, rows: int) -> Fabri
     letters, plain = wanted.stitches, LoopTarget(wanted.course, wanted.wale, wanted.radius, wanted.clearance)
     stitches = stitches_of(letters)
     columns, height = len(stitches[0]), len(stitches)
-    depth = 1 + max(each.place for row in stitches for each in row)
+    depth = 1 + max(stitch.place for row in stitches for stitch in row)
     points = plain.drawn(wanted.length).control_points * [1, 1, depth]
     along, up = np.array([wanted.wale, 0, 0]), np.array([0, wanted.course, 0])
     diameter = 2 * wanted.radius

@@ -43,7 +43,7 @@ def letters(side: np.ndarray) -> tuple[str, ...]:
     >>> letters(np.array([[1, -1]]))
     ('KP',)
     """
-    return tuple("".join(KNIT if each > 0 else PURL for each in row) for row in side)
+    return tuple("".join(KNIT if stitch > 0 else PURL for stitch in row) for row in side)
 
 
 def standard(stitches: Sequence[str]) -> tuple[tuple[str, ...], int, int, int]:

@@ -48,7 +48,7 @@ class Symmetry:
         """
         row, u = self.row(row), self.sign[0] * u + self.by
         swap = (row[:, 0] > row[:, 1]) | ((row[:, 0] == row[:, 1]) & (u[:, 0] > u[:, 1]))
-        row, u = (np.where(swap[:, None], each[:, ::-1], each) for each in (row, u))
+        row, u = (np.where(swap[:, None], pair[:, ::-1], pair) for pair in (row, u))
         row = row - self.rows * (row[:, :1] // self.rows)
         return row, u - self.period * np.floor((u[:, :1] + SAME_PLACE) / self.period)
 

@@ -330,7 +330,7 @@ def _path_length(motion: Motion, start: float, end: float) -> float:
 BENT, SINE, SPREAD = 0.45, 0.25, 0.3
 
 
-def require_known_contact(
+def require_verified_law(
     scene: Scene,
     increment: Increment,
     stored: np.ndarray,  # (k,) energies of contact [J]

@@ -131,7 +131,7 @@ def _arrays(value: Any, name: str) -> dict[str, np.ndarray]:
         parts = [_arrays(getattr(value, field.name), f"{name}.{field.name}") for field in fields(value)]
     elif isinstance(value, tuple):
         parts = [{f"{name}.length": np.asarray(len(value))}]
-        parts += [_arrays(each, f"{name}.{i}") for i, each in enumerate(value)]
+        parts += [_arrays(item, f"{name}.{i}") for i, item in enumerate(value)]
     elif isinstance(value, _LEAVES) and np.asarray(value).dtype != object:
         return {name: np.asarray(value)}
     else:
@@ -152,6 +152,6 @@ def _value(hint: Any, data: dict[str, np.ndarray], name: str) -> Any:
         )
     if get_origin(hint) is tuple:
         count, kinds = int(data[f"{name}.length"]), get_args(hint)
-        each = kinds[:1] * count if kinds[-1] is Ellipsis else kinds[:count]
-        return tuple(_value(kind, data, f"{name}.{i}") for i, kind in enumerate(each))
+        of_items = kinds[:1] * count if kinds[-1] is Ellipsis else kinds[:count]
+        return tuple(_value(kind, data, f"{name}.{i}") for i, kind in enumerate(of_items))
     return hint(data[name]) if hint in _SCALARS else data[name]

@@ -53,10 +53,10 @@ class Assembly:
         pairs: int = 0,  # pairs of nodes a batch; by default between `FEW` and `MANY`
     ) -> None:
         self.block = block
-        every = sum(each.size * each.shape[1] for each in groups)
+        every = sum(nodes.size * nodes.shape[1] for nodes in groups)
         pairs = pairs or min(max(every // BATCHES, FEW), MANY)
         self.batches = [
-            batch for number, each in enumerate(groups) for batch in _batches(number, each, pairs)
+            batch for number, nodes in enumerate(groups) for batch in _batches(number, nodes, pairs)
         ]
         spans = transformation is None and all(  # consecutive nodes in elements, and elements that rise
             np.all(np.diff(group, axis=1) == 1) and np.all(np.diff(group[:, 0]) > 0) for group in groups

@@ -60,12 +60,12 @@ class Chosen:
     """Arrays over the same points, of which some can be chosen, or groups of them; other attributes hold for all."""
 
     def __getitem__(self, chosen: np.ndarray | slice) -> Self:
-        return type(self)(*(_chosen(each, chosen) for each in vars(self).values()))
+        return type(self)(*(_chosen(value, chosen) for value in vars(self).values()))
 
     def joined(self, *others: Self, chosen: np.ndarray | slice = slice(None)) -> Self:
         """Return these points and then the points of others, or the chosen ones of all, an array at a time."""
-        together = zip(*(vars(each).values() for each in (self, *others)), strict=True)
-        return type(self)(*(_chosen(_joined(each), chosen) for each in together))
+        together = zip(*(vars(points).values() for points in (self, *others)), strict=True)
+        return type(self)(*(_chosen(_joined(arrays), chosen) for arrays in together))
 
 
 def _is_over_points(value: Any) -> bool:

@@ -234,7 +234,7 @@ class SolidModel:
 
     def _places(self, state: SolidState) -> tuple[np.ndarray, np.ndarray]:
         """Return where all nodes (N, 3) are and were at the last converged increment [m]."""
-        return tuple(self.nodes + self._spread(each.displacement) for each in (state, state.memory))
+        return tuple(self.nodes + self._spread(moment.displacement) for moment in (state, state.memory))
 
     def _drag(self, state: SolidState) -> np.ndarray | None:
         """Return the diagonal stiffness (size,) against motion within the increment [N/m]; None if there is none."""
@@ -330,7 +330,7 @@ class SolidModel:
         share(evaluate, len(batches))
         started = time.perf_counter()
         matrix = self.assembly.matrix(total) if stiffness else None
-        internal, hourglass = np.sum([each.sum(axis=1) for each in energies], axis=0).tolist()
+        internal, hourglass = np.sum([energy.sum(axis=1) for energy in energies], axis=0).tolist()
         energy = {"internal": internal, "hourglass": hourglass}
         mean = magnitude.sum() / sum(group.connectivity.size for group in self.groups)
         node_force = self.assembly.node_forces(force)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from knitstudy.geometry.crossings import Crossings
-from knitstudy.loading.gates import require_known_contact, require_stiff_contact
+from knitstudy.loading.gates import require_stiff_contact, require_verified_law
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.hertz import LAYERS, Patch
 from knitstudy.mechanics.beams.line_contact import SPACINGS, LineContact
@@ -70,7 +70,7 @@ def joined(points: ContactPoints, tied: Crossings, reach: float) -> np.ndarray:
     return np.where(within, np.concatenate([[-1], order // 2, [-1]])[nearest], -1)
 
 
-def require_known(
+def require_verified_contact(
     scene: Scene,
     increment: Increment,
     contact: LineContact,
@@ -78,20 +78,20 @@ def require_known(
     vectors: np.ndarray,  # (2, 3), of the lattice [m]
     internal: float,  # energy of the yarns [J]
 ) -> None:
-    """Refuse a state beyond the verified law of contact; raises as `require_known_contact`."""
+    """Refuse a state beyond the verified law of contact; raises as `require_verified_law`."""
     pairs = contact.pairs(points.position, vectors)
     _, bends = contact.bends(pairs, points.position, vectors)
     energy = contact.energy(pairs, points.position, vectors)[1].value
     factor = contact.shaped(pairs, bends)[2].value
     depth = 2 * (1 - pairs.distance / contact.repulsion.diameter)
-    shape = np.stack([each.value for each in bends[:3]], axis=1)
+    shape = np.stack([bend.value for bend in bends[:3]], axis=1)
 
     def where(k: int) -> str:
         one, other = contact.yarn[pairs.both[k]]
         s, t = contact.arc_length[pairs.both[k]]
         return f"yarns {one} and {other} at arc lengths {s:.4g} and {t:.4g} m"
 
-    require_known_contact(scene, increment, energy, internal, depth, shape, factor, MOST_SHAPED, where)
+    require_verified_law(scene, increment, energy, internal, depth, shape, factor, MOST_SHAPED, where)
 
 
 def pressing(scene: Scene) -> Power | CrossedCylinders:

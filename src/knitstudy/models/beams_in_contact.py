@@ -23,7 +23,7 @@ from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.increment import Increment
 from knitstudy.models import endless_beams
-from knitstudy.models.beam_contact import STRIDE, contact_of, penalty, require_known
+from knitstudy.models.beam_contact import STRIDE, contact_of, penalty, require_verified_contact
 from knitstudy.models.joints import JointPoints, Joints, contacts_of_crossings, patch_stiffness
 from knitstudy.models.network_3d import Network, loaded, spatial_network
 from knitstudy.study.scene import Scene
@@ -82,11 +82,11 @@ class BeamKnit:
             "crossing_slip": np.where(tied, np.nan, past.slip),
         }
 
-    def require_known(self, scene: Scene, increment: Increment, recorder: Recorder) -> None:
-        """Refuse a state beyond the verified law of contact; raises as `require_known_contact`."""
+    def require_verified_contact(self, scene: Scene, increment: Increment, recorder: Recorder) -> None:
+        """Refuse a state beyond the verified law of contact; raises as `require_verified_law`."""
         contact, internal = self.model.contact, increment.response.energy["internal"]
         points = contact.at_points(increment.state)
-        require_known(scene, increment, contact.line, points, NO_LATTICE, internal)
+        require_verified_contact(scene, increment, contact.line, points, NO_LATTICE, internal)
 
 
 def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
@@ -147,7 +147,7 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
         model=beams.model,
         observer=beams,
         settings=replace(settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter), hold=HOLD),
-        checks=(partial(beams.require_known, scene),),
+        checks=(partial(beams.require_verified_contact, scene),),
         constants={"crossing_tied": beams.tied.astype(np.int8)},
         attributes={
             "beam_section": scene.beam.section,

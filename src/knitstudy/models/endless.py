@@ -208,7 +208,7 @@ def wrapped_shape(
     first = around.order == 0
     splines = own.spline.matrix(s)
     along, beyond = (
-        splines @ each[own.first_node[:-1]][:, first] for each in (around.wrapped, around.beyond)
+        splines @ values[own.first_node[:-1]][:, first] for values in (around.wrapped, around.beyond)
     )
     centre = curve.position(s) - np.multiply.outer(beyond @ np.ones(beyond.shape[1]), period)
     solution = splu(sp.csc_matrix(along.T @ along)).solve(along.T @ np.concatenate([centre, *turned], axis=1))

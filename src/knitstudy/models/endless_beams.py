@@ -27,7 +27,7 @@ from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.periodic import Lattice
-from knitstudy.models.beam_contact import STRIDE, contact_of, require_known
+from knitstudy.models.beam_contact import STRIDE, contact_of, require_verified_contact
 from knitstudy.models.network_3d import RING, section_of, turns
 from knitstudy.study.scene import Scene
 
@@ -41,6 +41,7 @@ NEARER = (
     "usually help"
 )
 RELAXATION = 20  # increments of the way to rest, where none of them fails
+WASTE = 1000  # iterations without headway that it may take: loops of double piques snap into place one by one
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,11 +112,13 @@ class BeamCell:
             "smallest_gap": nearest if np.isfinite(nearest) else np.nan,
         }, {}
 
-    def require_known(self, scene: Scene, increment: Increment, recorder: Recorder) -> None:
-        """Refuse a state beyond the verified law of contact; raises as `require_known_contact`."""
+    def require_verified_contact(self, scene: Scene, increment: Increment, recorder: Recorder) -> None:
+        """Refuse a state beyond the verified law of contact; raises as `require_verified_law`."""
         model, state = self.model, increment.state
         internal = model.internal_energy(increment.response)
-        require_known(scene, increment, model.contact, model.at_points(state), model.vectors(state), internal)
+        require_verified_contact(
+            scene, increment, model.contact, model.at_points(state), model.vectors(state), internal
+        )
 
 
 def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Problem:
@@ -151,7 +154,7 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
         observer=cell,
         checks=(
             partial(require_sound, scene, None, internal=model.internal_energy),
-            partial(cell.require_known, scene),
+            partial(cell.require_verified_contact, scene),
         ),
         attributes={
             "dof": model.size,
@@ -181,7 +184,7 @@ def relax(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
     friction = scene.kind.interaction.friction(scene.contact)
     model = _model(scene, rows, Lattice(fabric.periods), friction, drawn_for=2 * fabric.radius)
     # Yarns that did not touch have come far in an increment for nothing: the next one begins where they are.
-    changed = {"predictor": 0, "increments": RELAXATION, "remedy": NEARER}
+    changed = {"predictor": 0, "increments": RELAXATION, "waste": WASTE, "remedy": NEARER}
     last = _balanced("the way to rest", scene, model, HELD, **changed)
     if friction and scene.load.start == "rest":
         free = _model(scene, rows, Lattice(fabric.periods), 0.0)

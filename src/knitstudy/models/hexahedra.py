@@ -44,8 +44,8 @@ def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
     """Return the volume (N,) of every node [m3], from the elements around it."""
     (group,) = groups
     elements = group.connectivity
-    each = group.elements.volume.reshape(-1, len(elements)).sum(axis=0)  # of its integration points
-    shares = each[:, None] * LUMPED[elements.shape[1]]
+    volume = group.elements.volume.reshape(-1, len(elements)).sum(axis=0)  # of its integration points
+    shares = volume[:, None] * LUMPED[elements.shape[1]]
     return np.bincount(elements.ravel(), shares.ravel(), count)
 
 
@@ -90,8 +90,8 @@ def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Discretisation:
     """
     require_elements_across(scene)
     parts = divide(scene, mesh, fabric)
-    each = parts.connectivity.shape[1]
-    require_memory_to_simulate(parts.nodes.size, parts.bandwidth, scene.mesh.size, each)
+    nodes_an_element = parts.connectivity.shape[1]
+    require_memory_to_simulate(parts.nodes.size, parts.bandwidth, scene.mesh.size, nodes_an_element)
     return parts
 
 

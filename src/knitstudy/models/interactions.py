@@ -196,11 +196,11 @@ class Ties:
             chosen, others = order[: len(dense)], np.setdiff1d(np.arange(len(nodes)), order[: len(dense)])
             slaves.append(nodes[chosen])
             weight = -np.linalg.solve(dense[:, chosen], dense[:, others])
-            sums += [(nodes[others], each) for each in weight]
+            sums += [(nodes[others], weights) for weights in weight]
         width = max((len(nodes) for nodes, _ in sums), default=0)
         master, weight = np.zeros((len(sums), width), dtype=np.int64), np.zeros((len(sums), width))
-        for place, (nodes, each) in enumerate(sums):
-            master[place, : len(nodes)], weight[place, : len(nodes)] = nodes, each
+        for place, (nodes, weights) in enumerate(sums):
+            master[place, : len(nodes)], weight[place, : len(nodes)] = nodes, weights
         return Equations(np.concatenate([np.empty(0, dtype=np.int64), *slaves]), master, weight)
 
 
@@ -240,7 +240,7 @@ def tie_crossings(
 
 def _require_room(fabric: Fabric, discs: Discs, radius: float) -> None:
     """Refuse discs that overlap each other on a yarn, or reach over its end."""
-    yarn, place = (each[discs.crossing] for each in (fabric.crossings.yarn, fabric.crossings.arc_length))
+    yarn, place = (values[discs.crossing] for values in (fabric.crossings.yarn, fabric.crossings.arc_length))
     length = np.array([line.length for line in fabric.centrelines])
     room = np.minimum(place, length[yarn] - place)  # (D, 2)
     if np.any(room < discs.radius):

@@ -98,8 +98,8 @@ def _cut(
     changes = above[:, 1:] != above[:, :-1]
     middle = centreline.arc_length(0.5 * (u[:, 1:] + u[:, :-1]))
     nearest = np.argmin(np.where(changes, np.abs(middle - start[:, None]), np.inf), axis=1)
-    each = np.arange(len(u))
-    bracket = (u[each, nearest], u[each, nearest + 1])
+    row = np.arange(len(u))
+    bracket = (u[row, nearest], u[row, nearest + 1])
     cut = elementwise.find_root(height, bracket, args=(*plane.T, level), tolerances={"xatol": 1e-12})
     hit = changes.any(axis=1)
     return np.where(hit, centreline.arc_length(np.where(hit, cut.x, 0.0)), start)
@@ -158,8 +158,8 @@ def patch_stiffness(fabric: Fabric, points: JointPoints, contacts: xr.Dataset, y
         across /= np.linalg.norm(across, axis=1)[:, None]
         # Rows: normal, along the yarn in the tangent plane, across both
         frame = np.stack([normal[crossing], np.cross(across, normal[crossing]), across], axis=1)
-        each = frame.swapaxes(1, 2) @ (np.array(local_compliance(size, yarn.poisson_ratio))[:, None] * frame)
-        np.add.at(compliance, crossing, each)
+        own = frame.swapaxes(1, 2) @ (np.array(local_compliance(size, yarn.poisson_ratio))[:, None] * frame)
+        np.add.at(compliance, crossing, own)
     return yarn.youngs_modulus * yarn.radius * np.linalg.inv(compliance)
 
 

@@ -86,7 +86,7 @@ def zone_places(fabric: Fabric, contacts: xr.Dataset) -> np.ndarray:
     row, column, zone = (contacts[name].to_numpy().astype(int) for name in ("row", "column", "zone"))
     steps = np.column_stack([column * fabric.cell[0], row * fabric.cell[1]])
     within = contacts["centroid"].to_numpy()[:, :2] - steps
-    return np.stack([within[zone == each].mean(axis=0) for each in range(4)])
+    return np.stack([within[zone == number].mean(axis=0) for number in range(4)])
 
 
 def moved(fabric: Fabric, contacts: xr.Dataset, height: Heights) -> xr.Dataset:

@@ -43,7 +43,7 @@ def build(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None, **data: x
     1386
     """
     meter = Meter()
-    given = {name: each for name, each in {"mesh": mesh, **data}.items() if each is not None}
+    given = {name: dataset for name, dataset in {"mesh": mesh, **data}.items() if dataset is not None}
     return replace(
         MODELS.find(scene.fidelity, f"scene {scene.name!r}").build(scene, fabric, **given), meter=meter
     )

@@ -133,7 +133,7 @@ def spline_cell_stress(
         for low in range(0, len(stations) - 1, LAYERS):
             breaks = stations[low : low + LAYERS + 1]
             parts.append(_layers(own, (nodes[here], displacement[here]), breaks, mesh.section, material))
-    return CellStress(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+    return CellStress(*(np.concatenate(values) for values in zip(*parts, strict=True)))
 
 
 def _layers(
@@ -153,8 +153,8 @@ def _layers(
 
     def summed(values: np.ndarray) -> np.ndarray:
         """Sum over the points of every cell: two along, four across."""
-        each = values.reshape(len(rise), len(GAUSS), len(section.quads), len(GAUSS) ** 2, *values.shape[2:])
-        return each.sum(axis=(1, 3)).reshape(-1, *values.shape[2:])
+        split = values.reshape(len(rise), len(GAUSS), len(section.quads), len(GAUSS) ** 2, *values.shape[2:])
+        return split.sum(axis=(1, 3)).reshape(-1, *values.shape[2:])
 
     before, volume = summed(weight), summed(after)
     middle = summed(weight[..., None] * place) / before[:, None]
@@ -164,7 +164,7 @@ def _layers(
 
 def _section_points(section: Section) -> tuple[np.ndarray, np.ndarray]:
     """Return four points (4 e, 2) in every quad of a section, quad by quad, and their areas (4 e,), over the radius."""
-    u, v = (each.ravel() for each in np.meshgrid(GAUSS, GAUSS, indexing="ij"))
+    u, v = (grid.ravel() for grid in np.meshgrid(GAUSS, GAUSS, indexing="ij"))
     signs = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
     one, other = 1 + signs[:, :1] * u, 1 + signs[:, 1:] * v  # (4 corners, 4 points)
     corner = section.points[section.quads]  # (e, 4, 2)

@@ -143,4 +143,4 @@ class Axes:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the derivatives (k, 3) at some points (k,), of all points (n, 3) and lattice vectors (2, 3) [m]."""
         place = position[self.points[which]] + self.image[which][..., None] * vectors[0]
-        return tuple(np.einsum("np,npi->ni", each[which], place) for each in (self.first, self.second))
+        return tuple(np.einsum("np,npi->ni", weights[which], place) for weights in (self.first, self.second))

@@ -113,7 +113,7 @@ def _solve(section: _Disc, bend: float, poisson_ratio: float, forces: tuple[int,
     root = np.linalg.cholesky(Hencky(1.0, poisson_ratio).moduli).T
     weigh = np.sqrt(section.weight * (1.0 - bend * section.x))[:, None, None] * root
     B0, B1, BR = (
-        (weigh @ each).reshape(-1, each.shape[-1]) for each in (of_warping, of_slope, of_strain[..., f])
+        (weigh @ values).reshape(-1, values.shape[-1]) for values in (of_warping, of_slope, of_strain[..., f])
     )
     # Motions of the section as a whole are no warping.
     rigid = _rigid(section)[:, :, f].reshape(-1, 3)

@@ -82,12 +82,12 @@ class Expansion:
 
     def of(self, inner: list[Expansion]) -> Expansion:
         """Return the composition with inner functions, one for every variable of this function."""
-        J = np.stack([each.slope for each in inner], axis=1)  # (k, v, w)
+        J = np.stack([variable.slope for variable in inner], axis=1)  # (k, v, w)
         bend = None
         if self.bend is not None:
             bend = J.swapaxes(1, 2) @ self.bend @ J
-            for c, each in enumerate(inner):
-                bend += self.slope[:, c, None, None] * each.bend
+            for c, variable in enumerate(inner):
+                bend += self.slope[:, c, None, None] * variable.bend
         return Expansion(self.value, np.einsum("kv,kvw->kw", self.slope, J), bend)
 
     def power(self, exponent: float) -> Expansion:
@@ -216,7 +216,7 @@ class Patch:
 def _surfaces(k_a: Expansion, k_b: Expansion, cos: Expansion) -> tuple[Expansion, Expansion, Expansion]:
     """Return alpha beta, the trace and the determinant of M."""
     alpha, beta = ((1.0 + (-1.0) * k).at_least(LEAST_INNER).power(-1.0) for k in (k_a, k_b))
-    one, other = ((2.0 + (-1.0) * each).at_least(LEAST_OPEN) for each in (alpha, beta))
+    one, other = ((2.0 + (-1.0) * angle).at_least(LEAST_OPEN) for angle in (alpha, beta))
     crossed = (2.0 + (-1.0) * one) * (2.0 + (-1.0) * other) * (cos * cos)
     return alpha * beta, one + other, (one * other + (-1.0) * crossed).at_least(LEAST_DET)
 

@@ -143,7 +143,7 @@ class LineContact:
         z = np.stack([pairs.way, bend_i, bend_j, first_i, first_j], axis=1)
         values = (z @ z.swapaxes(1, 2))[:, ONE, OTHER]
         squared, of_a, of_b, square_a, square_b, both = range(len(ONE))
-        k_a, k_b = (Expansion.over_roots(values, each, [squared], second) for each in (of_a, of_b))
+        k_a, k_b = (Expansion.over_roots(values, product, [squared], second) for product in (of_a, of_b))
         cos = Expansion.over_roots(values, both, [square_a, square_b], second)
         R, r = 0.5 * self.repulsion.diameter, Expansion.variables(values, second)[squared].power(0.5)
         return z, [R * k_a, -R * k_b, cos, r]
@@ -207,7 +207,7 @@ class LineContact:
         axes, on_axes = self.axes, np.zeros((2, len(touched), 3))
         np.add.at(on_axes[1], row, slope[:, 1:3])
         np.add.at(on_axes[0], row, slope[:, 3:])
-        of_first, of_second = (each[touched, :, None] for each in (axes.first, axes.second))
+        of_first, of_second = (weights[touched, :, None] for weights in (axes.first, axes.second))
         at_points = of_first * on_axes[0, :, None] + of_second * on_axes[1, :, None]
         np.add.at(total[:, :3], axes.points[touched], at_points)
         on_lattice += np.einsum("np,npi->i", axes.image[touched], at_points) @ moves[0]
@@ -295,7 +295,7 @@ class LineContact:
         """Return the history of pairs in one configuration that have not rubbed."""
         z, bends = self.bends(pairs, points.position, points.vectors)
         _, density, shape = self.shaped(pairs, bends)
-        angles = np.stack([each.value for each in bends[:3]], axis=1)
+        angles = np.stack([bend.value for bend in bends[:3]], axis=1)
         return met(self.repulsion, points, pairs, z, angles, density.value, shape.value)
 
     def _completed(self, history: LineHistory, pairs: PointPairs) -> LineHistory:

@@ -157,7 +157,7 @@ class Neighbourhoods:
         for boxes, apart in zip(self._wider, self._apart, strict=False):
             if (boxes.motion(*seen[0]).least(apart) < 0).any():
                 return np.ones(len(last), dtype=bool)
-        least = [self._boxes.motion(*each).least(margin) for each in seen]
+        least = [self._boxes.motion(*boxes).least(margin) for boxes in seen]
         return np.choose(last, least) < 0
 
     def _seen(self, now: np.ndarray, then: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -190,9 +190,9 @@ def _in_order(
     along, surface, point = (
         np.concatenate(values)[chosen]
         for values in (
-            [each.xi[:, 0] for each in both],
-            [each.surface for each in both],
-            [each.point for each in both],
+            [points.xi[:, 0] for points in both],
+            [points.surface for points in both],
+            [points.point for points in both],
         )
     )
     order = np.lexsort((along, surface, point))

@@ -271,7 +271,7 @@ class Contact:
 
     def motion(self, nodes: np.ndarray, moved: np.ndarray) -> float:
         """Return the largest motion [m] against each other of rings near each other, as nodes (N, 3) move [m]."""
-        before, after = (self.surfaces.centres(self.surfaces.carry(each)) for each in (nodes, moved))
+        before, after = (self.surfaces.centres(self.surfaces.carry(place)) for place in (nodes, moved))
         near = cKDTree(before).query_pairs(2 * self._search.reach + self.margin, output_type="ndarray")
         way = (after - before)[near]
         return float(np.linalg.norm(way[:, 1] - way[:, 0], axis=1).max(initial=0.0))

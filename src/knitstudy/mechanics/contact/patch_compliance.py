@@ -81,7 +81,7 @@ def surface_compliance(
             [stretch + square * (rate - 1), im * (square - rate), ik * (square + turned)],
         ]
     )
-    last = (np.moveaxis(each, (0, 1), (-2, -1)) for each in (traction, displacement))
+    last = (np.moveaxis(moments, (0, 1), (-2, -1)) for moments in (traction, displacement))
     return (1 + nu) * np.swapaxes(np.linalg.solve(*last), -1, -2)
 
 
@@ -125,7 +125,7 @@ def local_compliance(
         for apart in APART
     )
     share = APART[0] / (APART[1] - APART[0])
-    return tuple(float(each) for each in near + share * (near - far))
+    return tuple(float(value) for value in near + share * (near - far))
 
 
 def _beam_patch(radius: float, apart: float, poisson_ratio: float) -> np.ndarray:
@@ -140,7 +140,7 @@ def _beam_patch(radius: float, apart: float, poisson_ratio: float) -> np.ndarray
     # The arm, of length 1, turns with bending under a force along the yarn, with twist under one across it.
     stretched = 1 / (area * k**2) + 1 / (inertia * k**2)
     twisted = bent + 1 / (2 * shear * inertia * k**2)
-    return 2 / apart * np.array([np.sum(wave * each) for each in (bent, stretched, twisted)])
+    return 2 / apart * np.array([np.sum(wave * amplitude) for amplitude in (bent, stretched, twisted)])
 
 
 # The part of a patch's compliance that a space of solid yarns shows, and the missing part
@@ -200,8 +200,8 @@ def _along_a_span(
     """Return the missing compliance over its place in a span as amplitudes (3, 2) of cosines, times E R."""
     places = 0.0, 0.25, 0.5
     full = [missing_compliance(degree, spline_degree, span, place, patch, poisson_ratio) for place in places]
-    each = np.diagonal(full, axis1=1, axis2=2).reshape(3, 3, 3).mean(axis=2)  # over the components
-    values = np.stack([each[:, 0], each[:, 1:].mean(axis=1)], axis=1)
+    diagonal = np.diagonal(full, axis1=1, axis2=2).reshape(3, 3, 3).mean(axis=2)  # over the components
+    values = np.stack([diagonal[:, 0], diagonal[:, 1:].mean(axis=1)], axis=1)
     return np.array([[1, 2, 1], [2, 0, -2], [1, -2, 1]]) / 4 @ values
 
 

@@ -80,7 +80,7 @@ class Quadrature:
         position, weight = 0.5 * (position + 1), 0.5 * weight
         edges = [surfaces.edges(number) for number in range(len(surfaces.cells))]
         sizes = [np.outer(np.diff(along), np.diff(around)).ravel() for along, around in edges]
-        along, around = (np.concatenate(each) for each in zip(*edges, strict=True))
+        along, around = (np.concatenate(parts) for parts in zip(*edges, strict=True))
         quadrature = cls(
             cells=surfaces.cells,
             first_cell=np.concatenate([[0], np.cumsum(surfaces.cells.prod(axis=1))]),

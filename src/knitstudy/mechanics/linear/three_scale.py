@@ -109,7 +109,7 @@ class YarnScale:
             apart = row - column
             dropped = (np.abs(apart) > bandwidth) & (column >= first) & (column < last)
             lump = np.abs(data[dropped]).sum(axis=2)  # (entries, 3)
-            added = np.stack([np.bincount(row[dropped] - low, each, high - low) for each in lump.T], axis=1)
+            added = np.stack([np.bincount(row[dropped] - low, part, high - low) for part in lump.T], axis=1)
             lumps[low - first : high - first] = added
             inside = np.flatnonzero((apart >= 0) & (apart <= bandwidth) & (column >= first))
             apart, column, data = apart[inside], column[inside] - first, data[inside]

@@ -144,7 +144,7 @@ class Space:
         derivative: int | None = None,  # 0 or 1 across, 2 along [1/m]
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return nodes and weights (k, c) of places, or of a first derivative there."""
-        splines = 1 + max(each.spline.degree for each in self.yarns)
+        splines = 1 + max(yarn.spline.degree for yarn in self.yarns)
         nodes = np.zeros((len(s), splines * self.stride), dtype=np.int64)
         weights = np.zeros(nodes.shape)
         for number, space in enumerate(self.yarns):

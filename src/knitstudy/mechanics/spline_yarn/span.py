@@ -308,8 +308,8 @@ def span_groups(
     groups = []
     for degrees, parts in sorted(rows.items(), key=lambda item: (sum(item[0]), item[0])):
         connectivity = np.concatenate([local for local, _, _ in parts])
-        along = np.concatenate([each for _, each, _ in parts], axis=1)
-        weight = np.concatenate([each for _, _, each in parts])
+        along = np.concatenate([s for _, s, _ in parts], axis=1)
+        weight = np.concatenate([w for _, _, w in parts])
         elements = Spans(nodes[connectivity], along, weight, np.array(degrees), material)
         groups.append(ElementGroup(connectivity.astype(np.int32), elements, mixed=True))
     return tuple(groups)
