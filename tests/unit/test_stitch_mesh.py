@@ -74,6 +74,12 @@ def test_a_stitch_is_drawn_through_the_loop_and_its_tucks():
     assert in_front(fabric, 0, 2, 1) == (2, 2), "and through the loop that was held"
 
 
+@pytest.mark.parametrize("stitches", [("K", "T", "T"), ("K", "T", "T", "T")])
+def test_a_stitch_is_drawn_through_all_tucks_on_its_needle(stitches):
+    fabric, above = cell(stitches), len(stitches)
+    assert all(in_front(fabric, below, above, 0) == (2, 2) for below in range(above))
+
+
 def test_tucks_and_floats_interlock_with_no_loop_below():
     front, behind = in_front(cell(HALF_CARDIGAN), 0, 1, 1)
     assert front > 0
