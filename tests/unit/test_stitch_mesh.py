@@ -1,5 +1,7 @@
 """Drawn tucks and floats: yarns stand apart, and every loop is drawn as its letter says."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -74,10 +76,18 @@ def test_a_stitch_is_drawn_through_the_loop_and_its_tucks():
     assert in_front(fabric, 0, 2, 1) == (2, 2), "and through the loop that was held"
 
 
-@pytest.mark.parametrize("stitches", [("K", "T", "T"), ("K", "T", "T", "T")])
-def test_a_stitch_is_drawn_through_all_tucks_on_its_needle(stitches):
-    fabric, above = cell(stitches), len(stitches)
-    assert all(in_front(fabric, below, above, 0) == (2, 2) for below in range(above))
+@pytest.mark.parametrize(
+    "stitches",
+    [("K", "T", "T"), ("K", "T", "T", "T"), ("KTP", "KTT", "TPK", "-TK"), ("TKP", "TKK", "KTT", "--T")],
+)
+def test_a_stitch_is_drawn_through_all_heads_on_its_needle(stitches):
+    height = len(stitches)
+    target = LoopTarget(COURSE, WALE, DIAMETER / 2, 0.0, None, stitches)
+    fabric = endless_cell_of_stitches(target, len(stitches[0]), 2 * height)
+    for row, column in product(range(height), range(len(stitches[0]))):
+        stitch = stitches_of(stitches)[row][column]
+        if stitch.letter != "-":
+            assert in_front(fabric, row, row + stitch.held + 1, column) == (2, 2)
 
 
 def test_tucks_and_floats_interlock_with_no_loop_below():
