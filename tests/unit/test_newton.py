@@ -461,6 +461,28 @@ def test_a_viscous_flow_leads_through_a_snap_and_says_how_much_energy_that_relea
     assert work - end["internal"] == pytest.approx(end["stabilisation"], rel=0.15)
 
 
+class Rattling(Chain):
+    """Springs in a row, beside an unknown with next to no stiffness, whose force changes its sign at rest."""
+
+    def __init__(self):
+        super().__init__(4, lambda e: e * [1, 1, 0], lambda e: np.array([1.0, 1.0, 0.0]))
+
+    def respond(self, state, stiffness):
+        springs, way = super().respond(state, stiffness), state.x[3] - 1
+        force = springs.force + np.array([0, 0, 0, 1e-10 * way + 1e-7 * np.sign(way)])
+        matrix = sp.csr_matrix(springs.stiffness + sp.diags([0, 0, 0, 1e-10])) if stiffness else None
+        return replace(springs, force=force, stiffness=matrix)
+
+
+def test_a_viscous_flow_ends_where_its_forces_are_next_to_nothing():
+    """Without viscous forces Newton's method goes to and fro for ever."""
+    pull = PrescribedDisplacement(np.array([0, 2]), np.array([0.0, 1.0]))
+    *_, last = trace(Rattling(), pull, Settings(increments=2, vain=-1), LU())
+    np.testing.assert_allclose(last.state.x, [0, 0.5, 1, 1], atol=1e-5)
+    np.testing.assert_allclose(last.response.force, [-0.5, 0, 0.5, 0], atol=1e-6)
+    assert last.damped < 1e-6
+
+
 def test_steps_of_a_viscous_flow_are_short_and_begin_where_the_last_one_ended():
     model, path = Snapping(), []
     model.length, model.begin = 0.4, lambda state, load, change: path.append(state.x) or state

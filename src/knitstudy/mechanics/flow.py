@@ -6,8 +6,9 @@ way of the flow and knows what yarns meet on it. Shorter steps have a larger c.
 
 c falls from `FIRST` to zero as long as viscous forces do not grow, as they do where equilibrium is unstable: there a
 smaller c than the stiffness that is missing finds nothing, or goes back. It rises where steps become longer than half
-an element, so that the trapezoidal rule knows the work of viscous forces, or do not balance. A flow that ends at c = 0
-is in equilibrium as any other increment.
+an element, so that the trapezoidal rule knows the work of viscous forces, or do not balance. A flow ends at c = 0, or
+where viscous forces are a hundredth of the allowed residual: very soft motions go on for ever there. Its last state is
+in equilibrium as any other increment.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.hold import Hold
 from knitstudy.mechanics.increment import Increment, Rate
 from knitstudy.mechanics.model import summed
-from knitstudy.mechanics.newton import Newton, NotConverged
+from knitstudy.mechanics.newton import AMPLE, Newton, NotConverged
 
 log = logging.getLogger(__name__)
 
@@ -79,13 +80,14 @@ class Flow:
             pulled = reached.response.force[fixed] if guess is None else pulled
             past, size = size, float(np.linalg.norm(pull / model.scale))
             grows = guess is not None and size > GROWTH * past
-            if level == 0.0:
+            largest = float(np.abs(pull / model.scale).max())
+            if largest <= AMPLE * settings.residual_tolerance * reached.response.mean_force:
                 released = max(work - 0.5 * float((pulled - reached.response.force[fixed]) @ moved), 0.0)
                 energy = summed(reached.response.energy, {"stabilisation": released})
                 return replace(
                     reached,
                     rates=(Rate(change, total / change), *now.rates)[: settings.predictor],
-                    response=replace(reached.response, energy=energy),
+                    response=replace(reached.response, energy=energy, force=reached.response.force - pull),
                     damped=now.damped + released,
                     newton_iterations=spent[0],
                     krylov_iterations=spent[1],

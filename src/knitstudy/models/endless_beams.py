@@ -41,7 +41,7 @@ NEARER = (
     "usually help"
 )
 RELAXATION = 20  # increments of the way to rest, where none of them fails
-WASTE = 1000  # iterations without headway that it may take: loops of double piques snap into place one by one
+WASTE = 4000  # iterations without headway that it may take: loops of lace and of piques snap into place one by one
 
 
 @dataclass(frozen=True, eq=False)
