@@ -103,7 +103,7 @@ def test_a_curve_that_ended_early_is_kept_and_named(plan, tmp_path):
         error.history = xr.Dataset(attrs={"incomplete": "ended at strain 2.00%: no balance."})
         raise error
 
-    failing = replace(stage, function=end, long=False)
+    failing = replace(stage, function=end, reports=False, restarts=False)
     for _ in range(2):  # the second time from its file
         with pytest.raises(
             EndedEarly, match=r"^ended at strain 2\.00%: no balance\. The curve up to there is in"

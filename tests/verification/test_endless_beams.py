@@ -6,6 +6,7 @@ from beam_cells import BEAMS
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.lay_out import lay_out
+from knitstudy.loading.run import Run
 from knitstudy.mechanics.beams.hertz import Patch
 from knitstudy.models import beam_contact
 from knitstudy.models.simulate import simulate
@@ -53,9 +54,13 @@ def test_no_force_acts_at_rest(soft):
 
 
 def test_a_rest_without_friction_does_not_depend_on_friction(soft):
-    """Two ways to one shape: with little friction and with much, which then goes."""
+    """Two ways to one shape: with little friction and with much, which then goes. Progress is of both paths."""
     scene, geometry, rest = soft
-    other = STAGES["rest"].function(scene.vary({"contact.friction": 0.05}), geometry)
+    shares = []
+    run = Run(progress=lambda done, note="": shares.append(done))
+    other = STAGES["rest"].function(scene.vary({"contact.friction": 0.05}), geometry, run)
+    assert shares == sorted(shares)
+    assert {0.0, 0.5, 1.0} <= {*shares}
     for name in ("cell_width", "cell_height"):
         assert other.attrs[name] == pytest.approx(rest.attrs[name], rel=1e-6)
     held = STAGES["rest"].function(scene.vary({"load.start": "rest_with_friction"}), geometry)

@@ -92,7 +92,7 @@ class Starts:
             return read_dataset(path)
         needed = {name: self.obtain(*step) for name, step in plan().needs(stage, scene).items()}
         seen, (shared, whole) = scene.only(stage.document(scene), stage.keys(scene)), sources()
-        run = {"run": Run() if digest in whole else Run(progress=stop)} if stage.long else {}
+        run = {"run": Run() if digest in whole else Run(progress=stop)} if stage.restarts else {}
         try:
             with serial_blas():
                 found = stage.function(seen, **needed, **run)

@@ -11,7 +11,7 @@ for stage in STAGES.values():
             update(f"{RESULTS}/{stage.path_pattern}"),
         log:
             f"logs/{stage.name}/{stage.label}.log",
-        priority: 10 if stage.long else 0
+        priority: 10 if stage.restarts else 0
         localrule: not stage.queued
         threads: 1
         resources:

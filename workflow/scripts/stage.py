@@ -25,9 +25,9 @@ with frame(snakemake) as progress:
     if stage.is_dataset and target.is_file() and result_of(target, wanted) is not None:
         print(f"{target} is up to date", file=sys.stderr)
     else:
-        if stage.long:
+        if stage.restarts:
             stage.require_machine(scene)
         needed = {name: read_result(path) for name, path in snakemake.input.items()}
-        restart = restart_of(RESTARTS / stage.name, scene.name, wanted) if stage.long else None
+        restart = restart_of(RESTARTS / stage.name, scene.name, wanted) if stage.restarts else None
         seen = scene.only(stage.document(scene), stage.keys(scene))
         make(stage, seen, needed, target, wanted, Run(restart, progress), plan.record(stage, scene))

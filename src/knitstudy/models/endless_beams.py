@@ -19,6 +19,7 @@ from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.loading.columns import REST
 from knitstudy.loading.gates import require_fine_beams, require_sound
 from knitstudy.loading.history import Recorder, Stations, cell_path
+from knitstudy.loading.run import IN_MEMORY, ReportProgress, Run, silent
 from knitstudy.loading.solve import Problem, Reported, settings_of
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.endless_beams import EndlessBeams, EndlessState
@@ -171,8 +172,10 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
     )
 
 
-def relax(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
+def relax(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dataset:
     """Return the shape in which no force acts on the edges of the cell, and the friction that holds it there.
+
+    A `run` reports its progress, and has no restart file.
 
     From the drawn shape, the natural curvature of the yarns grows from that of the drawn one to its own, and their
     diameter from that for which the loops are drawn. Friction on the way leads to one shape; without it a slack fabric
@@ -185,11 +188,14 @@ def relax(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
     model = _model(scene, rows, Lattice(fabric.periods), friction, drawn_for=2 * fabric.radius)
     # Yarns that did not touch have come far in an increment for nothing: the next one begins where they are.
     changed = {"predictor": 0, "increments": RELAXATION, "waste": WASTE, "remedy": NEARER}
-    last = _balanced("the way to rest", scene, model, HELD, **changed)
-    if friction and scene.load.start == "rest":
+    loosened = friction and scene.load.start == "rest"
+    half = 0.5 if loosened else 1.0
+    last = _balanced("the way to rest", scene, model, HELD, lambda load: run.progress(half * load), **changed)
+    if loosened:
         free = _model(scene, rows, Lattice(fabric.periods), 0.0)
         free = free.starting_at(replace(last.state, contact=LineHistory.none()))
-        last = _balanced("the rest without friction", scene, free, HELD, **changed)
+        without = "the rest without friction"
+        last = _balanced(without, scene, free, HELD, lambda load: run.progress(0.5 + half * load), **changed)
     state = last.state
     vectors, kept = model.vectors(state), state.contact
     values = {
@@ -206,11 +212,19 @@ def relax(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
     )
 
 
-def _balanced(what: str, scene: Scene, model: EndlessBeams, held: np.ndarray, **changed: Any) -> Increment:
+def _balanced(
+    what: str,
+    scene: Scene,
+    model: EndlessBeams,
+    held: np.ndarray,
+    report: ReportProgress = silent,  # called with every load factor
+    **changed: Any,
+) -> Increment:
     """Return the last increment of a cell that finds its balance, with unknowns that are held."""
     settings = replace(settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter), **changed)
     try:
-        *_, last = trace(model, PrescribedDisplacement(held, np.zeros(len(held))), settings, LU())
+        for last in trace(model, PrescribedDisplacement(held, np.zeros(len(held))), settings, LU()):
+            report(last.load)
     except ConvergenceError as error:
         raise ConvergenceError(f"{what} of scene {scene.name} finds no balance: {error}") from None
     return last

@@ -72,7 +72,7 @@ def make(
         _require_open_end(path, wanted)
     try:
         with serial_blas():  # the last bits of its sums depend on its threads
-            dataset = stage.make(scene, **needed, **({"run": run} if stage.long else {}))
+            dataset = stage.make(scene, **needed, **({"run": run} if stage.reports else {}))
     except ConvergenceError as error:
         if path is None or error.history is None:
             raise

@@ -135,15 +135,15 @@ class _Maker:
                     break
                 log.info(f"{label}: %s is not up to date", there)
         if result is None:
-            if stage.long:
+            if stage.restarts:
                 stage.require_machine(scene)  # before anything is made for it
             needed = {
                 argument: self.obtain(*step) for argument, step in self.plan.needs(stage, scene).items()
             }
-            run = IN_MEMORY
-            if stage.long:  # another stage would delete the restart file as an outdated one of its own
-                restart = self.folder and restart_of(self.folder / "restart", scene.name, wanted)
-                run = Run(restart, self.progress(label))
+            restart = None
+            if stage.restarts and self.folder is not None:
+                restart = restart_of(self.folder / "restart", scene.name, wanted)
+            run = Run(restart, self.progress(label)) if stage.reports else IN_MEMORY
             seen = scene.only(stage.document(scene), stage.keys(scene))
             record = self.plan.record(stage, scene)
             result = make(stage, seen, needed, path, wanted, run, record)

@@ -61,7 +61,8 @@ class Stage:
     outputs: tuple[str, ...] = ()  # entries of the scene's outputs that the result depends on
     # Whether a study asks for it, in addition to the inputs of stages
     wanted: Callable[[Scene], bool] = lambda scene: True
-    long: bool = False  # whether it takes a restart file and progress
+    reports: bool = False  # whether its function takes a run, for its progress
+    restarts: bool = False  # whether the run has a restart file as well
     queued: bool = False  # whether a cluster's queue runs it; others take seconds
     memory: Callable[[Scene], int] = lambda scene: 1000  # expected [MB]
     seconds: Callable[[Scene], float] = lambda scene: 60.0  # expected at most, of one processor
@@ -79,14 +80,14 @@ class Stage:
     def make(self, scene: Scene, **needed: Any) -> xr.Dataset:
         """Return its result as a dataset, with the processor time of all threads; refuse an incomplete history.
 
-        A long stage, which may go on from a restart file, counts its own time.
+        A stage that may go on from a restart file counts its own time.
         """
         started = time.process_time()
         dataset = self.function(scene, **needed)
         if fault := fault_of(dataset):
             raise DataFileError(f"the {self.name} of {scene.name} {fault}: it is not written")
         seconds = time.process_time() - started
-        return dataset if self.long else dataset.assign_attrs(processor_seconds=seconds)
+        return dataset if self.restarts else dataset.assign_attrs(processor_seconds=seconds)
 
     def require_machine(self, scene: Scene) -> None:
         """Refuse a scene that is expected to take more memory than the machine has."""
@@ -218,6 +219,7 @@ _STAGES = (
         reads=(*KIND, "yarn", "mesh", "contact.friction", "beam", "solver", "load.start"),
         of=starts_from_rest,
         needs=lambda scene, named: {"geometry": ("geometry", scene)},
+        reports=True,
         queued=True,
         wanted=lambda scene: False,
     ),
@@ -230,7 +232,8 @@ _STAGES = (
         outputs=("fields",),
         of=lambda scene: True,
         needs=_model_needs,
-        long=True,
+        reports=True,
+        restarts=True,
         queued=True,
         memory=expected_memory,
         seconds=expected_seconds,
