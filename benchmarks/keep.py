@@ -232,10 +232,11 @@ def keep_reference(config: Path = CONFIG) -> str:
 def keep_predictions(config: Path = CONFIG) -> str:
     """Keep the predictions of the study `fabrics` and its figure; return what was kept."""
     kept, picture = RESOURCES / "predictions.csv", Path("docs/notes/fabrics.webp")
-    table = read_table(RESULTS / "tables" / kept.name)
+    # Stamped first: a picture that has changed would count as a change of the code.
+    table = stamped(read_table(RESULTS / "tables" / kept.name).round(4), "make predictions")
     with replacing(picture) as temporary:
         temporary.write_bytes(ScreenPicture.of(RESULTS / "figures" / "fig_fabrics.png").content)
-    write_table(stamped(table.round(4), "make predictions"), kept)
+    write_table(table, kept)
     return f"{len(table)} predicted strains: {kept}, {picture}"
 
 
