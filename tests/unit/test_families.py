@@ -91,6 +91,11 @@ def test_files_are_read_in_the_order_of_their_numbers(folder):
     [
         ("[reduced, full]", "[reduced, huge]", "family.yaml, scenes 'dns-{case}-{mesh}': studies: unknown"),
         ("studies: [reduced, full]\n", "", "the key 'studies' is missing, in the family as well; [] is for"),
+        (
+            "studies: [",
+            "name: a\nstudies: [",
+            "family.yaml: the key 'name' belongs to a scene but is a key of the",
+        ),
         ("studies: [", "studdies: [", "family.yaml: unknown key 'studdies' (did you mean 'studies'?)"),
         ("  knit: plain", "  knit: '{cas}'", "knit is '{cas}': unknown placeholder 'cas' (did you mean"),
         ("  fine: {mesh.size: 0.2}", "  fine: {interaction: rough}", "is 'tie' of case 'tie' but 'rough'"),

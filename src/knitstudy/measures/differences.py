@@ -28,9 +28,7 @@ def side_by_side(first: xr.Dataset, second: xr.Dataset) -> Iterator[tuple]:
     """
     if (kind := kind_of(first)) != (other := kind_of(second)):
         raise DataFileError(f"is a {other} and cannot be compared with a {kind}")
-    quantities = (
-        {(number.name, number.unit): number.value for number in summarise(data)} for data in (first, second)
-    )
+    quantities = ({(row.name, row.unit): row.value for row in summarise(data)} for data in (first, second))
     for (name, unit), a, b in pairs(*quantities):
         numbers = isinstance(a, Real) and isinstance(b, Real)
         if numbers or a != b:

@@ -125,10 +125,9 @@ def _blocks(document: dict, shared: Blocks, path: Path) -> dict[str, dict[str, d
     blocks = {name: choices for name, choices in document.items() if name not in _OF_FAMILY}
     for name, choices in blocks.items():
         if name in _OF_ENTRY:
-            example = "`scenes: [{name: NAME, case: tie-course, keys: {fidelity: spline_yarns}}]`"
-            raise ConfigurationError(
-                f"{path}: {name} must stand in an entry of scenes, for example {example}"
-            )
+            scene = "{name: my-knit, case: tie-course, keys: {knit: plain3x3, fidelity: spline_yarns}}"
+            fault = f"the key {name!r} belongs to a scene but is a key of the file"
+            raise ConfigurationError(f"{path}: {fault}; write `studies: []` and `scenes: [{scene}]`")
         if name in shared:
             other = "is defined for all families in another file; rename one of the two"
             raise ConfigurationError(f"{path}: {name} {other}")

@@ -202,7 +202,7 @@ class Trade(Section):
         return {
             name: keys
             for name, keys in self.settings[case.yarns].items()
-            if not any(number % self.every.get(rarely, 1) for rarely in (name, str(case)))
+            if not any(number % self.every.get(label, 1) for label in (name, str(case)))
             and name not in left_out
             and case.specimen in MODELS.find(keys["fidelity"]).specimens
         }

@@ -90,7 +90,7 @@ def judge_ligaments(evidence: Evidence) -> Judgement:
     rows = [row for _, row in sorted(shown, key=lambda entry: entry[0], reverse=True)]
     test = holds(
         f"segments within {ALONG:g}° of the stress",
-        f"{sum(test_result is True for test_result in near)} of {len(near)}",
+        f"{sum(along is True for along in near)} of {len(near)}",
         "consistent",
         all_hold(between),
         all_hold(near),
