@@ -12,7 +12,7 @@ from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
 from knitstudy.models.endless import FIXED, assemble
-from knitstudy.models.simulate import build
+from knitstudy.models.simulate import build, simulate
 from knitstudy.models.spline_yarns import discretise
 from knitstudy.study.configuration import load_scene
 
@@ -76,3 +76,22 @@ def test_what_is_free_carries_nothing_and_work_is_stored(pulled):
     stored = float(energy.sel(form="internal") + energy.sel(form="penalty"))
     # The work is summed up by the trapezoidal rule over 4 increments.
     assert float(energy.sel(form="external")) == pytest.approx(stored, rel=2e-3)
+
+
+@pytest.mark.parametrize("friction", [0.1, pytest.param(0.76, marks=pytest.mark.full)])
+def test_friction_in_a_free_cell_is_that_of_beams(friction, verify):
+    """Nothing but contact holds a cell that is free across: its drag may carry no load."""
+    scene = load_scene("cell-wale-isotropic").vary({"contact.friction": friction})
+    beams = {"fidelity": "beam", "interaction": "isotropic", "beam.section": "hertz"}
+    forces = []
+    for one in (scene, scene.vary(beams)):
+        history = simulate(one, lay_out(one))
+        strain, force = history["cell_strain"][:, 1], history["force_per_width"][:, 1]
+        forces.append(np.interp([0.025, 0.05], strain, force))
+        energy = history["energy"].isel(increment=-1)
+        drag = float(energy.sel(form="stabilisation") / energy.sel(form="external"))
+        verify.at_most(
+            f"free cell, friction {friction:g}, {one.fidelity}: work of the drag over all", drag, 1e-4
+        )
+    for half, solid, beam in zip(("half of the strain", "the end"), *forces, strict=True):
+        verify.within(f"free cell of solid yarns, friction {friction:g}, at {half}: beams", solid, beam, 0.08)

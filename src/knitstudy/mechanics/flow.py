@@ -80,8 +80,7 @@ class Flow:
             pulled = reached.response.force[fixed] if guess is None else pulled
             past, size = size, float(np.linalg.norm(pull / model.scale))
             grows = guess is not None and size > GROWTH * past
-            largest = float(np.abs(pull / model.scale).max())
-            if largest <= AMPLE * settings.residual_tolerance * reached.response.mean_force:
+            if viscous.residual(replace(reached.response, force=pull)) <= AMPLE * settings.residual_tolerance:
                 released = max(work - 0.5 * float((pulled - reached.response.force[fixed]) @ moved), 0.0)
                 energy = summed(reached.response.energy, {"stabilisation": released})
                 return replace(

@@ -118,7 +118,7 @@ class Newton:
         at.iterations, at.correction, at.tangent_is_stale = 0, np.inf, True
         at.response = self._respond(at.state, at.total, stiffness=False)
         self._require_finite(at.response)
-        at.residuals.append(self._residual(at.response))
+        at.residuals.append(self.residual(at.response))
 
     def _balance(self, at: Iterate, now: Increment, target: float) -> Increment:
         """Return the converged increment that iterations from a state lead to, or raise NotConverged."""
@@ -153,7 +153,7 @@ class Newton:
         state = self.model.advance(self.model.begin(now.state, target, target - now.load), guess)
         response = self._respond(state, guess, stiffness=False)
         self._require_finite(response)
-        return Iterate(state, guess.copy(), response, [self._residual(response)], changed=True)
+        return Iterate(state, guess.copy(), response, [self.residual(response)], changed=True)
 
     def _predict(self, now: Increment, target: float, turned: bool = False) -> Iterate:
         """Return the state with which the iterations start: on the curve through those before, or on its tangent.
@@ -185,7 +185,7 @@ class Newton:
         if len(rates) > 1 or led:
             state = self.model.begin(state, target, target - now.load)
         response = self._respond(state, total, stiffness=False)
-        residuals, changed = [self._residual(response)], response.status is not None
+        residuals, changed = [self.residual(response)], response.status is not None
         return Iterate(state, total, response, residuals, changed=changed, extrapolated=bool(rates))
 
     def _guess(self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]) -> np.ndarray:
@@ -356,7 +356,7 @@ class Newton:
             part = share * step
             moved = self.model.advance(at.state, part)
             reply = self._respond(moved, at.total + part, stiffness=False)
-            return Trial(share, part, moved, reply, float(step @ reply.force), self._residual(reply))
+            return Trial(share, part, moved, reply, float(step @ reply.force), self.residual(reply))
 
         slope = float(step @ at.response.force)
         result = line_search(trial, slope, at.residual, self.settings.residual_tolerance)
@@ -378,7 +378,8 @@ class Newton:
         """Return the largest displacement of a step."""
         return float(np.max(np.abs(step * self.model.scale)[self.free], initial=0.0))
 
-    def _residual(self, response: Response) -> float:
+    def residual(self, response: Response) -> float:
+        """Return the largest force of a response on unknowns that are free, over its mean force."""
         unbalanced = float(np.max(np.abs(response.force / self.model.scale)[self.free], initial=0.0))
         if unbalanced == 0.0:
             return 0.0

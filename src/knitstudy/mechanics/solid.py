@@ -19,7 +19,7 @@ from knitstudy.mechanics.contact.friction import ContactHistory, ContactPoints
 from knitstudy.mechanics.contact.interaction import Contact, ContactResponse
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.model import FADED, FreeBodies, Response, Stabilisation, summed
+from knitstudy.mechanics.model import FADED, Response, Stabilisation, summed
 from knitstudy.mechanics.pattern_sum import PatternSum
 
 # Cauchy stress, and the scalars that are drawn of it
@@ -92,7 +92,7 @@ class SolidState:
     load: float = 0.0  # load factor that the running increment ends at
     change: float = 1.0  # its size
     augmentations: int = 0  # updates of the contact multipliers within the running increment
-    led: float = 1.0  # share of the drag on free bodies: 1, `FADED`, or 0 where contact holds them
+    led: float = 1.0  # share of the drag on free bodies: 1, then `FADED`
     # (n, 3), straight step to it from where a tangent was formed [m]; None where there was no such step
     step: np.ndarray | None = field(default=None, kw_only=True)
     pulled: bool = False  # whether surfaces that have not touched yet are pulled together
@@ -128,15 +128,18 @@ class SolidModel:
         links: sp.csr_matrix | None = None,
         contact: Contact | None = None,  # between surfaces of the nodes
         penetration: Penetration = Penetration(),  # of that contact
-        # bodies that nothing but contact can hold; none of their nodes is tied
-        free_bodies: FreeBodies | None = None,
+        # (N,), stiffness against the way within an increment of nodes that nothing but contact can hold [N/m]
+        drag: np.ndarray | None = None,
     ) -> None:
         self.nodes, self.groups, self.links = nodes, tuple(groups), links
         self.transformation, self.stabilisation = transformation, stabilisation
-        self.contact, self.penetration, self.free_bodies = contact, penetration, free_bodies
+        self.contact, self.penetration = contact, penetration
         connectivity = [group.connectivity for group in self.groups]
         self.assembly = Assembly(connectivity, len(nodes), transformation, links=links)
         self.size = 3 * self.assembly.retained
+        if drag is not None:  # forces at tied nodes go to the nodes that they hang on
+            drag = np.repeat(drag if transformation is None else transformation.T @ drag, 3)
+        self.drag = drag  # (size,)
         self.scale = np.ones(self.size)
         self.length = length
         # Where nothing resists yet, rounding is no measure of a residual.
@@ -190,7 +193,7 @@ class SolidModel:
         """Return internal force, energies and, if asked, the tangent."""
         # Contact's tangent takes more room while it is formed than afterwards: it comes before that of the elements.
         touch = None if self.contact is None else self.contact.forces(self.contact_points(state), stiffness)
-        response = self._with_drag(self._solids(state, stiffness), state)
+        response = self._with_viscosity(self._solids(state, stiffness), state)
         return response if touch is None else self._with_contact(response, touch, state.pulled)
 
     def loaded(self, response: Response) -> bool:
@@ -198,19 +201,15 @@ class SolidModel:
         return response.mean_force > 100 * self._least_force
 
     def settle(self, state: SolidState) -> SolidState | None:
-        """Return None if nothing penetrates too far, or the state with updated multipliers, or without drag.
+        """Return None if nothing penetrates too far, or the state with updated multipliers, or with faded drag.
 
         Raises ConvergenceError if the penetration is too large and the updates allowed are used up.
         """
         if self.contact is None:
             return None
+        if self.drag is not None and state.led > FADED:
+            return replace(state, led=FADED)
         points = self.contact_points(state)
-        if self.free_bodies is not None and state.led:
-            alone = self.contact.forces(points, stiffness=True).symmetric
-            if self.free_bodies.held(alone, self._places(state)[0]):
-                return replace(state, led=0.0)
-            if state.led > FADED:
-                return replace(state, led=FADED)
         deepest, limit = -self.contact.smallest_gap(points), self.penetration.limit
         if deepest <= limit:
             return None
@@ -236,34 +235,29 @@ class SolidModel:
         """Return where all nodes (N, 3) are and were at the last converged increment [m]."""
         return tuple(self.nodes + self._spread(moment.displacement) for moment in (state, state.memory))
 
-    def _drag(self, state: SolidState) -> np.ndarray | None:
+    def _viscosity(self, state: SolidState) -> np.ndarray | None:
         """Return the diagonal stiffness (size,) against motion within the increment [N/m]; None if there is none."""
-        drag = None
+        if self.drag is not None:
+            return state.led * self.drag
         if self.stabilisation is not None:
-            drag = self.stabilisation.stiffness(state.load, state.change)
-        if self.free_bodies is not None:
-            at_nodes = self.free_bodies.drag()
-            if self.transformation is not None:  # forces at tied nodes go to the nodes that they hang on
-                at_nodes = self.transformation.T @ at_nodes
-            leading = state.led * np.repeat(at_nodes, 3)
-            drag = leading if drag is None else drag + leading
-        return drag
+            return self.stabilisation.stiffness(state.load, state.change)
+        return None
 
     def _damped(self, state: SolidState) -> float:
         """Return the work that viscous forces have taken up to a state [J]."""
-        drag, before = self._drag(state), state.memory
-        if drag is None:
+        viscosity, before = self._viscosity(state), state.memory
+        if viscosity is None:
             return before.damped if before else 0.0
-        return before.damped + float(drag @ (state.displacement - before.displacement).ravel() ** 2)
+        return before.damped + float(viscosity @ (state.displacement - before.displacement).ravel() ** 2)
 
-    def _with_drag(self, response: Response, state: SolidState) -> Response:
-        drag, stiffness = self._drag(state), response.stiffness
-        if drag is None:
+    def _with_viscosity(self, response: Response, state: SolidState) -> Response:
+        viscosity, stiffness = self._viscosity(state), response.stiffness
+        if viscosity is None:
             return response
-        pull = drag * (state.displacement - state.memory.displacement).ravel()
+        pull = viscosity * (state.displacement - state.memory.displacement).ravel()
         if stiffness is not None:
-            diagonal = np.zeros((len(drag) // 3, 3, 3))
-            diagonal[:, [0, 1, 2], [0, 1, 2]] = drag.reshape(-1, 3)
+            diagonal = np.zeros((len(viscosity) // 3, 3, 3))
+            diagonal[:, [0, 1, 2], [0, 1, 2]] = viscosity.reshape(-1, 3)
             node = np.arange(len(diagonal) + 1)
             added = sp.bsr_matrix((diagonal, node[:-1], node), shape=stiffness.shape)
             stiffness = sp.bsr_matrix(stiffness + added)

@@ -42,7 +42,9 @@ NEARER = (
     "usually help"
 )
 RELAXATION = 20  # increments of the way to rest, where none of them fails
-WASTE = 4000  # iterations without headway that it may take: loops of lace and of piques snap into place one by one
+WASTE = (
+    4000  # iterations without headway on the way to rest: loops of lace and piques snap into place one by one
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,13 +191,13 @@ def relax(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Datase
     # Yarns that did not touch have come far in an increment for nothing: the next one begins where they are.
     changed = {"predictor": 0, "increments": RELAXATION, "waste": WASTE, "remedy": NEARER}
     loosened = friction and scene.load.start == "rest"
-    half = 0.5 if loosened else 1.0
-    last = _balanced("the way to rest", scene, model, HELD, lambda load: run.progress(half * load), **changed)
+    ways = 2 if loosened else 1
+    last = _balanced("the way to rest", scene, model, HELD, lambda load: run.progress(load / ways), **changed)
     if loosened:
         free = _model(scene, rows, Lattice(fabric.periods), 0.0)
         free = free.starting_at(replace(last.state, contact=LineHistory.none()))
         without = "the rest without friction"
-        last = _balanced(without, scene, free, HELD, lambda load: run.progress(0.5 + half * load), **changed)
+        last = _balanced(without, scene, free, HELD, lambda load: run.progress((1 + load) / ways), **changed)
     state = last.state
     vectors, kept = model.vectors(state), state.contact
     values = {

@@ -30,7 +30,7 @@ from knitstudy.mechanics.contact.indentation import Indentation, indentation
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.contact.patch_compliance import moments, polar_rule
 from knitstudy.mechanics.materials import material_of
-from knitstudy.mechanics.model import FreeBodies
+from knitstudy.mechanics.model import DRAG
 from knitstudy.mechanics.solid import Penetration
 from knitstudy.models.discretisation import Discretisation, project_on_tube
 from knitstudy.study.scene import Scene
@@ -325,15 +325,15 @@ def penetration_of(scene: Scene, law: Coulomb | Indentation, size: float) -> Pen
     )
 
 
-def free_yarns(scene: Scene, yarns: Discretisation, ties: Ties, volume: np.ndarray) -> FreeBodies | None:
-    """Return the yarns that nothing but contact can hold, of nodes with a volume (N,) [m3]; None if there are none.
+def drag_of(scene: Scene, yarns: Discretisation, ties: Ties, volume: np.ndarray) -> np.ndarray | None:
+    """Return the drag (N,) on yarns that nothing but contact can hold, None if there are none [N/m].
 
-    They have neither tie nor grip; a driven grip that is free across the load holds none.
+    They have neither tie nor grip; a driven grip that is free across the load holds none. `volume` (N,) is that of
+    every node [m3].
     """
     grips = [yarns.ends.held] + [yarns.ends.driven] * (scene.load.lateral == "fixed")
     fixed = np.concatenate([*grips, ties.joined])
-    free = np.setdiff1d(np.arange(yarns.mesh.yarns), yarns.yarn[fixed])
-    if not len(free):
+    free = ~np.isin(yarns.yarn, yarns.yarn[fixed])
+    if not free.any():
         return None
-    nodes = [yarns.nodes_of(yarn) for yarn in free]
-    return FreeBodies.of(nodes, volume, scene.yarn.youngs_modulus, yarns.size, yarns.unity)
+    return np.where(free, DRAG * scene.yarn.youngs_modulus * volume / yarns.size**2, 0.0)

@@ -34,7 +34,7 @@ from knitstudy.models.discretisation import Discretisation
 from knitstudy.models.interactions import (
     Ties,
     contact_of,
-    free_yarns,
+    drag_of,
     penetration_of,
     tie_crossings,
 )
@@ -145,7 +145,7 @@ def assemble(
         *solids,
         contact=contact,
         penetration=penetration_of(scene, contact.law, parts.size),
-        free_bodies=None if viscosity else free_yarns(scene, parts, ties, volume),
+        drag=None if viscosity else drag_of(scene, parts, ties, volume),
     )
     return SolidYarns(parts, model, ties, facets, retained)
 
