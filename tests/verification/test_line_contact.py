@@ -358,15 +358,20 @@ def test_what_was_sheared_falls_as_yarns_are_released(verify):
 
 
 @pytest.mark.parametrize("angle", [90, 45, 20])
-def test_yarns_slide_by_a_radius_in_eight_increments(angle, verify):
-    """Force along the slip over that across is mu; without friction there is no drag."""
-    way, deep = np.array([1, 1, 0]) / np.sqrt(2), 0.025
+@pytest.mark.parametrize("way", [[1, 1, 0], [1, 0, 0], [1, 3, 0]])
+def test_yarns_slide_by_a_radius_in_eight_increments(angle, way, verify):
+    """Friction over the normal force is mu along the slip and nothing across, also off the axes of the patch."""
+    way, deep = np.array(way) / np.linalg.norm(way), 0.025
+    across = np.cross([0, 0, 1], way)
     for friction in (0.3, 0.0):
         model, points, yarn = pair(angle=angle, friction=friction, deep=0.0, half=2.4)
         places = path([0, 0, -deep], way * D / 2 - [0, 0, deep], steps=8)
         *_, (pull, *_) = walk(model, points, yarn, places)
-        name = f"yarns at {angle} degrees, slid: friction over force, less mu = {friction}"
+        name = (
+            f"yarns at {angle} degrees, slid along {way.round(2)}: friction over force, less mu = {friction}"
+        )
         verify.at_most(name, abs(pull @ way / -pull[2] - friction), 0.003)
+        verify.at_most(f"{name}, across", abs(pull @ across / pull[2]), 0.003)
 
 
 def test_hooked_yarns_slide_without_lag(verify):

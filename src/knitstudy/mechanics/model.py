@@ -215,6 +215,6 @@ class Stabilisation:
 # large at first, so that contact finds its places; then next to nothing, and the state is balanced anew.
 
 DRAG = 1e-4  # at first, over E V / h^2, V the volume of a node
-# Share that stays: a loop of 50 radii with elements of R / 3 resists by a hundred EI / L^3, 40,000 times as much. With a
-# tenth of this share, rounding moves yarns that do not touch yet.
+# Share that stays: a loop of 50 radii with elements of R / 3 resists by a hundred EI / L^3, 40,000 times as much. With
+# a tenth of this share, rounding moves yarns that do not touch yet.
 FADED = 1e-7

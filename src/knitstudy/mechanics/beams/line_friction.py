@@ -2,7 +2,9 @@
 
 Two points rub at the middle between them. Their traction t follows the slip u of two points of their sections that met
 there, dt = k S du, up to mu times the part of their force along the normal at the closest points of both yarns. S is
-the share of the patch (Mindlin 1949, `hertz.Patch.shear`).
+the share of the patch (Mindlin 1949, `hertz.Patch.shear`). Beyond Coulomb's limit they slide along t, whatever S is:
+
+    t = t_0 + k S (u - u_slid),   u_slid = c t / k,   so   (1 + c S) t = t_0 + k S u   with   |t| = mu f.
 
 A patch grows: its stiffness K = F' is that of all pieces that have closed. Pieces that close while the approach grows
 from y to y + dy add F''(y) dy, and keep it as long as they touch (Jaeger 1998; the method of dimensionality reduction,
@@ -35,6 +37,9 @@ from knitstudy.mechanics.rotation import hat
 
 # Yarns along each other have no closest points: smallest second derivative of r^2 / 2 along them
 LEAST_BEND = 0.02
+
+SECULAR, ROUNDING = 20, 1e-13  # most iterations to Coulomb's limit, of a handful, and their tolerance
+LEAST_LIMIT = 1e-12  # of the traction beyond it: pairs that are about to part have a limit of nothing
 
 
 def stored_energy(traction: np.ndarray, spring: np.ndarray, shear: np.ndarray) -> np.ndarray:
@@ -82,6 +87,28 @@ def closest_points(z: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray
     return way / distance[:, None], distance, tangent
 
 
+def within_limit(trial: np.ndarray, stiff: np.ndarray, most: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the tractions t (m, 3) of pairs that slide, and c (m,): (1 + c S) t = trial and |t| = most.
+
+    `trial` (m, 3) are tractions beyond the limits `most` (m,), `stiff` (m, 3, 3) is S, symmetric and positive.
+
+    Examples
+    --------
+    >>> t, c = within_limit(np.array([[6.0, 8.0, 0.0]]), np.eye(3)[None], np.array([5.0]))
+    >>> t.round(12).tolist(), c.round(12).tolist()
+    ([[3.0, 4.0, 0.0]], [1.0])
+    """
+    value, axes = np.linalg.eigh(stiff)
+    along, c = np.einsum("kij,ki->kj", axes, trial), np.zeros(len(trial))
+    for _ in range(SECULAR):
+        t = along / (1 + c[:, None] * value)
+        size = np.linalg.norm(t, axis=1)
+        if np.all(np.abs(size - most) <= ROUNDING * most):
+            break
+        c += (size / most - 1) * size**2 / np.sum(value * t**2 / (1 + c[:, None] * value), axis=1)
+    return np.einsum("kij,kj->ki", axes, t), c
+
+
 def _ratio(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Return quotients (k,) where the second is positive, elsewhere 1."""
     return np.divide(one, other, out=np.ones_like(one), where=other > 0)
@@ -95,6 +122,7 @@ class PairFriction(Chosen):
     key: np.ndarray  # int (m,)
     arm: np.ndarray  # (m, 2, 3), from the centres to the points that met [m]
     pulls: np.ndarray  # (m, 2, 3), friction of the history, turned with both sections [N]
+    normals: np.ndarray  # (m, 2, 3), of the history, turned with both sections
     shear: np.ndarray  # (m, 2, 3, 3), S of the history, turned with both sections
     slip: np.ndarray  # (m, 3), of i against j within the increment [m]
     spring: np.ndarray  # (m,), k times the part of the increment in which the pair touches [N/m]
@@ -104,6 +132,7 @@ class PairFriction(Chosen):
     trial: np.ndarray  # (m, 3), traction on j before Coulomb's limit [N]
     slides: np.ndarray  # bool (m,)
     traction: np.ndarray  # (m, 3), on j [N]
+    beyond: np.ndarray  # (m,), c of pairs that slide, else 0
     slid: np.ndarray  # (m,), length beyond Coulomb's limit within the increment [m]
     stored: np.ndarray  # (m,), energy of elastic slip [J]
     dissipated: np.ndarray  # (m,), energy lost in the increment [J]
@@ -120,10 +149,9 @@ class PairFriction(Chosen):
         rotation, r = state.rotation[pairs.both[pair]], pairs.distance[pair]
         arm = np.einsum("kaij,kaj->kai", rotation, history.arm[known])
         pulls = np.einsum("kaij,kaj->kai", rotation, history.traction[known])
-        normal = np.einsum("kaij,kaj->ki", rotation, history.normal[known]) / 2
+        normals = np.einsum("kaij,kaj->kai", rotation, history.normal[known])
         shear = rotation @ history.shear[known] @ rotation.swapaxes(2, 3)
-        plane = shear.mean(axis=1)
-        stiff = plane + normal[:, :, None] * normal[:, None, :]
+        plane, stiff = shear.mean(axis=1), _stiff(shear, normals)
         slip = arm[:, 0] - arm[:, 1] - pairs.way[pair]
         share = history.share[known] * history.density[known]
         force, change = law.push(share, history.shape[known], r)
@@ -137,18 +165,19 @@ class PairFriction(Chosen):
         trial = before + spring[:, None] * np.einsum("kij,kj->ki", plane, slip)
         size, most = np.linalg.norm(trial, axis=1), friction * force
         slides = size > most
-        ratio = np.divide(most, size, out=np.ones_like(size), where=slides)
-        traction = ratio[:, None] * trial
+        most = np.maximum(most, LEAST_LIMIT * size)
+        traction, beyond = trial.copy(), np.zeros(len(trial))
+        traction[slides], beyond[slides] = within_limit(trial[slides], stiff[slides], most[slides])
         stored, after = history.stored[known], stored_energy(traction, begun, stiff)
         # Half of t_0 + t along t; where t_0 pointed the other way, of both of Coulomb's limits
-        along = _ratio(np.einsum("ki,ki->k", before, trial), size)
+        along = _ratio(np.einsum("ki,ki->k", before, traction), np.linalg.norm(traction, axis=1))
         along = np.where(along > 0, along, friction * history.force[known])
-        way = (1 - ratio) * _ratio(2 * stored_energy(trial, spring, stiff), size)
+        way = np.divide(beyond * most, spring, out=np.zeros_like(most), where=spring > 0)
         slid = 0.5 * (along + most) * way
         elastic = stored_energy(traction, spring, stiff) - stored_energy(before, spring, stiff)
         return cls(
-            pair, pairs.key[pair], arm, pulls, shear, slip, spring, rate, force, change, trial, slides, traction, way,
-            after, elastic + stored - after + slid, float(history.stored.sum() - stored.sum()),
+            pair, pairs.key[pair], arm, pulls, normals, shear, slip, spring, rate, force, change, trial, slides,
+            traction, beyond, way, after, elastic + stored - after + slid, float(history.stored.sum() - stored.sum()),
         )  # fmt: skip
 
 
@@ -200,7 +229,7 @@ def remember(
     normal, spring = touching.normal, touching.spring
     traction = np.einsum("kaji,kj->kai", points.rotation[pairs.both], on_j)
     traction -= normal * np.einsum("kai,kai->ka", normal, traction)[..., None]
-    stiff = touching.shear[:, 0] + normal[:, 0, :, None] * normal[:, 0, None, :]
+    stiff = _stiff(touching.shear[:, :1], normal[:, :1])
     most = _ratio(friction * touching.force, np.linalg.norm(traction[:, 0], axis=1))
     most = np.minimum(most, np.sqrt(_ratio(past, stored_energy(traction[:, 0], spring, stiff))))
     traction *= np.minimum(most, 1.0)[:, None, None]
@@ -236,14 +265,39 @@ def friction_tangent(
     change[:, :, 3:6] += turned[:, 0]
     change[:, :, 9:12] += turned[:, 1]
     slides = rubs.slides
-    most = np.linalg.norm(rubs.trial[slides], axis=1)[:, None]
-    way, force = rubs.trial[slides] / most, (rubs.force[slides, None] / most)[..., None]
-    limited = force * (change[slides] - way[:, :, None] * (way[:, None] @ change[slides]))
-    limited += rubs.change[slides, None, None] * way[:, :, None] * pressed[slides, None]
-    change[slides] = friction * limited
+    change[slides] = _limited(friction, rubs[np.flatnonzero(slides)], change[slides], pressed[slides])
     blocks = motion.swapaxes(1, 2) @ change
     pull = hat(rubs.traction)
     blocks[:, 3:6, 3:6] += pull @ lever[:, 0]
     blocks[:, 9:12, 9:12] -= pull @ lever[:, 1]
     unknowns = (6 * pairs.both[at][..., None] + np.arange(6)).reshape(m, 12)
     return np.concatenate([unknowns, np.broadcast_to(size + np.arange(3), (m, 3))], axis=1), blocks
+
+
+def _stiff(shear: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """Return S (m, 3, 3), the mean over sections (m, s, 3, 3), with a stiffness along the normal as well."""
+    normal = normals.mean(axis=1)
+    return shear.mean(axis=1) + normal[:, :, None] * normal[:, None, :]
+
+
+def _limited(friction: float, rubs: PairFriction, change: np.ndarray, pressed: np.ndarray) -> np.ndarray:
+    """Return the derivatives (m, 3, 15) of tractions of pairs that slide, from those of trial tractions.
+
+    `pressed` (m, 15) is the derivative of the distance.
+    """
+    t, c, S = rubs.traction, rubs.beyond[:, None, None], rubs.shear
+    stiff, normal = _stiff(S, rubs.normals), rubs.normals.mean(axis=1)
+    # c dS t, as S and the normals turn with both sections
+    turned = 0.5 * (S @ hat(t)[:, None] - hat(np.einsum("kaij,kj->kai", S, t)))
+    turned -= 0.5 * np.einsum("ki,ki->k", normal, t)[:, None, None, None] * hat(rubs.normals)
+    turned += 0.5 * normal[:, None, :, None] * np.cross(rubs.normals, t[:, None])[:, :, None, :]
+    change = change.copy()
+    change[:, :, 3:6] -= c * turned[:, 0]
+    change[:, :, 9:12] -= c * turned[:, 1]
+    softer = np.linalg.inv(np.eye(3) + c * stiff)
+    eased = softer @ change
+    along = np.einsum("kij,kj->ki", softer @ stiff, t)  # - dt / dc
+    limit = np.linalg.norm(t, axis=1) * friction * rubs.change
+    excess = np.einsum("ki,kij->kj", t, eased) - limit[:, None] * pressed
+    excess /= np.einsum("ki,ki->k", t, along)[:, None]
+    return eased - along[:, :, None] * excess[:, None]
