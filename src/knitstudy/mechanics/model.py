@@ -32,7 +32,7 @@ class Response:
     moved: np.ndarray | None = None
     # which contact points touch, stick and slip: an increment has converged when that changes no more
     status: np.ndarray | None = None
-    # sum of the magnitudes of the viscous forces of stabilisation on all nodes [N]
+    # sum of the magnitudes of the viscous forces on all nodes, of stabilisation or drag [N]
     viscous_force: float = 0.0
     pulled: bool = False  # whether the first guess of an increment that begins here is to balance `force`
     assembly_seconds: float = 0.0  # part of the evaluation's time that summing up took

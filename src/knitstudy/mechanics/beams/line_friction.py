@@ -129,7 +129,6 @@ class PairFriction(Chosen):
     rate: np.ndarray  # (m,), its derivative by the distance [N/m2]
     force: np.ndarray  # (m,), part of the force [N]
     change: np.ndarray  # (m,), its derivative by the distance [N/m]
-    trial: np.ndarray  # (m, 3), traction on j before Coulomb's limit [N]
     slides: np.ndarray  # bool (m,)
     traction: np.ndarray  # (m, 3), on j [N]
     beyond: np.ndarray  # (m,), c of pairs that slide, else 0
@@ -176,7 +175,7 @@ class PairFriction(Chosen):
         slid = 0.5 * (along + most) * way
         elastic = stored_energy(traction, spring, stiff) - stored_energy(before, spring, stiff)
         return cls(
-            pair, pairs.key[pair], arm, pulls, normals, shear, slip, spring, rate, force, change, trial, slides,
+            pair, pairs.key[pair], arm, pulls, normals, shear, slip, spring, rate, force, change, slides,
             traction, beyond, way, after, elastic + stored - after + slid, float(history.stored.sum() - stored.sum()),
         )  # fmt: skip
 
