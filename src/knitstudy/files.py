@@ -9,7 +9,7 @@ import os
 import subprocess
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -62,12 +62,12 @@ def replacing(path: Path | str) -> Iterator[Path]:
 
 def _clear_abandoned(path: Path) -> None:
     """Delete the temporary files that killed processes have left."""
-    for partial in path.parent.glob(f".{glob.escape(path.stem)}.*.partial{path.suffix}"):
-        process = partial.name.removesuffix(f".partial{path.suffix}").rpartition(".")[2]
+    for abandoned in path.parent.glob(f".{glob.escape(path.stem)}.*.partial{path.suffix}"):
+        process = abandoned.name.removesuffix(f".partial{path.suffix}").rpartition(".")[2]
         try:
             os.kill(int(process), 0)
         except (ValueError, ProcessLookupError):
-            partial.unlink(missing_ok=True)
+            abandoned.unlink(missing_ok=True)
         except PermissionError:
             continue  # alive, and another user's
 
@@ -95,17 +95,26 @@ def code_version() -> str:
 
 @cache
 def commit() -> str:
-    """Return ``git describe`` of the checkout, of a wheel that of its checkout, else an empty text."""
+    """Return the commit of the checkout, of a wheel that of its checkout, else an empty text."""
     built, checkout = Path(__file__).with_name("COMMIT"), Path(__file__).resolve().parents[2]
     if built.is_file():
         return built.read_text(encoding="utf-8")
-    if not (checkout / ".git").exists():
-        return ""
-    command = ["git", "-C", str(checkout), "describe", "--always", "--dirty", "--abbrev=12"]
+    return commit_of(checkout) if (checkout / ".git").exists() else ""
+
+
+def commit_of(checkout: Path) -> str:
+    """Return the commit of a checkout, with ``-dirty`` if code has changed since; an empty text without git.
+
+    Kept tables and pages are no code: all tables that one run of ``make kept`` writes have one commit.
+    """
+    git = partial(subprocess.run, cwd=checkout, capture_output=True, text=True, timeout=10, check=True)
+    code = ("--", ".", ":!resources", ":!docs")
     try:
-        return subprocess.run(command, capture_output=True, text=True, timeout=10, check=True).stdout.strip()
+        name = git(["git", "describe", "--always", "--abbrev=12"]).stdout.strip()
+        changed = git(["git", "status", "--porcelain", "--untracked-files=no", *code]).stdout
     except (OSError, subprocess.SubprocessError):
         return ""
+    return f"{name}-dirty" if changed else name
 
 
 STAMP = ("physics", "commit", "made", "command")

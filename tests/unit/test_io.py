@@ -12,7 +12,15 @@ import pytest
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.files import read_dataset, read_result, read_table, recorded_digest, replacing, write_dataset
+from knitstudy.files import (
+    commit_of,
+    read_dataset,
+    read_result,
+    read_table,
+    recorded_digest,
+    replacing,
+    write_dataset,
+)
 from knitstudy.study.configuration import load_scene
 
 
@@ -197,3 +205,18 @@ def test_strains_in_the_plane_have_names(tmp_path):
     section = xr.Dataset({"section_points": (("section_node", "plane"), np.zeros((4, 2)))})
     write_dataset(section, tmp_path / "section.nc", "section", "digest")
     assert "plane" not in read_dataset(tmp_path / "section.nc").coords
+
+
+def test_a_commit_is_dirty_if_code_has_changed_but_not_if_kept_tables_have(tmp_path):
+    for name in ("src/code.py", "resources/kept.csv", "docs/page.md"):
+        (tmp_path / name).parent.mkdir()
+        (tmp_path / name).write_text("old")
+    someone = ("-c", "user.name=a", "-c", "user.email=a@b")
+    for command in (("init", "-q"), ("add", "."), (*someone, "commit", "-qm", "first")):
+        subprocess.run(["git", *command], cwd=tmp_path, check=True)
+    clean = commit_of(tmp_path)
+    for name in ("resources/kept.csv", "docs/page.md", "src/another.py"):
+        (tmp_path / name).write_text("new")
+    assert commit_of(tmp_path) == clean != ""
+    (tmp_path / "src/code.py").write_text("new")
+    assert commit_of(tmp_path) == f"{clean}-dirty"
