@@ -12,7 +12,7 @@ import xarray as xr
 from trade import FOUND, measure_sample, sampled
 
 from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError
-from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, TOTAL, answers
+from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, TOTAL, answers, curve_force
 from knitstudy.stages.trade import measure, reference_values, rows_of, run
 from knitstudy.study.choice import ERROR, applies
 from knitstudy.study.configuration import drawn_defaults, problem_of
@@ -179,6 +179,20 @@ def test_degree_3_is_the_reference_value_where_degree_4_did_not_run(trade, highe
         runs[f"k{number}"] = {setting: {"force": value} for setting, value in series.items()}
     reference = reference_values(runs, TIED, trade)["few"].at("force", 1.0)
     assert (reference.value, reference.uncertainty / reference.value) == (9.0, pytest.approx(share))
+
+
+def test_slack_yarns_say_nothing_of_the_uncertainty_of_curves(trade):
+    """One knit carries next to nothing at half of its strain, by degree 3 ten times the limit: no curve begins."""
+    half = curve_force(0.5)
+
+    def degrees(*curve):
+        forces = zip((2, 3, 4), (9.0, 9.1, 9.15), curve, strict=False)
+        return {f"yarns{degree}": {"force": force, half: value} for degree, force, value in forces}
+
+    runs = {f"k{number}": degrees(4.5, 4.8, 4.9) for number in range(3)}
+    runs |= {"slack": degrees(1e-4, 1e-2, 1e-3), "few": degrees(3.0, 3.1)}
+    estimate = reference_values(runs, TIED, trade)["few"].at(half, 1.0)
+    assert estimate.uncertainty == pytest.approx(3.1 * 0.175 / 4.95)  # 4.8 of 4.95, open by 0.025
 
 
 @pytest.mark.parametrize("case", [TIED, Case("cell", "touching")], ids=str)

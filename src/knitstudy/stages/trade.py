@@ -131,8 +131,8 @@ def reference_values(
     """Return the reference values of every knit, at strain 1 for full load, from runs {knit: {model setting: values}}.
 
     That is the limit of the settings `reference` of config/trade.yaml, where two or more have ended. Where the highest
-    degree did not run, it is the next one, as uncertain as that is far from the limit at most on the knits of both, if
-    they are `FEW` or more.
+    degree did not run, it is the next one, as uncertain as that is far from the limit at most on the knits of both that
+    have such a reference value, if they are `FEW` or more.
     """
     settings = trade.settings_of(case)
     degrees = {name: settings[name].get("mesh.degree", 2) for name in trade.reference if name in settings}
@@ -148,9 +148,12 @@ def reference_values(
             if abs(true.value - series[-1]) > change:  # values that hardly converge cannot be extrapolated
                 true = Estimate(series[-1], change)
             limits[knit][quantity] = true
-            if ended[-2:] == [next_to, highest] and true.value:
-                off = abs(series[-2] - true.value) + true.uncertainty
-                far.setdefault(quantity, []).append(off / abs(true.value))
+        if ended[-2:] == [next_to, highest]:
+            reference = Reference({(name, 1.0): limit for name, limit in limits[knit].items()})
+            for quantity, true in limits[knit].items():
+                if known(reference, quantity, 1.0).known:  # others compare nothing with it
+                    off = abs(values[next_to][quantity] - true.value) + true.uncertainty
+                    far.setdefault(quantity, []).append(off / true.value)
     for knit, limit_of_knit in limits.items():
         for quantity, limit in limit_of_knit.items():
             if not runs[knit].get(highest) and len(far.get(quantity, ())) >= FEW:
