@@ -137,7 +137,7 @@ def reference_values(
     settings = trade.settings_of(case)
     degrees = {name: settings[name].get("mesh.degree", 2) for name in trade.reference if name in settings}
     *_, next_to, highest = degrees
-    limits: dict[str, dict[str, Estimate]] = {}
+    limits: dict[str, dict[tuple[str, float], Estimate]] = {}
     far: dict[str, list[float]] = {}
     for knit, values in runs.items():
         ended, limits[knit] = [name for name in degrees if values.get(name)], {}
@@ -147,21 +147,18 @@ def reference_values(
             true, change = Estimate(limit.value, limit.uncertainty), abs(series[-1] - series[-2])
             if abs(true.value - series[-1]) > change:  # values that hardly converge cannot be extrapolated
                 true = Estimate(series[-1], change)
-            limits[knit][quantity] = true
+            limits[knit][quantity, 1.0] = true
         if ended[-2:] == [next_to, highest]:
-            reference = Reference({(name, 1.0): limit for name, limit in limits[knit].items()})
-            for quantity, true in limits[knit].items():
-                if known(reference, quantity, 1.0).known:  # others compare nothing with it
+            for (quantity, strain), true in limits[knit].items():
+                if known(Reference(limits[knit]), quantity, strain).known:  # nothing is compared with others
                     off = abs(values[next_to][quantity] - true.value) + true.uncertainty
                     far.setdefault(quantity, []).append(off / true.value)
     for knit, limit_of_knit in limits.items():
-        for quantity, limit in limit_of_knit.items():
+        for (quantity, strain), limit in limit_of_knit.items():
             if not runs[knit].get(highest) and len(far.get(quantity, ())) >= FEW:
-                limit_of_knit[quantity] = Estimate(limit.value, max(far[quantity]) * abs(limit.value))
-    return {
-        knit: Reference({(name, 1.0): limit for name, limit in limit_of_knit.items()})
-        for knit, limit_of_knit in limits.items()
-    }
+                uncertainty = max(far[quantity]) * abs(limit.value)
+                limit_of_knit[quantity, strain] = Estimate(limit.value, uncertainty)
+    return {knit: Reference(limit_of_knit) for knit, limit_of_knit in limits.items()}
 
 
 def collect(
