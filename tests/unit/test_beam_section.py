@@ -8,6 +8,8 @@ from knitstudy.mechanics.beams import beam
 from knitstudy.mechanics.beams.beam import Elements, Section
 from knitstudy.mechanics.beams.curved_rod import CurvedSection
 from knitstudy.mechanics.rotation import exp
+from knitstudy.models.beam_contact import pressed
+from knitstudy.study.configuration import load_scene
 
 
 def test_circular_section():
@@ -60,3 +62,11 @@ def test_rod_bent_too_tightly_is_refused(bend):
     curvature = np.array([[0.0, 0.0, 0.3], [bend, 0.0, 0.0], [0.0, 0.0, 0.0]])
     with pytest.raises(GeometryError, match=r"element 1 is bent to .* 1\.25 yarn radii: take straight"):
         CurvedSection(1.0, 1.0, 0.3, curvature).stiffness(np.eye(3))
+
+
+@pytest.mark.parametrize(("friction", "share"), [(0.0, 1.0), (0.76, 0.631), (1.8, 0.0)])
+def test_friction_takes_the_place_of_normal_forces(friction, share):
+    """Sticking yarns pull in all directions; nu R^2 / c is 1.645 at nu = 0.42."""
+    scene = load_scene("beam-hertz-patch-isotropic-course").vary({"contact.friction": friction})
+    assert pressed(scene) == pytest.approx(share, abs=2e-3)
+    assert pressed(scene.vary({"interaction": "rough"})) == 0.0

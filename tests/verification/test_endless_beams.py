@@ -191,11 +191,12 @@ def test_all_purl_is_plain_knit(keys, same, within):
 
 
 # Forces per width [N/m] of cells at 3 % strain by spline yarns (stitches.md), with their degree and the bar. From
-# degree 3 to 6 forces without friction fall by 2 to 3 %: below that, indentation rests on a law of straight yarns.
+# degree 3 to 6 forces without friction fall by 2 to 3 %: below that, indentation rests on a law of straight yarns, and
+# above, that law is 2 % too soft (beams.md). Loops here are bent to 0.4 / R.
 SOLIDS = [
-    ("plain", "course", 0.0, (80.65, 64.41), 6, 0.04),
-    ("plain", "wale", 0.0, (71.11, 70.21), 8, 0.04),
-    ("plain", "wale", 0.3, (82.20, 175.13), 6, 0.05),
+    ("plain", "course", 0.0, (80.65, 64.41), 6, 0.06),
+    ("plain", "wale", 0.0, (71.11, 70.21), 8, 0.06),
+    ("plain", "wale", 0.3, (82.20, 175.13), 6, 0.06),
     ("plain", "wale", 3.0, (122.12, 485.16), 6, 0.03),
     ("rib", "course", 0.0, (41.14, 43.65), 6, 0.05),
     ("garter", "course", 0.0, (94.43, 84.42), 6, 0.04),

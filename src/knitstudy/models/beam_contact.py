@@ -8,10 +8,11 @@ from knitstudy.geometry.crossings import Crossings
 from knitstudy.loading.gates import require_stiff_contact, require_verified_law
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.hertz import LAYERS, Patch
-from knitstudy.mechanics.beams.line_contact import SPACINGS, LineContact
+from knitstudy.mechanics.beams.line_contact import ROUGH, SPACINGS, LineContact
 from knitstudy.mechanics.beams.repulsion import CrossedCylinders, Power, Repulsion
 from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.increment import Increment
+from knitstudy.models.network_3d import OWN
 from knitstudy.study.scene import Scene
 
 # Largest displacement that one correction may make, in finite knits against neighbours, over the diameter
@@ -60,14 +61,21 @@ def joined(points: ContactPoints, tied: Crossings, reach: float) -> np.ndarray:
     A disc of radius a carries overlaps of up to a^2 / R, as Hertz's patch of that size does: straight yarns that
     do have points nearer than the diameter up to 2 a from the crossing.
     """
-    apart = 4 * points.arc_length.max()
-    at, order = np.unique((apart * tied.yarn + tied.arc_length).ravel(), return_index=True)
+    nearest, far = nearest_crossing(points.yarn, points.arc_length, tied)
+    return np.where(far < reach, nearest, -1)
+
+
+def nearest_crossing(
+    yarn: np.ndarray, arc_length: np.ndarray, crossings: Crossings
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the crossing (n,) that is nearest along its yarn to places (n,), -1 without one; and how far it is [m]."""
+    apart = 4 * arc_length.max()
+    at, order = np.unique((apart * crossings.yarn + crossings.arc_length).ravel(), return_index=True)
     at = np.concatenate([[-np.inf], at, [np.inf]])
-    place = apart * points.yarn + points.arc_length
+    place = apart * yarn + arc_length
     after = np.searchsorted(at, place)
     nearest = np.where(at[after] - place < place - at[after - 1], after, after - 1)
-    within = np.abs(at[nearest] - place) < reach
-    return np.where(within, np.concatenate([[-1], order // 2, [-1]])[nearest], -1)
+    return np.concatenate([[-1], order // 2, [-1]])[nearest], np.abs(at[nearest] - place)
 
 
 def require_verified_contact(
@@ -110,6 +118,20 @@ def patch(scene: Scene) -> Patch:
     """Return the effect of the shape of a contact: of half spaces where Hertz's law holds, else of layers."""
     hertzian = scene.value("yarn.pressing") is None and scene.value("beam.section") in (None, "hertz")
     return Patch(scene.yarn.poisson_ratio if hertzian else None)
+
+
+def pressed(scene: Scene) -> float:
+    """Return the share of normal forces in the bending of yarns by forces on their surface; see `eased_by_pressure`.
+
+    Friction at Coulomb's limit, in all directions alike, has the part mu^2 / (2 + mu^2) of the squares of forces normal
+    to and across the yarn. It moves the surface by c - nu R^2 where normal forces move it by c. Yarns that stick pull
+    in all directions, as ties do: they have the shear of the energy.
+    """
+    own = any(getattr(scene.yarn, key, None) is not None for key in OWN.values())
+    if own or patch(scene) == LAYERS:
+        return 0.0
+    nu, square = scene.yarn.poisson_ratio, min(scene.kind.interaction.friction(scene.contact), ROUGH) ** 2
+    return max(0.0, 1 - square / (2 + square) * 12 * (1 + nu) / (7 + 8 * nu))  # nu R^2 over c
 
 
 def penalty(scene: Scene) -> float:

@@ -23,7 +23,14 @@ from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.increment import Increment
 from knitstudy.models import endless_beams
-from knitstudy.models.beam_contact import STRIDE, contact_of, penalty, require_verified_contact
+from knitstudy.models.beam_contact import (
+    STRIDE,
+    contact_of,
+    nearest_crossing,
+    penalty,
+    pressed,
+    require_verified_contact,
+)
 from knitstudy.models.joints import JointPoints, Joints, contacts_of_crossings, patch_stiffness
 from knitstudy.models.network_3d import Network, loaded, spatial_network
 from knitstudy.study.scene import Scene
@@ -104,8 +111,12 @@ def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
     stops = fabric.grip_ends(scene.load.direction)
     beams = spatial_network(fabric, points, scene.mesh.beam_size, joints=joints, stops=stops)
     stations, law, yarn = beams.stations, scene.mesh.section_law, scene.yarn
-    model = beams.model(yarn, law, beam_contact(scene, beams, stations.yarn, crossings, tied))
     first = np.flatnonzero(stations.yarn[1:] == stations.yarn[:-1])
+    # Contact loads the beams from half the way to a tie on.
+    middle = 0.5 * (stations.arc_length[first] + stations.arc_length[first + 1])
+    nearest, _ = nearest_crossing(stations.yarn[first], middle, crossings)
+    beams = replace(beams, pressed=~np.append(tied, False)[nearest] * pressed(scene))
+    model = beams.model(yarn, law, beam_contact(scene, beams, stations.yarn, crossings, tied))
     elements = np.column_stack([first, first + 1])
     apart = BeamModel(stations.position, elements, beams.section(yarn, law), yarn.radius)
     return BeamKnit(beams, model, tied, apart, crossings)

@@ -28,7 +28,7 @@ from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.periodic import Lattice
-from knitstudy.models.beam_contact import STRIDE, contact_of, require_verified_contact
+from knitstudy.models.beam_contact import STRIDE, contact_of, pressed, require_verified_contact
 from knitstudy.models.network_3d import RING, section_of, turns
 from knitstudy.study.scene import Scene
 
@@ -251,7 +251,7 @@ def _model(
     """Return the beams of the rows and their contact."""
     yarn = scene.yarn
     natural = (yarn.set - 1.0) * rows.curvature if yarn.set != 1 else 0.0
-    section = section_of(yarn, scene.mesh.section_law, rows.curvature)
+    section = section_of(yarn, scene.mesh.section_law, rows.curvature, pressed=pressed(scene))
     inner = BeamModel(rows.nodes, rows.ends, section, yarn.radius, natural=natural)
     stations = rows.stations
     contact, points = contact_of(scene, stations.yarn, stations.arc_length, friction, rows.period)

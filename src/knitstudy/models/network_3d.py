@@ -69,11 +69,13 @@ class Network:
     curvature: np.ndarray | None = None
     # Of its rows, which strains along the wales refer to; None where it is that of the knit [m]
     height: float | None = None
+    # (E,), share of normal forces in what loads the elements on their surface
+    pressed: float | np.ndarray = 0.0
     polygon: float = 0.0  # by how much its straight beams are too stiff as they are bent; see `_polygon`
 
     def section(self, yarn: Yarn, law: str) -> SectionLaw:
         """Return the section of the elements; law "straight", or "curved" where elements follow a yarn."""
-        return section_of(yarn, law, self.curvature, self.yarns_side_by_side)
+        return section_of(yarn, law, self.curvature, self.yarns_side_by_side, self.pressed)
 
     def model(self, yarn: Yarn, law: str, contact: BeamContact | None = None) -> BeamModel:
         """Return the network as beams of circular yarn, with the law of `section`."""
@@ -86,9 +88,15 @@ class Network:
 
 
 def section_of(
-    yarn: Yarn, law: str, curvature: np.ndarray | None, count: float | np.ndarray = 1.0
+    yarn: Yarn,
+    law: str,
+    curvature: np.ndarray | None,
+    count: float | np.ndarray = 1.0,
+    pressed: float | np.ndarray = 0.0,
 ) -> SectionLaw:
     """Return the section of beams that stand for `count` yarns each, bent as `curvature` (E, 3) [1/m] as drawn.
+
+    The law "curved" knows the share of normal forces in what loads beams on their surface, `pressed` (E,).
 
     Stiffnesses of the yarn's own replace the stiffnesses of a solid circle; its law "curved" then corrects nothing.
 
@@ -105,7 +113,7 @@ def section_of(
     if "EA" in own:
         own["kGA"] = circle.kGA / circle.EA * own["EA"]
     if not own and law == "curved" and curvature is not None:
-        return CurvedSection(yarn.radius, yarn.youngs_modulus, yarn.poisson_ratio, curvature)
+        return CurvedSection(yarn.radius, yarn.youngs_modulus, yarn.poisson_ratio, curvature, pressed=pressed)
     return replace(circle, **own)
 
 

@@ -15,6 +15,7 @@ polynomials of x and y, so that virtual work gives a linear matrix equation for 
 f S f / 2 of a slice is the law.
 
 At kappa = 0 it is that of the straight rod, with the shear factor 6 (1 + nu)^2 / (7 + 14 nu + 8 nu^2) of its energy.
+Normal forces on the surface ask for another one, see `eased_by_pressure`.
 Couplings grow with k = kappa R, all else changes with k^2; closed forms and checks: docs/notes/beams.md.
 """
 
@@ -165,6 +166,43 @@ def _rigid(section: _Disc) -> np.ndarray:
     return rigid
 
 
+# Normal forces on the surface
+# Bending by dk moves a point of the surface in the direction n from the axis of a straight rod (Saint-Venant) by
+#
+#     nu R^2 / 2 ((dk . n) n - (dk . b) b),   b = t x n:
+#
+# fibres on the inside of the bend are shorter and thicker. Beams know the displacement that does work with the shear
+# force of the energy. Beside it, the surface under a normal force moves by c dk, and under a force across the rod by
+# (c - nu R^2) dk, with
+#
+#     c = (1 + e) nu R^2 / 2,   e = (1 + 2 nu) / (6 (1 + nu)).
+#
+# Normal forces q per length so do the work c (q_N m_B - q_B m_N) / EI besides. With their equilibrium, q_N = -n_N' -
+# kappa n_t and q_B = -n_B', the complementary energy of a slice is less by
+#
+#     c / EI (n_N^2 + n_B^2 + kappa (n_t m_B - n_B m_t)).
+#
+# Of a straight rod this is a shear factor of 6 (1 + nu)^2 / (7 - 8 nu^2). Forces across have 6 (1 + nu)^2 / (7 + 24 nu
+# + 16 nu^2), and the mean of both compliances has Hutchinson's (2001), 6 (1 + nu)^2 / (7 + 12 nu + 4 nu^2).
+
+
+def eased_by_pressure(bends: np.ndarray, poisson_ratio: float) -> np.ndarray:
+    """Return by how much S (k, 6, 6) is less in rods that are loaded by normal forces on their surface.
+
+    Examples
+    --------
+    >>> nu = 0.3
+    >>> S = compliances([0.0], nu)[0] - eased_by_pressure([0.0], nu)[0]
+    >>> bool(np.isclose(1 / S[0, 0], 6 * (1 + nu) ** 2 / (7 - 8 * nu**2) * np.pi / (2 * (1 + nu))))
+    True
+    """
+    nu, eased = poisson_ratio, np.zeros((len(bends), 6, 6))
+    eased[:, [0, 1], [0, 1]] = 2.0
+    eased[:, [2, 4], [4, 2]] = np.asarray(bends)[:, None]
+    eased[:, [1, 5], [5, 1]] = -np.asarray(bends)[:, None]
+    return nu * (7 + 8 * nu) / (3 * np.pi * (1 + nu)) * eased  # c / EI = 4 c / pi
+
+
 # Section of beams that follow a curved yarn: the law of a curved rod, by the curvature of every element
 
 
@@ -183,6 +221,7 @@ class CurvedSection:
     # [1/m]
     curvature: np.ndarray
     slenderness: float = SLENDERNESS  # see `Section`
+    pressed: float | np.ndarray = 0.0  # (E,), share of normal forces in what loads the rod on its surface
 
     def stiffness(self, chord: np.ndarray) -> np.ndarray:
         """Return the law C (E, 6, 6) of elements with the reference chords (E, 3) [m], see `SectionLaw`.
@@ -192,6 +231,7 @@ class CurvedSection:
         length = np.linalg.norm(chord, axis=1)
         frame, bend = self._frames(chord / length[:, None])
         S = compliances(bend, self.poisson_ratio)
+        S -= np.reshape(self.pressed, (-1, 1, 1)) * eased_by_pressure(bend, self.poisson_ratio)
         softer = 1 + self.slenderness * (length / self.radius) ** 2 / 3  # R^2 EA = 4 EI
         S[:, :2, :2] *= softer[:, None, None]
         scale = np.repeat([1.0, self.radius], 3)
