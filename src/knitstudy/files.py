@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from threadpoolctl import threadpool_info
 
 import knitstudy
 from knitstudy.errors import DataFileError, said_by
@@ -83,9 +84,22 @@ def _flush_to_disk(path: Path) -> None:
 # Provenance of a result
 
 
+LIBRARIES = ("numpy", "scipy", "pyamg")
+VERSIONS = ("code_version", *LIBRARIES, "blas")
+"""Names of what `provenance` returns."""
+
+
 def provenance() -> dict[str, str]:
     """Return the versions of the code and of the numerical libraries."""
-    return {"code_version": code_version()} | {name: version(name) for name in ("numpy", "scipy", "pyamg")}
+    return {"code_version": code_version(), **{name: version(name) for name in LIBRARIES}, "blas": blas()}
+
+
+@cache
+def blas() -> str:
+    """Return the BLAS and the processor that its kernels are for: kernels for other processors round in other ways."""
+    loaded = (library for library in threadpool_info() if library["user_api"] == "blas")
+    named = (f"{library['internal_api']} {library.get('architecture', '')}".strip() for library in loaded)
+    return ", ".join(dict.fromkeys(named)) or "unknown"
 
 
 def code_version() -> str:

@@ -9,13 +9,13 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.files import STRAINS
+from knitstudy.files import STRAINS, VERSIONS
 from knitstudy.loading.history import FORMS
 from knitstudy.measures.centre_cell import SEGMENT, stress_angles
 from knitstudy.measures.response import largest_out_of_plane, secant_stiffness
 
 # Attributes of the origin of a result.
-PROVENANCE = dict.fromkeys(("scene", "digest", "code_version", "numpy", "scipy", "pyamg"), "")
+PROVENANCE = dict.fromkeys(("scene", "digest", *VERSIONS), "")
 # Attributes of a history with their units.
 HISTORY = {
     "fidelity": "",

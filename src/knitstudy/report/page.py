@@ -15,7 +15,7 @@ from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.figures.catalogue import FIGURES
-from knitstudy.files import STAMP, read_dataset, read_table
+from knitstudy.files import STAMP, VERSIONS, read_dataset, read_table
 from knitstudy.measures.catalogue import Display
 from knitstudy.report.files import ScreenPicture
 from knitstudy.tables.catalogue import TABLES
@@ -27,7 +27,7 @@ BY_MODEL = ("rom_distance", "table5_cost", "beams")  # tables with a row for eac
 MOST = 100  # rows of a table that the page shows; its file has all
 NOTHING = "–"
 DIGITS = 4
-ATTRIBUTES = ("scene", "loosened", "digest", "code_version", "numpy", "scipy", "pyamg")  # of data files
+ATTRIBUTES = ("scene", "loosened", "digest", *VERSIONS)  # of data files
 
 
 def render(
