@@ -16,6 +16,7 @@ from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.claims.contact import asymmetry, largest_bend
 from knitstudy.measures.claims.evidence import BY_OTHERS, Evidence, decide
 from knitstudy.measures.claims.fabric import PAPERS_MESH
+from knitstudy.measures.claims.scale import at_least, at_most
 from knitstudy.measures.claims.verdicts import RULES
 from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
@@ -164,6 +165,13 @@ def test_3d_model_must_be_nearer_by_a_factor_of_two_in_every_case(evidence, case
     tightest = judged.rows[0]
     assert tightest.quantity.endswith(case.split("-")[1]), "the tightest test comes first"
     assert tightest.margin == pytest.approx(margin, abs=1e-3)
+
+
+@pytest.mark.parametrize("value", [np.nan, 0.0, -1.0, 1.0])
+def test_rows_of_equal_values_are_equal(value):
+    """Also without a margin: a reading touches the claims whose rows differ from those of the base."""
+    for bounded in (at_least, at_most):
+        assert bounded("bend", value, "large", bar=0.5) == bounded("bend", value, "large", bar=0.5)
 
 
 def test_largest_bend_is_where_the_slope_changes():

@@ -167,7 +167,7 @@ def judge_kinematics(evidence: Evidence) -> Judgement:
         rows.append(at_least(quantity, least, paper, bar, sense=0.0, text=text))
     rows.append(Row("slide of both sides", f"{sliding.min():.2g} to {sliding.max():.2g} mm"))
     return Judgement(
-        tuple(sorted(rows, key=lambda row: np.nan_to_num(row.margin, nan=np.inf))),
+        tuple(sorted(rows, key=lambda row: row.margin)),
         f"rotation and spin from {angle:.2g} degrees on, sliding from {slide:.2g} mm, contraction from "
         f"{100 * CONTRACTS * strain:.2g} %",
         (evidence.direct["isotropic"],),

@@ -44,7 +44,7 @@ def judge_forces(evidence: Evidence) -> Judgement:
         near, far = (case.main[name].history for name in ("rom3d", "rom2d"))
         distance = case.reference.force_distance
         ratio = distance(near).value / distance(far).value
-        margin = 1 / (MUCH * ratio) if ratio > 0 else np.nan
+        margin = 1 / (MUCH * ratio) if ratio > 0 else np.inf
         closer, much = (case.reference.nearer(near, far, share) for share in (1.0, 1 / MUCH))
         return [
             holds("distance, 3D over 2D ROM", f"{ratio:.2f}", "much closer", closer, much, margin),

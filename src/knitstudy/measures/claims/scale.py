@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from math import isfinite, nan
+from math import inf, isfinite
 
 from knitstudy.measures.estimate import Estimate, all_hold
 
@@ -41,8 +41,9 @@ class Row:
     ours: str = ""
     paper: str = ""
     grade: str = ""  # Empty: shown, not tested
-    # Factor by which the value passes (above 1) or misses its bar; nan of tests without a factor
-    margin: float = nan
+    # Factor by which the value passes (above 1) or misses its bar; inf of tests without one, and never nan, which no
+    # row would equal
+    margin: float = inf
 
 
 def grade(direction: bool | None, size: bool | None = True) -> str:
@@ -69,7 +70,7 @@ def holds(
     paper: str,
     direction: bool | None,
     size: bool | None = True,
-    margin: float = nan,
+    margin: float = inf,
 ) -> Row:
     """Return the row of a test that the caller has decided."""
     return Row(quantity, ours, paper, grade(direction, size), margin)
@@ -117,7 +118,7 @@ def _bounded(
     size = signed.above(sign * bar)
     direction = size if sense is None else _not(signed.below(sign * sense))
     over, under = (value.value, bar) if sign > 0 else (bar, value.value)
-    return Row(quantity, text, paper, grade(direction, size), over / under if under > 0 else nan)
+    return Row(quantity, text, paper, grade(direction, size), over / under if under > 0 and isfinite(over) else inf)
 
 
 def comparable(
