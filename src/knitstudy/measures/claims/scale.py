@@ -118,7 +118,8 @@ def _bounded(
     size = signed.above(sign * bar)
     direction = size if sense is None else _not(signed.below(sign * sense))
     over, under = (value.value, bar) if sign > 0 else (bar, value.value)
-    return Row(quantity, text, paper, grade(direction, size), over / under if under > 0 and isfinite(over) else inf)
+    margin = over / under if under > 0 and isfinite(over) else inf
+    return Row(quantity, text, paper, grade(direction, size), margin)
 
 
 def comparable(
