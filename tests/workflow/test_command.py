@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import DOTS_PER_INCH
 
 from knitstudy.files import read_dataset
 
@@ -24,7 +23,7 @@ def start(tmp_path):
     return lambda *arguments: subprocess.Popen(
         [sys.executable, "-m", "knitstudy", *arguments],
         cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(SOURCE), "KNITSTUDY_DPI": DOTS_PER_INCH},
+        env=os.environ | {"PYTHONPATH": str(SOURCE), "KNITSTUDY_DPI": "75"},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
