@@ -102,6 +102,13 @@ lock: environment  ## pin newest versions of all packages in requirements.lock (
 	@$(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes --extra dev --extra docs \
 	    --no-emit-index-url --custom-compile-command "make lock" --output-file requirements.lock pyproject.toml
 
+.PHONY: lowest
+lowest: environment  ## pass all tests with the lowest versions that pyproject.toml allows, in .venv-lowest (needs the package registry)
+	@$(BIN)/python -m pip install --quiet uv
+	@$(BIN)/uv venv --quiet --allow-existing --python $(BIN)/python .venv-lowest
+	@$(BIN)/uv pip install --quiet --python .venv-lowest --resolution lowest-direct --editable ".[dev]"
+	@OMP_NUM_THREADS=1 .venv-lowest/bin/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder $(TESTS)
+
 # ---- environment --------------------------------------------------------------------------------------------------
 # See workflow/environment.sh: installs only when the lock has changed, and goes on after an interruption.
 

@@ -114,7 +114,9 @@ def test_a_variable_of_another_bit_is_named(file, tmp_path):
     force = data["force"].values.copy()
     force[-1] = np.nextafter(force[-1], 1.0)
     keys, _ = keys_of(data, file)
-    changed = data.assign(force=data["force"].copy(data=force), seconds=2 * data["seconds"])
+    changed = data.assign(
+        force=data["force"].copy(data=force), seconds=data["seconds"].copy(data=2 * data["seconds"])
+    )
     write_dataset(changed.assign_attrs(scene_keys=json.dumps(keys)), tmp_path / "a.nc")
     said = command("run", tmp_path / "a.nc", "--anew", "-o", tmp_path).stderr.splitlines()[-1]
     assert said.startswith(f"not the same as in {tmp_path / 'a.nc'}, made by knitstudy")
