@@ -105,8 +105,8 @@ lock: environment  ## pin newest versions of all packages in requirements.lock (
 .PHONY: lowest
 lowest: environment  ## pass all tests with the lowest versions that pyproject.toml allows, in .venv-lowest (needs the package registry)
 	@$(BIN)/python -m pip install --quiet uv
-	@$(BIN)/uv venv --quiet --allow-existing --python $(BIN)/python .venv-lowest
-	@$(BIN)/uv pip install --quiet --python .venv-lowest --resolution lowest-direct --editable ".[dev]"
+	@$(BIN)/uv venv --quiet --seed --allow-existing --python $(BIN)/python .venv-lowest
+	@$(BIN)/uv pip install --quiet --python .venv-lowest --resolution lowest-direct --editable ".[dev,docs]"
 	@OMP_NUM_THREADS=1 .venv-lowest/bin/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder $(TESTS)
 
 # ---- environment --------------------------------------------------------------------------------------------------

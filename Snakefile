@@ -4,7 +4,7 @@ import threading
 
 from snakemake.utils import min_version
 
-min_version("9.0")
+min_version("9.11.7")
 
 
 configfile: workflow.source_path("config/config.yaml")

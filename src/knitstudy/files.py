@@ -162,7 +162,7 @@ def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
 
     path = Path(path)
     try:
-        table = pd.read_csv(path, dtype=dict.fromkeys(TEXTS, str), float_precision="round_trip")
+        table = pd.read_csv(path, dtype=dict.fromkeys(TEXTS, str))
     except FileNotFoundError as error:
         raise DataFileError(f"{path}: there is no such file; make it with `make study`") from error
     except (OSError, ValueError) as error:
