@@ -12,6 +12,7 @@ OPTIONS ?=
 
 VENV := .venv
 BIN := $(VENV)/bin
+ALL_TESTS = -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder $(TESTS)
 
 # Nothing is read from or written to the home folder: caches of Snakemake, matplotlib and fontconfig lie in the checkout.
 export XDG_CACHE_HOME := $(CURDIR)/.snakemake/cache
@@ -59,7 +60,7 @@ predictions: environment  ## run the study of measured fabrics and keep its pred
 
 .PHONY: test
 test: environment  ## pass all tests, in two processes
-	@OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder $(TESTS)
+	@OMP_NUM_THREADS=1 $(BIN)/python $(ALL_TESTS)
 
 .PHONY: verify
 verify: environment  ## verify at full resolution, and start every scene; resources/verification.csv
@@ -97,20 +98,22 @@ clean:  ## delete results, logs and restart files; keep the environment
 	@git clean -fdXq -- results logs run
 
 .PHONY: lock
-lock: environment  ## pin newest versions of all packages in requirements.lock (needs the package registry)
-	@$(BIN)/python -m pip install --quiet uv
+lock: uv  ## pin newest versions of all packages in requirements.lock (needs the package registry)
 	@$(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes --extra dev --extra docs \
 	    --no-emit-index-url --custom-compile-command "make lock" --output-file requirements.lock pyproject.toml
 
 .PHONY: lowest
-lowest: environment  ## pass all tests with the lowest versions that pyproject.toml allows, in .venv-lowest (needs the package registry)
-	@$(BIN)/python -m pip install --quiet uv
+lowest: uv  ## pass all tests with the lowest versions that pyproject.toml allows, in .venv-lowest (needs the package registry)
 	@$(BIN)/uv venv --quiet --seed --allow-existing --python $(BIN)/python .venv-lowest
 	@$(BIN)/uv pip install --quiet --python .venv-lowest --resolution lowest-direct --editable ".[dev,docs]"
-	@OMP_NUM_THREADS=1 .venv-lowest/bin/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder $(TESTS)
+	@OMP_NUM_THREADS=1 .venv-lowest/bin/python $(ALL_TESTS)
 
 # ---- environment --------------------------------------------------------------------------------------------------
 # See workflow/environment.sh: installs only when the lock has changed, and goes on after an interruption.
+
+.PHONY: uv
+uv: environment
+	@$(BIN)/python -m pip install --quiet uv
 
 .PHONY: environment
 environment:

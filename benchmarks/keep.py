@@ -25,6 +25,7 @@ from knitstudy.errors import DataFileError, KnitstudyError
 from knitstudy.figures.catalogue import FIGURES, draw
 from knitstudy.figures.style import save
 from knitstudy.files import STAMP, commit, read_result, read_table, replacing, write_table, write_text
+from knitstudy.measures.claims.scale import GRADES, NOT_RUN
 from knitstudy.report.files import ScreenPicture, read_sources
 from knitstudy.stages.code import physics_digest
 from knitstudy.stages.displays import Displays, reference_files
@@ -162,6 +163,7 @@ def summarise(
         picture=picture,
         claims=lambda letters: [row for row in rows if row["id"][0] in letters],
         verdicts=rows,
+        grades=(*reversed(GRADES), NOT_RUN),
         readings=readings[readings["kind"] == "reading"].fillna("").to_dict("records"),
         combinations=[] if combinations is None else combinations.to_dict("records"),
         made=rows[0]["made"],

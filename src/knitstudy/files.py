@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from threadpoolctl import threadpool_info
 
 import knitstudy
 from knitstudy.errors import DataFileError, said_by
@@ -97,6 +96,8 @@ def provenance() -> dict[str, str]:
 @cache
 def blas() -> str:
     """Return the BLAS and the processor that its kernels are for: kernels for other processors round in other ways."""
+    from threadpoolctl import threadpool_info
+
     loaded = (library for library in threadpool_info() if library["user_api"] == "blas")
     named = (f"{library['internal_api']} {library.get('architecture', '')}".strip() for library in loaded)
     return ", ".join(dict.fromkeys(named)) or "unknown"

@@ -27,6 +27,12 @@ def left_out(folder, names):
     return {"extremes.yaml", *families} & set(names)
 
 
+@pytest.fixture(scope="session")
+def coarse_pictures():
+    """Variables of the environment under which figures are coarse."""
+    return {"KNITSTUDY_DPI": DOTS_PER_INCH}
+
+
 def interruptible():
     """Let Ctrl-C end a process that is started, also where the tests run in the background of a shell."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)

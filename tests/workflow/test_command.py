@@ -18,12 +18,12 @@ SMALL = ("--set", "pattern.loops=1", "--set", "pattern.rows=1")
 
 
 @pytest.fixture
-def start(tmp_path):
+def start(tmp_path, coarse_pictures):
     """Function that starts the command in an empty folder."""
     return lambda *arguments: subprocess.Popen(
         [sys.executable, "-m", "knitstudy", *arguments],
         cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(SOURCE), "KNITSTUDY_DPI": "75"},
+        env=os.environ | {"PYTHONPATH": str(SOURCE)} | coarse_pictures,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

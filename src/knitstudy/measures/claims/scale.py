@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from math import inf, isfinite
+from math import inf, isfinite, isnan
 
 from knitstudy.measures.estimate import Estimate, all_hold
 
@@ -41,9 +41,12 @@ class Row:
     ours: str = ""
     paper: str = ""
     grade: str = ""  # Empty: shown, not tested
-    # Factor by which the value passes (above 1) or misses its bar; inf of tests without one, and never nan, which no
-    # row would equal
+    # Factor by which the value passes (above 1) or misses its bar; inf of tests without a factor
     margin: float = inf
+
+    def __post_init__(self) -> None:
+        if isnan(self.margin):  # rows of equal values are equal
+            object.__setattr__(self, "margin", inf)
 
 
 def grade(direction: bool | None, size: bool | None = True) -> str:
@@ -118,8 +121,7 @@ def _bounded(
     size = signed.above(sign * bar)
     direction = size if sense is None else _not(signed.below(sign * sense))
     over, under = (value.value, bar) if sign > 0 else (bar, value.value)
-    margin = over / under if under > 0 and isfinite(over) else inf
-    return Row(quantity, text, paper, grade(direction, size), margin)
+    return Row(quantity, text, paper, grade(direction, size), over / under if under > 0 else inf)
 
 
 def comparable(
@@ -179,9 +181,7 @@ def margin_of(rows: Iterable[Row]) -> str:
     """
     tests = [row for row in rows if row.grade]
     text = f"{sum(row.grade == REPRODUCED for row in tests)} of {len(tests)} tests hold"
-    tightest = min(
-        tests, key=lambda row: (GRADES.index(row.grade), row.margin if isfinite(row.margin) else 1e9)
-    )
+    tightest = min(tests, key=lambda row: (GRADES.index(row.grade), row.margin))
     if not isfinite(tightest.margin) or tightest.margin <= 0:
         return text
     passes = tightest.margin >= 1
