@@ -37,7 +37,7 @@ kept: environment  ## make every table in resources that is not of today's physi
 
 .PHONY: reference
 reference: environment  ## make what models are measured against (hours); resources/reference/reference.csv
-	@$(BIN)/python -m knitstudy study reference -- $(OPTIONS) results/tables/reference.csv results/tables/reference_ways.csv
+	@$(BIN)/python -m knitstudy study reference -- $(OPTIONS) results/tables/reference.csv results/tables/reference_convergence.csv
 	@$(BIN)/python benchmarks/keep.py reference
 
 .PHONY: verdicts

@@ -70,7 +70,7 @@ def test_rows_of_two_ways(sources, solid):
     )
     assert last["mostly from"] == "disagreement"
     assert last["unit"] == "N"
-    assert last["ways"] == ("one-point hexahedra 0.45, 0.3 mm; quadratic hexahedra 0.45, 0.3 mm")
+    assert last["discretisations"] == ("one-point hexahedra 0.45, 0.3 mm; quadratic hexahedra 0.45, 0.3 mm")
     assert table["uncertainty"].notna().all()
 
 

@@ -18,12 +18,12 @@ from knitstudy.tables.catalogue import TABLES
 REFERENCE_SCENES = several("simulation", "reference-*")  # Increments end at `STRAINS`
 RESULTS = {"histories": REFERENCE_SCENES, "contacts": several("contacts", "reference-*")}
 # Labels of a row; ``problem`` is the digest of the physical problem.
-SAID = ["problem", "knit", "interaction", "direction", "strain [1]", "quantity", "unit"]
+LABELS = ["problem", "knit", "interaction", "direction", "strain [1]", "quantity", "unit"]
 
 COLUMNS = [
-    *SAID,
+    *LABELS,
     *("value", "uncertainty", "relative uncertainty [1]", "uncertainty from extrapolation"),
-    *("uncertainty from disagreement", "mostly from", "ways"),
+    *("uncertainty from disagreement", "mostly from", "discretisations"),
 ]
 
 # Columns of the values of single simulations, from which the limits follow.
@@ -41,7 +41,7 @@ def tabulate(histories: Datasets, contacts: Datasets, scenes: Scenes) -> pd.Data
     return limits(values_of(histories, contacts), scenes)
 
 
-@TABLES.add("reference_ways", "How discretisations tend to the reference", results=RESULTS, order=17)
+@TABLES.add("reference_convergence", "Convergence of the discretisations to the reference", results=RESULTS, order=17)
 def tabulate_series(histories: Datasets, contacts: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row a problem, strain, quantity and discretisation, from the coarsest to the finest values."""
     rows = []
@@ -49,7 +49,7 @@ def tabulate_series(histories: Datasets, contacts: Datasets, scenes: Scenes) -> 
         for series, values in refined:
             limit = series.limit(values)
             row = {
-                "way": series.name,
+                "discretisation": series.name,
                 "resolutions": series.described,
                 "values": ", ".join(f"{values[scene.name]:.6g}" for scene in series.scenes),
                 "limit": limit.value,
@@ -110,7 +110,7 @@ def _row(row: dict, common: Common, refined: Refined) -> dict:
         "uncertainty from extrapolation": common.extrapolation,
         "uncertainty from disagreement": common.disagreement,
         "mostly from": common.origin,
-        "ways": "; ".join(f"{series.name} {series.described}" for series, _ in refined),
+        "discretisations": "; ".join(f"{series.name} {series.described}" for series, _ in refined),
     }
 
 
