@@ -21,23 +21,24 @@ COLUMNS = ("unit", "role", "provenance", "source", "checked")
 TITLE = f"""\
 # Keys of a scene
 
-Written by `{COMMAND}` from `src/knitstudy/study`; what is changed here is lost.
+`{COMMAND}` writes this page from `src/knitstudy/study`; changes of the page itself are lost.
 
-A scene has the sections of its kind and no others: those of its specimen, those of its yarn, and those that its
-fidelity asks for with its interaction. A key of another kind is refused by name. Values are in SI
-units; lengths that resolve are in yarn radii. [config/README.md](../../config/README.md) explains provenance. A key
-without a default here has it in [config/defaults.yaml](../../config/defaults.yaml), or must be set.
-A spacing without control points has a loop drawn for it;
-[alternative keys of a knit](../../config/README.md#a-knit-of-your-own) stand for keys of this page.
+A scene has only the sections of its kind: those of its specimen, its yarn, its fidelity and its interaction. A key of
+another kind is an error, which names the key. Values are in SI units, sizes of elements in yarn radii.
+[config/README.md](../../config/README.md) explains provenance. A key without a default on this page has its default in
+[config/defaults.yaml](../../config/defaults.yaml), or must be set.
+[Alternative keys of a knit](../../config/README.md#a-knit-of-your-own) can replace keys of this page.
 """
 
 
 def keys_page() -> str:
     """Return ``docs/reference/keys.md``: every key by its section, with the scenes that have it."""
-    roles = _table(("role", "is of a key that says"), [(f"`{name}`", said) for name, said in ROLES.items()])
+    roles = _table(
+        ("role", "keys of this role define"), [(f"`{name}`", text) for name, text in ROLES.items()]
+    )
     parts = [TITLE, f"## Roles\n\n{roles}", "## Kinds of scenes\n"]
     for what, kinds in (("specimen", SPECIMENS), ("fidelity", MODELS.all()), ("interaction", INTERACTIONS)):
-        parts.append(_table((what, "is"), [(f"`{name}`", kind.meaning) for name, kind in kinds.items()]))
+        parts.append(_table((what, "meaning"), [(f"`{name}`", kind.meaning) for name, kind in kinds.items()]))
     parts.append(f"## Labels\n\n{_section_text('', dict.fromkeys(Labels.model_fields, Labels))}")
     parts.append(
         f"## `ask`\n\n{_section_text('ask.', dict.fromkeys(Requirements.model_fields, Requirements))}"
@@ -50,20 +51,20 @@ def scenes_with(key: str) -> str:
     """Return in words which scenes have a key."""
     match = every = all_kinds()
     having = [kind for kind in every if kind.has(key)]
-    said = []
+    limits = []
     for label in ("fidelity", "interaction", "specimen"):
         names = {getattr(kind, label).name for kind in having}
         narrower = [kind for kind in match if getattr(kind, label).name in names]
         if narrower != match:
-            said.append(f"{label} {listed(sorted(names))}")
+            limits.append(f"{label} {listed(sorted(names))}")
         match = narrower
-    return ("; ".join(said) or "all") + ("" if match == having else "; not all of these")
+    return ("; ".join(limits) or "all") + ("" if match == having else "; not all of these")
 
 
 def _section_text(prefix: str, described: dict[str, type[Section]]) -> str:
-    """Return what the classes of a section say, and a table of its keys."""
+    """Return the docstrings of a section's classes, and a table of its keys."""
     own = {name: _defining(section, name) for name, section in described.items()}
-    said = "\n\n".join(cleandoc(section.__doc__ or "") for section in dict.fromkeys(own.values()))
+    text = "\n\n".join(cleandoc(section.__doc__ or "") for section in dict.fromkeys(own.values()))
     rows = []
     for name, section in described.items():
         unit, *about = (getattr(describe_with_source(section, name), column) for column in COLUMNS)
@@ -71,11 +72,11 @@ def _section_text(prefix: str, described: dict[str, type[Section]]) -> str:
         allowed, default = allowed_values(section, name), _default(section, name)
         rows.append((f"`{prefix}{name}`", unit, allowed, default, having, *about))
     columns = ("key", "unit", "allowed", "default", "scenes", "role", "provenance", "source", "checked")
-    return f"{said}\n\n{_table(columns, rows)}"
+    return f"{text}\n\n{_table(columns, rows)}"
 
 
 def _default(section: type[Section], name: str) -> str:
-    """Return the default in the field of a key; nothing where it stands in ``defaults.yaml`` or there is none."""
+    """Return the default in the field of a key; nothing if ``defaults.yaml`` has the default, or there is none."""
     field = section.model_fields[name]
     if field.is_required():
         return ""

@@ -44,19 +44,20 @@ SMALLEST = 1e-4  # Least promised error: histories and Newton's method are no mo
 
 
 class Requirements(Section):
-    """The question to a scene whose fidelity is `auto`, its accuracy, and the largest price.
+    """Question, accuracy and largest price of a scene with fidelity `auto`.
 
-    The model is chosen when scenes are read: the simulated scene is an ordinary one of the cheapest model.
+    The cheapest sufficient model is chosen when scenes are read; the simulated scene is an ordinary scene of this
+    model.
     """
 
     question: Literal["force", "curve", "out_of_plane", "contact", "stress"] = output(
         "choice",
         allowed="force (at full load), curve (force from a tenth of the strain on), out_of_plane (motion), "
-        "contact (force and slip) or stress (normal, at a contact)",
+        "contact (force and slip) or stress (normal stress at a contact)",
     )
     """Quantity that the model is chosen for. Checked: all five."""
-    accuracy: float = output("choice", meaning="the relative error that may be made", gt=0, le=10)
-    """A model is taken whose promised error at full load is at most this (accuracy.md). Checked: made-up samples."""
+    accuracy: float = output("choice", meaning="the largest relative error", gt=0, le=10)
+    """Bound of the promised error of the model at full load (accuracy.md). Checked: made-up samples."""
     seconds: float | None = output("choice", unit="s", default=None, gt=0)
     """Largest processor time. Checked: prices hold for one core of the machine that measured them."""
     memory: float | None = output("choice", unit="MB", default=None, gt=0)

@@ -26,10 +26,10 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.registry import listed, meanings, unknown_choice
 
 ROLES = {
-    "physics": "the problem that is simulated: scenes that share all physics keys have one reference",
-    "resolution": "how finely it is computed: the scenes of a refinement series differ in these",
-    "numerics": "how it is computed: the model and its settings",
-    "output": "the recorded results, and the question that is asked",
+    "physics": "the simulated problem: scenes with the same physics keys have one reference",
+    "resolution": "the resolution: scenes of a refinement series differ in these keys",
+    "numerics": "the model and its settings",
+    "output": "the recorded results, and the question to `ask`",
 }
 """Role of a key; other modules treat keys by their roles."""
 

@@ -34,7 +34,7 @@ class BeamMesh(Section):
 
 
 class Tie(Section):
-    """The mean and the linear moments of two yarns' displacement on a disc are joined where they cross and are tied."""
+    """At a tied crossing, the displacements of both yarns have the same mean and linear moments over a disc."""
 
     radius: float = physics("inferred", unit="yarn radii", default=0.183, ge=0.05, le=0.8)
     """sqrt(2 R delta) with delta = 5 % of the stated 0.3 mm, Abaqus's default tolerance. Checked: 0.1 to 0.5: force of
@@ -49,9 +49,9 @@ class Sliding(Section):
 
 
 class TiedEdges(Section):
-    """Which crossings of a knit in contact stay tied (Fig. 3).
+    """Crossings of a knit in contact that stay tied (Fig. 3).
 
-    Of the "outer" interlock rows in course tension and columns of loops in wale tension, or "none".
+    "outer": crossings of the outer interlock rows in course tension, of the outer columns of loops in wale tension.
     """
 
     tied_edges: Literal["outer", "none"] = physics(
@@ -65,8 +65,8 @@ class TiedEdges(Section):
 class SolidContact(TiedEdges):
     """Contact of solid yarns (Table 1): stiffnesses over E / h, and how it is integrated and enforced.
 
-    A `penetration` deeper than this share of h is removed by at most so many `augmentations` an increment. `points` are
-    Gauss points along each side of a facet.
+    A penetration deeper than the share `penetration` of h is reduced by at most `augmentations` updates of the
+    multipliers per increment. `points` are Gauss points along each side of a facet.
     """
 
     normal_stiffness: Positive = numerics("stated", unit="E / h", meaning="times E over the mesh size")
@@ -77,9 +77,9 @@ class SolidContact(TiedEdges):
     to 30, of a pair slid by 0.45 mm at 0.3 mm: force within 0.04 %, work -1.8 to +0.7 %."""
     penetration: float = numerics("assumed", unit="h", meaning="a share of the mesh size", gt=0, le=1)
     """Table 1 says hard contact; how hard is not printed. Checked: 0.003 and 0.01, of a pair pressed by 90 um and slid
-    at 0.3 mm: force within 1 % at the end of the way."""
+    at 0.3 mm: force within 1 % at the end of the path."""
     augmentations: int = numerics("choice", ge=0, le=100)
-    """Numerical; updates of the multipliers where the penalty lets yarns in too deep. Checked: 10; pairs needed 3."""
+    """Numerical; largest number of updates per increment. Checked: 10; pairs needed 3."""
     points: int = numerics("choice", ge=1, le=4)
     """Numerical; even numbers have no point in the middle of a facet and find contact late. Checked: 1 to 4, of a pair
     pressed by 36 um: with 2 contact begins 10 um late (force -13 %)."""
@@ -92,7 +92,8 @@ class Newton(Section):
     """First number of increments, and tolerances."""
 
     increments: Count = resolution("choice")
-    """Numerical; the first increment's share of the load, adapted on the way. Checked: 5 to 40: the same force."""
+    """Numerical; the first increment takes 1 / `increments` of the load, later ones adapt. Checked: 5 to 40: the same
+    force."""
     residual_tolerance: float = resolution(
         "choice", meaning="relative to the mean internal force", gt=0, le=1e-2
     )
@@ -102,7 +103,7 @@ class Newton(Section):
 
 
 class SolidNewton(Newton):
-    """The same of solids, with the linear solver; the viscosity `stabilisation` is relative to Young's modulus."""
+    """Further settings of solids: the linear solver, and the viscosity `stabilisation` relative to Young's modulus."""
 
     stabilisation: float = numerics("assumed", unit="E", meaning="times Young's modulus", ge=0, le=1e6)
     """Section 2.2: static stabilisation, its size is not printed; none unless a scene asks for it. Checked: 0 to 1e-6,
@@ -118,13 +119,13 @@ class Gates(Section):
     """Limits of every model."""
 
     ledger: float = numerics("choice", meaning="over the external work", default=0.05, gt=0)
-    """Every scene of the study stays below 0.035; pairs in 8 increments leave 0.14, gates.md. Checked: 0.05."""
+    """Every scene of the study stays below 0.035; pairs in 8 increments reach 0.14, gates.md. Checked: 0.05."""
     penalty: float = numerics("choice", meaning="over the work of the leg", default=0.05, gt=0)
     """Penetration and elastic slip of penalties store at most as large a share of the work as they take from the force,
     docs/reference/gates.md. Checked: 0.05."""
     flow: float = numerics("choice", meaning="over the internal energy", default=0.01, ge=0)
-    """Viscous flows lead on where Newton's method makes no headway (gates.md); scenes of the study need none.
-    Checked: 0.01."""
+    """A viscous flow continues the path where Newton's method does not converge (gates.md); scenes of the study need
+    none. Checked: 0.01."""
 
 
 class BeamGates(Gates):
@@ -149,7 +150,7 @@ class SolidGates(Gates):
 
 
 class Joints(Section):
-    """Which direct simulation a reduced model takes its joints from; none where the geometry says enough."""
+    """The direct simulation that provides the joints of a reduced model; none if the geometry is sufficient."""
 
     contacts_from: SceneName | None = numerics(
         "choice",

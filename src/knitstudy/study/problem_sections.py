@@ -23,15 +23,15 @@ class Pattern(Section):
     """Size and shape of the knit: `rows` rows of interlocks between `rows` + 1 yarns of `loops` loops.
 
     `control_points` (P, 3) in m describe one loop from sinker centre to sinker centre before optimisation; `clearance`
-    is the wanted gap c0 at every crossing, in yarn radii. The loop is drawn for `course_spacing` and `wale_spacing`;
-    rows stand `course_ratio` times the course spacing apart, and `keep` names the quantity of the drawn
-    loop that stays. Without control points a loop is drawn for the spacings, the diameter and `loop_length`.
-    `stitches` are the rows of a repeat, the bottom row first, seen from the front: K, a knit stitch, is drawn through
-    the loop below it from the back to the front; P, a purl stitch, from the front to the back. ["KP"] is a 1 x 1 rib,
-    ["K", "P"] a garter, ["KP", "PK"] a seed stitch. A tuck (T) is laid on the needle next to the held loop, a
-    float (-) passes it: ["KP", "KT"] is a half cardigan. Marks move loops to other needles before the next row:
-    ["K>K(", "KK"] is a 1 x 1 cable, ["K)K", "TK"] a lace. Where letters differ, loops are drawn. `loops` and `rows` are
-    multiples of the loops and rows of the repeat.
+    is the target gap c0 at every crossing, in yarn radii. The loop is drawn for `course_spacing` and `wale_spacing`;
+    rows stand `course_ratio` times the course spacing apart, and `keep` names the quantity of the drawn loop that is
+    held fixed then. Without control points a loop is drawn for the spacings, the diameter and `loop_length`. `stitches`
+    are the rows of a repeat, the bottom row first, seen from the front: K, a knit stitch, is drawn through the loop
+    below it from the back to the front; P, a purl stitch, from the front to the back. ["KP"] is a 1 x 1 rib, ["K", "P"]
+    a garter, ["KP", "PK"] a seed stitch. A tuck (T) is laid on the needle next to the held loop, a float (-) passes it:
+    ["KP", "KT"] is a half cardigan. Marks move loops to other needles before the next row: ["K>K(", "KK"] is a 1 x 1
+    cable, ["K)K", "TK"] a lace. A repeat with different letters has drawn loops, without control points. `loops` and
+    `rows` are multiples of the loops and rows of the repeat.
     """
 
     loops: Count = physics("stated")
@@ -46,13 +46,13 @@ class Pattern(Section):
     control_points: Annotated[tuple[Point, ...], Field(min_length=4)] | None = physics(
         "calibrated",
         unit="m",
-        allowed="a list of at least 4 points x, y, z in m, or null for a loop that is drawn for the spacings",
+        allowed="a list of at least 4 points x, y, z in m, or null: a loop is drawn for the spacings",
     )
     """Not printed; fitted to the angles of Table 4 and 55.5 mm of yarn a cell (Table 5). Checked: 55.5 and 41.6 mm."""
     loop_length: Length | None = physics(
         "choice",
         unit="m",
-        allowed="the yarn in a loop, a number > 0 in m; or null for that of Peirce's loop, about",
+        allowed="the length of yarn in a loop, a number > 0 in m; or null: about the length of Peirce's loop",
         default=None,
     )
     """Peirce 1947: 2 c + w + 5.94 d. Checked: the calibrated loop's, within 3 %."""
@@ -68,12 +68,12 @@ class Pattern(Section):
     """Not printed; Fig. 7 shows no contact at 0.05 % strain, and symmetric contact by 0.45 %: 0.005 to 0.03. Checked:
     0.01 and 0.03: force -5 % at 1.95 % strain (docs/notes/sensitivity.md)."""
     course_ratio: float = physics(
-        "choice", meaning="course spacing over the one that the loop is drawn for", default=1.0, ge=0.5, le=2
+        "choice", meaning="course spacing over that of the drawn loop", default=1.0, ge=0.5, le=2
     )
     """Fig. 11a varies the course spacing without saying how far. Checked: 0.7 to 1.3 (docs/notes/geometry.md)."""
     keep: Literal["shape", "length", "wale_spacing"] = physics(
         "choice",
-        meaning="what stays of the drawn loop at another course spacing or diameter",
+        meaning="what is held fixed of the drawn loop at another course spacing or diameter",
         default="shape",
     )
     """Not printed: Fig. 11 does not name the fixed quantity (docs/notes/geometry.md). Checked: all three."""
@@ -88,27 +88,27 @@ class Pattern(Section):
 class Pair(Section):
     """Two straight yarns of `length` that cross at `angle` in their middles, `clearance` yarn radii apart.
 
-    Held and driven are, by `support`, the nodes of both "ends", or the surface of the half turned away from the other
-    yarn, the "back".
+    `support` names the held and the driven nodes of the yarns: both "ends", or the "back", the half of the surface that
+    faces away from the other yarn.
     """
 
     angle: float = physics("choice", unit="degrees", gt=0, le=90)
-    """Of a case of verification. Checked: 90 and 30."""
+    """A verification case. Checked: 90 and 30."""
     length: Length = physics("choice", unit="m")
-    """Of a case of verification: nearly three diameters, more than the other yarn covers. Checked: 5 mm."""
+    """A verification case: nearly three diameters, more than the other yarn covers. Checked: 5 mm."""
     clearance: float = physics("choice", unit="yarn radii", ge=0, le=1)
-    """Of a case of verification. Checked: 0.01."""
+    """A verification case. Checked: 0.01."""
     support: Literal["ends", "back"] = physics(
         "choice", meaning="the part of each yarn that is held or driven"
     )
-    """Of a case of verification: bodies in theories of contact are held at their backs. Checked: back."""
+    """A verification case: bodies in theories of contact are held at their backs. Checked: back."""
 
 
 # Optimisation of the loop (section 2.1 of the paper)
 
 
 class Geometry(Section):
-    """Optimisation of the loop: weights of Eqs. (1) and (3), free control points, and samples a Bezier curve.
+    """Optimisation of the loop: weights of Eqs. (1) and (3), free control points, and samples per Bezier curve.
 
     `free` lists for every control point the components that may move: "", "z", "yz", "xyz" and so on.
     """
@@ -125,18 +125,18 @@ class Geometry(Section):
         "assumed",
         allowed='a list of the components that may move, one text such as "", z or xyz for every control point',
     )
-    """The paper says that a subset of points and components moves, not which. Checked: one list."""
+    """The paper says that a subset of points and components moves, without naming the subset. Checked: one list."""
     diameter_share: float = physics(
         "choice",
-        meaning="the diameter that loops are drawn for over that of the yarn; less than 1 where yarns press each other "
-        "at rest, as soft ones do in tight fabrics",
+        meaning="the diameter of the drawn loops over that of the yarn; less than 1 if yarns press each other at rest, "
+        "as soft yarns do in tight fabrics",
         default=1.0,
         gt=0,
         le=1,
     )
     """Drawn yarns do not overlap; yarns of measured fabrics are packed. Checked: 0.6."""
-    samples: int = physics("stated", meaning="samples a Bezier curve", ge=4, le=10_000)
-    """Section 2.1: 100 points a Bezier curve; true closest points are refined from them here. Checked: 100."""
+    samples: int = physics("stated", meaning="samples per Bezier curve", ge=4, le=10_000)
+    """Section 2.1: 100 points per Bezier curve; here the closest points are refined from them. Checked: 100."""
 
 
 # Yarn
@@ -162,14 +162,15 @@ class Yarn(Section):
     transverse_modulus: Modulus | None = physics(
         "assumed",
         unit="Pa",
-        allowed="a number > 0 and <= 1e20, in Pa: Young's modulus across the yarn; or null for that along it",
+        allowed="a number > 0 and <= 1e20, in Pa: Young's modulus across the yarn; or null: the modulus along the yarn",
         default=None,
     )
-    """Section 2.3 takes yarns as isotropic; twisted ones are softer across than along. Checked: 0.3 of that along it,
-    against closed forms."""
+    """Section 2.3 takes yarns as isotropic; twisted yarns are softer across than along. Checked: 0.3 of the modulus
+    along the yarn, against closed forms."""
     transverse_poisson_ratio: float | None = physics(
         "assumed",
-        allowed="a number between -1 and 1 (both excluded): Poisson's ratio across the yarn; or null for that along it",
+        allowed="a number between -1 and 1 (both excluded): Poisson's ratio across the yarn; or null: the ratio along "
+        "the yarn",
         default=None,
         gt=-1,
         lt=1,
@@ -178,7 +179,7 @@ class Yarn(Section):
     axial_shear_modulus: Modulus | None = physics(
         "assumed",
         unit="Pa",
-        allowed="a number > 0 and <= 1e20, in Pa: shear modulus along the yarn; or null for that of an isotropic one",
+        allowed="a number > 0 and <= 1e20, in Pa: shear modulus along the yarn; or null: that of an isotropic yarn",
         default=None,
     )
     """Section 2.3 takes yarns as isotropic. Checked: 0.3 of that of an isotropic yarn, against closed forms."""
@@ -204,9 +205,9 @@ class Yarn(Section):
 Stiffness = Annotated[float, Field(gt=0, le=1e12)]
 
 
-def _stiffness(unit: str, what: str, null: str = "that of a solid circle of yarn.youngs_modulus") -> Any:
+def _stiffness(unit: str, what: str, null: str = "a solid circle of yarn.youngs_modulus") -> Any:
     return physics(
-        "assumed", unit=unit, allowed=f"a number > 0 in {unit}: {what}; or null for {null}", default=None
+        "assumed", unit=unit, allowed=f"a number > 0 in {unit}: {what}; or null: {null}", default=None
     )
 
 
@@ -223,29 +224,33 @@ class BeamYarn(Yarn):
     twisting: Stiffness | None = _stiffness("N m2", "moment over twist")
     """Fibres of a spun yarn slide on each other. Checked: against closed forms."""
     pressing: Stiffness | None = _stiffness(
-        "N", "force of yarns that cross at an approach of a diameter", "what beam.section says"
+        "N", "force of yarns that cross at an approach of a diameter", "the law of beam.section"
     )
     """Yarns pressed between plates. Checked: against closed forms."""
     pressing_exponent: float = physics(
         "assumed",
-        meaning="of the force over the approach, where yarn.pressing is given",
+        meaning="the exponent of the approach, where yarn.pressing is set",
         default=1.5,
         ge=1.5,
         le=10,
     )
     """1.5: cylinders that cross (Hertz); spun yarns pressed between plates have 2 to 4. Checked: 1.5 to 2.9."""
     set: float = physics(
-        "assumed", meaning="curvature free of stress over that of the drawn loop", default=1.0, ge=0, le=1
+        "assumed",
+        meaning="stress-free curvature over the curvature of the drawn loop",
+        default=1.0,
+        ge=0,
+        le=1,
     )
-    """1: the drawn shape is free of stress, as of a knit that has been heat-set; 0: the yarn is straight where nothing
-    holds it. Other than 1 in cells alone. Checked: 0 and 1."""
+    """1: the drawn shape is free of stress, as in a heat-set knit; 0: a free yarn is straight. Only cells have values
+    other than 1. Checked: 0 and 1."""
 
 
 # Load
 
 
 class Tension(Section):
-    """A specimen is deformed to an engineering `strain`, compressed if it is negative.
+    """A specimen is deformed to an engineering `strain`; a negative strain compresses it.
 
     `lateral`: strains across the load, held or free; `stops`: strains at which an increment has to end.
     """
@@ -253,16 +258,16 @@ class Tension(Section):
     strain: float = physics("stated", meaning="not 0 (0.05 is 5 %, -0.05 a compression)", ge=-0.2, le=0.5)
     """Section 3.1: 5 % course strain. Checked: -5 to 5 %."""
     lateral: Literal["fixed", "free"] = physics(
-        "assumed", meaning="the other components of the driven ends, of a cell its other strains"
+        "assumed", meaning="the other displacements of the driven ends, or the other strains of a cell"
     )
     """Prescribed displacements on the driven side; lateral components held, a variant leaves them free. Checked: fixed;
     free: force -3.3 % (docs/notes/sensitivity.md)."""
     stops: tuple[float, ...] = output(
         "choice",
-        allowed="a list of strains on the way, for example [0.01, 0.02], in which [0.006, 0.0002] stands for even "
-        "steps of at most 0.0002 from the stop before to 0.006; or []",
+        allowed="a list of strains on the load path, for example [0.01, 0.02]; an entry [0.006, 0.0002] stands for "
+        "even steps of at most 0.0002 from the stop before to 0.006; or []",
     )
-    """Numerical; where increments end, so that figures show the strains of Fig. 7c and the onset of contact."""
+    """Numerical; increments end there, so that figures show the strains of Fig. 7c and the onset of contact."""
 
     @field_validator("stops", mode="before")
     @classmethod
@@ -312,8 +317,8 @@ class KnitTension(Tension):
 class CellStrain(Tension):
     """A cell is deformed to an engineering `strain`: in course or wale direction, in both alike, or sheared.
 
-    `lateral`: the other strains in the plane are held at 0, or free, so that no force goes with them. Before the last
-    strain the load goes to the strains `turns`, in this order.
+    `lateral`: the other strains in the plane are held at 0, or free, so that no force goes with them. The load goes
+    through the strains `turns`, in this order, and then to `strain`.
     """
 
     strain: float = physics("stated", meaning="not 0 (0.05 is 5 %, -0.05 a compression)", ge=-0.5, le=4)
@@ -326,14 +331,14 @@ class CellStrain(Tension):
     """Loading, unloading and loading again show hysteresis. Checked: one cycle to 30 %."""
     start: Literal["drawn", "rest", "rest_with_friction"] = physics(
         "choice",
-        allowed="drawn (the shape of the loop as drawn), rest_with_friction (without forces on the edges, where "
-        "friction stops the yarns) or rest (to which they move from there once friction has gone): of beams",
+        allowed="drawn (the drawn loops) or, with beams, rest_with_friction (a cell without forces on its edges, in "
+        "which friction has stopped the yarns) or rest (the shape after that, once friction is removed)",
         default="drawn",
     )
-    """Strains and forces refer to the spacings at rest then. Checked: all three."""
+    """From rest, strains and forces refer to the spacings at rest. Checked: all three."""
 
     @model_validator(mode="after")
-    def _has_ways_to_go(self) -> CellStrain:
+    def _turns_are_distinct(self) -> CellStrain:
         way = (0.0, *self.turns, self.strain)
         if any(one == other for one, other in pairwise(way)):
             raise ValueError(
@@ -344,16 +349,17 @@ class CellStrain(Tension):
     largest_force: float | None = physics(
         "choice", unit="N/m", default=None, gt=0, allowed="a force per width, or null"
     )
-    """The way ends where that along the load has reached it; null: at full strain. Checked: 310 N/m."""
+    """The load path ends when the force per width along the load reaches this value; null: at full strain. Checked: 310
+    N/m."""
 
     deformation: Literal["course", "wale", "biaxial", "shear"] = physics("choice", default="course")
     """Strains in the plane that define a shell's stiffness. Checked: all four."""
 
 
 class Path(Section):
-    """The grips of the upper yarn of a pair go to the displacements of `path` one after another.
+    """The grips of the upper yarn of a pair move to the displacements of `path`, one after another.
 
-    They go in straight legs that take equal shares of the load factor, the first from where they are.
+    Legs are straight and take equal shares of the load factor; the first leg begins at the initial position.
     """
 
     lateral: ClassVar = "fixed"
@@ -361,4 +367,4 @@ class Path(Section):
     path: tuple[Point, ...] = physics(
         "choice", unit="m", allowed="a list of one displacement x, y, z in m or more", min_length=1
     )
-    """Of a case of verification; none for a knit."""
+    """A verification case; a knit has none."""

@@ -41,7 +41,9 @@ def tabulate(histories: Datasets, contacts: Datasets, scenes: Scenes) -> pd.Data
     return limits(values_of(histories, contacts), scenes)
 
 
-@TABLES.add("reference_convergence", "Convergence of the discretisations to the reference", results=RESULTS, order=17)
+@TABLES.add(
+    "reference_convergence", "Convergence of the discretisations to the reference", results=RESULTS, order=17
+)
 def tabulate_series(histories: Datasets, contacts: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row a problem, strain, quantity and discretisation, from the coarsest to the finest values."""
     rows = []

@@ -15,12 +15,12 @@ class TouchingBeamGates(BeamGates):
     """Additional limits of beams in contact."""
 
     point: float = numerics("choice", meaning="over the internal energy", default=0.1, gt=0)
-    """Energy of contact where yarns bend, cross or overlap beyond the verified range of the law, gates.md.
-    Checked: 0.1, at which cells of beams are 5 % softer than solid yarns."""
+    """Share of contact beyond the verified range of bends, angles and overlaps, gates.md. Checked: 0.1, at which cells
+    of beams are 5 % softer than solid yarns."""
 
 
 class Beam(Section):
-    """Contact along all yarns, of "rigid" or "hertz" sections; kind of ties.
+    """Contact along all yarns with "rigid" or "hertz" sections, and the ties.
 
     Rigid sections press each other with `stiffness` E sqrt(R) approach^1.5; pinned ties have `stiffness` E R.
     """
@@ -31,10 +31,10 @@ class Beam(Section):
     """Section 3.3: the deformation of the cross-section is ignored. Checked: rigid and hertz (scenes beam-*)."""
     tie: Literal["rigid", "pinned", "patch"] = numerics(
         "assumed",
-        allowed="rigid, pinned (sections may turn) or patch (pins that yield as tied areas do): tied crossings",
+        allowed="rigid, pinned (sections can turn) or patch (pins as compliant as tied areas): the tied crossings",
     )
-    """Section 2.3 ties the outer rows; tied solids turn nearly freely and yield. Checked: all three."""
-    stiffness: Positive = numerics("assumed", meaning="over Hertz's 0.8 to 0.9 where sections yield")
+    """Section 2.3 ties the outer rows; tied solids turn nearly freely and are compliant. Checked: all three."""
+    stiffness: Positive = numerics("assumed", meaning="where hertz sections have 0.8 to 0.9")
     """Not printed; hard contact. Checked: 10 and 100 (scenes beam-*)."""
 
 

@@ -21,9 +21,9 @@ class SolidMesh(Section):
     refinement: float = numerics(
         "assumed", meaning="size over the size of elements at crossings", default=1.0, ge=1, le=3
     )
-    """Slices stand nearer, sections are drawn towards the other yarn (docs/notes/refinement.md). Checked: 1 to 3."""
+    """Slices are closer, and sections finer towards the other yarn (docs/notes/refinement.md). Checked: 1 to 3."""
     element: Annotated[str, OneOf(ELEMENTS.all)] = numerics("stated")
-    """Section 2.3: linear hexahedra with reduced integration; quadratic ones are the reference. Checked: over
+    """Section 2.3: linear hexahedra with reduced integration; quadratic hexahedra are for the reference. Checked: over
     quadratic, tied cell of size 1/3: one_point -3 % in force."""
 
     @property
@@ -33,7 +33,7 @@ class SolidMesh(Section):
 
 
 class HexahedralNewton(SolidNewton):
-    """The same of hexahedra, with their `hourglass` coefficient, relative to the shear modulus."""
+    """Further settings of hexahedra: the coefficient `hourglass`, relative to the shear modulus."""
 
     hourglass: float = numerics("assumed", unit="shear moduli", meaning="times the shear modulus", gt=0, le=1)
     """Abaqus's default stiffness of C3D8R, 0.005 G. Checked: 0.0025 to 0.05: force -1.4 to +3.8 %

@@ -13,22 +13,23 @@ from knitstudy.study.scene_type import MODELS, Model
 
 
 class PlanarJoints(Joints):
-    """Of the planar model (Fig. 4); `section` belongs to a segment that two yarns share.
+    """Joints of the planar model (Fig. 4); `section` is the section of a segment that two yarns share.
 
-    Its segments join the contacts, or lie along the maximum principal stress of the simulation `stress_from` (Fig. 14).
+    Segments join the contacts, or lie along the maximum principal stress of the simulation `stress_from` (Fig. 14).
     """
 
     section: Literal["single", "doubled"] = numerics(
-        "assumed", meaning="a segment of the planar model that two yarns share"
+        "assumed", meaning="the section of a segment that two yarns share"
     )
     """Section 2.4: the same cross section as the yarns; not printed where two yarns share a segment. Checked:
     single and doubled (scenes rom2d-doubled-*)."""
     honeycomb: Literal["geometry", "principal_stress"] = numerics(
         "stated",
-        allowed="geometry (segments of the planar model join the contacts) or principal_stress (they lie along it)",
+        allowed="geometry (segments join the contacts) or principal_stress (segments lie along the stress)",
         default="geometry",
     )
-    """Section 3.4: MPS-based honeycombs and the one from geometry. Checked: both (scenes rom2d-by-*-stress-*)."""
+    """Section 3.4: honeycombs based on the maximum principal stress, and the honeycomb from geometry. Checked: both
+    (scenes rom2d-by-*-stress-*)."""
     stress_from: SceneName | None = numerics(
         "choice",
         allowed="the name of a scene of solid yarns (empty where rom.honeycomb is geometry)",

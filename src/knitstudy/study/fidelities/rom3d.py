@@ -13,14 +13,14 @@ from knitstudy.study.scene_type import MODELS, Model
 
 
 class SpatialJoints(Joints):
-    """Of the spatial model (Figs. 5 and 6)."""
+    """Joints of the spatial model (Figs. 5 and 6)."""
 
     joint: Literal["rigid", "pinned", "patch", "printed"] = numerics(
         "assumed",
         allowed="rigid (arms), pinned (arms that turn), patch (pinned, compliant) or printed (no arms)",
     )
-    """Table 2: u_T = 0, u_R = 0, and springs between the points, which no arms is to the letter. Checked: all four
-    (scenes rom3d-pinned-*, rom3d-patch-*, rom3d-printed-*)."""
+    """Table 2: u_T = 0, u_R = 0, and springs between the points; taken literally, joints have no arms. Checked: all
+    four (scenes rom3d-pinned-*, rom3d-patch-*, rom3d-printed-*)."""
     normal: Literal[
         "normal_resultant", "mean_normal_resultant", "resultant", "mean_resultant", "closest_points"
     ] = numerics(
@@ -43,7 +43,7 @@ class Springs(SpatialJoints):
     springs_from: SceneName | None = numerics(
         "choice", allowed="the name of the scene of solid yarns to measure (empty: that of rom.contacts_from)"
     )
-    """Springs of another simulation: how far they hold for another load. Checked: course springs in wale
+    """Springs of another simulation show whether springs hold for another load. Checked: course springs in wale
     tension and the other way round (scenes rom3d-carried-*)."""
     stiffness: tuple[Annotated[float, Field(gt=0)], ...] = numerics(
         "stated",
@@ -59,7 +59,7 @@ class Springs(SpatialJoints):
     """Table 2 lists x, y and z; Fig. 6b: points and directions of springs. Along global z most measured secants are
     negative (table2_springs). Checked: both with the stiffnesses of Table 2 (scenes rom3d-table2-*)."""
     displacement: Literal["interface", "centreline"] = numerics(
-        "stated", meaning="the relative displacement whose secants the springs are"
+        "stated", meaning="the relative displacement in the secants of the springs"
     )
     """Section 2.6: relative displacement between yarn interfaces; that of the centrelines is a variant. Checked:
     interface and centreline (table2_springs, scenes rom3d-centreline-*)."""

@@ -31,7 +31,8 @@ class PolynomialMesh(Section):
     """Numerical; degree of the polynomials over the section, away from crossings. Checked: 2 to 6: of one loop, force
     +3.2 % at 2 and within 0.3 % from 3 on (docs/notes/solid_yarns.md)."""
     spline_degree: int = numerics("choice", default=3, ge=2, le=5)
-    """Numerical; of the splines along the yarn; quadratic ones need half as many spans more. Checked: 2 and 3."""
+    """Numerical; degree of the splines along the yarn; quadratic splines need 1.5 times as many spans. Checked: 2 and
+    3."""
     span: Span = resolution(
         "choice", unit="yarn radii", meaning="in yarn radii, and not below mesh.crossing_span", default=0.9
     )
@@ -58,12 +59,11 @@ class PolynomialMesh(Section):
 
 
 class PolynomialContact(SolidContact):
-    """Contact of solid yarns without hexahedra, on their true surfaces.
+    """Contact of spline yarns on their curved surfaces.
 
-    The local indentation that polynomials cannot show is added in series, computed from their own space: stiffnesses,
-    penetration and augmentations have no effect.
-    Cells of contact are as long as `cell` along the yarn within `window` of a crossing, and three times as long
-    elsewhere; around they are `cell`.
+    The local indentation that the polynomials cannot represent is added in series, computed from their own space:
+    stiffnesses, penetration and augmentations have no effect. Cells of contact have the size `cell` around the yarn;
+    along the yarn they have this size within `window` of a crossing, and three times this size elsewhere.
     """
 
     cell: float = numerics("choice", unit="yarn radii", default=0.25, ge=0.05, le=0.5)
@@ -77,8 +77,8 @@ class PolynomialContact(SolidContact):
         ge=0.3,
         le=4,
     )
-    """Numerical; sqrt(2) times the larger semiaxis of the area of contact and the way that it slides. Checked: 0.8 to
-    1.6 of a pair: force within 1.3 % (docs/notes/contact.md)."""
+    """Numerical; covers sqrt(2) times the larger semiaxis of the contact area and the distance that it slides. Checked:
+    0.8 to 1.6 of a pair: force within 1.3 % (docs/notes/contact.md)."""
 
     @model_validator(mode="after")
     def _has_a_cell_in_its_window(self) -> PolynomialContact:
