@@ -89,7 +89,7 @@ class SolidContact(TiedEdges):
 
 
 class Newton(Section):
-    """First number of increments, and tolerances."""
+    """Least number of increments, and tolerances."""
 
     increments: Count = resolution("choice")
     """Numerical; the first increment takes 1 / `increments` of the load, later ones adapt. Checked: 5 to 40: the same
