@@ -92,8 +92,8 @@ class Newton(Section):
     """Least number of increments, and tolerances."""
 
     increments: Count = resolution("choice")
-    """Numerical; the first increment takes 1 / `increments` of the load, later ones adapt. Checked: 5 to 40: the same
-    force."""
+    """Numerical; no increment is larger than 1 / `increments` of the load, and increments that do not converge are
+    halved. Checked: 5 to 40: the same force."""
     residual_tolerance: float = resolution(
         "choice", meaning="relative to the mean internal force", gt=0, le=1e-2
     )
