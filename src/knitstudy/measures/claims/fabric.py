@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+from scipy.special import stdtrit
 
 from knitstudy.measures.centre_cell import crossing_error, loop_of
 from knitstudy.measures.claims.evidence import Evidence, Judgement, NotRun
@@ -83,7 +86,9 @@ def judge_contact_memory(evidence: Evidence) -> Judgement:
     printed = [evidence.printed("3", f"c{n}w{n}", "memory") for n in sizes]
     wanted = float(np.polyfit(np.log(sizes), np.log(printed), 1)[0])
     near = float(np.log(printed[1] / printed[0]) / np.log(2))
-    factor, grows = exponent.of(lambda value: 10**value), printed[-1] / printed[0]
+    # 95 % of few sizes whose memory scatters (Student's t): a verdict must not change from run to run
+    sure = replace(exponent, uncertainty=float(stdtrit(len(series.cells) - 2, 0.975)) * exponent.uncertainty)
+    factor, grows = sure.of(lambda value: 10**value), printed[-1] / printed[0]
     name, cells = "memory of 30 x 30 over that of 3 x 3 cells", ", ".join(map(str, series.cells))
     return Judgement(
         (
