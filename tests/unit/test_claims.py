@@ -252,9 +252,8 @@ def with_motion(evidence, factor, yarns=(0, 1, 2, 3)):
 
 def with_memory(evidence, exponent, scatter):
     """Return the evidence with another growth of memory in contact; that of the smallest knit is off by a factor."""
-    for name in (
-        name for name in evidence.histories if name.startswith("domain-hexahedra-isotropic-course-")
-    ):
+    series = [name for name in evidence.histories if name.startswith("domain-hexahedra-isotropic-course-")]
+    for name in series:
         cells = evidence.scenes[name].pattern.loops
         memory = 1e9 * (cells / 3) ** exponent * (scatter if cells == 3 else 1)
         evidence = with_direct(evidence, name, {"memory_growth": memory})

@@ -72,6 +72,16 @@ class Series:
         return np.array([scene.pattern.loops for scene in self.scenes])
 
     @property
+    def large(self) -> np.ndarray:
+        """Whether the growth is fitted to a size (k,)."""
+        return self.cells >= SMALLEST
+
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom that a power law leaves to the sizes, at least 1."""
+        return max(int(self.large.sum()) - 2, 1)
+
+    @property
     def model(self) -> str:
         """Model in words."""
         scene = self.scenes[0]
@@ -84,16 +94,15 @@ class Series:
 
     def growth(self, values: Sequence[float]) -> Estimate:
         """Return the exponent of a power law of values (k,) in cells in a row, with its standard error."""
-        large = self.cells >= SMALLEST
-        x, y = (log - log.mean() for log in (np.log(self.cells[large]), np.log(np.asarray(values)[large])))
+        large = np.log([self.cells[self.large], np.asarray(values)[self.large]])
+        x, y = large - large.mean(axis=1, keepdims=True)
         slope = x @ y / (x @ x)
-        square = np.sum((y - slope * x) ** 2) / max(len(x) - 2, 1)
+        square = np.sum((y - slope * x) ** 2) / self.freedom
         return Estimate(float(slope), float(np.sqrt(square / (x @ x))))
 
     def memory(self, dof: np.ndarray, memory: np.ndarray) -> Polynomial:
         """Return the law of memory (k,): a d + b in degrees of freedom d (k,), with the least relative squares."""
-        large = self.cells >= SMALLEST
-        terms = np.vander(dof[large], 2, increasing=True) / memory[large, None]
+        terms = np.vander(dof[self.large], 2, increasing=True) / memory[self.large, None]
         return Polynomial(np.linalg.lstsq(terms, np.ones(len(terms)))[0])
 
 

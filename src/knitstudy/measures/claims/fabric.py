@@ -86,9 +86,9 @@ def judge_contact_memory(evidence: Evidence) -> Judgement:
     printed = [evidence.printed("3", f"c{n}w{n}", "memory") for n in sizes]
     wanted = float(np.polyfit(np.log(sizes), np.log(printed), 1)[0])
     near = float(np.log(printed[1] / printed[0]) / np.log(2))
-    # 95 % of few sizes whose memory scatters (Student's t): a verdict must not change from run to run
-    sure = replace(exponent, uncertainty=float(stdtrit(len(series.cells) - 2, 0.975)) * exponent.uncertainty)
-    factor, grows = sure.of(lambda value: 10**value), printed[-1] / printed[0]
+    # 95 % by Student's t: memory scatters from run to run, and few sizes are fitted
+    interval = replace(exponent, uncertainty=float(stdtrit(series.freedom, 0.975)) * exponent.uncertainty)
+    factor, grows = interval.of(lambda value: 10**value), printed[-1] / printed[0]
     name, cells = "memory of 30 x 30 over that of 3 x 3 cells", ", ".join(map(str, series.cells))
     return Judgement(
         (
