@@ -39,14 +39,14 @@ def contact(yarn, s, exponent, friction=0.0, spacing=0.05):
 
 def forces(model, points, stiffness=False):
     state = BeamState(points, np.tile(np.eye(3), (len(points), 1, 1)))
-    return model.respond(state, FAR_AWAY, np.zeros((2, 3, 3)), LineHistory.none(), stiffness)
+    return model.respond(state, FAR_AWAY, LineHistory.none(), stiffness)
 
 
 @pytest.mark.parametrize("exponent", [1.5, 2.4])
 @pytest.mark.parametrize("angle", [90, 50])
 def test_crossed_yarns_carry_the_law_over_the_sine_of_their_angle(exponent, angle):
     points, yarn, s = straight(np.radians(angle), 0.8)
-    found = forces(contact(yarn, s, exponent), points)[0][:-3].reshape(-1, 6)
+    found = forces(contact(yarn, s, exponent), points)[0][:-6].reshape(-1, 6)
     upper = -found[yarn == 1, :3].sum(axis=0)
     wanted = 3.0 * 0.2**exponent / np.sin(np.radians(angle))
     # Points 0.05 apart see a contact 0.6 long.
@@ -64,7 +64,7 @@ def test_parallel_yarns_carry_the_integral_of_the_potential():
 
     wanted = -(energy(0.801) - energy(0.799)) / 0.002
     middle = (yarn == 1) & (np.abs(s) < 0.5)
-    found = -forces(model, points)[0][:-3].reshape(-1, 6)[middle, 2]
+    found = -forces(model, points)[0][:-6].reshape(-1, 6)[middle, 2]
     np.testing.assert_allclose(found / 0.05, wanted, rtol=1e-3)
 
 
@@ -138,8 +138,8 @@ def test_an_image_is_the_yarn_itself():
     own = LineContact(yarn, s, weight, one.repulsion, beside=one.search.beside, period=np.full(2, 8.0))
     vectors = np.array([2 * shift, model.vectors(state)[1]])
     beams = BeamState(twice, np.tile(np.eye(3), (4 * n, 1, 1)))
-    force, energy, _ = own.respond(beams, vectors, model.moves, LineHistory.none(), False)
-    wanted, whole, _ = one.respond(state.beams, model.vectors(state), model.moves, state.contact, False)
+    force, energy, _ = own.respond(beams, vectors, LineHistory.none(), False)
+    wanted, whole, _ = one.respond(state.beams, model.vectors(state), state.contact, False)
     assert energy["penalty"] == pytest.approx(2 * whole["penalty"])
     np.testing.assert_allclose(force[: 6 * n], wanted[: 6 * n], atol=1e-12 * np.abs(wanted).max())
     assert found.energy["internal"] > 0
@@ -168,9 +168,9 @@ def walk(model, points, yarn, places, turns=None, history=None):
         turn = np.eye(3) if turns is None else exp(np.asarray(turns[n]))
         position = np.where(upper, points @ turn.T + place, points)
         state = BeamState(position, np.where(upper[..., None], turn, np.eye(3)))
-        force, energy, _ = model.respond(state, FAR_AWAY, np.zeros((2, 3, 3)), history, False)
+        force, energy, _ = model.respond(state, FAR_AWAY, history, False)
         history = model.commit(state, FAR_AWAY, history)
-        force = force[:-3].reshape(-1, 6)
+        force = force[:-6].reshape(-1, 6)
         yield force[yarn == 1, :3].sum(axis=0), force, energy, history
 
 
@@ -251,7 +251,7 @@ def pressed(deep, bends, angle):
         model, points, yarn = pair(bends, angle, deep=deep)
         # Points move along their yarns; those of the upper one are rotated ones of the lower one.
         shifted = pair_points(model, points, yarn, a, b)
-        total -= forces(model, shifted)[0][:-3].reshape(-1, 6)[yarn == 1, 2].sum()
+        total -= forces(model, shifted)[0][:-6].reshape(-1, 6)[yarn == 1, 2].sum()
     return total / 4
 
 
@@ -311,7 +311,7 @@ def test_layers_carry_the_pressure_of_their_overlap(angle, bend, deep, bar):
     def carried(angle, bend):
         model, points, yarn = pair((bend, bend), angle, deep=deep)
         model.repulsion = Repulsion(Power(1.0, 2.9), D, model.repulsion.onset)
-        return -forces(model, points)[0][:-3].reshape(-1, 6)[yarn == 1, 2].sum()
+        return -forces(model, points)[0][:-6].reshape(-1, 6)[yarn == 1, 2].sum()
 
     wanted = summed(angle, bend) / summed(90, 0.0)
     assert carried(angle, bend) / carried(90, 0.0) == pytest.approx(wanted, rel=bar)
@@ -326,8 +326,8 @@ def sheared(bends, angle, way, size=1e-5):
     for sign in (1, -1):
         state = BeamState(points + sign * size * (yarn == 1)[:, None] * np.append(way, 0.0), turn)
         for row, past in enumerate((history, LineHistory.none())):
-            force = model.respond(state, FAR_AWAY, np.zeros((2, 3, 3)), past, False)[0]
-            pull[row] += sign * force[:-3].reshape(-1, 6)[yarn == 1, :2].sum(axis=0) @ way
+            force = model.respond(state, FAR_AWAY, past, False)[0]
+            pull[row] += sign * force[:-6].reshape(-1, 6)[yarn == 1, :2].sum(axis=0) @ way
     return (pull[0] - pull[1]) / (2 * size)
 
 
@@ -429,10 +429,8 @@ def test_traction_turns_with_the_yarns():
     history = model.commit(BeamState(points, turn), FAR_AWAY, LineHistory.none())
     moved = points + (yarn == 1)[:, None] * [2e-4, 1e-4, 0]
     history = model.commit(BeamState(moved, turn), FAR_AWAY, history)
-    still = model.respond(BeamState(moved, turn), FAR_AWAY, np.zeros((2, 3, 3)), history, False)[0]
+    still = model.respond(BeamState(moved, turn), FAR_AWAY, history, False)[0]
     Q = exp(np.array([0.3, -0.5, 0.4]))
-    turned, _, _ = model.respond(
-        BeamState(moved @ Q.T, Q @ turn), FAR_AWAY, np.zeros((2, 3, 3)), history, False
-    )
-    one, other = (each[:-3].reshape(-1, 2, 3) for each in (still, turned))
+    turned, _, _ = model.respond(BeamState(moved @ Q.T, Q @ turn), FAR_AWAY, history, False)
+    one, other = (each[:-6].reshape(-1, 2, 3) for each in (still, turned))
     np.testing.assert_allclose(other, one @ Q.T, atol=1e-9 * np.abs(one).max())

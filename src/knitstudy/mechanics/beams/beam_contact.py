@@ -14,9 +14,9 @@ from scipy.spatial import cKDTree
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.beams.contact_points import ContactPoints
-from knitstudy.mechanics.beams.line_contact import LineContact
+from knitstudy.mechanics.beams.line_contact import LineContact, Touching
 from knitstudy.mechanics.beams.pair_search import PointPairs
-from knitstudy.mechanics.beams.state import BeamContactHistory, BeamState, LineHistory
+from knitstudy.mechanics.beams.state import BeamContactHistory, BeamState, Latest, LineHistory
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.rotation import hat
 
@@ -36,7 +36,9 @@ class BeamContact:
         arc_length: np.ndarray,  # (K, 2) [m]
     ) -> None:
         self.line, self.points, self.node, self.offset = line, points, node, offset
-        self.yarn, self._to_points = yarn, points.spread()
+        self.yarn, self._to_points = yarn, points.spread(NO_MOVES)
+        self._from_points = self._to_points.T.tobsr()
+        self._touching = Latest()
         self._apart = 2 * points.arc_length.max()  # farther than points of one yarn are [m]
         places = self._place(yarn, arc_length)
         self._turned = np.append(places[:, 0] > places[:, 1], False)
@@ -68,15 +70,19 @@ class BeamContact:
 
     def respond(
         self, state: BeamState, stiffness: bool = False
-    ) -> tuple[np.ndarray, dict[str, float], sp.csr_matrix | None]:
-        """Return internal forces (S, 6) on the stations, energies, and the tangent over them if asked."""
+    ) -> tuple[np.ndarray, dict[str, float], sp.bsr_matrix | None]:
+        """Return internal forces (S, 6) on the stations, energies and, if asked, the tangent (6 S + 3, 6 S + 3)."""
+        points, touching = self._touching.value(state, self._touch)
         past = state.contact.points
-        force, energy, tangent = self.line.respond(
-            self.at_points(state), NO_LATTICE, NO_MOVES, past, stiffness
-        )
+        force, energy, tangent = self.line.respond(points, NO_LATTICE, past, stiffness, touching)
         if tangent is not None:
-            tangent = self._to_points.T @ tangent[:-3, :-3] @ self._to_points
+            tangent = self._from_points @ tangent @ self._to_points
         return self._on_stations(force), energy, tangent
+
+    def _touch(self, state: BeamState) -> tuple[BeamState, Touching]:
+        """Return the points of contact, and what touches."""
+        points = self.at_points(state)
+        return points, self.line.touching(points, NO_LATTICE, state.contact.points)
 
     def motion(self, state: BeamState, other: BeamState) -> float:
         """Return the largest change of the ways between points that are near each other in a state [m]."""
@@ -85,8 +91,8 @@ class BeamContact:
         return float(np.linalg.norm(way[near.j] - way[near.i], axis=1).max(initial=0.0))
 
     def _on_stations(self, force: np.ndarray) -> np.ndarray:
-        """Return forces and moments (S, 6) of those on the points (6 p + 3,)."""
-        return (self._to_points.T @ force[:-3]).reshape(-1, 6)
+        """Return forces and moments (S, 6) of those on points and lattice vectors (6 p + 6,)."""
+        return (self._from_points @ force)[:-3].reshape(-1, 6)
 
     def added(self, response: Response, state: BeamState) -> Response:
         """Return the response of beams and of their contact, with a tangent if that of the beams has one."""
@@ -100,9 +106,7 @@ class BeamContact:
         # The patch of Hertz and Mindlin is real.
         energy["numerical"] = energy["penalty"] if self.line.repulsion.law.penalty else 0.0
         if stiffness is not None:
-            stiffness = sp.bsr_matrix(
-                stiffness + self._about_nodes(own, at_stations, arm, len(force)), blocksize=(6, 6)
-            )
+            stiffness = stiffness + self._about_nodes(own, at_stations, arm, len(force))
         return replace(
             response,
             force=force.ravel(),
@@ -112,20 +116,21 @@ class BeamContact:
         )
 
     def _about_nodes(
-        self, tangent: sp.csr_matrix, force: np.ndarray, arm: np.ndarray, count: int
+        self, tangent: sp.bsr_matrix, force: np.ndarray, arm: np.ndarray, count: int
     ) -> sp.bsr_matrix:
         """Return a tangent over stations, on which forces (S, 6) act, over the motion of nodes that carry them."""
-        lever, stations = hat(arm), np.arange(len(arm) + 1)
-        motion, turning = np.tile(np.eye(6), (len(arm), 1, 1)), np.zeros((len(arm), 6, 6))
+        lever, rows = hat(arm), np.arange(2 * len(arm) + 1)
+        motion = np.tile(np.eye(6), (len(arm), 1, 1))
         motion[:, :3, 3:] = -lever
+        # The lattice does not follow any node.
+        blocks = motion.reshape(-1, 3, 6), np.repeat(self.node, 2), np.append(rows, rows[-1])
+        motion = sp.bsr_matrix(blocks, shape=(tangent.shape[0], 6 * count))
         # An arm turns under the force at its end: d(r x F) = F^ r^ w.
-        turning[:, 3:, 3:] = hat(force[:, :3]) @ lever
-        size = 6 * len(arm), 6 * count
-        motion, turning = (
-            sp.bsr_matrix((blocks, self.node, stations), shape=size) for blocks in (motion, turning)
-        )
-        carried = sp.bsr_matrix((np.tile(np.eye(6), (len(arm), 1, 1)), self.node, stations), shape=size)
-        return motion.T @ sp.bsr_matrix(tangent, blocksize=(6, 6)) @ motion + carried.T @ turning
+        turning, nodes = np.zeros((count, 6, 6)), np.arange(count + 1)
+        np.add.at(turning[:, 3:, 3:], self.node, hat(force[:, :3]) @ lever)
+        total = motion.T @ tangent @ motion
+        total.sort_indices()  # so that sums are sorted as well: factors need that
+        return total + sp.bsr_matrix((turning, nodes[:-1], nodes))
 
     def _crossings(self, pairs: PointPairs) -> tuple[np.ndarray, np.ndarray]:
         """Return the crossings (k,) that are nearest to pairs along their yarns, and whether i is on the first yarn.
@@ -165,8 +170,10 @@ class BeamContact:
         Raises ConvergenceError if yarns that pressed each other touch at the end of one of them.
         """
         past, points, count = state.contact, self.at_points(state), len(self.yarn)
-        loads = self.line.loads(points, NO_LATTICE, past.points)
-        pairs, rubs, on_j = loads.pairs, loads.rubs, loads.on_j
+        pairs = self.line.pairs(points.position, NO_LATTICE)
+        rubs = self.line.rubbing(points, pairs, past.points)  # slip counts without friction as well
+        loads = self.line.loads(points, NO_LATTICE, Touching(pairs, rubs))
+        on_j = loads.on_j
         at, first = self._crossings(pairs)
         force = np.zeros((count + 1, 3))
         np.add.at(force, at, np.where(first, 1.0, -1.0)[:, None] * on_j)
@@ -186,7 +193,7 @@ class BeamContact:
             )
         return BeamContactHistory(
             points=self.line.remembered(points, NO_LATTICE, past.points.dissipated, pairs, rubs),
-            on_stations=self._on_stations(self.line.forces(loads, NO_MOVES, len(points.position)))[:, :3],
+            on_stations=self._on_stations(self.line.forces(loads, len(points.position)))[:, :3],
             force=force[:-1],
             gap=gap,
             slip=np.where(pressed[:-1] > 0, past.slip + slip, 0.0),

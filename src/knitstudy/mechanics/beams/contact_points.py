@@ -96,20 +96,19 @@ class ContactPoints:
         first = np.flatnonzero(np.diff(self.yarn, prepend=-1))
         return np.append(first, np.append(first[1:], len(self.yarn)) - 1)
 
-    def spread(self, moves: np.ndarray | None = None) -> sp.csr_matrix:
-        """Return how the unknowns (6 p,) of points, places and turns, follow the unknowns (6 n,) of stations.
+    def spread(self, moves: np.ndarray) -> sp.bsr_matrix:
+        """Return how places and turns of points and the lattice vectors (6 p + 6,) follow the unknowns (6 n + 3,).
 
-        With the derivative (2, 3, 3) of the lattice vectors by its three unknowns, these three are the last of both.
+        Unknowns are places and turns of stations, and three of the lattice, by which `moves` (2, 3, 3) are the
+        derivatives of its vectors.
         """
         p, n = self.weights.shape
         turns = sp.csr_matrix((np.ones(p), (np.arange(p), self.station)), (p, n))
         places = sp.kron(self.weights, sp.diags([1.0] * 3 + [0.0] * 3))
-        both = sp.csr_matrix(places + sp.kron(turns, sp.diags([0.0] * 3 + [1.0] * 3)))
-        if moves is None:
-            return both
+        both = places + sp.kron(turns, sp.diags([0.0] * 3 + [1.0] * 3))
         lattice = np.zeros((p, 6, 3))
         lattice[:, :3] = self.around[:, None, None] * moves[0]
-        return sp.bmat([[both, lattice.reshape(-1, 3)], [None, sp.eye(3)]], format="csr")
+        return sp.bmat([[both, lattice.reshape(-1, 3)], [None, moves.reshape(6, 3)]]).tobsr((3, 3))
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,8 +10,8 @@ import scipy.sparse as sp
 
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
-from knitstudy.mechanics.beams.line_contact import LineContact
-from knitstudy.mechanics.beams.state import BeamState, LineHistory
+from knitstudy.mechanics.beams.line_contact import LineContact, Touching
+from knitstudy.mechanics.beams.state import BeamState, Latest, LineHistory
 from knitstudy.mechanics.model import Response, summed
 from knitstudy.mechanics.periodic import Lattice
 
@@ -86,7 +86,8 @@ class EndlessBeams:
         self.spread = own + sp.csr_matrix((shift.ravel(), (at.ravel(), column.ravel())), own.shape)
         self._collect = sp.csr_matrix(self.spread.T)
         self._to_points = points.spread(self.moves)
-        self._from_points = sp.csr_matrix(self._to_points.T)
+        self._from_points = self._to_points.T.tobsr()
+        self._placed = Latest()
 
     def starting_at(self, state: EndlessState) -> EndlessBeams:
         """Return the model with another state in which the load begins; energies count from there on."""
@@ -136,9 +137,10 @@ class EndlessBeams:
 
     def respond(self, state: EndlessState, stiffness: bool) -> Response:
         """Return forces, energies and, if asked, the tangent."""
-        inner = self.inner.respond(self._all(state), stiffness)
-        force, energy, tangent = self._contact(state).respond(
-            self.at_points(state), self.vectors(state), self.moves, state.contact, stiffness
+        beams, contact, points, touching = self._placed.value(state, self._place)
+        inner = self.inner.respond(beams, stiffness)
+        force, energy, tangent = contact.respond(
+            points, self.vectors(state), state.contact, stiffness, touching
         )
         force = self._from_points @ force
         if stiffness:
@@ -166,6 +168,11 @@ class EndlessBeams:
         beams, points = state.beams, self.points
         position = points.weights @ beams.position + points.around[:, None] * self.vectors(state)[0]
         return replace(beams, position=position, rotation=beams.rotation[points.station])
+
+    def _place(self, state: EndlessState) -> tuple[BeamState, LineContact, BeamState, Touching]:
+        """Return the state of all nodes, the contact, the state of its points, and what touches."""
+        contact, points = self._contact(state), self.at_points(state)
+        return self._all(state), contact, points, contact.touching(points, self.vectors(state), state.contact)
 
     def _contact(self, state: EndlessState) -> LineContact:
         """Return the contact of yarns as thick as they have grown."""

@@ -67,6 +67,14 @@ SECOND = np.kron(TWICE, np.eye(3))  # (6, 15, 15), second derivatives of the pro
 
 
 @dataclass(frozen=True, eq=False)
+class Touching:
+    """Pairs of points that touch, and their friction."""
+
+    pairs: PointPairs
+    rubs: PairFriction
+
+
+@dataclass(frozen=True, eq=False)
 class Loads:
     """Forces between pairs of points that touch."""
 
@@ -78,24 +86,19 @@ class Loads:
     on_j: np.ndarray  # (k, 3), internal forces on the yarns of j, friction included [N]
 
 
-def shifts(pairs: PointPairs, moves: np.ndarray) -> np.ndarray:
-    """Return the derivatives (k, 3, 3) of images of j by the unknowns of the lattice; `moves` as of `respond`."""
-    return np.einsum("ka,aij->kij", pairs.image, moves)
-
-
-def by_rows(at: np.ndarray, blocks: np.ndarray, size: int) -> sp.csr_matrix:
-    """Return a matrix over so many unknowns with blocks (k, a, a) at the unknowns (k, a); entries may repeat.
+def in_blocks(at: np.ndarray, blocks: np.ndarray, size: int) -> sp.bsr_matrix:
+    """Return a matrix of `size` rows of blocks with blocks (k, a, a, 3, 3) at rows and columns (k, a); some may repeat.
 
     Examples
     --------
-    >>> by_rows(np.array([[0, 2]]), np.array([[[1.0, 2.0], [2.0, 5.0]]]), 3).toarray().tolist()
-    [[1.0, 0.0, 2.0], [0.0, 0.0, 0.0], [2.0, 0.0, 5.0]]
+    >>> in_blocks(np.array([[1]]), np.eye(3)[None, None, None], size=2).diagonal().tolist()
+    [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]
     """
     row, a = at.ravel(), at.shape[1]
     order = np.argsort(row, kind="stable")
     ends = a * np.cumsum(np.bincount(row, minlength=size))
-    data, columns = blocks.reshape(-1, a)[order].ravel(), at[order // a].ravel()
-    return sp.csr_matrix((data, columns, np.append(0, ends)), (size, size))
+    data = blocks.reshape(-1, a, 3, 3)[order].reshape(-1, 3, 3)
+    return sp.bsr_matrix((data, at[order // a].ravel(), np.append(0, ends)), (3 * size, 3 * size))
 
 
 class LineContact:
@@ -117,6 +120,7 @@ class LineContact:
         self.yarn, self.arc_length, self.weight = yarn, arc_length, weight
         self.repulsion, self.friction = repulsion, min(friction, ROUGH)
         self.axes = Axes.of(yarn, arc_length, weight, CHORD * repulsion.diameter, period)
+        self.images = 0 if period is None else 2  # lattice vectors by which points have images
         self.search = PairSearch(yarn, arc_length, beside, period, joined)
 
     def of_diameter(self, diameter: float) -> LineContact:
@@ -163,11 +167,14 @@ class LineContact:
         r, density, shape = self.shaped(pairs, bends)
         return z, (density * self.repulsion.potential(r, shape)).of(bends)
 
-    def loads(
-        self, state: BeamState, vectors: np.ndarray, history: LineHistory, second: bool = False
-    ) -> Loads:
-        """Return the forces between pairs of points that touch."""
+    def touching(self, state: BeamState, vectors: np.ndarray, history: LineHistory) -> Touching:
+        """Return the pairs that touch, and their friction; without friction pairs have no history."""
         pairs = self.pairs(state.position, vectors)
+        return Touching(pairs, self.rubbing(state, pairs, history if self.friction else LineHistory.none()))
+
+    def loads(self, state: BeamState, vectors: np.ndarray, touching: Touching, second: bool = False) -> Loads:
+        """Return the forces between pairs of points that touch."""
+        pairs, rubs = touching.pairs, touching.rubs
 
         def energy(part: slice) -> tuple[np.ndarray, ...]:
             z, U = self.energy(pairs[part], state.position, vectors, second)
@@ -176,33 +183,36 @@ class LineContact:
         z, *U = by_parts(energy, len(pairs.i), BATCH)
         U = Expansion(*U) if second else Expansion(*U, None)
         slope = np.tensordot(U.slope, TWICE, 1) @ z
-        rubs = self.rubbing(state, pairs, history)
         on_j = slope[:, W].copy()
         on_j[rubs.pair] -= rubs.traction
         return Loads(pairs, z, U, slope, rubs, on_j)
 
     def respond(
-        self, state: BeamState, vectors: np.ndarray, moves: np.ndarray, history: LineHistory, stiffness: bool
-    ) -> tuple[np.ndarray, dict[str, float], sp.csr_matrix | None]:
-        """Return internal forces (6 n + 3,), energies and, if asked, the tangent.
+        self,
+        state: BeamState,
+        vectors: np.ndarray,  # (2, 3), of the lattice [m]
+        history: LineHistory,
+        stiffness: bool,
+        touching: Touching | None = None,  # of this state and this history, if it is known
+    ) -> tuple[np.ndarray, dict[str, float], sp.bsr_matrix | None]:
+        """Return internal forces (6 n + 6,), energies and, if asked, the tangent in blocks (3, 3).
 
-        The lattice has the vectors (2, 3); `moves` (2, 3, 3) is their derivative by its three unknowns.
+        Unknowns are place and turn of the n points, and the lattice vectors, which images of points follow.
         """
-        # Pairs without friction have no history.
-        loads = self.loads(state, vectors, history if self.friction else LineHistory.none(), stiffness)
-        rubs, n = loads.rubs, len(state.position)
+        touching = touching or self.touching(state, vectors, history)
+        loads, rubs, n = self.loads(state, vectors, touching, stiffness), touching.rubs, len(state.position)
         energy = {"penalty": float(loads.energy.value.sum() + rubs.stored.sum())}
         energy["friction"] = history.dissipated + float(rubs.dissipated.sum()) + rubs.left_behind
-        return self.forces(loads, moves, n), energy, self._tangent(loads, moves, 6 * n) if stiffness else None
+        return self.forces(loads, n), energy, self._tangent(loads, n) if stiffness else None
 
-    def forces(self, loads: Loads, moves: np.ndarray, n: int) -> np.ndarray:
-        """Return internal forces (6 n + 3,) on n points and the lattice."""
+    def forces(self, loads: Loads, n: int) -> np.ndarray:
+        """Return internal forces (6 n + 6,) on n points and the lattice vectors."""
         pairs, slope, rubs, on_j = loads.pairs, loads.slope, loads.rubs, loads.on_j
         total, nodes = np.zeros((n, 6)), pairs.both
         sign = np.array([-1.0, 1.0])[:, None]
         np.add.at(total[:, :3], nodes, sign * on_j[:, None])
         np.add.at(total[:, 3:], nodes[rubs.pair], -sign * np.cross(rubs.arm, rubs.traction[:, None]))
-        on_lattice = np.einsum("kij,ki->j", shifts(pairs, moves), on_j)
+        on_vectors = pairs.image.T @ on_j
         touched, row = np.unique(nodes, return_inverse=True)
         axes, on_axes = self.axes, np.zeros((2, len(touched), 3))
         np.add.at(on_axes[1], row, slope[:, 1:3])
@@ -210,49 +220,49 @@ class LineContact:
         of_first, of_second = (weights[touched, :, None] for weights in (axes.first, axes.second))
         at_points = of_first * on_axes[0, :, None] + of_second * on_axes[1, :, None]
         np.add.at(total[:, :3], axes.points[touched], at_points)
-        on_lattice += np.einsum("np,npi->i", axes.image[touched], at_points) @ moves[0]
-        return np.append(total.ravel(), on_lattice)
+        on_vectors[0] += np.einsum("np,npi->i", axes.image[touched], at_points)
+        return np.append(total.ravel(), on_vectors.ravel())
 
-    def _tangent(self, loads: Loads, moves: np.ndarray, size: int) -> sp.csr_matrix:
-        """Return the tangent over `size` unknowns of all points and the lattice, a batch of pairs at a time."""
-        pairs, rubs, U, shift = loads.pairs, loads.rubs, loads.energy, shifts(loads.pairs, moves)
+    def _tangent(self, loads: Loads, n: int) -> sp.bsr_matrix:
+        """Return the tangent over the unknowns of n points and the lattice vectors, a batch of pairs at a time."""
+        pairs, rubs, U = loads.pairs, loads.rubs, loads.energy
 
         def pressed(part: slice) -> tuple[np.ndarray, np.ndarray]:
             J = np.tensordot(loads.z[part], TWICE, (1, 2)).transpose(0, 2, 3, 1).reshape(-1, len(ONE), 15)
             bend = J.swapaxes(1, 2) @ U.bend[part] @ J + np.tensordot(U.slope[part], SECOND, 1)
-            unknowns, motion = self._motion(pairs[part], shift[part], moves, size)
-            return unknowns, motion.swapaxes(1, 2) @ bend @ motion
+            at, weights = self._weights(pairs[part], n)
+            k, _, a = weights.shape
+            # sum over c, d of w_cp w_dq d2U / dz_ci dz_dj
+            left = (weights.swapaxes(1, 2) @ bend.reshape(k, 5, 45)).reshape(k, a, 3, 5, 3).swapaxes(3, 4)
+            return at, (left.reshape(k, 9 * a, 5) @ weights).reshape(k, a, 9, a).swapaxes(2, 3)
 
         def rubbed(part: slice) -> tuple[np.ndarray, np.ndarray]:
-            return friction_tangent(self.friction, pairs, rubs[part], shift, size)
+            return friction_tangent(self.friction, pairs, rubs[part], n, self.images)
 
         work = [(pressed, part) for part in parts(len(pairs.i), BATCH)]
         if self.friction > 0:
             work += [(rubbed, part) for part in parts(len(rubs.pair), BATCH)]
 
-        def summed(number: int) -> sp.csr_matrix:
+        def summed(number: int) -> sp.bsr_matrix:
             blocks_of, part = work[number]
-            return by_rows(*blocks_of(part), size + 3)
+            return in_blocks(*blocks_of(part), 2 * n + 2)
 
         return reduce(add, share(summed, len(work)))
 
-    def _motion(
-        self, pairs: PointPairs, shift: np.ndarray, moves: np.ndarray, size: int
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return unknowns (k, 21), three points around i, three around j, the lattice; and z by them (k, 15, 21)."""
+    def _weights(self, pairs: PointPairs, n: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return blocks (k, a): three of n points around i, three around j, lattice vectors; z's weights (k, 5, a)."""
         axes, k = self.axes, len(pairs.i)
-        of_points, of_lattice = np.zeros((k, 5, 6)), np.zeros((k, 5, 3, 3))  # derivatives of z
-        of_points[:, 0, 1], of_points[:, 0, 4], of_lattice[:, 0] = -1.0, 1.0, shift
+        weights = np.zeros((k, 5, 8))
+        weights[:, W, 1], weights[:, W, 4], weights[:, W, 6:] = -1.0, 1.0, pairs.image
         for side, at in enumerate((pairs.i, pairs.j)):
-            mine = slice(3 * side, 3 * side + 3)
-            for row, weights in ((1 + side, axes.second[at]), (3 + side, axes.first[at])):
-                of_points[:, row, mine] = weights
-                of_lattice[:, row] = (weights * axes.image[at]).sum(axis=1)[:, None, None] * moves[0]
-        motion = np.einsum("kpa,ij->kpiaj", of_points, np.eye(3)).reshape(k, 15, 18)
+            for row, of_points in ((K_A + side, axes.second[at]), (T_A + side, axes.first[at])):
+                weights[:, row, 3 * side : 3 * side + 3] = of_points
+                weights[:, row, 6] = np.einsum("kp,kp->k", of_points, axes.image[at])
         points = axes.points[pairs.both].reshape(k, 6)
-        unknowns = (6 * points[..., None] + np.arange(3)).reshape(k, 18)
-        unknowns = np.concatenate([unknowns, np.broadcast_to(size + np.arange(3), (k, 3))], axis=1)
-        return unknowns, np.concatenate([motion, of_lattice.reshape(k, 15, 3)], axis=2)
+        used = 6 + self.images
+        return np.column_stack([2 * points, np.tile([2 * n, 2 * n + 1], (k, 1))])[:, :used], weights[
+            ..., :used
+        ]
 
     def gaps(self, pairs: PointPairs, state: BeamState, vectors: np.ndarray) -> np.ndarray:
         """Return the gaps (k,) of the yarns of pairs at their closest points, by parabolas there [m]."""

@@ -243,19 +243,20 @@ def friction_tangent(
     friction: float,  # mu
     pairs: PointPairs,
     rubs: PairFriction,
-    shift: np.ndarray,  # (k, 3, 3), derivative of the image of j by the unknowns of the lattice
-    size: int,  # number of the first unknown of the lattice
+    n: int,  # of all points
+    images: int,  # lattice vectors by which points have images
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return unknowns (m, 15) and blocks (m, 15, 15): nodes i and j, then the lattice."""
-    at, m = rubs.pair, len(rubs.pair)
+    """Return blocks (m, a): place and turn of i, those of j, lattice vectors; and matrices (m, a, a, 3, 3)."""
+    at, m, a = rubs.pair, len(rubs.pair), 4 + images
     along = pairs.way[at] / pairs.distance[at, None]
-    motion = np.zeros((m, 3, 15))  # of the material points against each other
-    motion[:, :, 0:3], motion[:, :, 6:9], motion[:, :, 12:] = np.eye(3), -np.eye(3), -shift[at]
+    # By which j, and with it its image, moves against i
+    weight = np.column_stack([np.tile([-1.0, 0.0, 1.0, 0.0], (m, 1)), pairs.image[at, :images]])
+    motion = -np.einsum("ka,ij->kiaj", weight, np.eye(3)).reshape(
+        m, 3, 3 * a
+    )  # of i against j at the material points
     lever = hat(rubs.arm)
     motion[:, :, 3:6], motion[:, :, 9:12] = -lever[:, 0], lever[:, 1]
-    pressed = np.zeros((m, 15))  # of the distance
-    pressed[:, 0:3], pressed[:, 6:9] = -along, along
-    pressed[:, 12:] = np.einsum("ki,kij->kj", along, shift[at])
+    pressed = np.einsum("ka,ki->kai", weight, along).reshape(m, 3 * a)  # of the distance
     S, k = rubs.shear, rubs.spring[:, None, None]
     change = k * S.mean(axis=1) @ motion
     stretched = np.einsum("kaij,kj->kai", S, rubs.slip)
@@ -265,12 +266,13 @@ def friction_tangent(
     change[:, :, 9:12] += turned[:, 1]
     slides = rubs.slides
     change[slides] = _limited(friction, rubs[np.flatnonzero(slides)], change[slides], pressed[slides])
-    blocks = motion.swapaxes(1, 2) @ change
+    matrices = motion.swapaxes(1, 2) @ change
     pull = hat(rubs.traction)
-    blocks[:, 3:6, 3:6] += pull @ lever[:, 0]
-    blocks[:, 9:12, 9:12] -= pull @ lever[:, 1]
-    unknowns = (6 * pairs.both[at][..., None] + np.arange(6)).reshape(m, 12)
-    return np.concatenate([unknowns, np.broadcast_to(size + np.arange(3), (m, 3))], axis=1), blocks
+    matrices[:, 3:6, 3:6] += pull @ lever[:, 0]
+    matrices[:, 9:12, 9:12] -= pull @ lever[:, 1]
+    unknowns = (2 * pairs.both[at][..., None] + np.arange(2)).reshape(m, 4)
+    unknowns = np.column_stack([unknowns, np.tile(2 * n + np.arange(images), (m, 1))])
+    return unknowns, matrices.reshape(m, a, 3, a, 3).swapaxes(2, 3)
 
 
 def _stiff(shear: np.ndarray, normals: np.ndarray) -> np.ndarray:
