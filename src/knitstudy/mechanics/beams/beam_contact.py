@@ -7,6 +7,7 @@ the tie. Forces are reported by crossings; a pair of points counts to the neares
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import scipy.sparse as sp
@@ -16,7 +17,7 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.line_contact import LineContact, Touching
 from knitstudy.mechanics.beams.pair_search import PointPairs
-from knitstudy.mechanics.beams.state import BeamContactHistory, BeamState, Latest, LineHistory
+from knitstudy.mechanics.beams.state import BeamContactHistory, BeamState, LineHistory
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.rotation import hat
 
@@ -38,7 +39,7 @@ class BeamContact:
         self.line, self.points, self.node, self.offset = line, points, node, offset
         self.yarn, self._to_points = yarn, points.spread(NO_MOVES)
         self._from_points = self._to_points.T.tobsr()
-        self._touching = Latest()
+        self._touching = lru_cache(maxsize=1)(self._touch)  # the tangent needs what forces have needed
         self._apart = 2 * points.arc_length.max()  # farther than points of one yarn are [m]
         places = self._place(yarn, arc_length)
         self._turned = np.append(places[:, 0] > places[:, 1], False)
@@ -72,7 +73,7 @@ class BeamContact:
         self, state: BeamState, stiffness: bool = False
     ) -> tuple[np.ndarray, dict[str, float], sp.bsr_matrix | None]:
         """Return internal forces (S, 6) on the stations, energies and, if asked, the tangent (6 S + 3, 6 S + 3)."""
-        points, touching = self._touching.value(state, self._touch)
+        points, touching = self._touching(state)
         past = state.contact.points
         force, energy, tangent = self.line.respond(points, NO_LATTICE, past, stiffness, touching)
         if tangent is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import scipy.sparse as sp
@@ -11,7 +12,7 @@ from knitstudy.mechanics.assembly import Assembly
 from knitstudy.mechanics.beams import beam
 from knitstudy.mechanics.beams.beam import LinearSprings
 from knitstudy.mechanics.beams.beam_contact import BeamContact
-from knitstudy.mechanics.beams.state import BeamState, Latest
+from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.model import Memoryless, Response
 from knitstudy.mechanics.rotation import exp, hat
 
@@ -48,7 +49,7 @@ class BeamModel(Memoryless):
         beam_offsets = np.zeros((self.beams, 2, 3)) if offsets is None else offsets
         self.offsets = np.concatenate([beam_offsets, self.springs.offsets])
         self.arms_turn, self.contact = arms_turn, contact
-        self._evaluated = Latest()
+        self._evaluated = lru_cache(maxsize=1)(self._evaluate)  # the tangent needs what forces have needed
         self._armed = np.flatnonzero(self.offsets.any(axis=(1, 2)))
         points = self.nodes[self.ends] + self.offsets
         self.apart = points[:, 1] - points[:, 0]
@@ -88,7 +89,7 @@ class BeamModel(Memoryless):
 
     def respond(self, state: BeamState, stiffness: bool) -> Response:
         """Return force, energy and, if asked, tangent of a state."""
-        arm, chord, now, at_ends = self._evaluated.value(state, self._evaluate)
+        arm, chord, now, at_ends = self._evaluated(state)
         at_nodes = at_ends.copy()
         if self.arms_turn:
             at_nodes[:, 1::2] += np.cross(arm, at_ends[:, 0::2])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 import scipy.sparse as sp
@@ -11,7 +12,7 @@ import scipy.sparse as sp
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.line_contact import LineContact, Touching
-from knitstudy.mechanics.beams.state import BeamState, Latest, LineHistory
+from knitstudy.mechanics.beams.state import BeamState, LineHistory
 from knitstudy.mechanics.model import Response, summed
 from knitstudy.mechanics.periodic import Lattice
 
@@ -24,7 +25,7 @@ DRAG = 0.01
 RELEASED = 0.9
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class EndlessState:
     """Configuration of the n nodes of one period."""
 
@@ -87,7 +88,7 @@ class EndlessBeams:
         self._collect = sp.csr_matrix(self.spread.T)
         self._to_points = points.spread(self.moves)
         self._from_points = self._to_points.T.tobsr()
-        self._placed = Latest()
+        self._placed = lru_cache(maxsize=1)(self._place)  # the tangent needs what forces have needed
 
     def starting_at(self, state: EndlessState) -> EndlessBeams:
         """Return the model with another state in which the load begins; energies count from there on."""
@@ -137,7 +138,7 @@ class EndlessBeams:
 
     def respond(self, state: EndlessState, stiffness: bool) -> Response:
         """Return forces, energies and, if asked, the tangent."""
-        beams, contact, points, touching = self._placed.value(state, self._place)
+        beams, contact, points, touching = self._placed(state)
         inner = self.inner.respond(beams, stiffness)
         force, energy, tangent = contact.respond(
             points, self.vectors(state), state.contact, stiffness, touching

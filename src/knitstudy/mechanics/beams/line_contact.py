@@ -258,11 +258,9 @@ class LineContact:
             for row, of_points in ((K_A + side, axes.second[at]), (T_A + side, axes.first[at])):
                 weights[:, row, 3 * side : 3 * side + 3] = of_points
                 weights[:, row, 6] = np.einsum("kp,kp->k", of_points, axes.image[at])
-        points = axes.points[pairs.both].reshape(k, 6)
-        used = 6 + self.images
-        return np.column_stack([2 * points, np.tile([2 * n, 2 * n + 1], (k, 1))])[:, :used], weights[
-            ..., :used
-        ]
+        blocks = [2 * axes.points[pairs.both].reshape(k, 6), np.tile([2 * n, 2 * n + 1], (k, 1))]
+        used = slice(6 + self.images)
+        return np.column_stack(blocks)[:, used], weights[..., used]
 
     def gaps(self, pairs: PointPairs, state: BeamState, vectors: np.ndarray) -> np.ndarray:
         """Return the gaps (k,) of the yarns of pairs at their closest points, by parabolas there [m]."""

@@ -249,11 +249,10 @@ def friction_tangent(
     """Return blocks (m, a): place and turn of i, those of j, lattice vectors; and matrices (m, a, a, 3, 3)."""
     at, m, a = rubs.pair, len(rubs.pair), 4 + images
     along = pairs.way[at] / pairs.distance[at, None]
-    # By which j, and with it its image, moves against i
-    weight = np.column_stack([np.tile([-1.0, 0.0, 1.0, 0.0], (m, 1)), pairs.image[at, :images]])
+    weight = np.column_stack([np.tile([-1.0, 0.0, 1.0, 0.0], (m, 1)), pairs.image[at, :images]])  # of the way
     motion = -np.einsum("ka,ij->kiaj", weight, np.eye(3)).reshape(
         m, 3, 3 * a
-    )  # of i against j at the material points
+    )  # of i against j where they met
     lever = hat(rubs.arm)
     motion[:, :, 3:6], motion[:, :, 9:12] = -lever[:, 0], lever[:, 1]
     pressed = np.einsum("ka,ki->kai", weight, along).reshape(m, 3 * a)  # of the distance

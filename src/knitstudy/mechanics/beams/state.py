@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -60,27 +58,7 @@ class BeamContactHistory:
     slip: np.ndarray  # (K,), mean length slid since first contact [m]
 
 
-class Latest:
-    """The last value that followed from a state: the tangent at a state needs what its forces have needed before.
-
-    Examples
-    --------
-    >>> latest, state = Latest(), [1.0]
-    >>> latest.value(state, sum), latest.value(state, max)  # the second one is not computed
-    (1.0, 1.0)
-    """
-
-    def __init__(self) -> None:
-        self._state, self._value = None, None
-
-    def value(self, state: Any, function: Callable[[Any], Any]) -> Any:
-        """Return the value of a function, which is the same one in all calls, by a state that does not change."""
-        if state is not self._state:
-            self._value, self._state = function(state), state
-        return self._value
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BeamState:
     """Configuration of N nodes, or of points that nodes carry."""
 
