@@ -30,10 +30,10 @@ def on_the_way(law, kind):
     return model, replace(moved([20e-6, 8e-6, -41e-6], 1), contact=first.contact)
 
 
-def rubbing(model, state):
+def pair_friction(model, state):
     """Friction of the pairs of points that touch."""
     line, points = model.contact.line, model.contact.at_points(state)
-    return line.rubbing(points, line.pairs(points.position, NO_LATTICE), state.contact.points)
+    return line.active_pairs(points, NO_LATTICE, state.contact.points, slip=True).friction
 
 
 def alone(model):
@@ -54,7 +54,7 @@ def contact_forces(model, state):
 def test_tangent_of_beams_in_contact(law, kind, verify):
     """Hooked yarns, the stations of the contact carried by nodes beside them."""
     model, state = on_the_way(law, kind)
-    assert rubbing(model, state).slides.any() == (kind in ("slip", "frictionless"))
+    assert pair_friction(model, state).slides.any() == (kind in ("slip", "frictionless"))
     direction = np.random.default_rng(3).normal(size=(model.size // 6, 6)) * [1, 1, 1, 100, 100, 100]
     direction, step = direction.ravel(), 2e-9
     ahead, behind = (model.advance(state, sign * step * direction) for sign in (1, -1))
@@ -67,19 +67,19 @@ def test_tangent_of_beams_in_contact(law, kind, verify):
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("kind", ["frictionless", "slip", "stick"])
 def test_forces_and_moments_balance(law, kind, verify):
-    """Forces exactly, and moments where nothing rubs.
+    """Forces exactly, and moments without friction.
 
     Friction acts on both yarns where their points met, which have parted by the slip u of the increment: that leaves
     at most the moment u x t of every pair.
     """
     model, state = on_the_way(law, kind)
-    force, rubs = contact_forces(model, state), rubbing(model, state)
+    force, friction = contact_forces(model, state), pair_friction(model, state)
     lever = np.cross(state.position, force[:, :3])
     name = f"beams in contact: {{}}, {law}, {kind}"
     error = np.abs(force[:, :3].sum(axis=0)).max() / np.abs(force[:, :3]).sum()
     verify.at_most(name.format("balance of forces"), error, 1e-12)
     moment = np.abs((lever + force[:, 3:]).sum(axis=0)).max()
-    parted = np.linalg.norm(rubs.traction, axis=1) @ np.linalg.norm(rubs.slip, axis=1)
+    parted = np.linalg.norm(friction.traction, axis=1) @ np.linalg.norm(friction.slip, axis=1)
     level = np.abs(lever).sum()
     verify.at_most(name.format("balance of moments"), moment / level, parted / level + 1e-12)
 

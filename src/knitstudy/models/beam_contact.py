@@ -88,11 +88,11 @@ def require_verified_contact(
 ) -> None:
     """Refuse a state beyond the verified law of contact; raises as `require_verified_law`."""
     pairs = contact.pairs(points.position, vectors)
-    _, bends = contact.bends(pairs, points.position, vectors)
+    _, geometry = contact.pair_geometry(pairs, points.position, vectors)
     energy = contact.energy(pairs, points.position, vectors)[1].value
-    factor = contact.shaped(pairs, bends)[2].value
+    factor = contact.energy_factors(pairs, geometry)[2].value
     depth = 2 * (1 - pairs.distance / contact.repulsion.diameter)
-    shape = np.stack([bend.value for bend in bends[:3]], axis=1)
+    shape = np.stack([each.value for each in geometry[:3]], axis=1)
 
     def where(k: int) -> str:
         one, other = contact.yarn[pairs.both[k]]

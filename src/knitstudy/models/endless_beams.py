@@ -167,7 +167,7 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
             "contact_coefficient": repulsion.law.coefficient,
             "contact_exponent": repulsion.law.exponent,
             "contact_onset": repulsion.onset,
-            "friction": model.contact.friction,
+            "friction": model.contact.mu,
             "cell_width": float(np.linalg.norm(vectors[0])),
             "cell_height": float(np.linalg.norm(vectors[1])),
         },
@@ -237,7 +237,7 @@ def _state(rest: xr.Dataset, model: EndlessBeams) -> EndlessState:
     beams = BeamState(rest["centreline"].to_numpy(), rest["rotation"].to_numpy())
     state = EndlessState(beams, np.zeros(3), LineHistory.none(), np.zeros(model.size))
     carried = {field: rest[name].to_numpy() for name, field in KEPT.items()}
-    history = model.contact.resumed(model.at_points(state), model.vectors(state), **carried)
+    history = model.contact.restored_history(model.at_points(state), model.vectors(state), **carried)
     return replace(state, contact=history)
 
 

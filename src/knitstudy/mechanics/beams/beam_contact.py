@@ -15,7 +15,8 @@ from scipy.spatial import cKDTree
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.beams.contact_points import ContactPoints
-from knitstudy.mechanics.beams.line_contact import LineContact, Touching
+from knitstudy.mechanics.beams.line_contact import LineContact
+from knitstudy.mechanics.beams.line_friction import ActivePairs
 from knitstudy.mechanics.beams.pair_search import PointPairs
 from knitstudy.mechanics.beams.state import BeamContactHistory, BeamState, LineHistory
 from knitstudy.mechanics.model import Response
@@ -39,7 +40,7 @@ class BeamContact:
         self.line, self.points, self.node, self.offset = line, points, node, offset
         self.yarn, self._to_points = yarn, points.spread(NO_MOVES)
         self._from_points = self._to_points.T.tobsr()
-        self._touching = lru_cache(maxsize=1)(self._touch)  # the tangent needs what forces have needed
+        self._active = lru_cache(maxsize=1)(self._find_active)  # the tangent needs what forces have needed
         self._apart = 2 * points.arc_length.max()  # farther than points of one yarn are [m]
         places = self._place(yarn, arc_length)
         self._turned = np.append(places[:, 0] > places[:, 1], False)
@@ -73,17 +74,17 @@ class BeamContact:
         self, state: BeamState, stiffness: bool = False
     ) -> tuple[np.ndarray, dict[str, float], sp.bsr_matrix | None]:
         """Return internal forces (S, 6) on the stations, energies and, if asked, the tangent (6 S + 3, 6 S + 3)."""
-        points, touching = self._touching(state)
+        points, active = self._active(state)
         past = state.contact.points
-        force, energy, tangent = self.line.respond(points, NO_LATTICE, past, stiffness, touching)
+        force, energy, tangent = self.line.respond(points, NO_LATTICE, past, stiffness, active)
         if tangent is not None:
             tangent = self._from_points @ tangent @ self._to_points
         return self._on_stations(force), energy, tangent
 
-    def _touch(self, state: BeamState) -> tuple[BeamState, Touching]:
+    def _find_active(self, state: BeamState) -> tuple[BeamState, ActivePairs]:
         """Return the points of contact, and what touches."""
         points = self.at_points(state)
-        return points, self.line.touching(points, NO_LATTICE, state.contact.points)
+        return points, self.line.active_pairs(points, NO_LATTICE, state.contact.points)
 
     def motion(self, state: BeamState, other: BeamState) -> float:
         """Return the largest change of the ways between points that are near each other in a state [m]."""
@@ -171,17 +172,16 @@ class BeamContact:
         Raises ConvergenceError if yarns that pressed each other touch at the end of one of them.
         """
         past, points, count = state.contact, self.at_points(state), len(self.yarn)
-        pairs = self.line.pairs(points.position, NO_LATTICE)
-        rubs = self.line.rubbing(points, pairs, past.points)  # slip counts without friction as well
-        loads = self.line.loads(points, NO_LATTICE, Touching(pairs, rubs))
-        on_j = loads.on_j
+        active = self.line.active_pairs(points, NO_LATTICE, past.points, slip=True)
+        loads = self.line.loads(points, NO_LATTICE, active)
+        pairs, friction, on_j = active.pairs, active.friction, loads.on_j
         at, first = self._crossings(pairs)
         force = np.zeros((count + 1, 3))
         np.add.at(force, at, np.where(first, 1.0, -1.0)[:, None] * on_j)
-        weight = np.linalg.norm(on_j[rubs.pair], axis=1)
+        weight = np.linalg.norm(on_j[friction.pair], axis=1)
         slid, pressed = np.zeros((2, count + 1))
-        np.add.at(pressed, at[rubs.pair], weight)
-        np.add.at(slid, at[rubs.pair], weight * rubs.slid)
+        np.add.at(pressed, at[friction.pair], weight)
+        np.add.at(slid, at[friction.pair], weight * friction.slid)
         slip = np.divide(slid, pressed, out=np.zeros_like(slid), where=pressed > 0)[:-1]
         at, near, gap = self._gaps(points)
         pressed_before = np.append(past.force.any(axis=1), False)[at]
@@ -193,7 +193,7 @@ class BeamContact:
                 "loop; use a smaller load"
             )
         return BeamContactHistory(
-            points=self.line.remembered(points, NO_LATTICE, past.points.dissipated, pairs, rubs),
+            points=self.line.commit(points, NO_LATTICE, past.points, active),
             on_stations=self._on_stations(self.line.forces(loads, len(points.position)))[:, :3],
             force=force[:-1],
             gap=gap,

@@ -11,7 +11,8 @@ import scipy.sparse as sp
 
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
-from knitstudy.mechanics.beams.line_contact import LineContact, Touching
+from knitstudy.mechanics.beams.line_contact import LineContact
+from knitstudy.mechanics.beams.line_friction import ActivePairs
 from knitstudy.mechanics.beams.state import BeamState, LineHistory
 from knitstudy.mechanics.model import Response, summed
 from knitstudy.mechanics.periodic import Lattice
@@ -128,7 +129,7 @@ class EndlessBeams:
     def commit(self, state: EndlessState) -> EndlessState:
         """Return the state that a converged increment leaves."""
         contact = state.contact
-        if self.contact.friction:
+        if self.contact.mu:
             contact = self._contact(state).commit(self.at_points(state), self.vectors(state), contact)
         return replace(state, contact=contact, dragged=self._dragged(state), moved=np.zeros(self.size))
 
@@ -138,10 +139,10 @@ class EndlessBeams:
 
     def respond(self, state: EndlessState, stiffness: bool) -> Response:
         """Return forces, energies and, if asked, the tangent."""
-        beams, contact, points, touching = self._placed(state)
+        beams, contact, points, active = self._placed(state)
         inner = self.inner.respond(beams, stiffness)
         force, energy, tangent = contact.respond(
-            points, self.vectors(state), state.contact, stiffness, touching
+            points, self.vectors(state), state.contact, stiffness, active
         )
         force = self._from_points @ force
         if stiffness:
@@ -170,10 +171,15 @@ class EndlessBeams:
         position = points.weights @ beams.position + points.around[:, None] * self.vectors(state)[0]
         return replace(beams, position=position, rotation=beams.rotation[points.station])
 
-    def _place(self, state: EndlessState) -> tuple[BeamState, LineContact, BeamState, Touching]:
+    def _place(self, state: EndlessState) -> tuple[BeamState, LineContact, BeamState, ActivePairs]:
         """Return the state of all nodes, the contact, the state of its points, and what touches."""
         contact, points = self._contact(state), self.at_points(state)
-        return self._all(state), contact, points, contact.touching(points, self.vectors(state), state.contact)
+        return (
+            self._all(state),
+            contact,
+            points,
+            contact.active_pairs(points, self.vectors(state), state.contact),
+        )
 
     def _contact(self, state: EndlessState) -> LineContact:
         """Return the contact of yarns as thick as they have grown."""

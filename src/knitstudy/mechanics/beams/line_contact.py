@@ -36,17 +36,18 @@ from knitstudy.mechanics.batches import by_parts, parts, share
 from knitstudy.mechanics.beams.contact_points import Axes
 from knitstudy.mechanics.beams.hertz import Expansion
 from knitstudy.mechanics.beams.line_friction import (
+    ActivePairs,
     PairFriction,
     closest_points,
+    committed_history,
     friction_tangent,
-    met,
-    remember,
+    unslipped_history,
 )
 from knitstudy.mechanics.beams.pair_search import PairSearch, PointPairs
 from knitstudy.mechanics.beams.repulsion import Repulsion
 from knitstudy.mechanics.beams.state import BeamState, CommittedPoints, LineHistory
 
-NEAR = 1.1  # distance up to which pairs are near each other, and remembered, over the diameter
+NEAR = 1.1  # distance up to which pairs are near each other, and have a history, over the diameter
 SPACINGS = 2.5  # length of contact from which on the law is exact in the mean, over the spacing of points
 # Points between which curvatures are taken lie so far to both sides, over the diameter: a patch feels no sharper bend,
 # and pointwise ones could fall into a kink.
@@ -67,14 +68,6 @@ SECOND = np.kron(TWICE, np.eye(3))  # (6, 15, 15), second derivatives of the pro
 
 
 @dataclass(frozen=True, eq=False)
-class Touching:
-    """Pairs of points that touch, and their friction."""
-
-    pairs: PointPairs
-    rubs: PairFriction
-
-
-@dataclass(frozen=True, eq=False)
 class Loads:
     """Forces between pairs of points that touch."""
 
@@ -82,7 +75,7 @@ class Loads:
     z: np.ndarray  # (k, 5, 3)
     energy: Expansion  # (k,) by the products of z [J]
     slope: np.ndarray  # (k, 5, 3), internal forces on z
-    rubs: PairFriction
+    friction: PairFriction
     on_j: np.ndarray  # (k, 3), internal forces on the yarns of j, friction included [N]
 
 
@@ -118,7 +111,7 @@ class LineContact:
         joined: np.ndarray | None = None,
     ) -> None:
         self.yarn, self.arc_length, self.weight = yarn, arc_length, weight
-        self.repulsion, self.friction = repulsion, min(friction, ROUGH)
+        self.repulsion, self.mu = repulsion, min(friction, ROUGH)
         self.axes = Axes.of(yarn, arc_length, weight, CHORD * repulsion.diameter, period)
         self.images = 0 if period is None else 2  # lattice vectors by which points have images
         self.search = PairSearch(yarn, arc_length, beside, period, joined)
@@ -134,7 +127,7 @@ class LineContact:
         reach = (NEAR if near else 1.0) * self.repulsion.diameter
         return self.search.within(reach, (1 + MARGIN) * NEAR * self.repulsion.diameter, position, vectors)
 
-    def bends(
+    def pair_geometry(
         self, pairs: PointPairs, position: np.ndarray, vectors: np.ndarray, second: bool = False
     ) -> tuple[np.ndarray, list[Expansion]]:
         """Return z (k, 5, 3) and the variables of U: k_a R, k_b R, the cosine of the angle and r, by products of z.
@@ -152,10 +145,12 @@ class LineContact:
         R, r = 0.5 * self.repulsion.diameter, Expansion.variables(values, second)[squared].power(0.5)
         return z, [R * k_a, -R * k_b, cos, r]
 
-    def shaped(self, pairs: PointPairs, bends: list[Expansion]) -> tuple[Expansion, Expansion, Expansion]:
-        """Return r [m], c times both lengths [m2], and the factor by the shape, as functions of `bends`."""
-        values = np.stack([bend.value for bend in bends], axis=1)
-        k_a, k_b, cos, r = Expansion.variables(values, second=bends[0].bend is not None)
+    def energy_factors(
+        self, pairs: PointPairs, geometry: list[Expansion]
+    ) -> tuple[Expansion, Expansion, Expansion]:
+        """Return r [m], c times both lengths [m2], and the factor by the shape, as functions of `geometry`."""
+        values = np.stack([each.value for each in geometry], axis=1)
+        k_a, k_b, cos, r = Expansion.variables(values, second=geometry[0].bend is not None)
         density, shape = self.repulsion.patch.density(k_a, k_b, cos)
         return r, density.times(self.weight[pairs.i] * self.weight[pairs.j]), shape
 
@@ -163,29 +158,32 @@ class LineContact:
         self, pairs: PointPairs, position: np.ndarray, vectors: np.ndarray, second: bool = False
     ) -> tuple[np.ndarray, Expansion]:
         """Return z (k, 5, 3) of pairs, and their energies (k,) [J] as functions of its products."""
-        z, bends = self.bends(pairs, position, vectors, second)
-        r, density, shape = self.shaped(pairs, bends)
-        return z, (density * self.repulsion.potential(r, shape)).of(bends)
+        z, geometry = self.pair_geometry(pairs, position, vectors, second)
+        r, density, shape = self.energy_factors(pairs, geometry)
+        return z, (density * self.repulsion.potential(r, shape)).of(geometry)
 
-    def touching(self, state: BeamState, vectors: np.ndarray, history: LineHistory) -> Touching:
-        """Return the pairs that touch, and their friction; without friction pairs have no history."""
+    def active_pairs(
+        self, state: BeamState, vectors: np.ndarray, history: LineHistory, slip: bool = False
+    ) -> ActivePairs:
+        """Return the pairs that touch, and their friction; where there is none, their slip only if asked for."""
         pairs = self.pairs(state.position, vectors)
-        return Touching(pairs, self.rubbing(state, pairs, history if self.friction else LineHistory.none()))
+        past = self._with_new_pairs(history if slip or self.mu else LineHistory.none(), pairs)
+        return ActivePairs(pairs, PairFriction.of(self.repulsion, self.mu, state, pairs, past))
 
-    def loads(self, state: BeamState, vectors: np.ndarray, touching: Touching, second: bool = False) -> Loads:
+    def loads(self, at: BeamState, vectors: np.ndarray, active: ActivePairs, second: bool = False) -> Loads:
         """Return the forces between pairs of points that touch."""
-        pairs, rubs = touching.pairs, touching.rubs
+        pairs, friction = active.pairs, active.friction
 
         def energy(part: slice) -> tuple[np.ndarray, ...]:
-            z, U = self.energy(pairs[part], state.position, vectors, second)
+            z, U = self.energy(pairs[part], at.position, vectors, second)
             return z, U.value, U.slope, *((U.bend,) if second else ())
 
         z, *U = by_parts(energy, len(pairs.i), BATCH)
         U = Expansion(*U) if second else Expansion(*U, None)
         slope = np.tensordot(U.slope, TWICE, 1) @ z
         on_j = slope[:, W].copy()
-        on_j[rubs.pair] -= rubs.traction
-        return Loads(pairs, z, U, slope, rubs, on_j)
+        on_j[friction.pair] -= friction.traction
+        return Loads(pairs, z, U, slope, friction, on_j)
 
     def respond(
         self,
@@ -193,25 +191,27 @@ class LineContact:
         vectors: np.ndarray,  # (2, 3), of the lattice [m]
         history: LineHistory,
         stiffness: bool,
-        touching: Touching | None = None,  # of this state and this history, if it is known
+        active: ActivePairs | None = None,  # of this state and this history, if it is known
     ) -> tuple[np.ndarray, dict[str, float], sp.bsr_matrix | None]:
         """Return internal forces (6 n + 6,), energies and, if asked, the tangent in blocks (3, 3).
 
         Unknowns are place and turn of the n points, and the lattice vectors, which images of points follow.
         """
-        touching = touching or self.touching(state, vectors, history)
-        loads, rubs, n = self.loads(state, vectors, touching, stiffness), touching.rubs, len(state.position)
-        energy = {"penalty": float(loads.energy.value.sum() + rubs.stored.sum())}
-        energy["friction"] = history.dissipated + float(rubs.dissipated.sum()) + rubs.left_behind
+        active = active or self.active_pairs(state, vectors, history)
+        loads, n = self.loads(state, vectors, active, stiffness), len(state.position)
+        friction = active.friction
+        energy = {"penalty": float(loads.energy.value.sum() + friction.stored.sum())}
+        energy["friction"] = history.dissipated + float(friction.dissipated.sum()) + friction.left_behind
         return self.forces(loads, n), energy, self._tangent(loads, n) if stiffness else None
 
     def forces(self, loads: Loads, n: int) -> np.ndarray:
         """Return internal forces (6 n + 6,) on n points and the lattice vectors."""
-        pairs, slope, rubs, on_j = loads.pairs, loads.slope, loads.rubs, loads.on_j
+        pairs, slope, friction, on_j = loads.pairs, loads.slope, loads.friction, loads.on_j
         total, nodes = np.zeros((n, 6)), pairs.both
         sign = np.array([-1.0, 1.0])[:, None]
         np.add.at(total[:, :3], nodes, sign * on_j[:, None])
-        np.add.at(total[:, 3:], nodes[rubs.pair], -sign * np.cross(rubs.arm, rubs.traction[:, None]))
+        moment = np.cross(friction.arm, friction.traction[:, None])
+        np.add.at(total[:, 3:], nodes[friction.pair], -sign * moment)
         on_vectors = pairs.image.T @ on_j
         touched, row = np.unique(nodes, return_inverse=True)
         axes, on_axes = self.axes, np.zeros((2, len(touched), 3))
@@ -225,23 +225,23 @@ class LineContact:
 
     def _tangent(self, loads: Loads, n: int) -> sp.bsr_matrix:
         """Return the tangent over the unknowns of n points and the lattice vectors, a batch of pairs at a time."""
-        pairs, rubs, U = loads.pairs, loads.rubs, loads.energy
+        pairs, friction, U = loads.pairs, loads.friction, loads.energy
 
-        def pressed(part: slice) -> tuple[np.ndarray, np.ndarray]:
+        def normal_blocks(part: slice) -> tuple[np.ndarray, np.ndarray]:
             J = np.tensordot(loads.z[part], TWICE, (1, 2)).transpose(0, 2, 3, 1).reshape(-1, len(ONE), 15)
-            bend = J.swapaxes(1, 2) @ U.bend[part] @ J + np.tensordot(U.slope[part], SECOND, 1)
+            hessian = J.swapaxes(1, 2) @ U.bend[part] @ J + np.tensordot(U.slope[part], SECOND, 1)
             at, weights = self._weights(pairs[part], n)
             k, _, a = weights.shape
             # sum over c, d of w_cp w_dq d2U / dz_ci dz_dj
-            left = (weights.swapaxes(1, 2) @ bend.reshape(k, 5, 45)).reshape(k, a, 3, 5, 3).swapaxes(3, 4)
+            left = (weights.swapaxes(1, 2) @ hessian.reshape(k, 5, 45)).reshape(k, a, 3, 5, 3).swapaxes(3, 4)
             return at, (left.reshape(k, 9 * a, 5) @ weights).reshape(k, a, 9, a).swapaxes(2, 3)
 
-        def rubbed(part: slice) -> tuple[np.ndarray, np.ndarray]:
-            return friction_tangent(self.friction, pairs, rubs[part], n, self.images)
+        def friction_blocks(part: slice) -> tuple[np.ndarray, np.ndarray]:
+            return friction_tangent(self.mu, pairs, friction[part], n, self.images)
 
-        work = [(pressed, part) for part in parts(len(pairs.i), BATCH)]
-        if self.friction > 0:
-            work += [(rubbed, part) for part in parts(len(rubs.pair), BATCH)]
+        work = [(normal_blocks, part) for part in parts(len(pairs.i), BATCH)]
+        if self.mu > 0:
+            work += [(friction_blocks, part) for part in parts(len(friction.pair), BATCH)]
 
         def summed(number: int) -> sp.bsr_matrix:
             blocks_of, part = work[number]
@@ -264,49 +264,44 @@ class LineContact:
 
     def gaps(self, pairs: PointPairs, state: BeamState, vectors: np.ndarray) -> np.ndarray:
         """Return the gaps (k,) of the yarns of pairs at their closest points, by parabolas there [m]."""
-        z, _ = self.bends(pairs, state.position, vectors)
+        z, _ = self.pair_geometry(pairs, state.position, vectors)
         D = self.repulsion.diameter
         return closest_points(z, 0.5 * D)[1] - D
 
-    def rubbing(self, state: BeamState, pairs: PointPairs, history: LineHistory) -> PairFriction:
-        """Return the friction of pairs that touch."""
-        history = self._completed(history, pairs)
-        return PairFriction.of(self.repulsion, self.friction, state, pairs, history)
-
-    def commit(self, state: BeamState, vectors: np.ndarray, history: LineHistory) -> LineHistory:
-        """Return the history that a converged increment leaves."""
-        pairs = self.pairs(state.position, vectors)
-        rubs = self.rubbing(state, pairs, history)
-        return self.remembered(state, vectors, history.dissipated, pairs, rubs)
-
-    def remembered(
-        self, state: BeamState, vectors: np.ndarray, dissipated: float, pairs: PointPairs, rubs: PairFriction
+    def commit(
+        self,
+        state: BeamState,
+        vectors: np.ndarray,  # (2, 3), of the lattice [m]
+        history: LineHistory,
+        active: ActivePairs
+        | None = None,  # with their slip, of this state and this history, if they are known
     ) -> LineHistory:
-        """Return the history that a converged increment leaves, whose pairs touch and rub so."""
-        points = self.committed(state, vectors)
-        touching = self._met(points, pairs)
-        return remember(self.friction, touching, points, pairs, rubs, dissipated)
+        """Return the history that a converged increment leaves."""
+        active = active or self.active_pairs(state, vectors, history, slip=True)
+        points = self.committed_points(state, vectors)
+        unslipped = self._unslipped(points, active.pairs)
+        return committed_history(self.mu, unslipped, points, active, history.dissipated)
 
-    def resumed(
+    def restored_history(
         self, state: BeamState, vectors: np.ndarray, key: np.ndarray, traction: np.ndarray, stored: np.ndarray
     ) -> LineHistory:
         """Return the history of pairs that touch in a state, from their friction; see `LineHistory`."""
-        points, pairs = self.committed(state, vectors), self.pairs(state.position, vectors)
-        touching = self._met(points, pairs[np.flatnonzero(np.isin(pairs.key, key))])
-        return replace(touching, traction=traction, stored=stored, points=points)
+        points, pairs = self.committed_points(state, vectors), self.pairs(state.position, vectors)
+        unslipped = self._unslipped(points, pairs[np.flatnonzero(np.isin(pairs.key, key))])
+        return replace(unslipped, traction=traction, stored=stored, points=points)
 
-    def committed(self, state: BeamState, vectors: np.ndarray) -> CommittedPoints:
+    def committed_points(self, state: BeamState, vectors: np.ndarray) -> CommittedPoints:
         """Return all points, as a history keeps them."""
         return CommittedPoints(state.position, state.rotation, vectors, self.repulsion.diameter)
 
-    def _met(self, points: CommittedPoints, pairs: PointPairs) -> LineHistory:
-        """Return the history of pairs in one configuration that have not rubbed."""
-        z, bends = self.bends(pairs, points.position, points.vectors)
-        _, density, shape = self.shaped(pairs, bends)
-        angles = np.stack([bend.value for bend in bends[:3]], axis=1)
-        return met(self.repulsion, points, pairs, z, angles, density.value, shape.value)
+    def _unslipped(self, points: CommittedPoints, pairs: PointPairs) -> LineHistory:
+        """Return the history of pairs in one configuration that have not slipped."""
+        z, geometry = self.pair_geometry(pairs, points.position, points.vectors)
+        _, density, shape = self.energy_factors(pairs, geometry)
+        angles = np.stack([each.value for each in geometry[:3]], axis=1)
+        return unslipped_history(self.repulsion, points, pairs, z, angles, density.value, shape.value)
 
-    def _completed(self, history: LineHistory, pairs: PointPairs) -> LineHistory:
+    def _with_new_pairs(self, history: LineHistory, pairs: PointPairs) -> LineHistory:
         """Return a history of all these pairs: that of new ones follows from where their points were."""
         points = history.points
         if points is None:
@@ -314,6 +309,6 @@ class LineContact:
         new = pairs[np.flatnonzero(~np.isin(pairs.key, history.key, assume_unique=True))]
         position = points.position
         way = position[new.j] + new.image @ points.vectors - position[new.i]
-        fresh = self.of_diameter(points.diameter)._met(points, replace(new, way=way))
+        fresh = self.of_diameter(points.diameter)._unslipped(points, replace(new, way=way))
         both = history.joined(fresh)
         return both[np.argsort(both.key)]

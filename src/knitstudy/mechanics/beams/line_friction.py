@@ -1,8 +1,8 @@
 """Friction of pairs of points of yarns that press each other by `line_contact`.
 
-Two points rub at the middle between them. Their traction t follows the slip u of two points of their sections that met
-there, dt = k S du, up to mu times the part of their force along the normal at the closest points of both yarns. S is
-the share of the patch (Mindlin 1949, `hertz.Patch.shear`). Beyond Coulomb's limit they slide along t, whatever S is:
+Friction acts at the middle between two points. Its traction t follows the slip u of the points of both sections that
+met there, dt = k S du, up to mu times the part of their force along the normal at the closest points of both yarns. S
+is the share of the patch (Mindlin 1949, `hertz.Patch.shear`). Beyond Coulomb's limit they slide along t, whatever S is:
 
     t = t_0 + k S (u - u_slid),   u_slid = c t / k,   so   (1 + c S) t = t_0 + k S u   with   |t| = mu f.
 
@@ -19,8 +19,8 @@ stays where yarns are pressed further, and falls with the patch where they are r
     (t_0 + t) . u_slid / 2,
 
 is never negative, in whatever order yarns are pressed and sheared. Normals, S and t turn with both sections; where k at
-the end of an increment is smaller, t falls so that psi does not rise. Pairs rub in the very increment in which they
-meet: the history of a pair that did not touch before follows from where its points were.
+the end of an increment is smaller, t falls so that psi does not rise. Friction acts in the very increment in which
+pairs meet: the history of a pair that did not touch before follows from where its points were.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def stored_energy(traction: np.ndarray, spring: np.ndarray, shear: np.ndarray) -
 def closest_points(z: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the normal (k, 3) at the closest points of both yarns, their distance (k,), and unit tangents (k, 2, 3).
 
-    Yarns are the parabolas of z (k, 5, 3); see `LineContact.bends`.
+    Yarns are the parabolas of z (k, 5, 3); see `LineContact.pair_geometry`.
 
     Examples
     --------
@@ -121,7 +121,7 @@ class PairFriction(Chosen):
     pair: np.ndarray  # int (m,), which of the pairs within reach
     key: np.ndarray  # int (m,)
     arm: np.ndarray  # (m, 2, 3), from the centres to the points that met [m]
-    pulls: np.ndarray  # (m, 2, 3), friction of the history, turned with both sections [N]
+    past_traction: np.ndarray  # (m, 2, 3), friction of the history, turned with both sections [N]
     normals: np.ndarray  # (m, 2, 3), of the history, turned with both sections
     shear: np.ndarray  # (m, 2, 3, 3), S of the history, turned with both sections
     slip: np.ndarray  # (m, 3), of i against j within the increment [m]
@@ -139,7 +139,7 @@ class PairFriction(Chosen):
 
     @classmethod
     def of(
-        cls, law: Repulsion, friction: float, state: BeamState, pairs: PointPairs, history: LineHistory
+        cls, law: Repulsion, mu: float, state: BeamState, pairs: PointPairs, history: LineHistory
     ) -> PairFriction:
         """Return the friction of pairs that repel each other."""
         known = np.searchsorted(history.key, pairs.key)
@@ -147,22 +147,22 @@ class PairFriction(Chosen):
         pair, known = np.flatnonzero(same), known[same]
         rotation, r = state.rotation[pairs.both[pair]], pairs.distance[pair]
         arm = np.einsum("kaij,kaj->kai", rotation, history.arm[known])
-        pulls = np.einsum("kaij,kaj->kai", rotation, history.traction[known])
+        past_traction = np.einsum("kaij,kaj->kai", rotation, history.traction[known])
         normals = np.einsum("kaij,kaj->kai", rotation, history.normal[known])
         shear = rotation @ history.shear[known] @ rotation.swapaxes(2, 3)
         plane, stiff = shear.mean(axis=1), _stiff(shear, normals)
         slip = arm[:, 0] - arm[:, 1] - pairs.way[pair]
         share = history.share[known] * history.density[known]
         force, change = law.push(share, history.shape[known], r)
-        # A pair that closes within the increment rubs for the rest of it.
+        # Friction acts from the moment within the increment at which a pair closes.
         past, begun = law.diameter - history.distance[known], history.spring[known]
         closes = past < 0
         span = np.where(closes, law.diameter - r - past, 1.0)
         spring = begun * np.where(closes, 1 + past / span, 1.0)
         rate = begun * np.where(closes, past / span**2, 0.0)
-        before = pulls.mean(axis=1)
+        before = past_traction.mean(axis=1)
         trial = before + spring[:, None] * np.einsum("kij,kj->ki", plane, slip)
-        size, most = np.linalg.norm(trial, axis=1), friction * force
+        size, most = np.linalg.norm(trial, axis=1), mu * force
         slides = size > most
         most = np.maximum(most, LEAST_LIMIT * size)
         traction, beyond = trial.copy(), np.zeros(len(trial))
@@ -170,26 +170,34 @@ class PairFriction(Chosen):
         stored, after = history.stored[known], stored_energy(traction, begun, stiff)
         # Half of t_0 + t along t; where t_0 pointed the other way, of both of Coulomb's limits
         along = _ratio(np.einsum("ki,ki->k", before, traction), np.linalg.norm(traction, axis=1))
-        along = np.where(along > 0, along, friction * history.force[known])
+        along = np.where(along > 0, along, mu * history.force[known])
         way = np.divide(beyond * most, spring, out=np.zeros_like(most), where=spring > 0)
         slid = 0.5 * (along + most) * way
         elastic = stored_energy(traction, spring, stiff) - stored_energy(before, spring, stiff)
         return cls(
-            pair, pairs.key[pair], arm, pulls, normals, shear, slip, spring, rate, force, change, slides,
+            pair, pairs.key[pair], arm, past_traction, normals, shear, slip, spring, rate, force, change, slides,
             traction, beyond, way, after, elastic + stored - after + slid, float(history.stored.sum() - stored.sum()),
         )  # fmt: skip
 
 
-def met(
+@dataclass(frozen=True, eq=False)
+class ActivePairs:
+    """Pairs of points that touch, and their friction."""
+
+    pairs: PointPairs
+    friction: PairFriction
+
+
+def unslipped_history(
     law: Repulsion,
     points: CommittedPoints,
     pairs: PointPairs,
-    z: np.ndarray,  # (k, 5, 3), as of `LineContact.bends`
+    z: np.ndarray,  # (k, 5, 3), as of `LineContact.pair_geometry`
     angles: np.ndarray,  # (k, 3), k_a R, k_b R and the cosine of the angle
     density: np.ndarray,  # (k,), c times the lengths of both pieces [m2]
     shape: np.ndarray,  # (k,), factor of F by the shape
 ) -> LineHistory:
-    """Return the history of pairs that have not rubbed, of points in one configuration."""
+    """Return the history of pairs that have not slipped, of points in one configuration."""
     r = pairs.distance
     normal, closest, tangent = closest_points(z, 0.5 * law.diameter)
     # Where yarns overlap by more than their bends the parabolas may pass each other: only the plane counts.
@@ -213,60 +221,62 @@ def met(
     )
 
 
-def remember(
-    friction: float,  # mu
-    touching: LineHistory,  # of the pairs that touch, as if they had not rubbed
+def committed_history(
+    mu: float,
+    unslipped: LineHistory,  # of the pairs that touch
     points: CommittedPoints,
-    pairs: PointPairs,  # the same ones
-    rubs: PairFriction,
+    active: ActivePairs,  # the same ones, with their friction
     dissipated: float,  # work of friction before [J]
 ) -> LineHistory:
-    """Return the history of pairs that touch after an increment with such friction."""
+    """Return the history of pairs that touch after an increment."""
+    pairs, friction = active.pairs, active.friction
     on_j, past = np.zeros((len(pairs.i), 3)), np.zeros(len(pairs.i))
-    old = np.searchsorted(pairs.key, rubs.key)
-    on_j[old], past[old] = rubs.traction, rubs.stored
-    normal, spring = touching.normal, touching.spring
+    old = np.searchsorted(pairs.key, friction.key)
+    on_j[old], past[old] = friction.traction, friction.stored
+    normal, spring = unslipped.normal, unslipped.spring
     traction = np.einsum("kaji,kj->kai", points.rotation[pairs.both], on_j)
     traction -= normal * np.einsum("kai,kai->ka", normal, traction)[..., None]
-    stiff = _stiff(touching.shear[:, :1], normal[:, :1])
-    most = _ratio(friction * touching.force, np.linalg.norm(traction[:, 0], axis=1))
+    stiff = _stiff(unslipped.shear[:, :1], normal[:, :1])
+    most = _ratio(mu * unslipped.force, np.linalg.norm(traction[:, 0], axis=1))
     most = np.minimum(most, np.sqrt(_ratio(past, stored_energy(traction[:, 0], spring, stiff))))
     traction *= np.minimum(most, 1.0)[:, None, None]
     stored = stored_energy(traction[:, 0], spring, stiff)
-    lost = rubs.dissipated.sum() + rubs.left_behind + rubs.stored.sum() - stored.sum()
+    lost = friction.dissipated.sum() + friction.left_behind + friction.stored.sum() - stored.sum()
     return replace(
-        touching, traction=traction, stored=stored, dissipated=dissipated + float(lost), points=points
+        unslipped, traction=traction, stored=stored, dissipated=dissipated + float(lost), points=points
     )
 
 
 def friction_tangent(
-    friction: float,  # mu
+    mu: float,
     pairs: PointPairs,
-    rubs: PairFriction,
+    friction: PairFriction,
     n: int,  # of all points
     images: int,  # lattice vectors by which points have images
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return blocks (m, a): place and turn of i, those of j, lattice vectors; and matrices (m, a, a, 3, 3)."""
-    at, m, a = rubs.pair, len(rubs.pair), 4 + images
+    at, m, a = friction.pair, len(friction.pair), 4 + images
     along = pairs.way[at] / pairs.distance[at, None]
     weight = np.column_stack([np.tile([-1.0, 0.0, 1.0, 0.0], (m, 1)), pairs.image[at, :images]])  # of the way
     motion = -np.einsum("ka,ij->kiaj", weight, np.eye(3)).reshape(
         m, 3, 3 * a
     )  # of i against j where they met
-    lever = hat(rubs.arm)
+    lever = hat(friction.arm)
     motion[:, :, 3:6], motion[:, :, 9:12] = -lever[:, 0], lever[:, 1]
     pressed = np.einsum("ka,ki->kai", weight, along).reshape(m, 3 * a)  # of the distance
-    S, k = rubs.shear, rubs.spring[:, None, None]
+    S, k = friction.shear, friction.spring[:, None, None]
     change = k * S.mean(axis=1) @ motion
-    stretched = np.einsum("kaij,kj->kai", S, rubs.slip)
-    change += rubs.rate[:, None, None] * stretched.mean(axis=1)[:, :, None] * pressed[:, None]
-    turned = 0.5 * (k[:, None] * (S @ hat(rubs.slip)[:, None] - hat(stretched)) - hat(rubs.pulls))
+    stretched = np.einsum("kaij,kj->kai", S, friction.slip)
+    change += friction.rate[:, None, None] * stretched.mean(axis=1)[:, :, None] * pressed[:, None]
+    turned = 0.5 * (
+        k[:, None] * (S @ hat(friction.slip)[:, None] - hat(stretched)) - hat(friction.past_traction)
+    )
     change[:, :, 3:6] += turned[:, 0]
     change[:, :, 9:12] += turned[:, 1]
-    slides = rubs.slides
-    change[slides] = _limited(friction, rubs[np.flatnonzero(slides)], change[slides], pressed[slides])
+    slides = friction.slides
+    change[slides] = _limited(mu, friction[np.flatnonzero(slides)], change[slides], pressed[slides])
     matrices = motion.swapaxes(1, 2) @ change
-    pull = hat(rubs.traction)
+    pull = hat(friction.traction)
     matrices[:, 3:6, 3:6] += pull @ lever[:, 0]
     matrices[:, 9:12, 9:12] -= pull @ lever[:, 1]
     unknowns = (2 * pairs.both[at][..., None] + np.arange(2)).reshape(m, 4)
@@ -280,24 +290,24 @@ def _stiff(shear: np.ndarray, normals: np.ndarray) -> np.ndarray:
     return shear.mean(axis=1) + normal[:, :, None] * normal[:, None, :]
 
 
-def _limited(friction: float, rubs: PairFriction, change: np.ndarray, pressed: np.ndarray) -> np.ndarray:
+def _limited(mu: float, friction: PairFriction, change: np.ndarray, pressed: np.ndarray) -> np.ndarray:
     """Return the derivatives (m, 3, 15) of tractions of pairs that slide, from those of trial tractions.
 
     `pressed` (m, 15) is the derivative of the distance.
     """
-    t, c, S = rubs.traction, rubs.beyond[:, None, None], rubs.shear
-    stiff, normal = _stiff(S, rubs.normals), rubs.normals.mean(axis=1)
+    t, c, S = friction.traction, friction.beyond[:, None, None], friction.shear
+    stiff, normal = _stiff(S, friction.normals), friction.normals.mean(axis=1)
     # c dS t, as S and the normals turn with both sections
     turned = 0.5 * (S @ hat(t)[:, None] - hat(np.einsum("kaij,kj->kai", S, t)))
-    turned -= 0.5 * np.einsum("ki,ki->k", normal, t)[:, None, None, None] * hat(rubs.normals)
-    turned += 0.5 * normal[:, None, :, None] * np.cross(rubs.normals, t[:, None])[:, :, None, :]
+    turned -= 0.5 * np.einsum("ki,ki->k", normal, t)[:, None, None, None] * hat(friction.normals)
+    turned += 0.5 * normal[:, None, :, None] * np.cross(friction.normals, t[:, None])[:, :, None, :]
     change = change.copy()
     change[:, :, 3:6] -= c * turned[:, 0]
     change[:, :, 9:12] -= c * turned[:, 1]
     softer = np.linalg.inv(np.eye(3) + c * stiff)
     eased = softer @ change
     along = np.einsum("kij,kj->ki", softer @ stiff, t)  # - dt / dc
-    limit = np.linalg.norm(t, axis=1) * friction * rubs.change
+    limit = np.linalg.norm(t, axis=1) * mu * friction.change
     excess = np.einsum("ki,kij->kj", t, eased) - limit[:, None] * pressed
     excess /= np.einsum("ki,ki->k", t, along)[:, None]
     return eased - along[:, :, None] * excess[:, None]
