@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from knitstudy.mechanics.contact.candidate_pairs import WIDTH, Neighbourhoods
 from knitstudy.mechanics.contact.cylinders import Cylinders
-from knitstudy.mechanics.contact.following import WIDTH, Neighbourhoods
 from knitstudy.mechanics.contact.friction import ContactHistory, Coulomb
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.contact.search import Search

@@ -17,8 +17,8 @@ from scipy.spatial import cKDTree
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, MeshError
 from knitstudy.mechanics.batches import Reserve, by_parts, share
+from knitstudy.mechanics.contact.candidate_pairs import CandidatePairs
 from knitstudy.mechanics.contact.cylinders import Cylinders
-from knitstudy.mechanics.contact.following import Following
 from knitstudy.mechanics.contact.friction import (
     OPEN,
     SLIP,
@@ -88,7 +88,7 @@ class Contact:
             meets = np.ones((len(surfaces.cells), len(surfaces.cells)), dtype=bool)
         self._search = Search(surfaces, self.quadrature, self._undeformed, meets, free)
         self.reserve = Reserve()  # of tangents
-        self._following = Following(self._search, margin, law.directional, self.reserve)
+        self._candidates = CandidatePairs(self._search, margin, law.directional, self.reserve)
         self._pairs: CellPairs | None = None
         deepest = -self.smallest_gap(self.points(nodes, nodes, ContactHistory.empty()))
         self._pull = min(max(-deepest, 0.0) + NEARLY * margin, AT_MOST * margin)
@@ -113,8 +113,8 @@ class Contact:
         """
         reach = self._pull if pulled else 0.0
         carriers, before = self.surfaces.carry(nodes), self.surfaces.carry(before)
-        evaluated, least = self._following.may_touch(carriers, before, history, reach)
-        every = self._following.history
+        evaluated, least = self._candidates.may_touch(carriers, before, history, reach)
+        every = self._candidates.history
 
         def touching(part: slice) -> tuple[np.ndarray | Projection, ...]:
             number = evaluated[part]
@@ -127,8 +127,8 @@ class Contact:
 
         xi, gaps, number, position, projection, gap = by_parts(touching, len(evaluated), CHUNK)
         least[evaluated] = np.where(np.isfinite(gaps), gaps, -np.inf)  # no place found: nothing is known
-        self._following.saw(carriers, least)
-        history, angle = self._following.before(number)
+        self._candidates.set_bounds(carriers, least)
+        history, angle = self._candidates.last_converged(number)
         local = self.law.at(gap - reach, angle)
         slip, rate, share = self._slip(history, projection.xi, gap, local, angle)
         trial = np.einsum("ka,kai->ki", slip, projection.tangent)
@@ -249,7 +249,7 @@ class Contact:
             touched=touched,
             dissipated=np.asarray(history.dissipated + self._dissipation(points)),
         )
-        return self._following.go_on(every, committed, points.carriers)
+        return self._candidates.replace_history(every, committed, points.carriers)
 
     def augment(self, points: ContactPoints) -> ContactHistory:
         """Return the history with multipliers (Uzawa) that carry the present pressure without penetration."""
@@ -267,7 +267,7 @@ class Contact:
             status=history.status,
         )
         row = _rows(number, len(every.row))
-        return self._following.go_on(every, replace(every, row=row, touched=touched))
+        return self._candidates.replace_history(every, replace(every, row=row, touched=touched))
 
     def motion(self, nodes: np.ndarray, moved: np.ndarray) -> float:
         """Return the largest motion [m] against each other of rings near each other, as nodes (N, 3) move [m]."""

@@ -146,21 +146,21 @@ class Neighbourhoods:
 
     def motion(self, now: np.ndarray, then: np.ndarray) -> Motion:
         """Return how the surroundings of every box have moved between two states of the carriers (M, 3)."""
-        return self._boxes.motion(*self._seen(now, then))
+        return self._boxes.motion(*self._displacements(now, then))
 
     def may_meet(self, now: np.ndarray, searched: np.ndarray, last: np.ndarray, margin: float) -> np.ndarray:
         """Return in which boxes (b,) places may have met since they were farther apart than a margin [m].
 
         Boxes were searched last (b,) at one of the states (n, M, 3), all of them at the first one.
         """
-        seen = [self._seen(now, then) for then in searched]
+        seen = [self._displacements(now, then) for then in searched]
         for boxes, apart in zip(self._wider, self._apart, strict=False):
             if (boxes.motion(*seen[0]).least(apart) < 0).any():
                 return np.ones(len(last), dtype=bool)
         least = [self._boxes.motion(*boxes).least(margin) for boxes in seen]
         return np.choose(last, least) < 0
 
-    def _seen(self, now: np.ndarray, then: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _displacements(self, now: np.ndarray, then: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return where control points (S, a, 3) were, from the middle of all, ways since [m], and `_moments`."""
         now, then = self._surfaces.controls(now), self._surfaces.controls(then)
         place, way = then - self._origin, now - then
@@ -199,12 +199,11 @@ def _in_order(
     return one.joined(other, chosen=chosen[order]), least[order]
 
 
-# Pairs that may touch, from one configuration to the next: searched for as seldom as motion allows.
-# State that is kept here saves time: answers depend on earlier questions by no more than rounding.
+class CandidatePairs:
+    """Pairs that may touch, from one configuration to the next: searched for as seldom as motion allows.
 
-
-class Following:
-    """Follows the pairs that may touch."""
+    The state of this object saves time: answers depend on earlier questions by no more than rounding.
+    """
 
     def __init__(
         self,
@@ -234,22 +233,22 @@ class Following:
         if self._source is ContactHistory.empty() and history.search_status is not None:
             first = history.search_status.searched[0]
             boxes = Neighbourhoods(self._search.surfaces, first, self._search.reach)
-            self._follow(before, history, history, boxes)
+            self._set(before, history, history, boxes)
         again = self._source is history and np.array_equal(self._before, before)
         may_meet = np.ones(1, dtype=bool)
         if again:
-            known = self._search_status
-            may_meet = self._neighbourhoods.may_meet(carriers, known.searched, known.last, self._margin)
+            status = self._search_status
+            may_meet = self._neighbourhoods.may_meet(carriers, status.searched, status.last, self._margin)
         if may_meet.any():
-            if may_meet.mean() < MOST and len(known.searched) < SEARCHES:
-                self._renew(carriers, may_meet)
+            if may_meet.mean() < MOST and len(status.searched) < SEARCHES:
+                self._search_boxes(carriers, may_meet)
             else:
-                # Pairs that were found for trial states, however wild, are forgotten.
-                self._begin(carriers, before, history)
+                # A search of all forgets pairs of trial states, which may lie far from the path.
+                self._search_all(carriers, before, history)
         every, least = self.history, self._least(carriers)
         return np.flatnonzero(~((least > reach) & (every.pressure <= 0) & (every.multiplier == 0))), least
 
-    def before(self, number: np.ndarray) -> tuple[ContactHistory, np.ndarray | None]:
+    def last_converged(self, number: np.ndarray) -> tuple[ContactHistory, np.ndarray | None]:
         """Return the history of pairs (k,), and the angles (k,) between their lines, at the last increment.
 
         Pairs that were open then are only now looked for there.
@@ -268,21 +267,21 @@ class Following:
 
     def _least(self, carriers: np.ndarray) -> np.ndarray:
         """Return lower bounds of the gaps (c,) of all pairs [m]."""
-        known = self._search_status
-        return self._neighbourhoods.motion(carriers, known.seen).least(known.least, self._box)
+        status = self._search_status
+        return self._neighbourhoods.motion(carriers, status.seen).least(status.least, self._box)
 
-    def saw(self, carriers: np.ndarray, least: np.ndarray) -> None:
-        """Take over lower bounds of the gaps (c,) of all pairs [m] where carriers (M, 3) are."""
+    def set_bounds(self, carriers: np.ndarray, least: np.ndarray) -> None:
+        """Set lower bounds of the gaps (c,) of all pairs [m], which hold where carriers (M, 3) are."""
         self._search_status.seen, self._search_status.least = carriers, least
 
-    def go_on(
+    def replace_history(
         self,
         history: ContactHistory,
         successor: ContactHistory,
         # (M, 3), where carriers were at the increment that this has ended [m]; left out within one
         before: np.ndarray | None = None,
     ) -> ContactHistory:
-        """Go on with the pairs of one search under the history that follows, and return it."""
+        """Replace a history by its successor, which has the same pairs, and return the successor."""
         if self.history is not history:
             return successor
         self._source = self.history = successor = replace(successor, search_status=self._search_status)
@@ -290,28 +289,28 @@ class Following:
             self._before, self._angle = before, np.full(len(successor.xi), np.nan)
         return successor
 
-    def _begin(self, carriers: np.ndarray, before: np.ndarray, history: ContactHistory) -> None:
-        """Search for all pairs that may touch now; pairs that a history knows keep their part of it."""
-        every, least = self._found(carriers, history)
+    def _search_all(self, carriers: np.ndarray, before: np.ndarray, history: ContactHistory) -> None:
+        """Search everywhere for pairs that may touch now; pairs of a history keep their part of it."""
+        every, least = self._search_pairs(carriers, history)
         boxes = Neighbourhoods(self._search.surfaces, carriers, self._search.reach)
         last = np.zeros(boxes.count, dtype=np.int64)
         status = ContactStatus(carriers[None], last, carriers, least)
-        self._follow(before, history, replace(every, search_status=status), boxes)
+        self._set(before, history, replace(every, search_status=status), boxes)
 
-    def _renew(self, carriers: np.ndarray, boxes: np.ndarray) -> None:
+    def _search_boxes(self, carriers: np.ndarray, boxes: np.ndarray) -> None:
         """Search in some boxes (b,) alone for pairs that may touch now."""
-        known, here = self._search_status, boxes[self._box]
+        status, here = self._search_status, boxes[self._box]
         among = boxes[self._neighbourhoods.of_ring]
         others, least = self.history[np.flatnonzero(~here)], self._least(carriers)[~here]
-        own, gap = self._found(carriers, self.history[np.flatnonzero(here)], among)
+        own, gap = self._search_pairs(carriers, self.history[np.flatnonzero(here)], among)
         least = np.append(least, gap)
         every, least = _in_order(others, own, np.arange(len(least)), least)
-        last = np.where(boxes, len(known.searched), known.last)
-        status = ContactStatus(np.concatenate([known.searched, carriers[None]]), last, carriers, least)
+        last = np.where(boxes, len(status.searched), status.last)
+        status = ContactStatus(np.concatenate([status.searched, carriers[None]]), last, carriers, least)
         every = replace(every, search_status=status)
-        self._follow(self._before, self._source, every, self._neighbourhoods)
+        self._set(self._before, self._source, every, self._neighbourhoods)
 
-    def _found(
+    def _search_pairs(
         self, carriers: np.ndarray, history: ContactHistory, among: np.ndarray | None = None
     ) -> tuple[ContactHistory, np.ndarray]:
         """Return the pairs of a search, with their part of a history, and lower bounds of their gaps (c,) [m]."""
@@ -326,10 +325,10 @@ class Following:
         chosen = np.append(stays, len(history.point) + new)
         return _in_order(history, pairs, chosen, np.append(least[stays], gap[new]))
 
-    def _follow(
+    def _set(
         self, before: np.ndarray, history: ContactHistory, every: ContactHistory, boxes: Neighbourhoods
     ) -> None:
-        """Follow all pairs that a search has found."""
+        """Set the pairs, after a search, and the history that they come from."""
         self._source, self._before, self.history = history, before, every
         self._search_status, self._neighbourhoods = every.search_status, boxes
         self._angle = np.full(len(every.point), np.nan)
