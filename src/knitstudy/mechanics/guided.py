@@ -28,17 +28,17 @@ class GuidedNewton(Newton):
         super().__init__(*parts)
         self.guide = guide
 
-    def _solved(self, now: Increment, target: float) -> Increment:
+    def _solve_increment(self, now: Increment, target: float) -> Increment:
         for change in self._changes(now, target):
             try:
                 at = self._predicted(now, target, (), change)
                 self._require_finite(at.response)
                 if self.settings.hold:
                     at = self._closed(at, now, target)
-                return self._balance(at, now, target)
+                return self._iterate_from(at, now, target)
             except NotConverged as failure:
                 log.debug("the guide leads astray: %s", failure)
-        return super()._solved(now, target)
+        return super()._solve_increment(now, target)
 
     def _changes(self, now: Increment, target: float) -> list[np.ndarray]:
         """Return the changes (size,) of all unknowns that may be near, the best first; none where the guide ends.
@@ -63,8 +63,8 @@ class GuidedNewton(Newton):
         try:
             self.hold = Hold(self.settings.hold * self.unit, at.total.copy())
             while at.residual > CLOSED:
-                at = self._iterated(at, now, target)
+                at = self._iterate(at, now, target)
         finally:
             self.hold = None
-        self._begin_again(at)
+        self._reset(at)
         return at

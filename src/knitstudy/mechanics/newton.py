@@ -106,35 +106,35 @@ class Newton:
         self.spent = np.zeros(2, dtype=int)
         self.seconds = dict.fromkeys(PHASES, 0.0)
         if guess is None:
-            return self._solved(now, target)
-        return self._balance(self._guessed(now, target, guess), now, target)
+            return self._solve_increment(now, target)
+        return self._iterate_from(self._start_at(now, target, guess), now, target)
 
-    def _solved(self, now: Increment, target: float) -> Increment:
+    def _solve_increment(self, now: Increment, target: float) -> Increment:
         """Return the converged increment that the path's own first guess leads to, or raise NotConverged."""
-        return self._balance(self._predict(now, target), now, target)
+        return self._iterate_from(self._predict(now, target), now, target)
 
-    def _begin_again(self, at: Iterate) -> None:
-        """Go on from a state whose forces have changed."""
+    def _reset(self, at: Iterate) -> None:
+        """Start iterations anew in a state whose forces have changed."""
         at.iterations, at.correction, at.tangent_is_stale = 0, np.inf, True
         at.response = self._respond(at.state, at.total, stiffness=False)
         self._require_finite(at.response)
         at.residuals.append(self.residual(at.response))
 
-    def _balance(self, at: Iterate, now: Increment, target: float) -> Increment:
+    def _iterate_from(self, at: Iterate, now: Increment, target: float) -> Increment:
         """Return the converged increment that iterations from a state lead to, or raise NotConverged."""
         try:
-            while not self._accepted(at, now):
-                at = self._iterated(at, now, target)
+            while not self._is_accepted(at, now):
+                at = self._iterate(at, now, target)
         finally:
             self.solver.forget()
         return self._converged(at, now, target)
 
-    def _iterated(self, at: Iterate, now: Increment, target: float) -> Iterate:
+    def _iterate(self, at: Iterate, now: Increment, target: float) -> Iterate:
         """Return the state after one iteration of Newton's method, or raise NotConverged."""
-        self._require_headway(at)
+        self._require_progress(at)
         # A balanced state needs only the proof that its last correction is small: the tangent of the iteration
         # before serves for that.
-        if at.tangent_is_stale or not self._balanced(at) or self.settings.exact:
+        if at.tangent_is_stale or not self._in_equilibrium(at) or self.settings.exact:
             self._eliminate(self._tangent(at.state, at.total))
             at.tangent_is_stale = False
         step = self._solve(np.where(self.free, -at.response.force, 0.0), self._forcing(at))
@@ -142,13 +142,13 @@ class Newton:
             # The step will not balance contact: its tangent makes room for searches on the way.
             self.solver.release()
             at.tangent_is_stale = True
-        self._take(at, self._search(at, step))
+        self._accept(at, self._search(at, step))
         if at.extrapolated and at.iterations == 1 and at.residual > at.residuals[-2]:
-            # The path has turned: where it begins, its tangent leads on.
+            # The path has turned: the tangent at its beginning predicts better.
             return self._predict(now, target, turned=True)
         return at
 
-    def _guessed(self, now: Increment, target: float, guess: np.ndarray) -> Iterate:
+    def _start_at(self, now: Increment, target: float, guess: np.ndarray) -> Iterate:
         """Return the state with which the iterations start, a guess (size,) away from where the increment begins."""
         state = self.model.advance(self.model.begin(now.state, target, target - now.load), guess)
         response = self._respond(state, guess, stiffness=False)
@@ -158,7 +158,7 @@ class Newton:
     def _predict(self, now: Increment, target: float, turned: bool = False) -> Iterate:
         """Return the state with which the iterations start: on the curve through those before, or on its tangent.
 
-        Where the path has turned, that curve leads astray.
+        Where the path has turned, the curve through earlier states predicts badly.
         """
         turned = turned or self.prescribed.turns(now.load)
         rates = () if turned else now.rates[: self.settings.predictor]
@@ -179,7 +179,7 @@ class Newton:
         begun = self.model.begin(now.state, target, target - now.load)
         # Multipliers start from zero again, and so do the displacements that they caused.
         led = change is not None
-        guess = self._driven(now, target, change) if led else self._guess(now, begun, target, rates)
+        guess = self._with_prescribed(now, target, change) if led else self._guess(now, begun, target, rates)
         total = guess - sum(now.updates)
         state = self.model.advance(begun, total)
         if len(rates) > 1 or led:
@@ -191,54 +191,54 @@ class Newton:
     def _guess(self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]) -> np.ndarray:
         """First guess (size,) of the change of all unknowns, exact where they are prescribed."""
         guess = extrapolated(rates, target - now.load) if rates else np.zeros(self.model.size)
-        guess = self._driven(now, target, guess)
+        guess = self._with_prescribed(now, target, guess)
         if rates:
             return guess
-        # Moving the driven side alone would crush the elements there: let the tangent spread it.
+        # Moving the prescribed nodes alone would crush the elements there: the tangent spreads their motion.
         response = self._tangent(begun, 0.0)
         pull = -(response.stiffness @ guess) - (response.force if response.pulled else 0.0)
         self._eliminate(response)
         return guess + self._solve(np.where(self.free, pull, 0.0), 1e-12 if self.settings.exact else 1e-3)
 
-    def _driven(self, now: Increment, target: float, change: np.ndarray) -> np.ndarray:
+    def _with_prescribed(self, now: Increment, target: float, change: np.ndarray) -> np.ndarray:
         """Return a change (size,) with the prescribed motion in it."""
         change = change.copy()
         change[self.prescribed.fixed] = self.prescribed.at(target) - self.prescribed.at(now.load)
         return change
 
-    def _balanced(self, at: Iterate) -> bool:
+    def _in_equilibrium(self, at: Iterate) -> bool:
         return at.residual <= self.settings.residual_tolerance
 
-    def _accepted(self, at: Iterate, now: Increment) -> bool:
+    def _is_accepted(self, at: Iterate, now: Increment) -> bool:
         """Return whether a state has converged and its model accepts it as it is; else it has to be balanced further.
 
         A state that the next update of the model changes anyway need not be balanced to the last digit.
         """
         while True:
-            converged = self._balanced(at) and self._still(at)
+            converged = self._in_equilibrium(at) and self._correction_is_small(at)
             if not converged and (at.changed or not at.residual <= ROUGHLY):
                 return False
             settled = self.model.settle(at.state)
             if settled is None:
                 return converged
-            self._resume(at, settled, now)
+            self._continue_settled(at, settled, now)
 
-    def _still(self, at: Iterate) -> bool:
+    def _correction_is_small(self, at: Iterate) -> bool:
         """Return whether the last correction is small, or the state balanced so well that corrections do not count."""
         ample = at.residual <= AMPLE * self.settings.residual_tolerance and np.isfinite(at.correction)
         return bool(at.correction <= self.settings.correction_tolerance or ample)
 
-    def _resume(self, at: Iterate, settled: Any, now: Increment) -> None:
-        """Go on from a state that the model has settled, by as much as its like changed in the increment before."""
+    def _continue_settled(self, at: Iterate, settled: Any, now: Increment) -> None:
+        """Continue from a settled state, by the change after the same settling in the increment before."""
         at.state = settled
         at.updates.append(at.total.copy())
         if len(at.updates) <= len(now.updates):
             step = now.updates[len(at.updates) - 1]
             at.state, at.total = self.model.advance(at.state, step), at.total + step
-        self._begin_again(at)
+        self._reset(at)
 
-    def _require_headway(self, at: Iterate) -> None:
-        """Raise NotConverged where more iterations are of no use, ConvergenceError where no shorter increment helps."""
+    def _require_progress(self, at: Iterate) -> None:
+        """Raise NotConverged if iterations make no progress, ConvergenceError if no shorter increment can help."""
         settings = self.settings
         if at.iterations == settings.iterations or at.idle >= settings.patience:
             residual = f"the residual is {at.residual:.2e} (allowed {settings.residual_tolerance:.1e})"
@@ -246,15 +246,15 @@ class Newton:
                 allowed = settings.correction_tolerance
                 residual += f" and the correction {at.correction:.2e} h (allowed {allowed:.1e})"
             raise NotConverged(f"after {at.iterations} iterations {residual}")
-        if at.still >= 2 and not self._balanced(at):
+        if at.still >= 2 and not self._in_equilibrium(at):
             raise ConvergenceError(
                 f"rounding keeps the residual at {at.residual:.1e} (allowed {settings.residual_tolerance:.1e}): some "
                 "stiffness is too large beside the others, or the load next to nothing. Use a contact stiffness nearer "
                 "to that of the elements, a larger load or a larger tolerance of the residual"
             )
 
-    def _take(self, at: Iterate, taken: Trial) -> None:
-        """Advance by the part of a step that the line search has found, and measure the residual."""
+    def _accept(self, at: Iterate, taken: Trial) -> None:
+        """Accept the trial state of the line search."""
         at.changed = not taken.response.same_status(at.response)
         at.state, at.response = taken.state, taken.response
         at.total += taken.step
@@ -347,7 +347,7 @@ class Newton:
         return min(max(eta, floor, 1e-8), 1e-1)
 
     def _search(self, at: Iterate, step: np.ndarray) -> Trial:
-        """Return how far a step is taken: no farther than a stride."""
+        """Return the trial state to accept along a step, which moves no farther than a stride."""
         longest, stride = self._longest(at.state, step), self.settings.stride
         cut = stride / longest if longest > stride else 1.0
         step = cut * step if cut < 1 else step
