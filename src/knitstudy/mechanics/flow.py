@@ -1,14 +1,14 @@
-"""Viscous flow, which leads a path on where Newton's method makes no headway.
+"""Viscous flow, which continues a load path where Newton's method makes no progress.
 
 Within an increment of the load, steps of a quasi-static flow follow each other: viscous forces c D (u - u_n) hold all
-unknowns near u_n, the last balanced state. It is committed as a converged increment is, so that friction goes along the
-way of the flow and knows what yarns meet on it. Shorter steps have a larger c.
+unknowns near u_n, the last balanced state. Every balanced state is committed as a converged increment is, so that
+friction follows the path of the flow and its contacts. Shorter steps have a larger c.
 
 c falls from `FIRST` to zero as long as viscous forces do not grow, as they do where equilibrium is unstable: there a
-smaller c than the stiffness that is missing finds nothing, or goes back. It rises where steps become longer than half
-an element, so that the trapezoidal rule knows the work of viscous forces, or do not balance. A flow ends at c = 0, or
-where viscous forces are a hundredth of the allowed residual: very soft motions go on for ever there. Its last state is
-in equilibrium as any other increment.
+c smaller than the missing stiffness does not converge, or goes back. c rises where steps become longer than half an
+element, so that the trapezoidal rule gives the work of viscous forces, and where steps do not balance. A flow ends at
+c = 0, or where viscous forces are a hundredth of the allowed residual: very soft motions would go on for ever. Its last
+state is in equilibrium as that of any other increment.
 """
 
 from __future__ import annotations

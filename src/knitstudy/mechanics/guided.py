@@ -1,4 +1,4 @@
-"""Newton's method where a guide leads: another model, or an even stretch, knows about where an increment ends."""
+"""Newton's method with first guesses from elsewhere: from another model, or from an even stretch."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ CLOSED = 0.1  # residual up to which springs hold a first guess
 
 
 Guide = Callable[[float, float], np.ndarray | None]
-"""Returns the change (size,) of all unknowns between two load factors that another model foresees, or None."""
+"""Returns an estimate of the change (size,) of all unknowns between two load factors, or None."""
 
 
 class GuidedNewton(Newton):
-    """Newton's method whose iterations begin where a guide leads; where that fails, as without a guide."""
+    """Newton's method whose iterations begin at the guess of a guide; where these fail, as without a guide."""
 
     def __init__(self, guide: Guide, *parts: Any) -> None:
         super().__init__(*parts)
@@ -37,14 +37,14 @@ class GuidedNewton(Newton):
                     at = self._closed(at, now, target)
                 return self._iterate_from(at, now, target)
             except NotConverged as failure:
-                log.debug("the guide leads astray: %s", failure)
+                log.debug("iterations from the guide's guess fail: %s", failure)
         return super()._solve_increment(now, target)
 
     def _changes(self, now: Increment, target: float) -> list[np.ndarray]:
-        """Return the changes (size,) of all unknowns that may be near, the best first; none where the guide ends.
+        """Return estimates of the change (size,) of all unknowns, the best first; none where the guide ends.
 
-        Once the model has a rate of its own, of an increment that did not begin at rest, it goes on at this rate, and
-        by as much faster or slower as the guide does. Else, and where that fails, it goes as the guide does.
+        From the third increment on the best estimate is the model's own rate, corrected by the change of the guide's
+        rate. Before, and where iterations from there fail, the estimate is the guide's own.
         """
         change = self.guide(now.load, target)
         if change is None:
@@ -58,7 +58,7 @@ class GuidedNewton(Newton):
     def _closed(self, at: Iterate, now: Increment, target: float) -> Iterate:
         """Return the state near a first guess that is balanced with springs around it.
 
-        Loops that hang loose have motions that next to nothing resists: corrections would be of metres.
+        Slack loops have motions of nearly no stiffness: corrections would be of metres.
         """
         try:
             self.hold = Hold(self.settings.hold * self.unit, at.total.copy())

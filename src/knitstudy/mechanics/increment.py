@@ -126,16 +126,16 @@ class Settings:
     iterations: int = 60  # Newton iterations after which an increment counts as failed
     patience: int = 15  # iterations without a smaller residual than before after which it does
     cutbacks: int = 8  # halvings in a row after which the path counts as unreachable
-    # iterations of failed attempts without headway after which a viscous flow leads on: more than one may take
+    # iterations of failed attempts without progress after which a viscous flow continues: more than one may take
     vain: int = 60
-    # iterations without headway after which the path counts as unreachable, of 10,000 unknowns or more
+    # iterations without progress after which the path counts as unreachable, of 10,000 unknowns or more
     waste: int = 240
     growth: float = 1.5  # factor on the increment after a quick one (at most `quick` iterations)
     quick: int = 6  # see `growth`
     predictor: int = 3  # largest order of the extrapolation from the increments before; 0 for none
-    # largest displacement that one correction may make, or largest motion of neighbours against each other where a
-    # model knows these [m]. Long yarns that hardly touch yet give way so easily that a correction, which knows of
-    # no contact but that which is there, would take them through each other
+    # largest displacement of one correction, or largest relative motion of neighbours where a model has
+    # `motion_of_neighbours` [m]. Long yarns that hardly touch yet are so compliant that a correction, which includes
+    # closed contacts only, would take them through each other
     stride: float = float("inf")
     # stiffness of springs around the first guess of a guide, over that of a typical unknown
     hold: float = 0.0
@@ -182,7 +182,7 @@ class Increment:
     residual: float = 0.0  # final values of the two measures that `Settings` bounds
     correction: float = 0.0
     largest: float = 1.0  # largest increment to try from there on
-    # load factor at which the path last made headway, and iterations since then, in vain and in all
+    # load factor at which the path last made progress, and iterations since then: failed ones and all
     headway: tuple[float, int, int] = (0.0, 0, 0)
     residuals: tuple[float, ...] = ()  # residual measure of every iteration of the successful attempt
     timings: dict[str, float] = field(default_factory=dict)  # seconds by `PHASES`
@@ -247,7 +247,7 @@ def line_search(
         else:
             high = share, tried.along
         share = _between(low, high, first=high[0] == 1.0 and low[0] == 0.0)
-    # Where points begin to touch or to slip, force jumps: the next tangent knows better than a shorter step.
+    # Where points begin to touch or to slip, the force jumps: a new tangent helps more than a shorter step.
     if best is not None and (best.response.status is not None or best.residual < max(residual, tolerance)):
         return best
     return None
@@ -267,7 +267,7 @@ def extrapolated(
     rates: tuple[Rate, ...],  # the last increments, newest first; as many as the polynomial's order
     change: float,  # of the load factor
 ) -> np.ndarray:
-    """Return the change (size,) of the unknowns that the polynomial through the last converged states foresees.
+    """Return the change (size,) of the unknowns by the polynomial through the last converged states.
 
     Examples
     --------

@@ -1,6 +1,6 @@
 """The load path: increments that grow where they converge soon, and are halved where they do not.
 
-The path knows neither solids nor beams: it drives any `Model` to equilibrium under prescribed unknowns.
+The path drives any `Model` to equilibrium under prescribed unknowns.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ def trace(
 ) -> Generator[Increment, str | None, None]:
     """Follow the load path from the undeformed state (or from `resume`) to full load.
 
-    A `guide` says where the iterations of an increment begin first; if they fail, the path begins where it leads by
-    itself. Whoever takes an increment may send why it is too large. The path forgets it then, tries half of it, and
-    grows from there.
+    A `guide` returns the first guess of an increment; if iterations from there fail, the path uses its own prediction.
+    The caller may reject an increment that is too large by sending the reason. The path then tries half of this
+    increment, and lets increments grow from there.
 
     Yields
     ------
@@ -82,7 +82,7 @@ def trace(
                 f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {failure}"
             )
         else:
-            # One increment that was too coarse for the sums of a check says little about increments far behind it.
+            # An increment that was too coarse for the sums of a check does not limit increments far beyond it.
             most = min(share, largest * settings.growth)
             quick = flows or done.newton_iterations <= settings.quick
             iterations, of_solver = (attempts.spent + method.spent).tolist()
@@ -120,7 +120,7 @@ def _target(load: float, size: float, prescribed: PrescribedDisplacement, settin
 
 
 class _Attempts:
-    """Attempts in vain since the last increment, and since the path last made headway."""
+    """Failed attempts since the last increment, and since the path last made progress."""
 
     def __init__(self, settings: Settings, headway: tuple[float, int, int]) -> None:
         self.settings = settings
@@ -141,18 +141,18 @@ class _Attempts:
             )
         if self.tried > self.settings.waste:
             raise ConvergenceError(
-                f"increment {now.index + 1} makes no headway beyond load factor {now.load:.6g}: {self.tried} "
+                f"increment {now.index + 1} makes no progress beyond load factor {now.load:.6g}: {self.tried} "
                 f"iterations since load factor {self._since:.6g}; at last, {reason}. {self.settings.remedy}"
             )
 
     def after(self, load: float, largest: float, spent: np.ndarray) -> tuple[float, int, int]:
-        """Return the headway at a load factor that was reached; see `Increment`."""
+        """Return the progress at a load factor that was reached; see `Increment.headway`."""
         if load - self._since >= min(largest, HEADWAY):
             return load, 0, 0
         return self._since, int(self.failed), int(self.tried + spent[0])
 
     def end(self, headway: tuple[float, int, int]) -> None:
-        """Begin anew where an increment was accepted."""
+        """Start counting anew after an accepted increment."""
         self._since, self.failed, self.tried = headway
         self._cutbacks = 0
         self.spent = np.zeros(2, dtype=int)  # iterations of Newton's method and of the linear solver

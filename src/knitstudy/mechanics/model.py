@@ -87,26 +87,26 @@ class Model(Protocol):
     def advance(self, state: Any, step: np.ndarray) -> Any:
         """Return a new state, a step (size,) further along a straight line; spins act from the left.
 
-        The tangent there may know of the step, and be the better for Newton's method. Of a state that `begin` has
-        returned it is the derivative of the force.
+        The tangent of that state may depend on the step, which helps Newton's method. The tangent of a state from
+        `begin` is the derivative of the force.
         """
 
     def begin(self, state: Any, load: float, change: float) -> Any:
         """Return the state in which an increment of the load factor by `change` to `load` starts."""
 
     def motion_of_neighbours(self, state: Any, step: np.ndarray) -> float:
-        """Return the largest motion against each other of bodies that are near each other [m].
+        """Return the largest relative motion of bodies that are near each other [m], over a step (size,).
 
-        Strides limit that of a step (size,). A model without it has the largest displacement limited.
+        Newton's method limits this motion; of a model without this method it limits the largest displacement.
         """
 
     def respond(self, state: Any, stiffness: bool) -> Response:
-        """Return force, energies and, if asked, the tangent of a state; no answer depends on earlier calls."""
+        """Return force, energies and, if asked, the tangent of a state; earlier calls do not change it."""
 
     def settle(self, state: Any) -> Any | None:
         """Return None if a balanced state is acceptable, or the state to balance anew.
 
-        Raises ConvergenceError if it is not, and nothing will help.
+        Raises ConvergenceError if the state is unacceptable and cannot be improved.
         """
 
     def commit(self, state: Any) -> Any:
@@ -211,10 +211,10 @@ class Stabilisation:
         return self.coefficient * max(1.0 - load, 0.0) / change
 
 
-# A yarn that nothing but contact holds has drag: a stiffness against its way since the increment began. The drag is
-# large at first, so that contact finds its places; then next to nothing, and the state is balanced anew.
+# A yarn that only contact holds has drag: a stiffness against its displacement since the increment began. The drag is
+# large at first, so that contacts close; it is then reduced to `FADED`, and the state is balanced anew.
 
 DRAG = 1e-4  # at first, over E V / h^2, V the volume of a node
-# Share that stays: a loop of 50 radii with elements of R / 3 resists by a hundred EI / L^3, 40,000 times as much. With
+# Drag in the end: a loop of 50 radii with elements of R / 3 resists by a hundred EI / L^3, 40,000 times as much. With
 # a tenth of this share, rounding moves yarns that do not touch yet.
 FADED = 1e-7

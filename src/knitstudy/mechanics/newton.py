@@ -34,12 +34,12 @@ ROUNDING = 1e-13
 NEAR = 1e-2  # residual up to which one accurate step usually balances a state
 # Share of the allowed residual up to which corrections do not count: loose loops have motions that nothing resists
 AMPLE = 1e-2
-FAR = 1.0  # residual from which a curve through the last states has led astray
-ROUGHLY = 1e-3  # residual at which a state is balanced well enough to see whether it will be settled
+FAR = 1.0  # residual from which extrapolation through the last states has failed
+ROUGHLY = 1e-3  # residual at which a state is balanced well enough to ask whether the model has to settle it
 
 
 class NotConverged(Exception):
-    """An increment that did not converge; the message says in what way."""
+    """An increment that did not converge; the message says why."""
 
 
 @dataclass
@@ -173,8 +173,9 @@ class Newton:
     ) -> Iterate:
         """Return the predicted state: a change (size,) away, or else by rates; without these, by the tangent.
 
-        A straight step stretches yarns that turn, and the state knows that. A curve through earlier states foresees the
-        turning as well; but where it overshoots it presses yarns, which may have no stiffness then.
+        A straight step stretches yarns that turn, and the tangent of the state accounts for that. A curve through
+        earlier states includes the turning; but where the curve overshoots it compresses yarns, which may then have no
+        stiffness.
         """
         begun = self.model.begin(now.state, target, target - now.load)
         # Multipliers start from zero again, and so do the displacements that they caused.
@@ -249,7 +250,7 @@ class Newton:
         if at.still >= 2 and not self._in_equilibrium(at):
             raise ConvergenceError(
                 f"rounding keeps the residual at {at.residual:.1e} (allowed {settings.residual_tolerance:.1e}): some "
-                "stiffness is too large beside the others, or the load next to nothing. Use a contact stiffness nearer "
+                "stiffness is too large beside the others, or the load is nearly zero. Use a contact stiffness nearer "
                 "to that of the elements, a larger load or a larger tolerance of the residual"
             )
 
@@ -365,9 +366,9 @@ class Newton:
         return result if cut == 1 else replace(result, share=cut * result.share)
 
     def _longest(self, state: Any, step: np.ndarray) -> float:
-        """Return the motion of a step that strides limit: of neighbours against each other where a model knows them.
+        """Return the motion of a step that `Settings.stride` limits [m].
 
-        Twice the largest displacement bounds that.
+        Of models with neighbours it is their relative motion, which is at most twice the largest displacement.
         """
         size, of_neighbours = self.largest(step), getattr(self.model, "motion_of_neighbours", None)
         if of_neighbours is None or 2 * size <= self.settings.stride:

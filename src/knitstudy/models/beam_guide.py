@@ -1,7 +1,7 @@
-"""First guesses of large knits of spline yarns in contact: the way that beams in contact take under the same load.
+"""First guesses for large knits of spline yarns in contact: the displacements of beams in contact under the same load.
 
-Loops of a large knit hang loose and close one after the other, at loads that neither the tangent nor the path so far
-foretells. Beams find the closed loops for a tenth of the price. Newton's method of the spline yarns then corrects
+The loops of a large knit are slack and close one after the other, at loads that neither the tangent nor the path so far
+predicts. Beams predict the closed loops for a tenth of the price. Newton's method of the spline yarns then corrects
 sections and contacts, whatever the size of the knit. No result depends on a guess.
 """
 
@@ -24,7 +24,7 @@ from knitstudy.models import beams_in_contact
 from knitstudy.models.discretisation import fitted_places
 from knitstudy.study.scene import Scene
 
-# Cells from which beams spare more than they cost: a fifth of the time at 10 x 10, a third at 16 x 16, nothing at 6 x 6
+# Cells from which beams save more than they cost: a fifth of the time at 10 x 10, a third at 16 x 16, nothing at 6 x 6
 LARGE = 64
 
 # The beams: the settings that come nearest to solid yarns; a guess need not be balanced to the last digit
@@ -43,10 +43,9 @@ logger = logging.getLogger(__name__)
 
 
 class BeamGuide:
-    """The change of the displacements of spline yarns between two load factors, as beams foresee it.
+    """The change of the displacements of spline yarns between two load factors, predicted by beams.
 
-    All increments of the beams are simulated when the first change is asked for; what stays is the motion of their
-    stations.
+    The first call simulates all increments of the beams, and keeps the motion of their stations.
     """
 
     def __init__(
@@ -62,7 +61,7 @@ class BeamGuide:
         self._loads: list[float] = []
 
     def __call__(self, load: float, target: float) -> np.ndarray | None:
-        """Return the change (size,) [m] from one load factor to another; None where the beams did not get there."""
+        """Return the change (size,) [m] from one load factor to another; None where the beams ended before."""
         if not self._loads:
             self._simulate(load)
         if target > self._loads[-1]:
@@ -70,23 +69,24 @@ class BeamGuide:
         return self._displacement(target) - self._displacement(load)
 
     def _simulate(self, begun: float) -> None:
-        """Follow the load path with beams, as far as it goes; spline yarns stand at the load factor `begun`."""
+        """Follow the load path with beams, as far as possible; spline yarns have reached the load factor `begun`."""
         self._loads, loads, ways = [0.0], [], []
         try:
             problem = beams_in_contact.build(self.scene, self._fabric)
             for increment in problem.increments(self._report):
                 places = problem.model.contact.places(increment.state)
                 moved = places.position - problem.stations.position
-                self._report(begun, f"beams go first: load factor {increment.load:.3g}")
+                self._report(begun, f"beams predict: load factor {increment.load:.3g}")
                 loads.append(increment.load)
                 ways.append(np.concatenate([moved, log(places.rotation)], axis=1))
-        except (
-            KnitstudyError
-        ) as error:  # what beams cannot do, or are not verified for, spline yarns do without them
-            logger.info("beams do not lead the whole way: %s", error)
+        except KnitstudyError as error:
+            # Beyond the range in which beams converge or are verified, spline yarns go on without them.
+            logger.info(
+                "beams give no guesses beyond load factor %.4g: %s", loads[-1] if loads else 0.0, error
+            )
         if loads:
             self.follow(problem.stations, loads, ways)
-        logger.info("beams lead the way up to load factor %.4g", self._loads[-1])
+        logger.info("beams give first guesses up to load factor %.4g", self._loads[-1])
 
     def follow(self, stations: Stations, loads: list[float], ways: list[np.ndarray]) -> None:
         """Take the ways (S, 6) of stations, displacements [m] and rotation vectors, at rising load factors."""
@@ -109,7 +109,7 @@ class BeamGuide:
         return (1 - share) * self._ways[after - 1] + share * self._ways[after]
 
     def _moved(self, yarn: int, way: np.ndarray) -> np.ndarray:
-        """Return the displacements (m, 3) [m] of the nodes of one yarn, whose sections go the way (k, 6)."""
+        """Return the displacements (m, 3) [m] of the nodes of one yarn, whose sections move by `way` (k, 6)."""
         own, curve = self._space.yarns[yarn], self._fabric.centrelines[yarn]
         s = fitted_places(own)
         shift, turn = np.split(CubicSpline(self._arc_length[self._of_yarn[yarn]], way)(s), 2, axis=1)
@@ -121,12 +121,12 @@ class BeamGuide:
 def guide_of(
     scene: Scene, fabric: Fabric, space: Space, retained: np.ndarray, report: ReportProgress = silent
 ) -> BeamGuide | None:
-    """Return the guide of a scene; None where beams spare no time, or there are none of its kind or yarn."""
+    """Return the guide of a scene; None where beams save no time, or cannot model its yarn or interaction."""
     large = scene.is_knit and scene.pattern.loops * scene.pattern.rows >= LARGE
     if not large or not scene.kind.interaction.touches:
         return None
     try:
         return BeamGuide(scene, fabric, space, retained, report)
     except ConfigurationError as error:
-        logger.info("no beams lead the way: %s", error)
+        logger.info("no first guesses by beams: %s", error)
         return None

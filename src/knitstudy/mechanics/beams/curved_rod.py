@@ -171,13 +171,13 @@ def _rigid(section: _Disc) -> np.ndarray:
 #
 #     nu R^2 / 2 ((dk . n) n - (dk . b) b),   b = t x n:
 #
-# fibres on the inside of the bend are shorter and thicker. Beams know the displacement that does work with the shear
-# force of the energy. Beside it, the surface under a normal force moves by c dk, and under a force across the rod by
-# (c - nu R^2) dk, with
+# fibres on the inside of the bend are shorter and thicker. The displacement of beams is the one that does work with the
+# shear force of the energy. Relative to it, the surface under a normal force moves by c dk, and under a force across
+# the rod by (c - nu R^2) dk, with
 #
 #     c = (1 + e) nu R^2 / 2,   e = (1 + 2 nu) / (6 (1 + nu)).
 #
-# Normal forces q per length so do the work c (q_N m_B - q_B m_N) / EI besides. With their equilibrium, q_N = -n_N' -
+# Normal forces q per length so do additional work c (q_N m_B - q_B m_N) / EI. With their equilibrium, q_N = -n_N' -
 # kappa n_t and q_B = -n_B', the complementary energy of a slice is less by
 #
 #     c / EI (n_N^2 + n_B^2 + kappa (n_t m_B - n_B m_t)).

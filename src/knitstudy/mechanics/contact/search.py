@@ -1,7 +1,7 @@
 """Which Gauss points can touch which surface: all pairs nearer than a margin, so that no crossing escapes.
 
-Cells are searched for, a ninth as many as points. The closest place of a cell's middle says nearly all of its points: a
-distance changes by no more than the way between two points, and where their closest places are follows to first order.
+The search compares cells, of which there are a ninth as many as points. The closest place of a cell's middle bounds the
+distances of its points, which differ by no more than the points are apart; their closest places follow to first order.
 """
 
 from __future__ import annotations

@@ -151,7 +151,7 @@ class Hexahedra:
         first = stress @ np.swapaxes(deformation, 1, 2)  # P transposed, times the volume of the point
         force = flat @ first.reshape(e, 3 * q, 3)
         energy = np.einsum("eq,eq->e", weight, answer.energy.reshape(e, q))
-        # An element turned inside out has no energy in terms of E: let the load path see it.
+        # An element turned inside out has no energy in terms of E: the load path has to reject it.
         force[(determinant(deformation) <= 0).reshape(e, q).any(axis=1)] = np.nan
         if out is not None:
             moduli = SCRATCH.array("tangent moduli", e * q, 9, 9)

@@ -168,7 +168,7 @@ def minimal_residuals(matrix: Rows, apply: Apply, state: Iterate, goal: float, m
     return None
 
 
-# Krylov methods that keep a preconditioner over many matrices, as long as it pays
+# Krylov methods that keep a preconditioner over many matrices, as long as this saves time
 
 MOST_ITERATIONS = 400  # iterations with a fresh preconditioner after which a solve counts as failed
 PATIENCE = 60  # most iterations that one solve may take with a preconditioner made for an earlier matrix
@@ -181,10 +181,10 @@ class Preconditioner(Protocol):
     """An approximate inverse that can be older than the matrix it is applied for."""
 
     def update(self, system: System) -> None:
-        """Make it anew; the matrix changes afterwards: a part that is kept has to be copied."""
+        """Make the preconditioner anew; the matrix changes afterwards: parts that are kept have to be copied."""
 
     def release(self) -> None:
-        """Forget it, so that its memory can serve for searches and tangents before it is made anew."""
+        """Give up the preconditioner, so that searches and tangents can use its memory before it is made anew."""
 
     def apply(self, residual: np.ndarray) -> np.ndarray:
         """Return an approximate solution (size,) for a right-hand side (size,)."""
@@ -193,9 +193,9 @@ class Preconditioner(Protocol):
 class Krylov:
     """A `LinearSolver`: conjugate gradients for symmetric matrices, minimal residuals for others.
 
-    The preconditioner serves on for later matrices of an increment until the
-    iterations that it costs more than a fresh one add up to `WASTE`, or contact acts on nodes that it does not know.
-    The decision depends on counts only, so that runs repeat, also when they go on from a restart file.
+    The preconditioner is kept for later matrices of an increment until the additional iterations that its age costs add
+    up to `WASTE`, or contact acts on nodes that the preconditioner does not include. The decision depends on counts
+    only, so that runs are reproducible, also when they continue from a restart file.
     """
 
     def __init__(
@@ -217,18 +217,18 @@ class Krylov:
         self._waste = np.inf
 
     def forget(self) -> None:
-        """Forget the matrix and the preconditioner, which the next solve makes anew."""
+        """Give up the matrix and the preconditioner, which the next solve makes anew."""
         self._waste = np.inf
         self.release()
 
     def use(self, system: System) -> None:
-        """Take over a new matrix; the preconditioner stays."""
+        """Take a new matrix; the preconditioner stays."""
         self._system, self._rows, self._fresh = system, Rows.of(system.matrix), False
         if self._direct is not None:
             self._direct.use(system)
 
     def release(self) -> None:
-        """Forget the matrix; the preconditioner stays as long as it is to serve on."""
+        """Give up the matrix; the preconditioner stays unless it is due to be made anew."""
         self._system = self._rows = None
         if self._waste > WASTE:
             self.preconditioner.release()

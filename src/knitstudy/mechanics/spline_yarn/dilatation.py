@@ -66,7 +66,7 @@ class MeanDilatation:
         energy = 0.5 * self.lame * (mean**2).sum(axis=1)
         return Dilatation(deformation, ratio, slope, self._pressure(spans, mean), energy)
 
-    def foreseen(self, spans: slice, slope: np.ndarray, strain: np.ndarray) -> np.ndarray:
+    def added_stress(self, spans: slice, slope: np.ndarray, strain: np.ndarray) -> np.ndarray:
         """Return the stress (3, 3, points) that strains (3, 3, points) add."""
         metric = np.broadcast_to(np.eye(3)[..., None], strain.shape)  # d theta / d E
         if self._logarithmic:

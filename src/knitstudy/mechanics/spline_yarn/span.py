@@ -125,7 +125,7 @@ class Spans:
         stress = answer.stress.transpose(1, 2, 0)
         weighted = (weight.reshape(-1) * to_parent).swapaxes(0, 1)  # (J, beta)
         flux = _product(dilatation.deformation, _product(stress, weighted))
-        # A span turned inside out has no energy in terms of E: let the load path see it.
+        # A span turned inside out has no energy in terms of E: the load path has to reject it.
         flux[..., dilatation.volume_ratio <= 0] = np.nan
         if out is not None:
             moduli = answer.tangent.transpose(1, 2, 0)
@@ -133,7 +133,7 @@ class Spans:
                 change = _product(self._parent_gradient(step, spans), to_parent)
                 strain = 0.5 * _product(change.swapaxes(0, 1), change)
                 stress = stress - _stress(moduli, strain)
-                stress -= self._dilatation.foreseen(spans, dilatation.slope, strain)
+                stress -= self._dilatation.added_stress(spans, dilatation.slope, strain)
             initial = _product(to_parent, _product(stress, weighted))  # S in parent coordinates
             tensor = _material_part(dilatation.deformation, np.sqrt(weight.reshape(-1)) * to_parent, moduli)
             changes = self._dilatations(spans, _product(dilatation.slope, weighted))
