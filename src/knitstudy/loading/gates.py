@@ -58,7 +58,7 @@ def require_sound(
             "flow",
             increment.damped,
             internal(increment.response),
-            f"increment {increment.index}: viscous flows, which led on where Newton's method made no headway, have "
+            f"increment {increment.index}: viscous flows, which continued where Newton's method made no progress, have "
             "dissipated {} the internal energy",
             "Use more solver.increments",
         )
