@@ -94,8 +94,8 @@ class Series:
 
     def growth(self, values: Sequence[float]) -> Estimate:
         """Return the exponent of a power law of values (k,) in cells in a row, with its standard error."""
-        large = np.log([self.cells[self.large], np.asarray(values)[self.large]])
-        x, y = large - large.mean(axis=1, keepdims=True)
+        logs = np.log([self.cells[self.large], np.asarray(values)[self.large]])
+        x, y = logs - logs.mean(axis=1, keepdims=True)
         slope = x @ y / (x @ x)
         square = np.sum((y - slope * x) ** 2) / self.freedom
         return Estimate(float(slope), float(np.sqrt(square / (x @ x))))
