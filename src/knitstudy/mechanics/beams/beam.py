@@ -24,6 +24,7 @@ from typing import Protocol
 import numpy as np
 
 from knitstudy.errors import ConfigurationError, GeometryError
+from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.rotation import Halfway, exp, hat, log
 
 # Beyond this angle between the ends the logarithm may have taken the other way round.
@@ -110,7 +111,7 @@ class Section:
 
 
 @dataclass(frozen=True)
-class Elements:
+class Elements(Chosen):
     """Reference state and stiffness of E elements."""
 
     length: np.ndarray  # (E,), reference length L [m]
@@ -259,7 +260,7 @@ def _outer(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class LinearSprings:
+class LinearSprings(Chosen):
     """Springs between K pairs of points that nodes carry by rigid arms, p0 and p1, at P0 and P1 in the reference.
 
         d = (p1 - p0) - (P1 - P0),   f = k d,   W = f . d / 2

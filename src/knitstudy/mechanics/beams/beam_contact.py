@@ -38,8 +38,7 @@ class BeamContact:
         arc_length: np.ndarray,  # (K, 2) [m]
     ) -> None:
         self.line, self.points, self.node, self.offset = line, points, node, offset
-        self.yarn, self._to_points = yarn, points.spread(NO_MOVES)
-        self._from_points = self._to_points.T.tobsr()
+        self.yarn, self._points_follow = yarn, points.spread(NO_MOVES)
         self._active = lru_cache(maxsize=1)(self._find_active)  # the tangent needs what forces have needed
         self._apart = 2 * points.arc_length.max()  # farther than points of one yarn are [m]
         places = self._place(yarn, arc_length)
@@ -75,10 +74,9 @@ class BeamContact:
     ) -> tuple[np.ndarray, dict[str, float], sp.bsr_matrix | None]:
         """Return internal forces (S, 6) on the stations, energies and, if asked, the tangent (6 S + 3, 6 S + 3)."""
         points, active = self._active(state)
-        past = state.contact.points
-        force, energy, tangent = self.line.respond(points, NO_LATTICE, past, stiffness, active)
-        if tangent is not None:
-            tangent = self._from_points @ tangent @ self._to_points
+        force, energy, tangent = self.line.respond(
+            points, NO_LATTICE, state.contact.points, stiffness, active, self._points_follow
+        )
         return self._on_stations(force), energy, tangent
 
     def _find_active(self, state: BeamState) -> tuple[BeamState, ActivePairs]:
@@ -94,7 +92,7 @@ class BeamContact:
 
     def _on_stations(self, force: np.ndarray) -> np.ndarray:
         """Return forces and moments (S, 6) of those on points and lattice vectors (6 p + 6,)."""
-        return (self._from_points @ force)[:-3].reshape(-1, 6)
+        return self._points_follow.forces(force)[:-3].reshape(-1, 6)
 
     def added(self, response: Response, state: BeamState) -> Response:
         """Return the response of beams and of their contact, with a tangent if that of the beams has one."""

@@ -8,7 +8,8 @@ from functools import lru_cache
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.assembly import Assembly
+from knitstudy.mechanics.assembly import Assembly, Batch
+from knitstudy.mechanics.batches import share
 from knitstudy.mechanics.beams import beam
 from knitstudy.mechanics.beams.beam import LinearSprings
 from knitstudy.mechanics.beams.beam_contact import BeamContact
@@ -18,6 +19,8 @@ from knitstudy.mechanics.rotation import exp, hat
 
 # Force over the force that rounding of places makes in elements, up to which a network counts as unloaded
 UNLOADED = 5e6
+# Beams that a thread evaluates at a time: their matrices stay in memory that the next ones use again
+BATCH = 4096
 
 
 class BeamModel(Memoryless):
@@ -50,7 +53,6 @@ class BeamModel(Memoryless):
         self.offsets = np.concatenate([beam_offsets, self.springs.offsets])
         self.arms_turn, self.contact = arms_turn, contact
         self._evaluated = lru_cache(maxsize=1)(self._evaluate)  # the tangent needs what forces have needed
-        self._armed = np.flatnonzero(self.offsets.any(axis=(1, 2)))
         points = self.nodes[self.ends] + self.offsets
         self.apart = points[:, 1] - points[:, 0]
         self.elements = beam.Elements.between(self.apart[: self.beams], section, natural)
@@ -63,7 +65,10 @@ class BeamModel(Memoryless):
         along = np.einsum("ei,eij,ej->e", axis, self.elements.law[:, :3, :3], axis)
         rounding = np.finfo(float).eps * np.ptp(self.nodes, axis=0).max() / self.length
         self._least_force = UNLOADED * rounding * float(along.mean())
-        self._assembly = Assembly([self.ends], len(self.nodes), block=self.block, pairs=4 * len(self.ends))
+        groups = [ends, self.springs.ends] if len(self.springs.ends) else [ends]
+        self._assembly = Assembly(groups, len(self.nodes), block=self.block, pairs=4 * BATCH)
+        armed = self.offsets.any(axis=(1, 2))
+        self._armed = [np.flatnonzero(armed[first : first + batch.count]) for batch, first in self._batches()]
 
     def start(self) -> BeamState:
         """Return the reference state."""
@@ -94,7 +99,7 @@ class BeamModel(Memoryless):
         if self.arms_turn:
             at_nodes[:, 1::2] += np.cross(arm, at_ends[:, 0::2])
         pull, stretch = at_ends[self.beams :, 2], (chord - self.apart)[self.beams :]
-        stored = np.sum(beam.energy(self.elements, now)) + 0.5 * np.vdot(pull, stretch)
+        stored = sum(beam.energy(*each).sum() for each in now) + 0.5 * np.vdot(pull, stretch)
         # Forces, and moments over the radius: in pure bending there are no forces to measure a residual against.
         lever = np.array([1.0, self.radius, 1.0, self.radius])[:, None]
         magnitude = np.linalg.norm(at_ends[: self.beams] / lever, axis=2)
@@ -129,30 +134,54 @@ class BeamModel(Memoryless):
         np.add.at(left, self.springs.ends, 0.5 * couple[:, None])
         return left
 
-    def _evaluate(self, state: BeamState) -> tuple[np.ndarray, np.ndarray, beam.Deformation, np.ndarray]:
-        """Return current arms, ways from end to end, the beams' deformation and the forces at all ends.
+    def _evaluate(
+        self, state: BeamState
+    ) -> tuple[np.ndarray, np.ndarray, list[tuple[beam.Elements, beam.Deformation]], np.ndarray]:
+        """Return current arms, ways from end to end, beams with their deformation, and the forces at all ends.
 
-        Arms are (E + K, 2, 3), ways (E + K, 3), forces and moments (E + K, 4, 3): of beams, then of springs.
+        Arms are (E + K, 2, 3), ways (E + K, 3), forces and moments (E + K, 4, 3): of beams, then of springs. There are
+        as many beams at a time as in the batches of the assembly.
         """
         arm = self.offsets
         if self.arms_turn:
             arm = np.einsum("eaij,eaj->eai", state.rotation[self.ends], arm)
         first, second = np.swapaxes(state.position[self.ends] + arm, 0, 1)
         chord = second - first
-        turned = state.rotation[self.ends[: self.beams]].swapaxes(0, 1)
-        now = beam.deform(self.elements, chord[: self.beams], *turned, state.released)
         pull = self.springs.at_points((chord - self.apart)[self.beams :])
-        return arm, chord, now, np.concatenate([beam.force(now), pull])
+        parts = [batch.part for batch in self._assembly.batches if not batch.group]
 
-    def _tangent(self, now: beam.Deformation, at_ends: np.ndarray, arm: np.ndarray) -> sp.spmatrix:
-        matrices = np.concatenate([beam.stiffness(self.elements, now), self.springs.stiffness_at_points()])
-        if self.arms_turn:
-            armed = self._armed
-            matrices[armed] = _about_nodes(matrices[armed], at_ends[armed], arm[armed])
-        blocks = matrices.reshape(-1, 2, 6, 2, 6).swapaxes(2, 3).reshape(-1, 4, 36)
-        total = self._assembly.begin_stiffness()
-        total.put(0, blocks)
+        def deformed(number: int) -> tuple[beam.Elements, beam.Deformation]:
+            part = parts[number]
+            elements, turned = self.elements[part], state.rotation[self.ends[part]].swapaxes(0, 1)
+            return elements, beam.deform(elements, chord[part], *turned, state.released)
+
+        now = share(deformed, len(parts))
+        return arm, chord, now, np.concatenate([*(beam.force(each) for _, each in now), pull])
+
+    def _tangent(
+        self, now: list[tuple[beam.Elements, beam.Deformation]], at_ends: np.ndarray, arm: np.ndarray
+    ) -> sp.spmatrix:
+        """Return the tangent of beams and springs, from their forces at all ends and the arms there."""
+        total, batches = self._assembly.begin_stiffness(), self._batches()
+
+        def put(number: int) -> None:
+            batch, first = batches[number]
+            if batch.group:
+                matrices = self.springs[batch.part].stiffness_at_points()
+            else:
+                matrices = beam.stiffness(*now[number])
+            if self.arms_turn:
+                armed = self._armed[number]
+                end = first + armed
+                matrices[armed] = _about_nodes(matrices[armed], at_ends[end], arm[end])
+            total.put(number, matrices.reshape(-1, 2, 6, 2, 6).swapaxes(2, 3).reshape(-1, 4, 36))
+
+        share(put, len(batches))
         return self._assembly.matrix(total)
+
+    def _batches(self) -> list[tuple[Batch, int]]:
+        """Return the batches of beams (group 0) and springs (group 1), and the first of `ends` of each."""
+        return [(batch, batch.part.start + self.beams * batch.group) for batch in self._assembly.batches]
 
 
 def _about_nodes(stiffness: np.ndarray, force: np.ndarray, arm: np.ndarray) -> np.ndarray:

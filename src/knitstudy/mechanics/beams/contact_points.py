@@ -47,6 +47,21 @@ def beside(yarn: np.ndarray, count: np.ndarray | int, closed: bool) -> tuple[np.
     return places - image * (end - begin + 1)[:, None], image
 
 
+class Spread:
+    """How places and turns of p points of contact and the lattice vectors (6 p + 6,) follow the unknowns of a model."""
+
+    def __init__(self, matrix: sp.bsr_matrix) -> None:
+        self.matrix, self._transposed = matrix, matrix.T.tobsr()
+
+    def forces(self, force: np.ndarray) -> np.ndarray:
+        """Return the forces on the unknowns of forces (6 p + 6,)."""
+        return self._transposed @ force
+
+    def tangent(self, tangent: sp.bsr_matrix) -> sp.bsr_matrix:
+        """Return the tangent over the unknowns of one over the points and the lattice vectors."""
+        return self._transposed @ tangent @ self.matrix
+
+
 @dataclass(frozen=True, eq=False)
 class ContactPoints:
     """Points of contact of yarns with stations; the section of the nearest station turns them."""
@@ -96,7 +111,7 @@ class ContactPoints:
         first = np.flatnonzero(np.diff(self.yarn, prepend=-1))
         return np.append(first, np.append(first[1:], len(self.yarn)) - 1)
 
-    def spread(self, moves: np.ndarray) -> sp.bsr_matrix:
+    def spread(self, moves: np.ndarray) -> Spread:
         """Return how places and turns of points and the lattice vectors (6 p + 6,) follow the unknowns (6 n + 3,).
 
         Unknowns are places and turns of stations, and three of the lattice, by which `moves` (2, 3, 3) are the
@@ -108,7 +123,7 @@ class ContactPoints:
         both = places + sp.kron(turns, sp.diags([0.0] * 3 + [1.0] * 3))
         lattice = np.zeros((p, 6, 3))
         lattice[:, :3] = self.around[:, None, None] * moves[0]
-        return sp.bmat([[both, lattice.reshape(-1, 3)], [None, moves.reshape(6, 3)]]).tobsr((3, 3))
+        return Spread(sp.bmat([[both, lattice.reshape(-1, 3)], [None, moves.reshape(6, 3)]]).tobsr((3, 3)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -87,8 +87,7 @@ class EndlessBeams:
         column = np.broadcast_to(self.lattice_unknowns, shift.shape)
         self.spread = own + sp.csr_matrix((shift.ravel(), (at.ravel(), column.ravel())), own.shape)
         self._collect = sp.csr_matrix(self.spread.T)
-        self._to_points = points.spread(self.moves)
-        self._from_points = self._to_points.T.tobsr()
+        self._points_follow = points.spread(self.moves)
         self._placed = lru_cache(maxsize=1)(self._place)  # the tangent needs what forces have needed
 
     def starting_at(self, state: EndlessState) -> EndlessBeams:
@@ -142,17 +141,15 @@ class EndlessBeams:
         beams, contact, points, active = self._placed(state)
         inner = self.inner.respond(beams, stiffness)
         force, energy, tangent = contact.respond(
-            points, self.vectors(state), state.contact, stiffness, active
+            points, self.vectors(state), state.contact, stiffness, active, self._points_follow
         )
-        force = self._from_points @ force
         if stiffness:
             own = self._collect @ sp.csr_matrix(inner.stiffness) @ self.spread
-            tangent = self._from_points @ tangent @ self._to_points
             tangent = sp.csr_matrix(own + tangent + sp.diags(self._drag))
             tangent.sort_indices()
         return replace(
             inner,
-            force=self._collect @ inner.force + force + self._drag * state.moved,
+            force=self._collect @ inner.force + self._points_follow.forces(force) + self._drag * state.moved,
             energy=summed(
                 inner.energy | energy | {"stabilisation": self._dragged(state)},
                 {form: -stored for form, stored in self._stored.items()},

@@ -33,11 +33,12 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.mechanics.batches import by_parts, parts, share
-from knitstudy.mechanics.beams.contact_points import Axes
+from knitstudy.mechanics.beams.contact_points import Axes, Spread
 from knitstudy.mechanics.beams.hertz import Expansion
 from knitstudy.mechanics.beams.line_friction import (
     ActivePairs,
     PairFriction,
+    at_a_time,
     closest_points,
     committed_history,
     friction_tangent,
@@ -54,7 +55,6 @@ SPACINGS = 2.5  # length of contact from which on the law is exact in the mean, 
 CHORD = 0.25
 # Friction of rough yarns: points that part lose their traction while their force fades, not all at once.
 ROUGH = 100.0
-BATCH = 8000  # pairs at once: their second derivatives take 120 MB
 MARGIN = 0.1  # further distance within which pairs are searched, over that of near ones: they serve until points move
 
 
@@ -178,7 +178,7 @@ class LineContact:
             z, U = self.energy(pairs[part], at.position, vectors, second)
             return z, U.value, U.slope, *((U.bend,) if second else ())
 
-        z, *U = by_parts(energy, len(pairs.i), BATCH)
+        z, *U = by_parts(energy, len(pairs.i), at_a_time(len(pairs.i)))
         U = Expansion(*U) if second else Expansion(*U, None)
         slope = np.tensordot(U.slope, TWICE, 1) @ z
         on_j = slope[:, W].copy()
@@ -192,17 +192,19 @@ class LineContact:
         history: LineHistory,
         stiffness: bool,
         active: ActivePairs | None = None,  # of this state and this history, if it is known
+        spread: Spread | None = None,  # how points follow the unknowns of the tangent
     ) -> tuple[np.ndarray, dict[str, float], sp.bsr_matrix | None]:
         """Return internal forces (6 n + 6,), energies and, if asked, the tangent in blocks (3, 3).
 
-        Unknowns are place and turn of the n points, and the lattice vectors, which images of points follow.
+        Forces are on place and turn of the n points, and on the lattice vectors, which images of points follow. The
+        tangent is over these as well, or over what they follow by `spread`.
         """
         active = active or self.active_pairs(state, vectors, history)
         loads, n = self.loads(state, vectors, active, stiffness), len(state.position)
         friction = active.friction
         energy = {"penalty": float(loads.energy.value.sum() + friction.stored.sum())}
         energy["friction"] = history.dissipated + float(friction.dissipated.sum()) + friction.left_behind
-        return self.forces(loads, n), energy, self._tangent(loads, n) if stiffness else None
+        return self.forces(loads, n), energy, self._tangent(loads, n, spread) if stiffness else None
 
     def forces(self, loads: Loads, n: int) -> np.ndarray:
         """Return internal forces (6 n + 6,) on n points and the lattice vectors."""
@@ -223,8 +225,8 @@ class LineContact:
         on_vectors[0] += np.einsum("np,npi->i", axes.image[touched], at_points)
         return np.append(total.ravel(), on_vectors.ravel())
 
-    def _tangent(self, loads: Loads, n: int) -> sp.bsr_matrix:
-        """Return the tangent over the unknowns of n points and the lattice vectors, a batch of pairs at a time."""
+    def _tangent(self, loads: Loads, n: int, spread: Spread | None = None) -> sp.bsr_matrix:
+        """Return the tangent over n points and the lattice vectors, or what they follow; some pairs at a time."""
         pairs, friction, U = loads.pairs, loads.friction, loads.energy
 
         def normal_blocks(part: slice) -> tuple[np.ndarray, np.ndarray]:
@@ -236,18 +238,17 @@ class LineContact:
             left = (weights.swapaxes(1, 2) @ hessian.reshape(k, 5, 45)).reshape(k, a, 3, 5, 3).swapaxes(3, 4)
             return at, (left.reshape(k, 9 * a, 5) @ weights).reshape(k, a, 9, a).swapaxes(2, 3)
 
-        def friction_blocks(part: slice) -> tuple[np.ndarray, np.ndarray]:
-            return friction_tangent(self.mu, pairs, friction[part], n, self.images)
-
-        work = [(normal_blocks, part) for part in parts(len(pairs.i), BATCH)]
-        if self.mu > 0:
-            work += [(friction_blocks, part) for part in parts(len(friction.pair), BATCH)]
+        every = parts(len(pairs.i), at_a_time(len(pairs.i)))
 
         def summed(number: int) -> sp.bsr_matrix:
-            blocks_of, part = work[number]
-            return in_blocks(*blocks_of(part), 2 * n + 2)
+            part = every[number]
+            total = in_blocks(*normal_blocks(part), 2 * n + 2)
+            if self.mu > 0:
+                some = friction[slice(*np.searchsorted(friction.pair, [part.start, part.stop]))]
+                total = total + in_blocks(*friction_tangent(self.mu, pairs, some, n, self.images), 2 * n + 2)
+            return spread.tangent(total) if spread else total
 
-        return reduce(add, share(summed, len(work)))
+        return reduce(add, share(summed, len(every)))
 
     def _weights(self, pairs: PointPairs, n: int) -> tuple[np.ndarray, np.ndarray]:
         """Return blocks (k, a): three of n points around i, three around j, lattice vectors; z's weights (k, 5, a)."""

@@ -29,7 +29,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from knitstudy.mechanics.batches import Chosen
+from knitstudy.mechanics.batches import Chosen, by_parts
 from knitstudy.mechanics.beams.pair_search import PointPairs
 from knitstudy.mechanics.beams.repulsion import Repulsion
 from knitstudy.mechanics.beams.state import BeamState, CommittedPoints, LineHistory
@@ -40,6 +40,19 @@ LEAST_BEND = 0.02
 
 SECULAR, ROUNDING = 20, 1e-13  # most iterations to Coulomb's limit, of a handful, and their tolerance
 LEAST_LIMIT = 1e-12  # of the traction beyond it: pairs that are about to part have a limit of nothing
+# Pairs that are evaluated at a time: threads share more than a few; second derivatives of the most take 120 MB
+FEW, MOST = 2000, 8000
+
+
+def at_a_time(pairs: int) -> int:
+    """Return how many of so many pairs are evaluated at a time.
+
+    Examples
+    --------
+    >>> at_a_time(1000), at_a_time(6000), at_a_time(60_000)
+    (2000, 3000, 8000)
+    """
+    return min(max(FEW, -(-pairs // 2)), MOST)
 
 
 def stored_energy(traction: np.ndarray, spring: np.ndarray, shear: np.ndarray) -> np.ndarray:
@@ -145,17 +158,34 @@ class PairFriction(Chosen):
         known = np.searchsorted(history.key, pairs.key)
         same = np.append(history.key, -1)[known] == pairs.key
         pair, known = np.flatnonzero(same), known[same]
-        rotation, r = state.rotation[pairs.both[pair]], pairs.distance[pair]
-        arm = np.einsum("kaij,kaj->kai", rotation, history.arm[known])
-        past_traction = np.einsum("kaij,kaj->kai", rotation, history.traction[known])
-        normals = np.einsum("kaij,kaj->kai", rotation, history.normal[known])
-        shear = rotation @ history.shear[known] @ rotation.swapaxes(2, 3)
+
+        def of_some(part: slice) -> PairFriction:
+            return cls._of_known(law, mu, state, pairs[pair[part]], pair[part], history[known[part]])
+
+        left_behind = float(history.stored.sum() - history.stored[known].sum())
+        return replace(by_parts(of_some, len(pair), at_a_time(len(pair))), left_behind=left_behind)
+
+    @classmethod
+    def _of_known(
+        cls,
+        law: Repulsion,
+        mu: float,
+        state: BeamState,
+        pairs: PointPairs,  # m of all
+        pair: np.ndarray,  # int (m,), their places among all
+        history: LineHistory,  # of these
+    ) -> PairFriction:
+        rotation, r = state.rotation[pairs.both], pairs.distance
+        arm = np.einsum("kaij,kaj->kai", rotation, history.arm)
+        past_traction = np.einsum("kaij,kaj->kai", rotation, history.traction)
+        normals = np.einsum("kaij,kaj->kai", rotation, history.normal)
+        shear = rotation @ history.shear @ rotation.swapaxes(2, 3)
         plane, stiff = shear.mean(axis=1), _stiff(shear, normals)
-        slip = arm[:, 0] - arm[:, 1] - pairs.way[pair]
-        share = history.share[known] * history.density[known]
-        force, change = law.push(share, history.shape[known], r)
+        slip = arm[:, 0] - arm[:, 1] - pairs.way
+        share = history.share * history.density
+        force, change = law.push(share, history.shape, r)
         # Friction acts from the moment within the increment at which a pair closes.
-        past, begun = law.diameter - history.distance[known], history.spring[known]
+        past, begun = law.diameter - history.distance, history.spring
         closes = past < 0
         span = np.where(closes, law.diameter - r - past, 1.0)
         spring = begun * np.where(closes, 1 + past / span, 1.0)
@@ -167,16 +197,16 @@ class PairFriction(Chosen):
         most = np.maximum(most, LEAST_LIMIT * size)
         traction, beyond = trial.copy(), np.zeros(len(trial))
         traction[slides], beyond[slides] = within_limit(trial[slides], stiff[slides], most[slides])
-        stored, after = history.stored[known], stored_energy(traction, begun, stiff)
+        stored, after = history.stored, stored_energy(traction, begun, stiff)
         # Half of t_0 + t along t; where t_0 pointed the other way, of both of Coulomb's limits
         along = _ratio(np.einsum("ki,ki->k", before, traction), np.linalg.norm(traction, axis=1))
-        along = np.where(along > 0, along, mu * history.force[known])
+        along = np.where(along > 0, along, mu * history.force)
         way = np.divide(beyond * most, spring, out=np.zeros_like(most), where=spring > 0)
         slid = 0.5 * (along + most) * way
         elastic = stored_energy(traction, spring, stiff) - stored_energy(before, spring, stiff)
         return cls(
-            pair, pairs.key[pair], arm, past_traction, normals, shear, slip, spring, rate, force, change, slides,
-            traction, beyond, way, after, elastic + stored - after + slid, float(history.stored.sum() - stored.sum()),
+            pair, pairs.key, arm, past_traction, normals, shear, slip, spring, rate, force, change, slides,
+            traction, beyond, way, after, elastic + stored - after + slid, 0.0,
         )  # fmt: skip
 
 
