@@ -36,7 +36,7 @@ from keep import keep_drawn, stamped
 from matplotlib.figure import Figure
 from pydantic import Field
 
-from knitstudy.errors import ConfigurationError, ConvergenceError, KnitstudyError, said_by
+from knitstudy.errors import ConfigurationError, ConvergenceError, KnitstudyError, message_of
 from knitstudy.figures.style import DOUBLE, FAINT, INK, figure, place, shared_legend, styled
 from knitstudy.files import write_text
 from knitstudy.measures import history_checks as checks
@@ -291,12 +291,12 @@ def judged(trial: Trial, plan: Plan, folder: Path) -> dict[str, Any]:
         outcome = STOPPED if isinstance(error, ConvergenceError) else REFUSED
         named = [key for key in all_keys() if "." in key and re.search(rf"\b{re.escape(key)}\b", str(error))]
         name = type(error).__name__
-        row = {"outcome": outcome, "reason": said_by(error), "error": name, "keys named": " ".join(named)}
+        row = {"outcome": outcome, "reason": message_of(error), "error": name, "keys named": " ".join(named)}
     except Exception as error:  # whatever it is: that is what the campaign looks for
         place = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(place.filename).name}:{place.lineno}"
         name = type(error).__name__
-        row = {"outcome": SILENT, "reason": f"{said_by(error)} ({where})", "error": name}
+        row = {"outcome": SILENT, "reason": f"{message_of(error)} ({where})", "error": name}
     return row | {"seconds [s]": time.process_time() - started}
 
 
@@ -329,7 +329,7 @@ def twice(scene: Scene, history: xr.Dataset, plan: Plan, folder: Path) -> dict[s
     try:
         other = simulate(finer, folder, plan=plan, anew=True).history
     except KnitstudyError as error:
-        return {"in twice the increments": said_by(error)}
+        return {"in twice the increments": message_of(error)}
     largest = float(np.abs(history["force"]).max())
     if largest == 0.0 or checks.is_unloaded(history, scene):
         return {}

@@ -23,7 +23,7 @@ import pandas as pd
 from keep import keep_drawn, stamped
 from matplotlib.figure import Figure
 
-from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError, said_by
+from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError, message_of
 from knitstudy.figures.style import DOUBLE, YARNS, figure, place, shared_legend, styled
 from knitstudy.files import read_table, write_table, write_text
 from knitstudy.geometry.lay_out import lay_out
@@ -63,7 +63,7 @@ def _outcome(trade: Trade, inputs: Inputs) -> str:
     try:
         lay_out(trade.scene(Case("cut_knit", TIED), inputs, drawn_defaults()))
     except GeometryError as error:
-        return said_by(error)
+        return message_of(error)
     return FOUND
 
 

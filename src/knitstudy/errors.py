@@ -10,7 +10,7 @@ class KnitstudyError(Exception):
     """
 
 
-def said_by(error: BaseException, *known: type[BaseException]) -> str:
+def message_of(error: BaseException, *known: type[BaseException]) -> str:
     """Return the message of an error in one line, after its kind unless the kind is of this study or well known."""
     kind = "" if isinstance(error, (KnitstudyError, *known)) else f"{type(error).__name__}: "
     return " ".join(f"{kind}{error}".split())

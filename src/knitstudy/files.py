@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import knitstudy
-from knitstudy.errors import DataFileError, said_by
+from knitstudy.errors import DataFileError, message_of
 from knitstudy.interruption import uninterrupted
 
 if TYPE_CHECKING:  # where they are needed, functions import them: the command starts in half the time
@@ -167,7 +167,7 @@ def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
     except FileNotFoundError as error:
         raise DataFileError(f"{path}: there is no such file; make it with `make study`") from error
     except (OSError, ValueError) as error:
-        reason = said_by(error, OSError, ValueError)
+        reason = message_of(error, OSError, ValueError)
         raise DataFileError(
             f"{path}: is not a CSV table ({reason}); delete it and run `make study`"
         ) from error

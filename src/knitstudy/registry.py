@@ -17,7 +17,7 @@ from pkgutil import iter_modules, resolve_name
 from traceback import walk_tb
 from typing import Any, Generic, TypeVar
 
-from knitstudy.errors import ConfigurationError, said_by
+from knitstudy.errors import ConfigurationError, message_of
 
 MANY = 20  # Names beyond which a message does not list them all
 NEAR = 3  # Names that a message offers at most in the place of a wrong one
@@ -124,7 +124,7 @@ def load_plugins(names: Iterable[str]) -> None:
             import_module(module)
             _imported[name] = module
         except (Exception, SystemExit) as error:  # whatever it is that a module of someone else's raises
-            reason = said_by(error, ImportError)
+            reason = message_of(error, ImportError)
             raise ConfigurationError(f"plugins: {name!r} cannot be imported: {reason}") from error
 
 

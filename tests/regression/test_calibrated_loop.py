@@ -49,10 +49,10 @@ def test_search_finds_the_loop_again_from_near_by(after):
     calibrated = np.concatenate([[wale, course, points[0, 1]], plane, z, [force]])
     disturbed = calibrated + 0.02 * np.random.default_rng(4).normal(size=calibrated.size)
     assert np.linalg.norm(residuals(disturbed, problem)) > 0.3
-    found = Candidate.from_unknowns(solve(disturbed, problem).x, problem.quarter)
+    actual = Candidate.from_unknowns(solve(disturbed, problem).x, problem.quarter)
     # The preference for little bending pulls by some hundredths: the last passes of the calibration take it away.
-    assert found.wale_spacing == pytest.approx(wale, abs=0.05)
-    assert found.course_spacing == pytest.approx(course, abs=0.05)
+    assert actual.wale_spacing == pytest.approx(wale, abs=0.05)
+    assert actual.course_spacing == pytest.approx(course, abs=0.05)
 
 
 @pytest.mark.parametrize("weight", ["alpha", "beta"])
@@ -60,13 +60,13 @@ def test_angles_hardly_depend_on_the_weights(scene, after, weight):
     # Weights are assumed, so the bars of the study must hold with each ten times smaller and larger.
     for factor in (0.1, 10.0):
         own = f"geometry.{weight}"
-        found = lay_out(scene.replace(own, factor * scene.value(own)))
-        state = found.sel(state="after")
+        actual = lay_out(scene.replace(own, factor * scene.value(own)))
+        state = actual.sel(state="after")
         assert abs(float(state["interlock_angle"]) - 66) < 3
         assert abs(float(state["leg_angle"]) - 80) < 3
-        assert abs(float(state["loop_length"] / found["loop_length"].sel(state="before")) - 1) < 0.02
-        assert np.abs(radii(state, "crossing_distance") - 2 - found["clearance"]).max() < 1e-3
-        assert np.abs(found["control_points"] - after["control_points"]).max() > 0
+        assert abs(float(state["loop_length"] / actual["loop_length"].sel(state="before")) - 1) < 0.02
+        assert np.abs(radii(state, "crossing_distance") - 2 - actual["clearance"]).max() < 1e-3
+        assert np.abs(actual["control_points"] - after["control_points"]).max() > 0
 
 
 def test_elements_of_the_mesh_are_well_shaped():

@@ -65,7 +65,7 @@ def domain(plain):
 
 def scenes(plain):
     """Return all scenes by name, the main simulation of each case before its variants."""
-    found = {}
+    actual = {}
     for kind, way in CASES:
         for form, (keys, _, _) in MODELS.items():
             if keys["fidelity"] == "beam" and kind == "tie":
@@ -73,15 +73,15 @@ def scenes(plain):
             name = form.format(f"{kind}-{way}")
             reduced = keys["fidelity"] in ("rom3d", "rom2d")
             source = {"rom.contacts_from": f"dns-{kind}-{way}"} if reduced else {}
-            found[name] = plain.vary(
+            actual[name] = plain.vary(
                 {"name": name, "interaction": kind, "load.direction": way} | source | keys
             )
-    return found
+    return actual
 
 
 def histories(scenes, **changes):
     """Return made-up results of all scenes by name; changes replace arguments of `synthetic.history`."""
-    found = {}
+    actual = {}
     for kind, way in CASES:
         for form, (_, force, lift) in MODELS.items():
             name = form.format(f"{kind}-{way}")
@@ -89,8 +89,8 @@ def histories(scenes, **changes):
                 continue
             last = force * FORCE[kind]
             arguments = {"force": (0, last / 2, last), "lift": lift * LIFT[kind], "scene": name}
-            found[name] = history(**arguments | COST[scenes[name].fidelity] | changes.get(name, {}))
-    return found
+            actual[name] = history(**arguments | COST[scenes[name].fidelity] | changes.get(name, {}))
+    return actual
 
 
 def history(**arguments):
@@ -134,13 +134,13 @@ INPUTS = {
 
 def varied(plain):
     """Return scenes of contact and ties in course tension with one input changed at a time, by name."""
-    found = {}
+    actual = {}
     for name, keys in INPUTS.items():
         for kind in ("tie", "rough", "isotropic"):
             scene = plain.vary({"name": name.format(kind), "fidelity": "hexahedra", "interaction": kind})
             if all(scene.value(key) is not None for key in keys):
-                found[scene.name] = scene.vary(keys)
-    return found
+                actual[scene.name] = scene.vary(keys)
+    return actual
 
 
 def in_contact(history, kind, force=1.0, lift=1.0):

@@ -57,7 +57,7 @@ def history_of(knit, size=2e-3):
 def geometry(knit: Fabric, flattened=0.5):
     """Geometry of a knit that was optimised from a flatter one."""
     before = knit.loop.control_points * [1.0, 1.0, flattened]
-    wanted = (2 + knit.loop.clearance) * knit.radius
+    expected = (2 + knit.loop.clearance) * knit.radius
     state = {
         "penetration": [4e-4, 0.0],
         "gap": [-4e-4, 1.8e-5],
@@ -70,7 +70,7 @@ def geometry(knit: Fabric, flattened=0.5):
     return fabric_dataset(knit).assign(
         control_points_before=(("point", "xyz"), before),
         cost=(("state", "term"), np.arange(12.0).reshape(2, 6)),
-        crossing_distance=(("state", "cell_zone"), [[wanted - 4e-4] * 4, [wanted + 1e-8] * 4]),
+        crossing_distance=(("state", "cell_zone"), [[expected - 4e-4] * 4, [expected + 1e-8] * 4]),
         state=["before", "after"],
         term=list(TERMS),
         **{name: ("state", values) for name, values in state.items()},

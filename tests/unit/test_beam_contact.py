@@ -32,11 +32,11 @@ def test_pairs_of_a_stretched_knit_need_no_new_search(stretch, monkeypatch):
     search.within(1.0, 1.4, position, NO_LATTICE)
     monkeypatch.setattr(PairSearch, "_all", None)
     moved = position * [stretch, 1.0, 1.0] + 0.05 * rng.uniform(-1, 1, size=(600, 3))
-    found = search.within(1.0, 1.4, moved, NO_LATTICE)
+    actual = search.within(1.0, 1.4, moved, NO_LATTICE)
     near = cKDTree(moved).query_pairs(1.0, output_type="ndarray")
     near = near[near[:, 0] // 20 != near[:, 1] // 20]
     assert len(near) > 10
-    assert set(map(tuple, found.both.tolist())) == set(map(tuple, near.tolist()))
+    assert set(map(tuple, actual.both.tolist())) == set(map(tuple, near.tolist()))
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -108,8 +108,8 @@ def test_axes_of_a_parabola_are_exact_to_its_ends(length):
     axes = Axes.of(yarn, s, points.weight, length, None)
     assert np.all(yarn[axes.points] == yarn[:, None])
     derivatives = axes.at(np.arange(len(s)), along(yarn, s), np.zeros((2, 3)))
-    for order, found in enumerate(derivatives, start=1):
-        np.testing.assert_allclose(found, along(yarn, s, order), atol=1e-10)
+    for order, actual in enumerate(derivatives, start=1):
+        np.testing.assert_allclose(actual, along(yarn, s, order), atol=1e-10)
 
 
 def test_points_near_a_tie_are_joined_by_its_number():
@@ -150,13 +150,13 @@ def test_motion_counts_between_yarns_that_are_near_each_other(twice):
 
 def test_forces_of_points_are_those_of_the_nearer_crossing(twice):
     contact, state = twice
-    found, force = contact.commit(state), contact.respond(state)[0][:, :3]
+    actual, force = contact.commit(state), contact.respond(state)[0][:, :3]
     low, left = np.arange(122) < 61, state.position[:, 0] < 3
     on_low, on_high = -force[low & left].sum(axis=0), -force[~low & ~left].sum(axis=0)
-    np.testing.assert_allclose(found.force, [on_low, on_high], atol=1e-12)
-    assert found.force[0, 2] < 0 < found.force[1, 2]
-    np.testing.assert_allclose(found.gap, [-0.05, -0.05, np.nan], atol=1e-3)
-    np.testing.assert_allclose(state.contact.gap, found.gap)
+    np.testing.assert_allclose(actual.force, [on_low, on_high], atol=1e-12)
+    assert actual.force[0, 2] < 0 < actual.force[1, 2]
+    np.testing.assert_allclose(actual.gap, [-0.05, -0.05, np.nan], atol=1e-3)
+    np.testing.assert_allclose(state.contact.gap, actual.gap)
 
 
 def test_a_yarn_that_slides_off_the_end_of_another_is_refused(twice):

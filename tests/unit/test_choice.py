@@ -79,12 +79,12 @@ def ask(kept, monkeypatch, tmp_path):
 @pytest.mark.parametrize(("accuracy", "setting"), [(5.0, "honeycomb"), (0.05, "network"), (0.021, "yarns2")])
 def test_the_cheapest_that_is_promised_is_taken(ask, accuracy, setting):
     """Yarns of degrees 2 and 3 tie in price and error: the name decides."""
-    found = ask(accuracy=accuracy)
-    assert found.setting.name == setting
-    assert 0.9 * MEASURED["cut_knit", "tied"][setting][0] < found.setting.error <= accuracy
-    assert found.basis.startswith("on 75 % of the knits in the box")
-    assert found.basis.endswith("by 48 that were measured and without 1 on which solid yarns did not end")
-    assert {each.name for each in found.settings} == set(MEASURED["cut_knit", "tied"])
+    actual = ask(accuracy=accuracy)
+    assert actual.setting.name == setting
+    assert 0.9 * MEASURED["cut_knit", "tied"][setting][0] < actual.setting.error <= accuracy
+    assert actual.basis.startswith("on 75 % of the knits in the box")
+    assert actual.basis.endswith("by 48 that were measured and without 1 on which solid yarns did not end")
+    assert {each.name for each in actual.settings} == set(MEASURED["cut_knit", "tied"])
 
 
 def test_a_model_that_fails_too_often_is_not_promised(ask):
@@ -106,10 +106,10 @@ OUTSIDE = {
 
 @pytest.mark.parametrize("key", OUTSIDE)
 def test_outside_of_the_box_nothing_is_promised(ask, key):
-    value, said = OUTSIDE[key]
+    value, message = OUTSIDE[key]
     with pytest.raises(ConfigurationError) as raised:
         ask({key: value}, accuracy=5.0)
-    assert said in str(raised.value)
+    assert message in str(raised.value)
     assert key in str(raised.value) or key == "yarn.diameter"
     assert "`knitstudy measure yarns-tie-course`" in str(raised.value)
     assert "\n" not in str(raised.value)
@@ -141,8 +141,8 @@ def test_a_knit_of_ones_own_takes_its_own_measurements(ask):
         row(load_trade().case_of(mine), mine, "yarns2", (np.inf, 2, 9)),
     ]
     write_table(pd.DataFrame(rows), choice.OWN)
-    found = ask(changes, accuracy=0.5)
-    assert (found.setting.name, found.setting.error, found.basis) == ("network", 0.3, "on this very knit")
+    actual = ask(changes, accuracy=0.5)
+    assert (actual.setting.name, actual.setting.error, actual.basis) == ("network", 0.3, "on this very knit")
     with pytest.raises(ConfigurationError, match=r"yarn\.poisson_ratio is 0\.48"):
         ask({"yarn.poisson_ratio": 0.48}, accuracy=0.5)
     choice.OWN.write_text("error [1]\nlarge\n")
@@ -151,7 +151,7 @@ def test_a_knit_of_ones_own_takes_its_own_measurements(ask):
 
 
 @pytest.mark.parametrize(
-    ("asks", "said"),
+    ("asks", "message"),
     [
         ({"accuracy": 0.001}, r"ask\.accuracy is 0\.001, but nearest comes yarns2: .*if no edges matter"),
         (
@@ -163,9 +163,9 @@ def test_a_knit_of_ones_own_takes_its_own_measurements(ask):
         ({"accuracy": 0.1, "among": ("beams",)}, r"ask\.among: unknown fidelity 'beams'"),
     ],
 )
-def test_a_question_without_an_answer_names_the_nearest_choices(ask, asks, said, monkeypatch):
+def test_a_question_without_an_answer_names_the_nearest_choices(ask, asks, message, monkeypatch):
     monkeypatch.setattr(choice, "without_edges", lambda *_: "if no edges matter, a cell")
-    with pytest.raises(ConfigurationError, match=said):
+    with pytest.raises(ConfigurationError, match=message):
         ask(**asks)
 
 
@@ -186,9 +186,9 @@ def test_the_command_names_the_choice_and_where_too_few_were_measured(ask, kept,
     assert offer.startswith("if no edges matter, specimen: cell by yarns2")
     assert sum(line.endswith("\ttaken") for line in rest) == 1
     monkeypatch.setattr(choice, "TRADE_KEPT", made(tmp_path / "few.csv", 5))
-    said = CliRunner().invoke(main, arguments).stderr.splitlines()
-    assert len(said) == 1
-    assert "5 knits have been measured of cut-knit-tied (few.csv): a promise takes 12" in said[0]
+    message = CliRunner().invoke(main, arguments).stderr.splitlines()
+    assert len(message) == 1
+    assert "5 knits have been measured of cut-knit-tied (few.csv): a promise takes 12" in message[0]
 
 
 def test_of_a_large_knit_the_command_says_the_cell_first_and_what_the_whole_costs(ask):
@@ -215,9 +215,9 @@ def test_a_large_knit_that_was_measured_itself_is_chosen_for_as_any_other(ask):
     changes = [each for key, value in knit.items() for each in ("--set", f"{key}={value}")]
     plan = ["plan", "yarns-tie-course", "--question", "force", *changes]
     assert "take network: error at most 3 %" in CliRunner().invoke(main, [*plan, "--accuracy", "0.05"]).stdout
-    said = CliRunner().invoke(main, [*plan, "--accuracy", "0.01"])
-    assert said.exit_code == 1
-    assert "ask.accuracy is 0.01, but nearest comes network" in said.stderr
+    message = CliRunner().invoke(main, [*plan, "--accuracy", "0.01"])
+    assert message.exit_code == 1
+    assert "ask.accuracy is 0.01, but nearest comes network" in message.stderr
 
 
 def test_scenes_of_a_family_may_ask(ask, config):

@@ -46,7 +46,7 @@ def test_help_and_completion_import_no_library_of_results_and_no_model(printed_a
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "reason"),
     [
         (("frobnicate",), "No such command 'frobnicate'"),
         (("run", "dns-a", "--set", "load.strain"), "'load.strain' is not key=value"),
@@ -55,10 +55,10 @@ def test_help_and_completion_import_no_library_of_results_and_no_model(printed_a
         (("show", "table.csv", "--plot", "a.png"), "--plot draws netCDF files"),
     ],
 )
-def test_wrong_usage_has_status_2(knitstudy, arguments, said):
+def test_wrong_usage_has_status_2(knitstudy, arguments, reason):
     result = knitstudy(*arguments)
     assert result.exit_code == 2
-    assert said in result.stderr
+    assert reason in result.stderr
 
 
 def test_list(knitstudy, config):
@@ -107,9 +107,9 @@ def test_check_scene(knitstudy, config, monkeypatch):
 def test_plugins_of_another_configuration_run_only_if_named(knitstudy, config, monkeypatch):
     (config / "config.yaml").write_text("study: ci\nfolder: config\nplugins: [plugin_of_a_test]\n")
     named = ("--plugin", "plugin_of_a_test")
-    said = "plugins: 'plugin_of_a_test' cannot be imported: No module named 'plugin_of_a_test'"
+    reason = "plugins: 'plugin_of_a_test' cannot be imported: No module named 'plugin_of_a_test'"
     for arguments in (("list", "--config", config), ("check", config), ("run", "dns-a", "--config", config)):
-        assert said in message(knitstudy(*arguments, *named))
+        assert reason in message(knitstudy(*arguments, *named))
     module = config / "plugin_of_a_test.py"
     module.write_text("from pathlib import Path\n\nPath('ran').touch()\n")
     monkeypatch.syspath_prepend(config)
@@ -123,7 +123,7 @@ def test_plugins_of_another_configuration_run_only_if_named(knitstudy, config, m
 
 
 @pytest.mark.parametrize(
-    ("when_imported", "when_run", "said"),
+    ("when_imported", "when_run", "reason"),
     [
         ("raise SystemExit(0)", "", "plugins: 'ends' cannot be imported: SystemExit: 0"),
         ("", "raise SystemExit(0)", "plugin 'ends' ended the command: SystemExit: 0;"),
@@ -131,7 +131,7 @@ def test_plugins_of_another_configuration_run_only_if_named(knitstudy, config, m
     ],
 )
 def test_plugin_that_exits_or_raises_ends_a_run(
-    knitstudy, config, monkeypatch, when_imported, when_run, said
+    knitstudy, config, monkeypatch, when_imported, when_run, reason
 ):
     (config / "ends.py").write_text(
         f"{when_imported}\ndef simulate(*scene, **options):\n    {when_run or 'pass'}\n"
@@ -140,7 +140,7 @@ def test_plugin_that_exits_or_raises_ends_a_run(
     monkeypatch.delitem(sys.modules, "ends", raising=False)
     if when_run:
         monkeypatch.setattr("knitstudy.stages.simulate.simulate", import_module("ends").simulate)
-    assert said in message(knitstudy("run", "dns-a", "--config", config, "--plugin", "ends"))
+    assert reason in message(knitstudy("run", "dns-a", "--config", config, "--plugin", "ends"))
 
 
 def test_installed_plugin_by_its_entry_point(knitstudy, config, tmp_path, monkeypatch):
@@ -193,7 +193,7 @@ def test_file_of_several_scenes_and_none(knitstudy, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "reason"),
     [
         (("run", "nonsense"), r"unknown scene 'nonsense'; \d+ names are allowed, such as"),
         (("run", "dns-tie-cuorse"), "did you mean 'dns-tie-course' or 'yarns-tie-course'"),
@@ -208,9 +208,9 @@ def test_file_of_several_scenes_and_none(knitstudy, tmp_path):
         (("run", "dns-a", "--config", "nowhere"), "nowhere/defaults.yaml: is missing"),
     ],
 )
-def test_wrong_scenes_end_with_one_message_of_near_names(knitstudy, arguments, said):
+def test_wrong_scenes_end_with_one_message_of_near_names(knitstudy, arguments, reason):
     line = message(knitstudy(*arguments))
-    assert re.search(said, line), line
+    assert re.search(reason, line), line
     assert len(line) < 300
 
 

@@ -41,9 +41,9 @@ def knitted(plain_scene, knit_of):
 
 def test_facets_face_each_other(facets, knitted):
     """The middles of the two facets of a crossing lie at the contact: nearer than half a facet."""
-    for found in (facets, knitted):
-        middle = found.mesh.nodes[found.nodes].mean(axis=2)
-        from_contact = np.linalg.norm(middle - found.crossings.point.mean(axis=1, keepdims=True), axis=2)
+    for actual in (facets, knitted):
+        middle = actual.mesh.nodes[actual.nodes].mean(axis=2)
+        from_contact = np.linalg.norm(middle - actual.crossings.point.mean(axis=1, keepdims=True), axis=2)
         np.testing.assert_array_less(from_contact, 0.5 * SIZE * RADIUS)
 
 

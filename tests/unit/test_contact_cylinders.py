@@ -50,9 +50,9 @@ def test_places_are_those_of_the_space_on_the_rim(crossing):
     surface, xi = places(50)
     angle = 2 * np.pi * xi[:, 1] / ANGLES
     rim = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    found, _, _ = surfaces.stencil(surface, xi).places(surfaces.carry(moved))
+    actual, _, _ = surfaces.stencil(surface, xi).places(surfaces.carry(moved))
     expected = space.matrix(surface, rim, surfaces.unit * xi[:, 0]) @ moved
-    np.testing.assert_allclose(found, expected, atol=1e-14)
+    np.testing.assert_allclose(actual, expected, atol=1e-14)
 
 
 def test_derivatives_agree_with_differences(crossing):
@@ -102,12 +102,12 @@ def test_pairs_are_found_again_where_yarns_have_moved(monkeypatch):
     find, searched = Search.find, []
     monkeypatch.setattr(Search, "find", lambda *given: searched.append(given[3:]) or find(*given))
     assert not len(again.points(nodes, nodes, ContactHistory.empty()).active)
-    found = again.points(bent, nodes, ContactHistory.empty())
+    actual = again.points(bent, nodes, ContactHistory.empty())
     ((rings,),) = searched
     assert 0 < rings.mean() < 0.5
     expected = anew.points(bent, bent, ContactHistory.empty())
-    np.testing.assert_array_equal(found.signature(), expected.signature())
-    assert len(found.active) > 10
+    np.testing.assert_array_equal(actual.signature(), expected.signature())
+    assert len(actual.active) > 10
 
 
 def test_yarns_that_bend_as_one_cannot_have_met():
@@ -157,11 +157,11 @@ def test_matrices_are_expanded_to_coefficients(crossing):
     dense = RNG.normal(size=(stations, stations)) * (RNG.uniform(size=(stations, stations)) < 0.3)
     pattern = sp.csr_matrix(dense)
     data = RNG.normal(size=(pattern.nnz, b * b, 9))
-    found = surfaces.matrix(pattern.indptr, pattern.indices, data)
+    actual = surfaces.matrix(pattern.indptr, pattern.indices, data)
     row = np.repeat(np.arange(stations), np.diff(pattern.indptr))
     full = np.zeros((stations, b, 3, stations, b, 3))
     full[row, :, :, pattern.indices] = data.reshape(-1, b, b, 3, 3).transpose(0, 1, 3, 2, 4)
     expand = np.kron(carriers, np.eye(3))
     expected = expand.T @ full.reshape(3 * b * stations, -1) @ expand
-    np.testing.assert_allclose(found.toarray(), expected, atol=1e-12)
-    assert found.has_sorted_indices
+    np.testing.assert_allclose(actual.toarray(), expected, atol=1e-12)
+    assert actual.has_sorted_indices

@@ -41,8 +41,8 @@ def test_open_grids_reproduce_linear_fields_up_to_their_edges(sheet):
     nodes, surfaces = sheet
     surface, xi = places(surfaces, 50)
     stencil = surfaces.stencil(surface, xi)
-    found = interpolate(stencil.value, stencil.nodes, nodes)
-    np.testing.assert_allclose(found[:, :2], xi[:, ::-1], atol=1e-13)
+    actual = interpolate(stencil.value, stencil.nodes, nodes)
+    np.testing.assert_allclose(actual[:, :2], xi[:, ::-1], atol=1e-13)
     slopes = interpolate(stencil.first, stencil.nodes, nodes)
     np.testing.assert_allclose(slopes, np.tile([[0, 1, 0], [1, 0, 0]], (50, 1, 1)), atol=1e-13)
     assert np.abs(interpolate(stencil.second, stencil.nodes, nodes)).max() < 1e-13

@@ -122,10 +122,10 @@ def test_ties_alone_keep_fractions_of_a_newton(pair, history):
     """Without a point in contact sums are of nothing, and of no kind of number."""
     nothing = history.isel(point=slice(0, 0))
     half = nothing.assign(crossing_force=0.3 * nothing["crossing_force"])
-    found = extract(pair, half).isel(crossing=1, increment=1)
-    np.testing.assert_allclose(found["normal_resultant"], [0, 0, 1.2])
-    np.testing.assert_allclose(found["tangential_resultant"], [0.9, 0, 0])
-    assert float(found["contact_area"]) == 7e-8
+    actual = extract(pair, half).isel(crossing=1, increment=1)
+    np.testing.assert_allclose(actual["normal_resultant"], [0, 0, 1.2])
+    np.testing.assert_allclose(actual["tangential_resultant"], [0.9, 0, 0])
+    assert float(actual["contact_area"]) == 7e-8
 
 
 def test_tied_crossing(contacts):
@@ -159,10 +159,10 @@ def test_areas_and_pressures_follow_from_forces_by_hertz(angle):
     radius, modulus, poisson, cosine = 0.4e-3, 1.3e9, 0.42, np.cos(np.radians(angle))
     force, a, b = hertz_ellipse((1 - cosine) / radius, (1 + cosine) / radius, 0.01 * radius, poisson)
     load = np.array([0.0, modulus * force])
-    found = indented(
+    actual = indented(
         yarn_pair(radius, angle, 10 * radius),
         load[:, None, None] * [0.0, 0.6, 0.8],
         modulus / (2 * (1 - poisson**2)),
     )
-    assert found["contact_area"][:, 0] == pytest.approx([0.0, np.pi * a * b], rel=1e-4)
-    assert found["largest_pressure"][:, 0] == pytest.approx([0.0, 1.5 * load[1] / (np.pi * a * b)], rel=1e-4)
+    assert actual["contact_area"][:, 0] == pytest.approx([0.0, np.pi * a * b], rel=1e-4)
+    assert actual["largest_pressure"][:, 0] == pytest.approx([0.0, 1.5 * load[1] / (np.pi * a * b)], rel=1e-4)

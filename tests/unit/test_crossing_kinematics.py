@@ -34,9 +34,9 @@ def of_pair(pair, lower, upper, relative=(0, 0, 0), contact=None):
     gradient = np.stack([np.eye(3), np.eye(3), lower, upper]).reshape(2, 1, 2, 3, 3)
     displacement, relative = np.zeros((2, 1, 2, 3)), np.stack([0 * X, relative])[:, None]
     contact = np.full((2, 1, 2, 3), np.nan) if contact is None else contact
-    found = kinematics(pair, gradient, displacement, relative, contact)
-    CONTACTS.require(found)
-    return {name: values[-1, 0] for name, values in found.items()}
+    actual = kinematics(pair, gradient, displacement, relative, contact)
+    CONTACTS.require(actual)
+    return {name: values[-1, 0] for name, values in actual.items()}
 
 
 def test_axes_stand_on_the_yarns_and_point_to_each_other(pair, knit):
@@ -67,12 +67,12 @@ def test_relative_rotation_takes_the_lower_section_to_the_upper(pair):
 def test_stretches_of_turned_sections_by_hand(pair):
     """Stretches along x, y and z; z is the normal of both yarns, along and across change places."""
     stretch = np.diag([1.02, 0.99, 0.96])
-    found = of_pair(pair, exp([0.1, 0.2, 0.3]) @ stretch, stretch)
-    np.testing.assert_allclose(found["axial_stretch"], [1.02, 0.99], rtol=1e-12)
-    np.testing.assert_allclose(found["across_stretch"], [0.99, 1.02], rtol=1e-12)
-    np.testing.assert_allclose(found["normal_stretch"], [0.96, 0.96], rtol=1e-12)
-    np.testing.assert_allclose(found["section_contraction"], [1 - 0.99 * 0.96, 1 - 1.02 * 0.96], rtol=1e-9)
-    np.testing.assert_allclose(found["section_rotation"], [[0.1, 0.2, 0.3], [0, 0, 0]], atol=1e-13)
+    actual = of_pair(pair, exp([0.1, 0.2, 0.3]) @ stretch, stretch)
+    np.testing.assert_allclose(actual["axial_stretch"], [1.02, 0.99], rtol=1e-12)
+    np.testing.assert_allclose(actual["across_stretch"], [0.99, 1.02], rtol=1e-12)
+    np.testing.assert_allclose(actual["normal_stretch"], [0.96, 0.96], rtol=1e-12)
+    np.testing.assert_allclose(actual["section_contraction"], [1 - 0.99 * 0.96, 1 - 1.02 * 0.96], rtol=1e-9)
+    np.testing.assert_allclose(actual["section_rotation"], [[0.1, 0.2, 0.3], [0, 0, 0]], atol=1e-13)
 
 
 @pytest.mark.parametrize("angle", [-3.1, -1e-9, 0.0, 0.7, 3.1])
@@ -109,16 +109,16 @@ def test_contact_that_moves_around_and_along_a_straight_yarn(pair):
     contact[:, 0, 0] += RADIUS * (np.cos(angle)[:, None] * Z - np.sin(angle)[:, None] * Y)
     contact[:, 0, 0, 0] += [0.0, 3e-4]
     contact[:, 0, 1, 2] -= RADIUS
-    found = of_pair(pair, np.eye(3), np.eye(3), contact=contact)
-    np.testing.assert_allclose(found["contact_spin"], [0.1, 0.0], atol=1e-12)
-    np.testing.assert_allclose(found["contact_travel"], [3e-4, 0.0], atol=1e-15)
+    actual = of_pair(pair, np.eye(3), np.eye(3), contact=contact)
+    np.testing.assert_allclose(actual["contact_spin"], [0.1, 0.0], atol=1e-12)
+    np.testing.assert_allclose(actual["contact_travel"], [3e-4, 0.0], atol=1e-15)
 
 
 def test_sliding_is_along_the_yarns_as_they_lie_now(pair):
     """The upper yarn slides by 3 along x and 4 along y, and has turned from y to x by 30 degrees."""
     turned = exp(-np.pi / 6 * Z)
-    found = of_pair(pair, np.eye(3), turned, relative=[3e-4, 4e-4, 0], contact=np.zeros((2, 1, 2, 3)))
-    np.testing.assert_allclose(found["sliding"], [3e-4, 1.5e-4 + 4e-4 * np.sqrt(0.75)], rtol=1e-12)
+    actual = of_pair(pair, np.eye(3), turned, relative=[3e-4, 4e-4, 0], contact=np.zeros((2, 1, 2, 3)))
+    np.testing.assert_allclose(actual["sliding"], [3e-4, 1.5e-4 + 4e-4 * np.sqrt(0.75)], rtol=1e-12)
 
 
 def test_places_on_a_curved_yarn_are_found_again(knit):

@@ -131,7 +131,7 @@ def test_yarns_touch_beside_every_tie(scene, knit, pieces):
         state = model.advance(model.start(), moved[yarns.retained].ravel())
         return model.contact_points(state)
 
-    pressed = max((points(height) for height in (0.2, -0.2)), key=lambda found: found.pressure.sum())
+    pressed = max((points(height) for height in (0.2, -0.2)), key=lambda actual: actual.pressure.sum())
     assert pressed.pressure.sum() > 0
     touches = pressed.pressure > 0
     place = model.contact.reference(pressed.history.point[touches])

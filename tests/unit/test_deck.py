@@ -114,11 +114,11 @@ def test_equations_tie_the_moments_of_both_yarns(made, written):
                 for _ in range(int(next(entries)))
             ]
             assert terms[0] == (slave + 1, component, -1.0)
-            found = np.zeros(len(deck.nodes))
-            np.add.at(found, [node - 1 for node, _, _ in terms[1:]], [value for _, _, value in terms[1:]])
+            actual = np.zeros(len(deck.nodes))
+            np.add.at(actual, [node - 1 for node, _, _ in terms[1:]], [value for _, _, value in terms[1:]])
             expected = np.zeros(len(deck.nodes))
             np.add.at(expected, masters, weights)
-            np.testing.assert_allclose(found, expected, atol=1e-12)
+            np.testing.assert_allclose(actual, expected, atol=1e-12)
             assert {own for _, own, _ in terms} == {component}
     shift = np.array([1e-3, 0, 2e-3])
     rigid = shift + np.cross(deck.nodes, [0.3, -0.2, 0.5])
@@ -128,10 +128,10 @@ def test_equations_tie_the_moments_of_both_yarns(made, written):
 
 def test_surfaces_in_contact_hold_the_facets_within_reach_of_the_other_yarn(made):
     """Yarns that cross are in reach near the crossing alone, on the sides that face each other."""
-    found, radius = made("pair"), made("pair").mesh.radius
-    (pair,) = found.deck.contacts
+    actual, radius = made("pair"), made("pair").mesh.radius
+    (pair,) = actual.deck.contacts
     assert not made("knit").deck.contacts
-    mesh = found.mesh
+    mesh = actual.mesh
     travel = 1e-4
     for surface, yarn, other in ((pair.slave, 1, 0), (pair.master, 0, 1)):
         corners = np.take_along_axis(mesh.hexahedra[surface.elements], FACES[surface.faces - 1], axis=1)

@@ -29,9 +29,9 @@ DESCRIBED = {name: (Labels, name) for name in Labels.model_fields} | {
 
 def test_every_physical_key_enters_the_problem_and_no_other():
     for scene in load_scenes().values():
-        found = physics_of(scene).keys()
-        wanted = {key for key in DESCRIBED if role_of(key) == "physics" and has(scene, key)}
-        assert found | {HOW_FAR} == wanted | {HOW_FAR}, scene
+        actual = physics_of(scene).keys()
+        expected = {key for key in DESCRIBED if role_of(key) == "physics" and has(scene, key)}
+        assert actual | {HOW_FAR} == expected | {HOW_FAR}, scene
 
 
 def has(scene, key):
@@ -54,7 +54,7 @@ def test_texts_name_modules_and_keys_that_are_there(page):
         path for path in MODULE.findall(text) if not any((ROOT / room / path).is_file() for room in ROOMS)
     }
     modules |= {module for module in COMMAND.findall(text) if not find_spec(module)}
-    keys = {".".join(found) for found in KEY.findall(text)} - DESCRIBED.keys() - set(OTHER_WAYS)
+    keys = {".".join(actual) for actual in KEY.findall(text)} - DESCRIBED.keys() - set(OTHER_WAYS)
     dotted = {key for key in keys if not (ROOT / f"src/knitstudy/{key.replace('.', '/')}.py").is_file()}
     assert not modules | dotted, page
 

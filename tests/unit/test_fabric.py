@@ -67,10 +67,12 @@ def test_a_yarn_crosses_itself():
     t = np.linspace(-np.pi, np.pi, 24, endpoint=False)
     points = np.column_stack([2e-3 * t - 7e-3 * np.sin(t), -7e-3 * np.cos(t), 1.2 * RADIUS * np.sin(t)])
     yarn = Centreline(CatmullRom(points, [4e-3 * np.pi, 0, 0]), 3)
-    found = of_curves([yarn], RADIUS).crossings
-    assert found.yarn.tolist() == [[0, 0]] * 3
-    np.testing.assert_allclose(found.arc_length.sum(axis=1), np.array([1, 3, 5]) / 3 * yarn.length, rtol=1e-6)
-    assert np.all(np.abs(np.diff(found.point, axis=1)[:, 0, 2]) > 1.5 * RADIUS)
+    actual = of_curves([yarn], RADIUS).crossings
+    assert actual.yarn.tolist() == [[0, 0]] * 3
+    np.testing.assert_allclose(
+        actual.arc_length.sum(axis=1), np.array([1, 3, 5]) / 3 * yarn.length, rtol=1e-6
+    )
+    assert np.all(np.abs(np.diff(actual.point, axis=1)[:, 0, 2]) > 1.5 * RADIUS)
 
 
 def test_yarns_that_pass_far_apart_do_not_cross():

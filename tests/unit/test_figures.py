@@ -282,5 +282,5 @@ def test_rendered_sphere_is_round_and_in_its_place(opacity):
     pixel = (right - left) / columns
     assert covered.sum() * pixel**2 == pytest.approx(np.pi * 1.2**2, rel=0.03)
     y, x = (np.nonzero(covered)[i].mean() + 0.5 for i in (0, 1))
-    found = [left + x * pixel, top - y * (top - bottom) / rows]
-    np.testing.assert_allclose(found, 1e3 * view.project(centre), atol=0.01)
+    actual = [left + x * pixel, top - y * (top - bottom) / rows]
+    np.testing.assert_allclose(actual, 1e3 * view.project(centre), atol=0.01)

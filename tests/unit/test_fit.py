@@ -30,12 +30,14 @@ def jersey(diameter, length=None, scale=1.0):
     return LoopTarget(scale * COURSE, scale * WALE, 0.5 * diameter, 0.01, length)
 
 
-def assert_fits(loop, wanted):
-    found = loop_metrics(loop)
-    assert found.distance / wanted.radius == pytest.approx(2.01, abs=1e-4), "gap within 1 % of what was asked"
-    assert found.other_gap / wanted.radius > 0.0098
-    assert wanted.radius / found.radius_of_curvature < LARGEST_CURVATURE + 1e-3
-    assert (loop.course_spacing, loop.wale_spacing) == (wanted.course, wanted.wale)
+def assert_fits(loop, expected):
+    actual = loop_metrics(loop)
+    assert actual.distance / expected.radius == pytest.approx(2.01, abs=1e-4), (
+        "gap within 1 % of what was asked"
+    )
+    assert actual.other_gap / expected.radius > 0.0098
+    assert expected.radius / actual.radius_of_curvature < LARGEST_CURVATURE + 1e-3
+    assert (loop.course_spacing, loop.wale_spacing) == (expected.course, expected.wale)
 
 
 def test_drawn_loop_has_its_length_and_both_symmetries():
@@ -46,9 +48,9 @@ def test_drawn_loop_has_its_length_and_both_symmetries():
 
 @pytest.mark.parametrize("diameter", [0.01e-3, 0.15e-3, 0.27e-3])
 def test_jersey_has_the_gap_that_is_asked_for(settings, diameter):
-    wanted = jersey(diameter)
-    _, loop, optimum = fitted_loop(wanted, settings)
-    assert_fits(loop, wanted)
+    expected = jersey(diameter)
+    _, loop, optimum = fitted_loop(expected, settings)
+    assert_fits(loop, expected)
     assert optimum.gradient < 1e-3, "a minimum"
 
 
@@ -60,10 +62,10 @@ def test_loop_in_other_units_is_the_same(settings):
 
 
 def test_loop_has_the_length_that_is_asked_for(settings):
-    wanted = jersey(0.2e-3, length=4.3e-3)
-    _, loop, _ = fitted_loop(wanted, settings)
+    expected = jersey(0.2e-3, length=4.3e-3)
+    _, loop, _ = fitted_loop(expected, settings)
     assert loop.length == pytest.approx(4.3e-3, rel=1e-5)
-    assert_fits(loop, wanted)
+    assert_fits(loop, expected)
 
 
 @pytest.mark.parametrize("diameter", [pytest.param(0.2e-3, marks=pytest.mark.full), 0.25e-3])
@@ -71,11 +73,11 @@ def test_length_that_does_not_fit_is_refused_with_one_that_does(settings, diamet
     """How long the named one is depends on rounding: 5.1 to 6.3 mm of the thinner yarn."""
     with pytest.raises(InfeasibleLoop, match=r"loop_length 8 mm: yarns of .* touch") as refused:
         fitted_loop(jersey(diameter, 8e-3), settings)
-    found = re.search(r"A loop of ([\d.]+) mm fits, the free one has ([\d.]+) mm", str(refused.value))
-    named, free = map(float, found.groups())
+    actual = re.search(r"A loop of ([\d.]+) mm fits, the free one has ([\d.]+) mm", str(refused.value))
+    named, free = map(float, actual.groups())
     assert named > 1.04 * free
-    wanted = jersey(diameter, 1e-3 * named)
-    assert_fits(fitted_loop(wanted, settings)[1], wanted)
+    expected = jersey(diameter, 1e-3 * named)
+    assert_fits(fitted_loop(expected, settings)[1], expected)
 
 
 def test_wales_too_wide_for_a_drawn_interlock_are_refused_with_a_remedy(settings):
@@ -91,16 +93,16 @@ def test_yarn_that_is_too_thick_is_refused_with_limit_and_spacings_that_fit(sett
     assert "\n" not in str(refused.value)
     four_side_by_side = WALE / (4 * 0.3e-3 * 1.005)
     assert refused.value.share == pytest.approx(four_side_by_side, rel=2e-3), "the thickest one is found"
-    found = re.search(r"course_spacing ([\d.]+) and .* ([\d.]+) mm, or .* ([\d.]+) mm$", str(refused.value))
-    course, wale, diameter = (1e-3 * float(each) for each in found.groups())
+    actual = re.search(r"course_spacing ([\d.]+) and .* ([\d.]+) mm, or .* ([\d.]+) mm$", str(refused.value))
+    course, wale, diameter = (1e-3 * float(each) for each in actual.groups())
     for nearest in (LoopTarget(course, wale, 0.15e-3, 0.01), jersey(diameter)):
         assert_fits(fitted_loop(nearest, settings)[1], nearest)
 
 
 def test_loop_of_close_courses_is_found_where_yarns_nearly_lie_along_each_other(settings):
-    wanted = LoopTarget(2.772, 6.457, 0.5, 0.01, 17.871)
-    _, loop, optimum = fitted_loop(wanted, settings)
-    assert_fits(loop, wanted)
+    expected = LoopTarget(2.772, 6.457, 0.5, 0.01, 17.871)
+    _, loop, optimum = fitted_loop(expected, settings)
+    assert_fits(loop, expected)
     assert optimum.iterations < ROUNDS * ITERATIONS / 2
 
 
@@ -110,10 +112,10 @@ def test_loop_of_close_courses_is_found_where_yarns_nearly_lie_along_each_other(
 )
 def test_loop_that_a_path_reaches_where_it_makes_no_headway_is_found(settings, course, wale, share):
     """Loops of the box of `config/trade.yaml` that were refused, though lengths alike to four digits were found."""
-    wanted = LoopTarget(course, wale, 0.5, 0.01, share * peirce_length(course, wale, 1.0))
-    _, loop, _ = fitted_loop(wanted, settings)
-    assert_fits(loop, wanted)
-    assert loop.length == pytest.approx(wanted.length, rel=1e-5)
+    expected = LoopTarget(course, wale, 0.5, 0.01, share * peirce_length(course, wale, 1.0))
+    _, loop, _ = fitted_loop(expected, settings)
+    assert_fits(loop, expected)
+    assert loop.length == pytest.approx(expected.length, rel=1e-5)
 
 
 def test_spacings_in_a_scene_draw_a_loop_and_control_points_keep_theirs(plain_scene):
@@ -172,15 +174,15 @@ def test_points_of_a_file_are_turned_and_made_symmetric(tmp_path, paper_points, 
     off = points.copy()
     off[3, 2] += 0.02 * radius
     path = written(tmp_path / "loop.csv", unit * (off * turned + [1.0, -2.0, 3.0]), head)
-    found, wale, moved = read_points(path)
+    actual, wale, moved = read_points(path)
     assert wale == pytest.approx(points[-1, 0])
-    assert len(symmetries(Loop(found, wale, COURSE, 0.1e-3))) == 4
+    assert len(symmetries(Loop(actual, wale, COURSE, 0.1e-3))) == 4
     assert moved == pytest.approx(0.015 * radius, rel=1e-6), "to the mean of the four images"
-    assert np.abs(np.diff(found - points[:-1], axis=0)).max() == pytest.approx(0.005 * radius, rel=1e-6)
+    assert np.abs(np.diff(actual - points[:-1], axis=0)).max() == pytest.approx(0.005 * radius, rel=1e-6)
 
 
 @pytest.mark.parametrize(
-    ("spoil", "head", "said"),
+    ("spoil", "head", "reason"),
     [
         (lambda points: points[:4], "x, y, z", "has 4 rows"),
         (
@@ -194,8 +196,8 @@ def test_points_of_a_file_are_turned_and_made_symmetric(tmp_path, paper_points, 
         (lambda points: points, "a, b, c", "columns x, y, z in m, .*: the first row is a, b, c"),
     ],
 )
-def test_file_that_is_no_loop_is_refused_in_one_line(tmp_path, paper_points, spoil, head, said):
-    with pytest.raises(ConfigurationError, match=said) as refused:
+def test_file_that_is_no_loop_is_refused_in_one_line(tmp_path, paper_points, spoil, head, reason):
+    with pytest.raises(ConfigurationError, match=reason) as refused:
         read_points(written(tmp_path / "loop.csv", spoil(paper_points[0]), head))
     assert "\n" not in str(refused.value)
 
@@ -204,16 +206,16 @@ def test_map_names_the_limits_of_loops_that_do_not_fit(plain_scene):
     scene = plain_scene.vary(
         {"geometry.samples": 20, "geometry.beta": 1e-5, "geometry.gamma": 1e-3, "geometry.beta_0": 20.0}
     )
-    found = loop_map(scene, np.array([5.0]), np.array([3.5, 6.0]))
-    assert OUTCOMES[int(found["outcome"][0, 0])] in ("row", "rows")
-    assert 0.5 < found["thickest"][0, 0] < 3.5 / 4, "four yarns stand side by side in a wale"
-    assert found["outcome"][0, 1] == 0
-    assert found["gap_error"][0, 1] < 0.01
+    actual = loop_map(scene, np.array([5.0]), np.array([3.5, 6.0]))
+    assert OUTCOMES[int(actual["outcome"][0, 0])] in ("row", "rows")
+    assert 0.5 < actual["thickest"][0, 0] < 3.5 / 4, "four yarns stand side by side in a wale"
+    assert actual["outcome"][0, 1] == 0
+    assert actual["gap_error"][0, 1] < 0.01
 
 
 @pytest.mark.parametrize(("course", "wale"), [(3.0, 6.5), (6.0, 6.0)])
 def test_kept_map_has_loops_of_today(course, wale):
     kept = read_table(KEPT).set_index(["course", "wale"]).loc[(course, wale)]
-    found = loop_map(load_scene("sweep-wale-tie-course"), np.array([course]), np.array([wale]))
+    actual = loop_map(load_scene("sweep-wale-tie-course"), np.array([course]), np.array([wale]))
     assert kept["outcome"] == "found"
-    assert float(found["length"][0, 0]) == pytest.approx(kept["length"], rel=1e-4)
+    assert float(actual["length"][0, 0]) == pytest.approx(kept["length"], rel=1e-4)

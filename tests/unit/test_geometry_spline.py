@@ -69,13 +69,13 @@ def omega():
 
 def extreme_x(loop, sign):
     """Largest or smallest x of the left half of the loop."""
-    found = minimize_scalar(
+    actual = minimize_scalar(
         lambda u: -sign * loop.curve.value(np.array([u]))[0, 0],
         bounds=(1, 4) if sign > 0 else (4, 7),
         method="bounded",
         options={"xatol": 1e-10},
     )
-    return -sign * found.fun
+    return -sign * actual.fun
 
 
 def test_feet_and_heads_face_their_mirror_images(omega):
@@ -109,11 +109,11 @@ def test_closest_points_in_windows_are_those_of_a_bounded_minimisation():
     random = np.random.default_rng(1)
     low = random.uniform(1, 5, (40, 2))
     windows = np.stack([low, low + 1], axis=-1)
-    found = refine(*lines, low + random.uniform(0, 1, (40, 2)), windows)
-    assert 0 < found.interior.sum() < 20
+    actual = refine(*lines, low + random.uniform(0, 1, (40, 2)), windows)
+    assert 0 < actual.interior.sum() < 20
 
     def square(u):
         return float(np.sum((lines[0].value(u[:1]) - lines[1].value(u[1:])) ** 2))
 
     least = [minimize(square, each.mean(axis=1), bounds=each, tol=1e-14).fun for each in windows]
-    np.testing.assert_allclose(found.distance**2, least, rtol=1e-6)
+    np.testing.assert_allclose(actual.distance**2, least, rtol=1e-6)

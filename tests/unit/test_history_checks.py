@@ -47,7 +47,7 @@ def whole():
 
 
 @pytest.mark.parametrize(
-    ("made", "said"),
+    ("made", "message"),
     [
         ({}, []),
         ({"load": (0.0, 0.5, 0.9)}, ["ends at load factor 0.9"]),
@@ -55,8 +55,8 @@ def whole():
         ({"energy": energies(internal=0.94)}, ["ledger open by 6.0%"]),
     ],
 )
-def test_values_outside_of_their_limits_are_faults(whole, plain_scene, made, said):
-    assert faults(whole(**made), plain_scene) == said
+def test_values_outside_of_their_limits_are_faults(whole, plain_scene, made, message):
+    assert faults(whole(**made), plain_scene) == message
 
 
 @pytest.mark.parametrize("name", ["force", "residual", "load"])
@@ -69,8 +69,8 @@ def test_values_that_are_no_numbers_are_faults(whole, plain_scene, name):
 def test_penetration_is_compared_with_the_limit_of_contact(whole, plain_scene):
     deep = whole(smallest_gap=(1e-5, -1e-6, -2e-5))
     assert faults(deep.assign_attrs(penetration_limit=3e-5), plain_scene) == []
-    (said,) = faults(deep.assign_attrs(penetration_limit=1e-5), plain_scene)
-    assert said == "penetration 2.00e-05 m, allowed 1.00e-05 m"
+    (message,) = faults(deep.assign_attrs(penetration_limit=1e-5), plain_scene)
+    assert message == "penetration 2.00e-05 m, allowed 1.00e-05 m"
     assert faults(deep, plain_scene) == []  # beams: by their radius alone
     through = whole(smallest_gap=(0.0, 0.0, -1.01 * DEEPEST * plain_scene.yarn.radius))
     assert faults(through, plain_scene)[0].startswith("penetration ")

@@ -38,13 +38,13 @@ def run(plain_scene, touching_cell, knit, contacts, knit_of):
     return load
 
 
-def interrupted(run, restart, after, said):
+def interrupted(run, restart, after, message):
     """Run until a load factor has been reached, then be interrupted; return the load factors that were reported."""
     seen = []
 
     def report(done, note):
         seen.append(done)
-        assert note.startswith(said)
+        assert note.startswith(message)
         if done >= after:
             raise KeyboardInterrupt
 

@@ -59,8 +59,8 @@ def test_a_full_disk_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch,
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(os, fails, full)
-    said = r"a\.csv: cannot be written \(No space left on device\): make room on the disk"
-    with pytest.raises(DataFileError, match=said), replacing(path) as temporary:
+    message = r"a\.csv: cannot be written \(No space left on device\): make room on the disk"
+    with pytest.raises(DataFileError, match=message), replacing(path) as temporary:
         temporary.write_text("new")
     assert path.read_text() == "old"
     assert os.listdir(tmp_path) == ["a.csv"]
@@ -138,15 +138,15 @@ def test_a_file_that_was_changed_afterwards_is_refused(tmp_path, history):
 
 
 @pytest.mark.parametrize(
-    ("other", "said"),
+    ("other", "message"),
     [
         ({"force": [0.0, np.nan, 2.0]}, "force holds a value that is no number"),
         ({"load": [0.0, 0.2, 0.4]}, r"ends at 0\.4 of the load"),
     ],
 )
-def test_a_history_that_is_not_complete_is_no_result(tmp_path, history, other, said):
+def test_a_history_that_is_not_complete_is_no_result(tmp_path, history, other, message):
     write_dataset(history(**other), tmp_path / "a.nc")
-    with pytest.raises(DataFileError, match=rf"a\.nc: {said}; delete it"):
+    with pytest.raises(DataFileError, match=rf"a\.nc: {message}; delete it"):
         read_result(tmp_path / "a.nc")
 
 

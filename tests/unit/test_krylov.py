@@ -45,9 +45,9 @@ def test_agrees_with_lu():
     solver, direct = Krylov(Jacobi()), LU()
     solver.use(System(matrix, lopsided))
     direct.use(System(matrix))
-    found = solver.solve(rhs, 1e-12)
-    assert np.linalg.norm(rhs - matrix @ found.x) <= 1.01e-12 * np.linalg.norm(rhs)
-    np.testing.assert_allclose(found.x, direct.solve(rhs, 1e-12).x, atol=1e-10)
+    actual = solver.solve(rhs, 1e-12)
+    assert np.linalg.norm(rhs - matrix @ actual.x) <= 1.01e-12 * np.linalg.norm(rhs)
+    np.testing.assert_allclose(actual.x, direct.solve(rhs, 1e-12).x, atol=1e-10)
 
 
 def test_a_system_is_symmetric_for_a_while():
@@ -99,9 +99,9 @@ def test_lu_solves_where_iterations_do_not(factor, direct):
     matrix = factor * parts()[0]
     solver, rhs = Krylov(Jacobi(), direct=LU()), np.random.default_rng(1).normal(size=COUNT)
     solver.use(System(matrix))
-    found = solver.solve(rhs, 1e-10)
-    assert (found.iterations == 0) == direct
-    assert np.linalg.norm(rhs - matrix @ found.x) <= 1.01e-10 * np.linalg.norm(rhs)
+    actual = solver.solve(rhs, 1e-10)
+    assert (actual.iterations == 0) == direct
+    assert np.linalg.norm(rhs - matrix @ actual.x) <= 1.01e-10 * np.linalg.norm(rhs)
 
 
 @pytest.fixture

@@ -37,9 +37,9 @@ def assert_rigid(basis, knit):
     """All rigid motions of points, sums of nodes whose weights of the constant sum to 1, are sums of columns."""
     weights = np.random.default_rng(1).normal(size=(40, NODES))
     weights /= (weights @ knit.unity)[:, None]
-    wanted, moved = rigid(knit, weights).reshape(6, -1).T, np.kron(weights, np.eye(3)) @ basis
-    share = np.linalg.lstsq(moved, wanted)[0]
-    np.testing.assert_allclose(moved @ share, wanted, atol=1e-10 * np.abs(wanted).max())
+    expected, moved = rigid(knit, weights).reshape(6, -1).T, np.kron(weights, np.eye(3)) @ basis
+    share = np.linalg.lstsq(moved, expected)[0]
+    np.testing.assert_allclose(moved @ share, expected, atol=1e-10 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("modes", ["whole", "groups"])

@@ -21,9 +21,9 @@ def toy(monkeypatch):
         name, meaning = "toy_element", "twice as stiff"
 
         def respond(self, batch, displacement, stiffness, out=None):
-            found = super().respond(batch, displacement, stiffness)
-            tangent = 2 * found.stiffness if stiffness else None
-            return ElementResponse(2 * found.force, 2 * found.internal, 2 * found.hourglass, tangent)
+            actual = super().respond(batch, displacement, stiffness)
+            tangent = 2 * actual.stiffness if stiffness else None
+            return ElementResponse(2 * actual.force, 2 * actual.internal, 2 * actual.hourglass, tangent)
 
 
 @pytest.fixture
@@ -104,27 +104,27 @@ def test_stress_and_energy_are_those_of_principal_stretches(stretches, tolerance
     strain, axes = strains(stretches)
     logs = np.log(stretches)
     principal = (2 * MU * logs + LAME * logs.sum()) / np.square(stretches)
-    found = HENCKY.respond(strain, False)
-    wanted = (axes * principal) @ axes.transpose(0, 2, 1)
-    assert np.abs(found.stress - wanted).max() <= tolerance * max(np.abs(principal).max(), 1)
+    actual = HENCKY.respond(strain, False)
+    expected = (axes * principal) @ axes.transpose(0, 2, 1)
+    assert np.abs(actual.stress - expected).max() <= tolerance * max(np.abs(principal).max(), 1)
     energy = MU * (logs**2).sum() + 0.5 * LAME * logs.sum() ** 2
-    np.testing.assert_allclose(found.energy, energy, rtol=tolerance, atol=1e-30)
+    np.testing.assert_allclose(actual.energy, energy, rtol=tolerance, atol=1e-30)
 
 
 @pytest.mark.parametrize("size", [1e-12, 1e-8, 1e-4])
 def test_small_strains_lose_no_digits(size):
     strain = size * np.array([[[1.0, 0.3, 0.2], [0.3, -0.5, 0.1], [0.2, 0.1, 0.7]]])
-    found = HENCKY.respond(strain, True)
+    actual = HENCKY.respond(strain, True)
     linear = 2 * MU * strain + LAME * np.trace(strain[0]) * np.eye(3)
-    assert np.abs(found.stress - linear).max() < (10 * size + 1e-15) * np.abs(linear).max()
+    assert np.abs(actual.stress - linear).max() < (10 * size + 1e-15) * np.abs(linear).max()
     isotropic = np.diag([2 * MU] * 3 + [MU] * 3)
     isotropic[:3, :3] += LAME
-    assert np.abs(found.tangent - isotropic).max() < 100 * size + 1e-13
+    assert np.abs(actual.tangent - isotropic).max() < 100 * size + 1e-13
 
 
 def test_no_volume_has_no_energy():
     sound, _ = strains((1.1, 1.0, 0.9), 1)
     gone = np.stack([-0.5 * np.eye(3), np.diag([-1.0, 0, 0])])  # C is nothing, and not positive
-    found = HENCKY.respond(np.concatenate([gone, sound]), True)
-    np.testing.assert_array_equal(np.isfinite(found.energy), [False, False, True])
-    assert np.isfinite(found.tangent[2]).all()
+    actual = HENCKY.respond(np.concatenate([gone, sound]), True)
+    np.testing.assert_array_equal(np.isfinite(actual.energy), [False, False, True])
+    assert np.isfinite(actual.tangent[2]).all()

@@ -16,7 +16,7 @@ PLAIN = "strain (%),force_per_width_N_mm\n1,0.1\n2,0.3\n4,0.9\n"
 
 
 @pytest.mark.parametrize(
-    ("text", "said", "only"),
+    ("text", "named", "only"),
     [
         (PLAIN, {}, {}),
         (PLAIN + "3,0.5\n2,0.2\n", {}, {}),  # unloading
@@ -27,18 +27,18 @@ PLAIN = "strain (%),force_per_width_N_mm\n1,0.1\n2,0.3\n4,0.9\n"
         ("yarn,strain,load N/m\nb,1,1\na,.01,100\na,.02,300\na,.04,900\n", {}, {"yarn": "a"}),
     ],
 )
-def test_a_file_is_read_as_it_is(tmp_path, text, said, only):
+def test_a_file_is_read_as_it_is(tmp_path, text, named, only):
     path = tmp_path / "lab.csv"
     path.write_text(text, encoding="utf-8-sig")
     for _ in range(2):  # what was said is kept
-        curve = read_curve(path, said, only, "course")
+        curve = read_curve(path, named, only, "course")
         np.testing.assert_allclose(curve.index, [0.01, 0.02, 0.04])
         np.testing.assert_allclose(curve, [100, 300, 900])
-        said = {}
+        named = {}
 
 
 @pytest.mark.parametrize(
-    ("text", "said", "message"),
+    ("text", "named", "message"),
     [
         (
             "Weg,Kraft\n1,2\n",
@@ -54,11 +54,11 @@ def test_a_file_is_read_as_it_is(tmp_path, text, said, only):
         ("", {}, "must be a CSV file with names of columns in its first row"),
     ],
 )
-def test_unreadable_files_are_refused_with_a_remedy(tmp_path, text, said, message):
+def test_unreadable_files_are_refused_with_a_remedy(tmp_path, text, named, message):
     path = tmp_path / "lab.csv"
     path.write_text(text)
     with pytest.raises(KnitstudyError) as error:
-        read_curve(path, said, {}, "course")
+        read_curve(path, named, {}, "course")
     assert str(error.value).startswith(f"{path}: ")
     assert message in str(error.value)
     assert len(str(error.value).splitlines()) == 1
@@ -130,7 +130,7 @@ def test_a_more_accurate_model_brings_the_truth_into_intervals(share):
 
 
 @pytest.mark.parametrize(
-    ("model", "said"),
+    ("model", "named"),
     [
         (
             lambda friction: forces(0.4),
@@ -142,8 +142,8 @@ def test_a_more_accurate_model_brings_the_truth_into_intervals(share):
         (forces, "the intervals do not contain the error of the model"),
     ],
 )
-def test_parameters_that_a_curve_does_not_determine_are_named(model, said):
-    (remark,) = [each for each in fitted(noisy(1, True), model).remarks() if said in each]
+def test_parameters_that_a_curve_does_not_determine_are_named(model, named):
+    (remark,) = [each for each in fitted(noisy(1, True), model).remarks() if named in each]
     assert remark
 
 
@@ -170,11 +170,11 @@ def test_modulus_of_a_tied_cell_by_the_commands(tmp_path, monkeypatch):
     )
     assert float(rows["nearest Young's modulus"]) == pytest.approx(1.25 * 1.3e9, rel=1e-5)
     assert float(rows["distance"]) == pytest.approx(20, rel=1e-5)
-    said = knitstudy("fit", "rom3d-tie-course", "lab.csv", *changes).stderr  # the width is kept
-    assert "friction cannot be determined: no yarns of the scene slide with friction" in said
-    found = read_table("runs/fit/cell-lab.csv").iloc[0]
-    assert found["note"].startswith("friction cannot be determined")
+    named = knitstudy("fit", "rom3d-tie-course", "lab.csv", *changes).stderr  # the width is kept
+    assert "friction cannot be determined: no yarns of the scene slide with friction" in named
+    actual = read_table("runs/fit/cell-lab.csv").iloc[0]
+    assert actual["note"].startswith("friction cannot be determined")
     for column in ("value", "95 % from", "to"):
-        assert found[column] == pytest.approx(1.25 * 1.3e9, rel=1e-9)
+        assert actual[column] == pytest.approx(1.25 * 1.3e9, rel=1e-9)
     assert (tmp_path / "runs" / "fit" / "cell-lab.png").stat().st_size > 10_000
     assert (tmp_path / "runs" / "simulation" / "cell-lab.png").stat().st_size > 10_000

@@ -63,18 +63,18 @@ def test_entries_of_a_solid_keep_the_plane_free_of_stress_across():
 
 
 def test_a_strip_needs_less_strain_than_the_endless_fabric(law):
-    said = command("strip", law, "--length", 0.02, "--width", 0.03, "--strain", 0.1)
-    assert said.exit_code == 0, said.output
-    rows = [line.split("\t") for line in said.stdout.splitlines()[1:]]
+    result = command("strip", law, "--length", 0.02, "--width", 0.03, "--strain", 0.1)
+    assert result.exit_code == 0, result.output
+    rows = [line.split("\t") for line in result.stdout.splitlines()[1:]]
     assert all(float(clamped) < float(free) for _, clamped, free, _ in rows)
-    assert "extrapolated" not in said.stderr
+    assert "extrapolated" not in result.stderr
     curve = pd.read_csv(law.with_name("mine-course.csv"))
     assert curve["strain [1]"].iloc[-1] == pytest.approx(0.1)
 
 
 def test_files_without_a_law_and_cells_of_two_fabrics_are_refused(results):
-    said = command("membrane", results / "course.nc", results / "other.nc")
-    assert said.exit_code == 1
-    assert "yarn.poisson_ratio is 0.1 but" in said.stderr
-    said = command("strip", results / "course.nc", "--length", 1, "--width", 1, "--strain", 0.1)
-    assert "is no law of a fabric" in said.stderr
+    result = command("membrane", results / "course.nc", results / "other.nc")
+    assert result.exit_code == 1
+    assert "yarn.poisson_ratio is 0.1 but" in result.stderr
+    result = command("strip", results / "course.nc", "--length", 1, "--width", 1, "--strain", 0.1)
+    assert "is no law of a fabric" in result.stderr

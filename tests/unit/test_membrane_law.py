@@ -53,8 +53,8 @@ def test_uniaxial_tension_of_one_ridge_beside_a_diagonal_form():
     factor = brentq(lambda x: np.log1p(x) - along * strain + across * weight * x * across / second, 0, 1e3)
     expected = stretch * (first * strain + weight * factor * along)
     lateral = -weight * factor * across / second
-    found = forces_per_width(ORTHOTROPIC, np.array([stretch - 1, np.sqrt(1 + 2 * lateral) - 1, 0.0]))
-    np.testing.assert_allclose(found, [expected, 0, 0], atol=1e-10)
+    actual = forces_per_width(ORTHOTROPIC, np.array([stretch - 1, np.sqrt(1 + 2 * lateral) - 1, 0.0]))
+    np.testing.assert_allclose(actual, [expected, 0, 0], atol=1e-10)
 
 
 def cells(law, largest=0.2, count=12):
@@ -87,8 +87,8 @@ def test_fit_comes_near_a_law_that_is_not_in_its_dictionary(law, mirrored):
     assert np.linalg.eigvalsh(fit.law.form).min() >= -1e-9
     # Away from the states: between them.
     between = 0.2 * np.array([[0.4, 0.7, 0.2], [0.8, 0.3, 0.5]])
-    found, expected = (forces_per_width(each, between) for each in (fit.law, law))
-    assert np.linalg.norm(found - expected) < 0.05 * np.linalg.norm(expected)
+    actual, expected = (forces_per_width(each, between) for each in (fit.law, law))
+    assert np.linalg.norm(actual - expected) < 0.05 * np.linalg.norm(expected)
 
 
 def test_intervals_hold_the_form_of_a_quadratic_law():

@@ -55,10 +55,10 @@ def test_crossings_that_are_too_near_are_refused():
 
 def test_motion_of_a_drawn_section_is_that_of_the_yarn(pair):
     """Sections bend in a parabola about the crossing: its slope there is 0, whichever side has more nodes."""
-    found = []
+    actual = []
     for refinement in (1.0, 3.0):
         mesh = mesh_fabric(pair, SIZE, 1.0, refinement)
         moved = np.zeros_like(mesh.nodes)
         moved[:, 2] = 10 * (mesh.nodes[:, 0] ** 2 + mesh.nodes[:, 1] ** 2)
-        found.append(section_motion(pair.crossings, mesh, mesh.nodes, moved).gradient)
-    np.testing.assert_allclose(found[0], found[1], atol=2e-4)
+        actual.append(section_motion(pair.crossings, mesh, mesh.nodes, moved).gradient)
+    np.testing.assert_allclose(actual[0], actual[1], atol=2e-4)

@@ -410,8 +410,8 @@ def closing(gap, penalty=1e4):
 @pytest.mark.parametrize("gap", [0.1, 0.3, 0.6])
 def test_a_step_ends_where_a_gap_closes(gap):
     trial, asked = trials(closing(gap, 1e2), status=np.zeros(1))
-    found = line_search(trial, -1.0, 1.0, 1e-6)
-    assert found.share == pytest.approx(gap, abs=0.03)
+    actual = line_search(trial, -1.0, 1.0, 1e-6)
+    assert actual.share == pytest.approx(gap, abs=0.03)
     assert len(asked) <= TRIALS
 
 

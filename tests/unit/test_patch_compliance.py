@@ -52,9 +52,9 @@ def test_patches_of_yarns_miss_as_much_as_their_spans():
     radius, modulus = 0.9e-3, 1.3e9
     own = yarn_space(radius * 0.5 * np.arange(13), np.array([3] * 6 + [4] * 6))
     place = radius * np.array([0.5, 1.5, 5.25, 4.8])
-    found = missing_tie_compliance(
+    actual = missing_tie_compliance(
         Space((own,)), radius, modulus, NU, np.zeros(4, dtype=int), place, PATCH * radius
     )
-    for (p, share), each in zip([(3, 0.0), (3, 0.0), (4, 0.5), (4, 0.6)], found, strict=True):
+    for (p, share), each in zip([(3, 0.0), (3, 0.0), (4, 0.5), (4, 0.6)], actual, strict=True):
         full = np.diag(missing_compliance(p, 3, 0.5, share, PATCH, NU)) / (modulus * radius)
         np.testing.assert_allclose(each, [full[:3].mean(), full[3:].mean()], rtol=6e-3)

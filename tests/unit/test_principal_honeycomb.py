@@ -15,10 +15,10 @@ INTERLOCK, LEG = 40.0, 55.0
 def test_segments_have_the_angles_of_the_stress(knit, contacts):
     stresses = synthetic.stresses(knit, "course", INTERLOCK, LEG)
     joints = moved(knit, contacts, heights_by_stress(knit, contacts, stresses))
-    wanted = {"head": 0, "sinker": 0, "interlock": INTERLOCK, "leg": LEG}
+    expected = {"head": 0, "sinker": 0, "interlock": INTERLOCK, "leg": LEG}
     for kind, vectors in honeycomb_segments(joints).items():
         angle = angles_to_axes(vectors)[:, 0]
-        np.testing.assert_allclose(angle, wanted[kind.split(",")[0]], atol=1e-6, err_msg=kind)
+        np.testing.assert_allclose(angle, expected[kind.split(",")[0]], atol=1e-6, err_msg=kind)
 
 
 @pytest.mark.parametrize(("spread", "other"), [(4.0, 55.5), (1.0, 58.0)])
@@ -31,10 +31,10 @@ def test_angles_of_a_stress_are_as_sure_as_equivalent_segments_and_discretisatio
     axis = first["segment_axis"].copy(deep=True)
     axis[here[0], :, 0, :2] = [np.cos(turned), np.sin(turned)]
     first = first.assign(segment_axis=axis)
-    found = angle_to_x([first, second], "leg, left")
+    actual = angle_to_x([first, second], "leg, left")
     mean = LEG - spread / len(here)
-    assert found.value == pytest.approx(mean)
-    assert found.uncertainty == pytest.approx(max(spread / 2, other - mean))
+    assert actual.value == pytest.approx(mean)
+    assert actual.uncertainty == pytest.approx(max(spread / 2, other - mean))
 
 
 @pytest.mark.parametrize("angles", [(0.0, LEG), (INTERLOCK, 89.9)])

@@ -65,8 +65,8 @@ def found_with(sources, factors=None, readings=None):
     for name, (force, lift) in (factors or {}).items():
         kind = name.split("-")[-2]
         histories[name] = study.in_contact(histories[name], kind, force, lift)
-    found = findings(table() if readings is None else readings, **sources | {"histories": histories})
-    return {each.reading.name: each for each in found}
+    actual = findings(table() if readings is None else readings, **sources | {"histories": histories})
+    return {each.reading.name: each for each in actual}
 
 
 def test_estimate_is_as_uncertain_as_the_discretisation_is_off():
@@ -98,17 +98,17 @@ def test_readings_and_scenes_of_the_study_agree():
 def test_claim_is_judged_by_the_scenes_of_the_reading(sources):
     """11 N of rough contact and 10 N with friction, each within 2 %: 10 % less is open, 30 % more the other order."""
     loose, slippery = "inputs-clearance0040-rough-course", "inputs-friction010-isotropic-course"
-    found = found_with(sources, {loose: (0.92, 1.0), slippery: (1.3, 1.0)})
-    assert {name: each.judged["K5"].verdict for name, each in found.items()} == {
+    actual = found_with(sources, {loose: (0.92, 1.0), slippery: (1.3, 1.0)})
+    assert {name: each.judged["K5"].verdict for name, each in actual.items()} == {
         "base": "reproduced",
         "slippery": "contradicted",
         "loose": "undecidable",
         "whole": "not yet run",
     }
-    assert found["slippery"].turned == ("K5",)
-    assert found["loose"].turned == found["whole"].turned == ()
-    assert "K5" in found["loose"].touched
-    assert "K1" not in found["loose"].touched
+    assert actual["slippery"].turned == ("K5",)
+    assert actual["loose"].turned == actual["whole"].turned == ()
+    assert "K5" in actual["loose"].touched
+    assert "K1" not in actual["loose"].touched
 
 
 @pytest.mark.parametrize(
@@ -121,8 +121,8 @@ def test_claim_is_judged_by_the_scenes_of_the_reading(sources):
 )
 def test_verdict_says_under_how_many_readings_it_stands(sources, base, slippery, verdict, under):
     """With 0.3 of its motion friction moves less far than ties, against K6."""
-    found = [*moved(sources, base, slippery).values()]
-    concluded = conclude("K6", "", found)
+    actual = [*moved(sources, base, slippery).values()]
+    concluded = conclude("K6", "", actual)
     assert (concluded.verdict, concluded.under) == (verdict, under), concluded
     assert ("less friction" in concluded.depends_on) == (base != slippery)
 
@@ -155,7 +155,7 @@ def test_claims_that_no_combination_reproduces_together_exclude_each_other(sourc
     base, slippery, *_ = moved(sources, 1.0, 1.0).values()
     judged = {"A": Judgement((), verdict="reproduced"), "B": Judgement((), verdict="contradicted")}
     other = {"A": judged["B"], "B": judged["A"]}
-    found = [replace(base, judged=judged), replace(slippery, judged=other, touched=frozenset("AB"))]
-    assert list(exclusive(combinations_of(found))) == [("A", "B")]
-    kept = replace(found[1], touched=frozenset("B"))
-    assert list(exclusive(combinations_of([found[0], kept]))) == []
+    actual = [replace(base, judged=judged), replace(slippery, judged=other, touched=frozenset("AB"))]
+    assert list(exclusive(combinations_of(actual))) == [("A", "B")]
+    kept = replace(actual[1], touched=frozenset("B"))
+    assert list(exclusive(combinations_of([actual[0], kept]))) == []

@@ -76,24 +76,24 @@ def test_scenes_and_those_that_they_name_survive_the_file(config, tmp_path):
     scene = plan.scenes["rom3d-a"]
     data = plan.record(STAGES["simulation"], scene).describe(xr.Dataset({"strain": ("increment", [0.0])}))
     write_dataset(data, tmp_path / "a.nc")
-    found, sources = scenes_of(read_dataset(tmp_path / "a.nc"), "a.nc")
-    assert (found, sources) == (scene, {"dns-a": plan.scenes["dns-a"]})
+    actual, sources = scenes_of(read_dataset(tmp_path / "a.nc"), "a.nc")
+    assert (actual, sources) == (scene, {"dns-a": plan.scenes["dns-a"]})
     other = {"dns-a": sources["dns-a"].replace("mesh.size", 0.5)}
-    source = Plan.with_scenes(other, config).named(found, "rom.contacts_from")
+    source = Plan.with_scenes(other, config).named(actual, "rom.contacts_from")
     assert source.mesh.size == 0.5, "the file counts"
     assert source.name.startswith("dns-a-"), "the scene of the configuration keeps its results"
 
 
 @pytest.mark.parametrize(
-    ("attributes", "error", "said"),
+    ("attributes", "error", "message"),
     [
         ({"code_version": "0.1"}, DataFileError, r"old\.nc: has no keys of its scene .* made by knitstudy 0\.1; make"),
         ({"scene_keys": "{}", "source_keys": "{}"}, ConfigurationError, r"old\.nc, made by knitstudy \?: the key"),
         ({"scene_keys": "1", "source_keys": "{}"}, ConfigurationError, r"hold no keys"),
     ],
 )  # fmt: skip
-def test_files_without_keys_are_refused_by_one_line(attributes, error, said):
-    with pytest.raises(error, match=said) as refused:
+def test_files_without_keys_are_refused_by_one_line(attributes, error, message):
+    with pytest.raises(error, match=message) as refused:
         scenes_of(xr.Dataset(attrs=attributes), "old.nc")
     assert "\n" not in str(refused.value)
 
@@ -118,6 +118,6 @@ def test_a_variable_of_another_bit_is_named(file, tmp_path):
         force=data["force"].copy(data=force), seconds=data["seconds"].copy(data=2 * data["seconds"])
     )
     write_dataset(changed.assign_attrs(scene_keys=json.dumps(keys)), tmp_path / "a.nc")
-    said = command("run", tmp_path / "a.nc", "--anew", "-o", tmp_path).stderr.splitlines()[-1]
-    assert said.startswith(f"not the same as in {tmp_path / 'a.nc'}, made by knitstudy")
-    assert said.endswith(": force")
+    message = command("run", tmp_path / "a.nc", "--anew", "-o", tmp_path).stderr.splitlines()[-1]
+    assert message.startswith(f"not the same as in {tmp_path / 'a.nc'}, made by knitstudy")
+    assert message.endswith(": force")

@@ -118,8 +118,8 @@ def test_a_model_is_nearer_than_another_by_a_share_of_its_distance(cases):
     reference = reference_of(study.reference(cases), cases["dns-tie-course"])
     knots, force, _ = reference.curve(0.05)
     one, other = (study.history(strain=tuple(knots), force=tuple(k * force)) for k in (1.1, 1.5))
-    found = [reference.nearer(one, other, share) for share in (0.5, 0.2, 0.1)]
-    assert found == [True, None, False]
+    actual = [reference.nearer(one, other, share) for share in (0.5, 0.2, 0.1)]
+    assert actual == [True, None, False]
 
 
 def test_quantities_without_a_reference_are_unknown(cases):

@@ -128,7 +128,7 @@ def test_a_state_is_any_dataclass(tmp_path, present):
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"key": "other"}, "another scene"),
         ({"state.displacement": np.full((1, 3), np.nan)}, r"state\.displacement holds values that are not"),
@@ -140,10 +140,10 @@ def test_a_state_is_any_dataclass(tmp_path, present):
         ({"force": np.array(["a"])}, r"force holds <U1 and must hold numbers"),
     ],
 )
-def test_files_that_no_run_has_written_are_refused(saved, changes, said):
+def test_files_that_no_run_has_written_are_refused(saved, changes, message):
     file, _ = saved
     np.savez(file.path, **(dict(np.load(file.path)) | changes))
-    with pytest.raises(DataFileError, match=said):
+    with pytest.raises(DataFileError, match=message):
         file.load(recorder())
 
 

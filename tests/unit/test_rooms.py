@@ -43,17 +43,17 @@ def room(module):
 
 def imported(path):
     """Return the modules of the package that a file imports, in functions and under TYPE_CHECKING as well."""
-    found, waiting = set(), [ast.parse(path.read_text(encoding="utf-8"))]
+    actual, waiting = set(), [ast.parse(path.read_text(encoding="utf-8"))]
     while waiting:
         node = waiting.pop()
         waiting += ast.iter_child_nodes(node)
         if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
+            actual |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: a relative import"
             names = {f"{node.module}.{alias.name}" for alias in node.names}
-            found |= (names & MODULES.keys()) or {node.module}
-    return {name for name in found if name in MODULES and name != "knitstudy"}
+            actual |= (names & MODULES.keys()) or {node.module}
+    return {name for name in actual if name in MODULES and name != "knitstudy"}
 
 
 IMPORTS = {module: imported(path) for module, path in MODULES.items()}
@@ -83,9 +83,9 @@ def circle(imports):
             return [*way[way.index(module) :], module]
         if module in done:
             return []
-        found = next(filter(None, (follow(other, [*way, module]) for other in sorted(imports[module]))), [])
+        actual = next(filter(None, (follow(other, [*way, module]) for other in sorted(imports[module]))), [])
         done.add(module)
-        return found
+        return actual
 
     return next(filter(None, (follow(module, []) for module in imports)), [])
 
@@ -95,6 +95,6 @@ def test_no_module_imports_itself_by_way_of_others():
 
 
 def test_only_files_for_newcomers_lie_at_the_top():
-    found = {path.stem for path in PACKAGE.glob("*.py")}
-    assert found == AT_THE_TOP
+    actual = {path.stem for path in PACKAGE.glob("*.py")}
+    assert actual == AT_THE_TOP
     assert {path.parent.name for path in PACKAGE.glob("*/__init__.py")} <= LEVEL.keys()

@@ -55,10 +55,10 @@ def made(monkeypatch):
 
 
 def test_springs_come_from_their_own_simulation(config, made):
-    found = simulate(load_scene("rom3d-carried", config), config=config)
-    assert found.history.attrs["contacts"] == "dns-course of contacts"
-    assert found.history.attrs["springs"] == "dns-wale of contacts"
-    assert found.contacts.attrs["of"] == "dns-course of contacts"
+    actual = simulate(load_scene("rom3d-carried", config), config=config)
+    assert actual.history.attrs["contacts"] == "dns-course of contacts"
+    assert actual.history.attrs["springs"] == "dns-wale of contacts"
+    assert actual.contacts.attrs["of"] == "dns-course of contacts"
     assert made.count(("geometry", "plain")) == 1
 
 

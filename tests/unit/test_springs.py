@@ -29,14 +29,14 @@ def with_values(contacts, name, values):
 
 
 def test_secant_counts_from_first_contact(touching):
-    found = springs(touching, "interface", "global")
+    actual = springs(touching, "interface", "global")
     inner = touching["row"].to_numpy() == 1
-    np.testing.assert_allclose(found.stiffness[inner], np.tile(STIFFNESS, (12, 1)))
-    assert np.isnan(found.stiffness[~inner]).all()
-    np.testing.assert_allclose(found.averaged, STIFFNESS)
+    np.testing.assert_allclose(actual.stiffness[inner], np.tile(STIFFNESS, (12, 1)))
+    assert np.isnan(actual.stiffness[~inner]).all()
+    np.testing.assert_allclose(actual.averaged, STIFFNESS)
     # From the undeformed state on there would be twice the displacement.
-    np.testing.assert_allclose(found.displacement[inner], 0.5 * touching["relative_displacement"][-1][inner])
-    np.testing.assert_array_equal(found.used, 12)
+    np.testing.assert_allclose(actual.displacement[inner], 0.5 * touching["relative_displacement"][-1][inner])
+    np.testing.assert_array_equal(actual.used, 12)
 
 
 def test_contact_askew_to_the_axes_has_springs_of_its_own(scene, touching):
@@ -46,16 +46,16 @@ def test_contact_askew_to_the_axes_has_springs_of_its_own(scene, touching):
     displacement = touching["relative_displacement"].to_numpy()
     since = displacement - displacement[1]
     askew = with_values(touching, "force", np.einsum("kij,tkj->tki", stiffness, since))
-    found = springs(askew, "interface")
-    np.testing.assert_allclose(found.stiffness[12:24], np.tile([20e3, 40e3, 700e3], (12, 1)))
-    np.testing.assert_allclose(found.averaged, [20e3, 40e3, 700e3])
+    actual = springs(askew, "interface")
+    np.testing.assert_allclose(actual.stiffness[12:24], np.tile([20e3, 40e3, 700e3], (12, 1)))
+    np.testing.assert_allclose(actual.averaged, [20e3, 40e3, 700e3])
     assert springs(askew, "interface", "global").negative.sum() > 0
     joints = spring_joints(askew, scene.replace("rom.axes", "local").rom)
     np.testing.assert_allclose(joints.stiffness[12:24], stiffness[12:24], rtol=1e-9, atol=1e-3)
     turned = springs(askew, "interface", "local, turned 90")
     np.testing.assert_allclose(turned.averaged, [40e3, 20e3, 700e3])
-    assert turned.tangential == pytest.approx(found.tangential)
-    assert 20e3 < found.tangential < 40e3
+    assert turned.tangential == pytest.approx(actual.tangential)
+    assert 20e3 < actual.tangential < 40e3
 
 
 def test_normals_follow_the_forces(touching):
@@ -90,38 +90,38 @@ def test_crossing_that_hardly_moves_has_no_weight_in_the_average(touching):
     """Its own secant is a thousandfold, and so is the mean of the ratios; the average stays where the others are."""
     displacement = touching["relative_displacement"].to_numpy().copy()
     displacement[2:, 12] = displacement[1, 12] + 1e-3 * (displacement[2:, 12] - displacement[1, 12])
-    found = springs(with_values(touching, "relative_displacement", displacement), "interface", "global")
-    np.testing.assert_allclose(found.stiffness[12], 1e3 * STIFFNESS, rtol=1e-6)
-    np.testing.assert_allclose(found.averaged, STIFFNESS, rtol=1e-2)
+    actual = springs(with_values(touching, "relative_displacement", displacement), "interface", "global")
+    np.testing.assert_allclose(actual.stiffness[12], 1e3 * STIFFNESS, rtol=1e-6)
+    np.testing.assert_allclose(actual.averaged, STIFFNESS, rtol=1e-2)
 
 
 def test_crossing_open_at_the_end_has_no_spring(touching):
     zones = touching["zones"].to_numpy().copy()
     zones[:, 13], zones[-1, 14] = 0, 0
-    found = springs(with_values(touching, "zones", zones), "interface", "global")
-    np.testing.assert_array_equal(np.flatnonzero(found.open), [13, 14])
-    assert np.isnan(found.stiffness[13:15]).all()
-    np.testing.assert_array_equal(found.undefined, 0)
+    actual = springs(with_values(touching, "zones", zones), "interface", "global")
+    np.testing.assert_array_equal(np.flatnonzero(actual.open), [13, 14])
+    assert np.isnan(actual.stiffness[13:15]).all()
+    np.testing.assert_array_equal(actual.undefined, 0)
 
 
 def test_crossing_that_has_not_moved_has_no_secant(scene, touching):
     displacement = touching["relative_displacement"].to_numpy().copy()
     displacement[:, 15, 2] = 0.0
     still = with_values(touching, "relative_displacement", displacement)
-    found = springs(still, "interface", "global")
-    np.testing.assert_array_equal(found.undefined, [0, 0, 1])
-    np.testing.assert_allclose(spring_joints(still, scene.rom).stiffness[15], np.diag(found.averaged))
+    actual = springs(still, "interface", "global")
+    np.testing.assert_array_equal(actual.undefined, [0, 0, 1])
+    np.testing.assert_allclose(spring_joints(still, scene.rom).stiffness[15], np.diag(actual.averaged))
 
 
 def test_negative_secants_are_reported_and_not_averaged_away(scene, touching):
     force = touching["force"].to_numpy().copy()
     force[:, 12:17, 1] *= -1
-    found = springs(with_values(touching, "force", force), "interface", "global")
-    np.testing.assert_array_equal(found.negative, [0, 5, 0])
-    assert found.stiffness[12, 1] == pytest.approx(-STIFFNESS[1])
-    weight = found.displacement[12:24, 1] ** 2
+    actual = springs(with_values(touching, "force", force), "interface", "global")
+    np.testing.assert_array_equal(actual.negative, [0, 5, 0])
+    assert actual.stiffness[12, 1] == pytest.approx(-STIFFNESS[1])
+    weight = actual.displacement[12:24, 1] ** 2
     share = weight[:5].sum() / weight.sum()
-    assert found.averaged[1] == pytest.approx((1 - 2 * share) * STIFFNESS[1])
+    assert actual.averaged[1] == pytest.approx((1 - 2 * share) * STIFFNESS[1])
     force[:, 12:24, 1] = -np.abs(force[:, 12:24, 1])
     with pytest.raises(ConfigurationError, match=r"spring of the contacts along y is -6e\+04 N/m \(12 of 12"):
         spring_joints(with_values(touching, "force", force), scene.rom)

@@ -85,9 +85,9 @@ def marks(stitches):
 )
 def test_every_loop_is_held_by_the_one_above_and_yarns_have_room(stitches):
     loop = fitted(stitches)
-    found, side = loop_metrics(loop), sides(stitches)
-    assert found.gap / RADIUS > 0.01 - 1e-3, "the clearance"
-    assert RADIUS / found.radius_of_curvature < LARGEST_CURVATURE + 1e-3
+    actual, side = loop_metrics(loop), sides(stitches)
+    assert actual.gap / RADIUS > 0.01 - 1e-3, "the clearance"
+    assert RADIUS / actual.radius_of_curvature < LARGEST_CURVATURE + 1e-3
     for row, column in np.ndindex(2, 2):
         through = side[(row + 1) % 2, column]
         for leg in (0, 1):
@@ -132,7 +132,7 @@ def test_cells_and_pieces_have_the_yarn_of_their_repeats(stitches):
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         (
             {"pattern.stitches": ["K", "F"]},
@@ -144,7 +144,7 @@ def test_cells_and_pieces_have_the_yarn_of_their_repeats(stitches):
         ({"pattern.stitches": ["KP"], "pattern.loops": 3}, "pattern.loops is 3 but must be a multiple of 2"),
     ],
 )
-def test_stitches_that_are_not_knitted_here_are_refused_by_name(plain_scene, changes, said):
-    with pytest.raises(ConfigurationError, match=said) as refused:
+def test_stitches_that_are_not_knitted_here_are_refused_by_name(plain_scene, changes, message):
+    with pytest.raises(ConfigurationError, match=message) as refused:
         plain_scene.vary(changes)
     assert "\n" not in str(refused.value)

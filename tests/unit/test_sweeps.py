@@ -27,13 +27,13 @@ def judged(claim, paper, scenes, reference, slopes, left_out=(), held="shape"):
 
 
 def test_series_are_of_one_reading_interaction_and_discretisation(scenes, reference):
-    found = sweeps_of(SPACING, histories(scenes, {"shape": 1.0}), scenes, reference)
-    main = {(each.keep, each.interaction): each for each in found if each.main}
+    actual = sweeps_of(SPACING, histories(scenes, {"shape": 1.0}), scenes, reference)
+    main = {(each.keep, each.interaction): each for each in actual if each.main}
     assert len(main) == 6
     ratios = [point.value for point in main["wale_spacing", "isotropic"].points]
     assert ratios == [0.75, 0.8, 0.9, 1.0, 1.1, 1.2, 1.25]
     assert [point.scene.name for point in main["shape", "tie"].points][-1] == "yarns-tie-course"
-    others = sorted((each.made_of, each.interaction, len(each.points)) for each in found if not each.main)
+    others = sorted((each.made_of, each.interaction, len(each.points)) for each in actual if not each.main)
     assert others == [
         ("one-point hexahedra, 6 across", "isotropic", 2),
         ("one-point hexahedra, 6 across", "tie", 2),
@@ -43,19 +43,19 @@ def test_series_are_of_one_reading_interaction_and_discretisation(scenes, refere
 
 
 def test_error_of_a_series_is_the_largest_that_is_known(scenes, reference):
-    found = histories(scenes, {"shape": 1.0})
+    actual = histories(scenes, {"shape": 1.0})
 
     def error():
         (series,) = (
             each
-            for each in sweeps_of(SPACING, found, scenes, reference)
+            for each in sweeps_of(SPACING, actual, scenes, reference)
             if each.main and (each.keep, each.interaction) == ("length", "isotropic")
         )
         return series.points[0].u_z.uncertainty / series.points[0].u_z.value
 
     assert error() == pytest.approx(SURE)  # the drawn loop meets the reference
     finer = "sweep-shape-c075-isotropic-course-p3"
-    found[finer] = study.history(lift=1.1 * 0.75 * LIFT, scene=finer)
+    actual[finer] = study.history(lift=1.1 * 0.75 * LIFT, scene=finer)
     assert error() == pytest.approx(0.1)
 
 
@@ -70,8 +70,8 @@ def test_error_of_a_series_is_the_largest_that_is_known(scenes, reference):
     ],
 )
 def test_verdict_turns_with_the_slope_of_the_held_quantity(paper, scenes, reference, claim, slopes, verdict):
-    found = judged(claim, paper, scenes, reference, slopes)
-    assert found.verdict == verdict, found
+    actual = judged(claim, paper, scenes, reference, slopes)
+    assert actual.verdict == verdict, actual
     if "length" in slopes:
         assert judged(claim, paper, scenes, reference, slopes, held="length").verdict == "contradicted"
 

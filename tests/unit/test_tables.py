@@ -85,10 +85,10 @@ def test_names_of_scenes_are_those_of_the_configuration():
     coarse = {name for name in known if name.endswith("-coarse")}
     for display in (*FIGURES.all().values(), *catalogue.TABLES.all().values()):
         for argument, results in display.results.items():
-            found = {name for name in results.names if fnmatch.filter(known, name)}
-            assert found, (display.name, argument)
+            actual = {name for name in results.names if fnmatch.filter(known, name)}
+            assert actual, (display.name, argument)
             if not results.several:
-                assert found - coarse, (display.name, argument)
+                assert actual - coarse, (display.name, argument)
     for stem, three in SERIES.items():
         assert fnmatch.filter(known, f"{stem}-*x*"), stem
         assert three is None or three in known

@@ -125,8 +125,8 @@ def test_beams_answer_by_the_crossings_of_the_middle_cell(trade):
     slip[1, middle] = [2e-6, np.nan, 4e-6, 6e-6]
     columns = {"crossing_force": (("increment", "crossing", "xyz"), force)}
     columns |= {"crossing_slip": (("increment", "crossing"), slip), "strain": ("increment", [0.0, 0.05])}
-    found = answers(QUESTIONS["contact"], scene, xr.Dataset(columns), None, 0.05)
-    assert found == pytest.approx({TOTAL: 2.0, BEAM_SLIP: 3e-6})
+    actual = answers(QUESTIONS["contact"], scene, xr.Dataset(columns), None, 0.05)
+    assert actual == pytest.approx({TOTAL: 2.0, BEAM_SLIP: 3e-6})
 
 
 def test_beams_do_not_take_a_cell_whose_yarns_cannot_slip(trade):
@@ -156,9 +156,9 @@ def test_errors_are_to_the_limit_of_the_degrees(trade):
     made = {"honeycomb": 12.0, "yarns2": 8.0, "yarns3": 9.0, "yarns4": 9.5}
     records = [record(*each) for each in made.items()] + [record("network", 0.0, "stopped")]
     (reference,) = reference_values({"a": values(records)}, TIED, trade).values()
-    found = rows_of(records, TIED, {}, trade, reference)
-    assert {row["question"] for row in found} == {"force", "curve"}
-    rows = {row["model setting"]: row for row in found if row["question"] == "force"}
+    actual = rows_of(records, TIED, {}, trade, reference)
+    assert {row["question"] for row in actual} == {"force", "curve"}
+    rows = {row["model setting"]: row for row in actual if row["question"] == "force"}
     assert rows["honeycomb"]["uncertainty of the reference value [1]"] == pytest.approx(0.025)
     assert rows["honeycomb"][ERROR] == pytest.approx(12 / 9.75 - 1)
     assert rows["yarns3"][ERROR] == pytest.approx(0.1 + 9 / 9.75 - 0.9)

@@ -92,10 +92,10 @@ def test_pieces_between_plates_have_the_exponents_that_the_yarn_has_less_a_half(
         power_law(each.pressed_mm / each.diameter_mm, each.force_mN / 1e3)
         for _, each in table.groupby("sample")
     ]
-    found = [n[0] for _, n, _ in laws]
-    assert np.allclose(found, plates, atol=0.005)
+    actual = [n[0] for _, n, _ in laws]
+    assert np.allclose(actual, plates, atol=0.005)
     value = read_yarn(name).values["pressing_exponent"]
-    assert min(found) - 0.05 <= value.value - HALF <= max(found) + 0.05
+    assert min(actual) - 0.05 <= value.value - HALF <= max(actual) + 0.05
     # One power is off by a fifth of the force or more: both ends of the curve are not one law.
     assert all(scatter > 0.2 for _, _, scatter in laws)
 
@@ -130,8 +130,8 @@ def test_a_law_between_two_cells_is_that_of_a_fabric_that_is_quadratic(strip_law
     law, held = strip_law
     states = np.zeros((len(held.along), 3))
     states[:, law.axis] = held.along
-    found = forces_per_width(law, states)[:, law.axis]  # which the law has not been told
-    assert found == pytest.approx(held.force, abs=2e-3 * held.force[-1])
+    actual = forces_per_width(law, states)[:, law.axis]  # which the law has not been told
+    assert actual == pytest.approx(held.force, abs=2e-3 * held.force[-1])
     e, across, g = 0.3, -0.05, 0.1
     stretch = [across, e] if law.axis else [e, across]
     strain = np.array([(1 + each) ** 2 / 2 - 0.5 for each in stretch] + [g])
@@ -174,8 +174,8 @@ def test_predictions_have_the_scatter_of_stockinette_and_the_change_by_a_loose_r
     loose = {"fabric-cotton-rib-wale-loose": synthetic.fabric_cell("free", "wale", 1.5, along=200.0)}
     both = table.merge(tabulate_predictions(cells | loose), on=PREDICTED[:4])
     wider = both[both["direction"] == "wale"]
-    found = (wider["upper_y"] - wider["strain_y"]) ** 2 - (wider["upper_x"] - wider["strain_x"]) ** 2
-    assert found.to_numpy()[:5] == pytest.approx(
+    actual = (wider["upper_y"] - wider["strain_y"]) ** 2 - (wider["upper_x"] - wider["strain_x"]) ** 2
+    assert actual.to_numpy()[:5] == pytest.approx(
         wider["strain_x"].to_numpy()[:5] ** 2, rel=0.02
     )  # twice as far
 

@@ -54,11 +54,11 @@ def test_yarns_that_touch_twice_carry_both_forces(law, verify):
     model, depth = hairpin(law), 0.05 * RADIUS
     state = model.start()
     upper = state.position[:, 2:] > 0
-    found = model.commit(replace(state, position=state.position - [0, 0, depth] * upper)).contact
+    actual = model.commit(replace(state, position=state.position - [0, 0, depth] * upper)).contact
     force = LAWS[law].force(np.array(depth))[0]
     for k, side in enumerate(("first", "second")):
-        verify.within(f"hairpin on a yarn: {side} force, {law}", -found.force[k, 2], force, 0.01)
-    np.testing.assert_allclose(found.gap[:-1], -depth, rtol=1e-9)
+        verify.within(f"hairpin on a yarn: {side} force, {law}", -actual.force[k, 2], force, 0.01)
+    np.testing.assert_allclose(actual.gap[:-1], -depth, rtol=1e-9)
 
 
 def at(increments, load):
@@ -178,9 +178,9 @@ def test_beams_that_roll_over_their_tie_touch_beside_it(law, verify):
         couple = np.cross(place, force[:, :3]) + force[:, 3:]
         return -force[upper, :3].sum(axis=0), -couple[upper].sum(axis=0)
 
-    (force, couple), (wanted, about) = carried(angle, 0.0), integral_beside(LAWS[law], tie, angle)
+    (force, couple), (expected, about) = carried(angle, 0.0), integral_beside(LAWS[law], tie, angle)
     name = f"tied beams, one rolled: {{}}, {law}"
-    verify.within(name.format("force"), np.linalg.norm(force), np.linalg.norm(wanted), 0.01)
+    verify.within(name.format("force"), np.linalg.norm(force), np.linalg.norm(expected), 0.01)
     verify.within(name.format("couple about the tie"), couple[0], about[0], 0.01)
     np.testing.assert_allclose(carried(-angle, 0.0)[1], -couple, atol=1e-9 * abs(couple[0]))
     assert not np.any(carried(0.0, 0.99 * tie**2))

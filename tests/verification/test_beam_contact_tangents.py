@@ -38,9 +38,9 @@ def pair_friction(model, state):
 
 def alone(model):
     """The beams without their contact."""
-    found = copy(model)
-    found.contact = None
-    return found
+    actual = copy(model)
+    actual.contact = None
+    return actual
 
 
 def contact_forces(model, state):

@@ -36,8 +36,8 @@ def test_yarns_follow_a_rigid_motion_of_the_beams(knit, verify):
     way = np.hstack([moved, np.tile(TURN, (len(moved), 1))])
     guide.follow(stations, [0.0, 1.0], [np.zeros_like(way), way])
     change = guide(0.0, 1.0).reshape(-1, 3)
-    wanted = parts.nodes @ rotation.T - parts.nodes + parts.unity[:, None] * SHIFT
-    off = np.abs(change - wanted).max() / np.abs(wanted).max()
+    expected = parts.nodes @ rotation.T - parts.nodes + parts.unity[:, None] * SHIFT
+    off = np.abs(change - expected).max() / np.abs(expected).max()
     verify.at_most("spline yarns led by beams: a rigid motion, off by", off, 1e-3)
     assert guide(0.0, 1.1) is None, "the beams did not get there"
 

@@ -44,22 +44,22 @@ def test_coil_under_a_force_on_its_axis(k, verify):
     """Goehner's problem: twist P / k and shear P alike everywhere. Deflection over that of twist alone is 1 - 3/16 k^2
     to the second order (Ancker and Goodier 1958), whatever nu is.
     """
-    found = []
+    actual = []
     for nu in (0.0, NU):
         S = section_compliance(k, nu)
         torsion = (1 + nu) / INERTIA
-        found.append((S[m_t, m_t] + 2 * k * S[n_B, m_t] + k**2 * S[n_B, n_B]) / torsion)
-    assert found[0] == pytest.approx(found[1], rel=1e-10)
+        actual.append((S[m_t, m_t] + 2 * k * S[n_B, m_t] + k**2 * S[n_B, n_B]) / torsion)
+    assert actual[0] == pytest.approx(actual[1], rel=1e-10)
     verify.within(
-        f"coil, R over radius {k:g}: deflection over twist", found[1], 1 - 3 / 16 * k**2, 0.2 * k**4
+        f"coil, R over radius {k:g}: deflection over twist", actual[1], 1 - 3 / 16 * k**2, 0.2 * k**4
     )
 
 
 def test_pure_bending_of_a_curved_rod_without_lateral_contraction(verify):
     """Second order in k: 1 + k^2 / 16 with deforming sections. Winkler's, which do not deform, give 1 - k^2 / 4."""
     k = 0.02
-    found = section_compliance(k, 0.0)[m_B, m_B] * INERTIA
-    verify.within("curved rod in pure bending, nu = 0: factor of k^2", (found - 1) / k**2, 1 / 16, 1e-3)
+    actual = section_compliance(k, 0.0)[m_B, m_B] * INERTIA
+    verify.within("curved rod in pure bending, nu = 0: factor of k^2", (actual - 1) / k**2, 1 / 16, 1e-3)
 
 
 # Points (q, 2) of the surface of a ring around which a force is spread, and its direction N or B: on the inside and the
@@ -89,13 +89,13 @@ def compliances_of_waves(k, nu, wave, place):
         load[first : first + (~odd).sum()] = SPREAD / SPREAD.sum() @ disc.values(12, at)[:, ~odd]
     loads = loads if direction == n_N else loads.mean(axis=0, keepdims=True)
     answers = np.linalg.lstsq(stiffness, loads.T.astype(complex), rcond=1e-13)[0]
-    found = np.real(np.einsum("pn,np->p", loads, answers)).mean()
+    actual = np.real(np.einsum("pn,np->p", loads, answers)).mean()
     push = np.zeros(3)
     push[forces.index(direction)] = -1.0
     T = _balance(k)[np.ix_(forces, forces)]
     f = np.linalg.solve(1j * wave * np.eye(3) - T, push)
     S = section_compliance(k, nu) - eased_by_pressure([k], nu)[0]
-    return found, np.real(f.conj() @ S[np.ix_(forces, forces)] @ f)
+    return actual, np.real(f.conj() @ S[np.ix_(forces, forces)] @ f)
 
 
 @pytest.mark.parametrize("place", PLACES)
@@ -118,6 +118,6 @@ def test_surfaces_move_with_the_curvature(nu, verify):
     near, far = (np.diag(cylinder_patch(0.1, apart, nu))[:3] - _beam_patch(0.1, apart, nu) for apart in APART)
     per_moment = (near - far) / (APART[1] - APART[0]) / (2 / INERTIA / 4)  # twice the motion over dk: -c
     c = INERTIA / 2 * eased_by_pressure([0.0], nu)[0, 0, 0]
-    for number, name, wanted in ((0, "normal", c), (2, "across", c - nu)):
+    for number, name, expected in ((0, "normal", c), (2, "across", c - nu)):
         case = f"motion of a surface under forces {name}, nu = {nu:g}, over the change of curvature"
-        verify.within(case, per_moment[number], wanted, 0.03)
+        verify.within(case, per_moment[number], expected, 0.03)

@@ -110,13 +110,13 @@ def test_start_and_interaction_are_checked(soft):
         scene.vary({"load.turns": [0.3, 0.3]})
 
 
-@pytest.mark.parametrize(("deformation", "wanted", "contraction"), [("course", 158.1, 0.0065)])
-def test_slender_elastic_yarn_carries_what_solid_yarns_do(deformation, wanted, contraction):
+@pytest.mark.parametrize(("deformation", "expected", "contraction"), [("course", 158.1, 0.0065)])
+def test_slender_elastic_yarn_carries_what_solid_yarns_do(deformation, expected, contraction):
     """The reference is the cell of spline yarns with friction, at 2.5 % strain (scene cell-course-isotropic)."""
     keys = {"fidelity": "beam", "load.strain": 0.025, "mesh.beam_size": 0.2, "beam.section": "hertz"}
     scene = load_scene(f"cell-{deformation}-isotropic").vary(keys | {"solver.increments": 10})
     history = simulate(scene, lay_out(scene))
-    assert history.force_per_width.values[-1, 0] == pytest.approx(wanted, rel=0.10)
+    assert history.force_per_width.values[-1, 0] == pytest.approx(expected, rel=0.10)
     assert -history.cell_strain.values[-1, 1] == pytest.approx(contraction, rel=0.2)
 
 
@@ -210,10 +210,10 @@ def test_cells_of_beams_carry_what_solid_yarns_do(knit, way, friction, solid, de
     keys = {"contact.friction": friction, "mesh.beam_size": 0.4, "load.strain": 0.03, "solver.increments": 12}
     scene = load_scene(f"stitches-{knit}-{way}").vary(BEAMS | keys)
     history = simulate(scene, lay_out(scene))
-    for axis, found, wanted in zip(
+    for axis, actual, expected in zip(
         ("courses", "wales"), history.force_per_width.values[-1], solid, strict=False
     ):
         case = f"cell of beams, {knit}, {way}, friction {friction:g}, along {axis}: solids of degree {degree}"
-        verify.within(case, float(found), wanted, bar)
+        verify.within(case, float(actual), expected, bar)
     lost = history.energy.sel(form="friction").values
     assert np.diff(lost).min() >= -1e-12 * np.abs(history.energy.values).max()

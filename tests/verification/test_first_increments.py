@@ -95,12 +95,12 @@ class Starts:
         run = {"run": Run() if digest in whole else Run(progress=stop)} if stage.restarts else {}
         try:
             with serial_blas():
-                found = stage.function(seen, **needed, **run)
+                actual = stage.function(seen, **needed, **run)
         except Reached as reached:
-            found = reached.history
+            actual = reached.history
         if stage.name in SHARED or digest in shared:
-            write_dataset(found, path, scene.name, digest)
-        return found
+            write_dataset(actual, path, scene.name, digest)
+        return actual
 
     def why_it_ends(self, scene):
         """Return why a scene ends, or nothing where its first increment is accepted."""
@@ -109,10 +109,10 @@ class Starts:
             started = time.process_time()
             try:
                 self.obtain(SIMULATION, scene)
-                said = ""
+                message = ""
             except KnitstudyError as error:
-                said = f"{type(error).__name__}: {error}"
-            write_text(f"{scene.name}\n{time.process_time() - started:.1f}\n{said}", path)
+                message = f"{type(error).__name__}: {error}"
+            write_text(f"{scene.name}\n{time.process_time() - started:.1f}\n{message}", path)
         return path.read_text().split("\n", 2)[2]
 
 

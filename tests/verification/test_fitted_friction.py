@@ -23,13 +23,13 @@ def forces(friction, size=1.0):
 def test_fit_finds_friction_and_modulus_of_another_resolution():
     noise = 1 + 0.02 * np.random.default_rng(0).standard_normal(len(STRAIN))
     measured = 0.8 * forces(0.3, size=0.6) * noise
-    found = fit(
+    actual = fit(
         measured,
         {each: forces(each) for each in np.linspace(0.05, 1.0, SIMULATED)},
         lambda frictions: {each: forces(each, size=0.6) for each in frictions},
     )
-    assert found.factor[1] <= 0.8 <= found.factor[2]
-    assert found.friction[1] <= 0.3 <= found.friction[2]
-    assert found.friction[2] - found.friction[1] < 0.4
-    (remark,) = found.remarks()
+    assert actual.factor[1] <= 0.8 <= actual.factor[2]
+    assert actual.friction[1] <= 0.3 <= actual.friction[2]
+    assert actual.friction[2] - actual.friction[1] < 0.4
+    (remark,) = actual.remarks()
     assert remark.startswith("forces are corrected by ")

@@ -46,12 +46,12 @@ def forces(model, points, stiffness=False):
 @pytest.mark.parametrize("angle", [90, 50])
 def test_crossed_yarns_carry_the_law_over_the_sine_of_their_angle(exponent, angle):
     points, yarn, s = straight(np.radians(angle), 0.8)
-    found = forces(contact(yarn, s, exponent), points)[0][:-6].reshape(-1, 6)
-    upper = -found[yarn == 1, :3].sum(axis=0)
-    wanted = 3.0 * 0.2**exponent / np.sin(np.radians(angle))
+    actual = forces(contact(yarn, s, exponent), points)[0][:-6].reshape(-1, 6)
+    upper = -actual[yarn == 1, :3].sum(axis=0)
+    expected = 3.0 * 0.2**exponent / np.sin(np.radians(angle))
     # Points 0.05 apart see a contact 0.6 long.
-    np.testing.assert_allclose(upper, [0, 0, wanted], atol=0.01 * wanted)
-    np.testing.assert_allclose(found[:, :3].sum(axis=0), 0, atol=1e-12)
+    np.testing.assert_allclose(upper, [0, 0, expected], atol=0.01 * expected)
+    np.testing.assert_allclose(actual[:, :3].sum(axis=0), 0, atol=1e-12)
 
 
 def test_parallel_yarns_carry_the_integral_of_the_potential():
@@ -62,10 +62,10 @@ def test_parallel_yarns_carry_the_integral_of_the_potential():
         inside = np.sqrt(model.repulsion.diameter**2 - apart**2)
         return quad(lambda t: model.repulsion.of(np.array([np.hypot(apart, t)]))[0][0], -inside, inside)[0]
 
-    wanted = -(energy(0.801) - energy(0.799)) / 0.002
+    expected = -(energy(0.801) - energy(0.799)) / 0.002
     middle = (yarn == 1) & (np.abs(s) < 0.5)
-    found = -forces(model, points)[0][:-6].reshape(-1, 6)[middle, 2]
-    np.testing.assert_allclose(found / 0.05, wanted, rtol=1e-3)
+    actual = -forces(model, points)[0][:-6].reshape(-1, 6)[middle, 2]
+    np.testing.assert_allclose(actual / 0.05, expected, rtol=1e-3)
 
 
 def two_rows(friction, ramps=False, per_node=1):
@@ -117,16 +117,16 @@ def test_tangent_is_the_derivative(friction, patch):
     assert friction == 0 or 0 < (active.friction.rate != 0).mean() < 1  # some close
     way, h = np.random.default_rng(1).standard_normal(model.size), 1e-6
     ahead, behind = (model.respond(model.advance(state, sign * h * way), False).force for sign in (1, -1))
-    wanted = (ahead - behind) / (2 * h)
+    expected = (ahead - behind) / (2 * h)
     # Central differences of contact that begins softly within 0.02
-    np.testing.assert_allclose(tangent @ way, wanted, atol=5e-6 * np.abs(wanted).max())
+    np.testing.assert_allclose(tangent @ way, expected, atol=5e-6 * np.abs(expected).max())
 
 
 def test_an_image_is_the_yarn_itself():
     """A cell of two periods has twice the energy and the same force at every node."""
     model = two_rows(0.0)
     state = disturbed(model)
-    found = model.respond(state, False)
+    actual = model.respond(state, False)
     shift = model.vectors(state)[0]
     position, n = state.beams.position, 40
     twice = np.concatenate([position[:n], position[:n] + shift, position[n:], position[n:] + shift])
@@ -138,10 +138,10 @@ def test_an_image_is_the_yarn_itself():
     vectors = np.array([2 * shift, model.vectors(state)[1]])
     beams = BeamState(twice, np.tile(np.eye(3), (4 * n, 1, 1)))
     force, energy, _ = own.respond(beams, vectors, LineHistory.none(), False)
-    wanted, whole, _ = one.respond(state.beams, model.vectors(state), state.contact, False)
+    expected, whole, _ = one.respond(state.beams, model.vectors(state), state.contact, False)
     assert energy["penalty"] == pytest.approx(2 * whole["penalty"])
-    np.testing.assert_allclose(force[: 6 * n], wanted[: 6 * n], atol=1e-12 * np.abs(wanted).max())
-    assert found.energy["internal"] > 0
+    np.testing.assert_allclose(force[: 6 * n], expected[: 6 * n], atol=1e-12 * np.abs(expected).max())
+    assert actual.energy["internal"] > 0
 
 
 def test_natural_curvature_grows_with_the_load():
@@ -153,8 +153,8 @@ def test_natural_curvature_grows_with_the_load():
     ]
     bend = alone.elements.natural
     along = np.einsum("ei,ei->e", bend, alone.elements.axis)
-    wanted = 0.5 * alone.elements.length @ ((bend**2).sum(axis=1) - 0.3 * along**2)
-    np.testing.assert_allclose(at, [0, wanted / 4, wanted], atol=1e-12)
+    expected = 0.5 * alone.elements.length @ ((bend**2).sum(axis=1) - 0.3 * along**2)
+    np.testing.assert_allclose(at, [0, expected / 4, expected], atol=1e-12)
 
 
 def walk(model, points, yarn, places, turns=None, history=None):
@@ -312,8 +312,8 @@ def test_layers_carry_the_pressure_of_their_overlap(angle, bend, deep, bar):
         model.repulsion = Repulsion(Power(1.0, 2.9), D, model.repulsion.onset)
         return -forces(model, points)[0][:-6].reshape(-1, 6)[yarn == 1, 2].sum()
 
-    wanted = summed(angle, bend) / summed(90, 0.0)
-    assert carried(angle, bend) / carried(90, 0.0) == pytest.approx(wanted, rel=bar)
+    expected = summed(angle, bend) / summed(90, 0.0)
+    assert carried(angle, bend) / carried(90, 0.0) == pytest.approx(expected, rel=bar)
 
 
 def sheared(bends, angle, way, size=1e-5):

@@ -45,10 +45,10 @@ def test_agrees_with_lu(cell, name, verify):
     yarns, problem = cell
     matrix, rhs = tangent(problem)
     exact = solution(LU(), matrix, rhs).x
-    found = solution(linear_solver(name, yarns, problem.prescribed), matrix, rhs)
-    residual = np.linalg.norm(rhs - matrix @ found.x) / np.linalg.norm(rhs)
+    actual = solution(linear_solver(name, yarns, problem.prescribed), matrix, rhs)
+    residual = np.linalg.norm(rhs - matrix @ actual.x) / np.linalg.norm(rhs)
     verify.at_most(f"{name}: true relative residual, 1e-10 asked for", residual, 1.01e-10)
-    error = np.abs(found.x - exact).max() / np.abs(exact).max()
+    error = np.abs(actual.x - exact).max() / np.abs(exact).max()
     verify.at_most(f"{name}: solution against LU", error, 1e-6, "LU")
 
 
@@ -57,8 +57,8 @@ def test_lu_is_refined_also_where_forces_are_small(verify):
     matrix = sp.csr_matrix([[1e-8, 1.0, 2.0], [-1.0, 1e-8, 3.0], [1.0, 2.0, 1e-8]])
     rhs = 1e-6 * np.array([1.0, 3.0, 2.0])
     assert np.linalg.norm(rhs - matrix @ factorise(matrix).solve(rhs)) > 1e-9 * np.linalg.norm(rhs)
-    found = solution(LU(), matrix, rhs).x
-    residual = np.linalg.norm(rhs - matrix @ found) / np.linalg.norm(rhs)
+    actual = solution(LU(), matrix, rhs).x
+    residual = np.linalg.norm(rhs - matrix @ actual) / np.linalg.norm(rhs)
     verify.at_most("LU: true relative residual, small pivot", residual, 1e-10)
 
 

@@ -37,9 +37,9 @@ def test_a_rib_of_a_file_is_the_rib_of_letters(scene, keys):
     letters = {"pattern.stitches": ["KP"], "pattern.loops": 2, "pattern.rows": 1}
     of_letters = history(letters, scene, keys)
     for name in ("force", "cell_strain", "force_per_width"):
-        wanted = of_letters[name].to_numpy()
-        within = 1e-6 * float(abs(wanted).max())
-        assert of_file[name].to_numpy() == pytest.approx(wanted, abs=within), name
+        expected = of_letters[name].to_numpy()
+        within = 1e-6 * float(abs(expected).max())
+        assert of_file[name].to_numpy() == pytest.approx(expected, abs=within), name
     assert of_file.attrs["cell_width"] == pytest.approx(of_letters.attrs["cell_width"], rel=1e-6)
 
 

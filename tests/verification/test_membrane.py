@@ -74,14 +74,14 @@ def test_folded_elements_are_refused():
 
 @pytest.mark.parametrize("axis", [0, 1])
 def test_a_strip_free_across_is_in_uniaxial_tension(axis):
-    found = stretch_strip(FABRIC, 0.07, 0.04, 0.3, axis, clamped=False)
+    actual = stretch_strip(FABRIC, 0.07, 0.04, 0.3, axis, clamped=False)
 
     def stretch(across):
         return np.array([0.3, across, 0.0]) if axis == 0 else np.array([across, 0.3, 0.0])
 
     across = brentq(lambda x: forces_per_width(FABRIC, stretch(x))[1 - axis], -0.5, 0.0, xtol=1e-14)
-    assert found["waist"][-1] == pytest.approx(1 + across, abs=1e-6)  # Newton: 1e-6
-    assert found["force_per_width"][-1] == pytest.approx(
+    assert actual["waist"][-1] == pytest.approx(1 + across, abs=1e-6)  # Newton: 1e-6
+    assert actual["force_per_width"][-1] == pytest.approx(
         forces_per_width(FABRIC, stretch(across))[axis], rel=1e-8
     )
 

@@ -81,7 +81,7 @@ def parallel(reference=0.0):
 
 
 def test_yarns_side_by_side_are_rods():
-    found = parallel().stiffness(TRANSLATIONS + SPIN)
+    actual = parallel().stiffness(TRANSLATIONS + SPIN)
     expected = np.zeros((6, 6))
     expected[0, 0] = YOUNG * AREA / SECOND
     expected[0, 3] = expected[3, 0] = HEIGHT * expected[0, 0]
@@ -89,8 +89,8 @@ def test_yarns_side_by_side_are_rods():
     expected[5, 5] = SHEAR * TORSION / (4 * SECOND)  # k_xy is twice the twist
     scale = np.sqrt(np.outer(*2 * [np.diag(expected) + expected[0, 0] * np.array([0, 1, 1, 0, 1, 0])]))
     # Tension, bending and torsion of a straight round rod lie in the space: what is left is rounding.
-    assert np.abs(found - expected).max() <= 1e-9 * scale.max()
-    np.testing.assert_allclose(np.diag(found), np.diag(expected), rtol=1e-9, atol=1e-9 * YOUNG)
+    assert np.abs(actual - expected).max() <= 1e-9 * scale.max()
+    np.testing.assert_allclose(np.diag(actual), np.diag(expected), rtol=1e-9, atol=1e-9 * YOUNG)
 
 
 def crossing(space):
@@ -115,7 +115,7 @@ def grid(first, second, spans):
     lattice = Lattice(np.array([[first, 0, 0], [0, second, 0]]))
     begin = np.array([[0, second / 2, 0], [first / 2, 0, 0]])  # through the middle of the cell
     yarns = [StraightYarn(lattice, number, begin[number], spans) for number in range(2)]
-    found = Sheet(lattice, yarns, crossing).stiffness(TRANSLATIONS)
+    actual = Sheet(lattice, yarns, crossing).stiffness(TRANSLATIONS)
     shear_area = 6 * (1 + POISSON) / (7 + 6 * POISSON) * SHEAR * AREA  # Cowper 1966, a round section
     # Each beam is bent to and fro between joints that turn; its deflection by shear comes on top.
     sway = first * second * (first + second) / (12 * YOUNG * INERTIA) + (first + second) / shear_area
@@ -127,17 +127,17 @@ def grid(first, second, spans):
         YOUNG * INERTIA / first,
         SHEAR * TORSION / 4 * (1 / first + 1 / second),
     ]
-    return found, found / np.sqrt(np.outer(beams, beams))
+    return actual, actual / np.sqrt(np.outer(beams, beams))
 
 
 def test_a_grid_of_joined_yarns_is_one_of_beams():
-    found, ratio = grid(40 * RADIUS, 30 * RADIUS, 40)
+    actual, ratio = grid(40 * RADIUS, 30 * RADIUS, 40)
     # Joined over a third of a radius, yarns are stiffer there in tension and bending, and yield to the moment of shear:
     # a share of a radius in 30 to 40 between two joints.
     np.testing.assert_allclose(np.diag(ratio), 1, atol=0.03)
     np.testing.assert_allclose(np.diag(ratio)[[0, 1, 3, 4, 5]], 1, atol=0.01)
     assert np.abs(ratio - np.diag(np.diag(ratio))).max() < 0.01
-    np.testing.assert_array_equal(found, found.T)
+    np.testing.assert_array_equal(actual, actual.T)
     assert np.linalg.eigvalsh(ratio).min() > 0.95
     # Twice as far apart, what is left of beam theory is half as much.
     _, longer = grid(80 * RADIUS, 60 * RADIUS, 80)

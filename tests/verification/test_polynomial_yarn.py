@@ -134,9 +134,9 @@ def stiffness_of(rod, field):
 def test_straight_rod(name, degree, verify):
     """St Venant's solutions lie in the space, on uneven spans and where the degree changes as well."""
     field, component, expected = RODS[name]
-    found = stiffness_of(Rod(straight, UNEVEN, np.maximum(MIXED, degree)), field)
+    actual = stiffness_of(Rod(straight, UNEVEN, np.maximum(MIXED, degree)), field)
     verify.at_most(
-        f"straight solid yarn in {name}, p >= {degree}", abs(abs(found[component]) / expected - 1), 1e-6
+        f"straight solid yarn in {name}, p >= {degree}", abs(abs(actual[component]) / expected - 1), 1e-6
     )
 
 

@@ -21,13 +21,13 @@ def solid(bend):
     ends = [rod.end(last) for last in (False, True)]
     held = np.concatenate(ends)
     constant = rod.space.unity[ends[1]] != 0
-    found = np.empty((3, 3))
+    actual = np.empty((3, 3))
     for axis in range(3):
         values = np.zeros((len(held), 3))
         values[len(ends[0]) :][constant, axis] = 1.0
         _, force = rod.solve(held, values)
-        found[axis] = force[ends[1]][constant].sum(axis=0)
-    return found
+        actual[axis] = force[ends[1]][constant].sum(axis=0)
+    return actual
 
 
 def chain(bend, curved):
@@ -56,10 +56,10 @@ def chain(bend, curved):
 def test_ring_of_beams_is_as_stiff_as_a_solid_one(bend, straight, verify):
     """In the plane held ends count: they cannot contract, and solids are as if shorter by 0.1 R at either end."""
     stiffness = np.diag(solid(bend))
-    found = np.diag(chain(bend, curved=True)) / stiffness
+    actual = np.diag(chain(bend, curved=True)) / stiffness
     about = f"3/4 ring, R over radius {bend:g}, beams over solid yarn"
-    verify.within(f"{about}: pulled along its axis", found[1], 1.0, 5e-3)
-    verify.within(f"{about}: pulled open", found[0], 1.0, 0.045)
+    verify.within(f"{about}: pulled along its axis", actual[1], 1.0, 5e-3)
+    verify.within(f"{about}: pulled open", actual[0], 1.0, 0.045)
     assert np.all(np.diag(chain(bend, curved=False)) / stiffness < straight)
 
 
@@ -74,9 +74,9 @@ def test_small_patch_yields_as_a_half_space_does(verify):
     small, large = 0.15, 0.3
     normal = 16 * (1 - NU**2) / (3 * np.pi**2) * (1 / small - 1 / large)
     exact = normal * np.array([1, (2 - NU) / (2 * (1 - NU)), (2 - NU) / (2 * (1 - NU))])
-    found = np.subtract(rod_patch.local_compliance(small, NU), rod_patch.local_compliance(large, NU))
+    actual = np.subtract(rod_patch.local_compliance(small, NU), rod_patch.local_compliance(large, NU))
     verify.at_most(
         "patch beside a beam: change with its radius over a half-space's",
-        np.abs(found / exact - 1).max(),
+        np.abs(actual / exact - 1).max(),
         0.06,
     )

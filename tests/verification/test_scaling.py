@@ -71,8 +71,8 @@ def curve(case, length=1.0, stiffness=1.0):
 def test_units_leave_the_dimensionless_answer_alone(case, units, full, verify):
     if not full and units != "mm":
         pytest.skip("takes --full")
-    for said, here, there in zip(
+    for message, here, there in zip(
         ("force", "motion"), curve(case, *(BINARY | DECIMAL)[units]), curve(case), strict=True
     ):
         error = np.abs(here - there).max() / np.abs(there).max()
-        verify.at_most(f"units: {units}: {case}: {said}", error, 1e-10 if units in BINARY else 1e-9)
+        verify.at_most(f"units: {units}: {case}: {message}", error, 1e-10 if units in BINARY else 1e-9)

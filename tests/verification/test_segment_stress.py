@@ -46,17 +46,17 @@ def test_uniform_stretch_of_a_knit(kind):
             "force": ("increment", [1.0]),
         }
     )
-    found = stress(scene, geometry, mesh, history)
+    actual = stress(scene, geometry, mesh, history)
     yarn = scene.yarn
-    wanted = cauchy_stress(STRETCH[None], material_of(yarn))[0]
-    scale = np.abs(wanted).max()
+    expected = cauchy_stress(STRETCH[None], material_of(yarn))[0]
+    scale = np.abs(expected).max()
     # Hourglass control sees nothing of a linear field: rounding is what is left.
-    assert np.abs(found["segment_stress"] - wanted).max() < 1e-8 * scale
-    assert np.abs(found["piece_stress"] - wanted).max() < 1e-8 * scale
+    assert np.abs(actual["segment_stress"] - expected).max() < 1e-8 * scale
+    assert np.abs(actual["piece_stress"] - expected).max() < 1e-8 * scale
     left, _, right = np.linalg.svd(STRETCH)
-    assert np.abs(found["segment_rotation"] - left @ right).max() < 1e-8
-    whole = found["piece_volume"].sel(extent="whole").sum()
-    assert float(whole) == pytest.approx(float(found["cell_volume"].sum()), rel=1e-12)
+    assert np.abs(actual["segment_rotation"] - left @ right).max() < 1e-8
+    whole = actual["piece_volume"].sel(extent="whole").sum()
+    assert float(whole) == pytest.approx(float(actual["cell_volume"].sum()), rel=1e-12)
     # Sections of polynomials are drawn as polygons of the circle's area.
     volume = np.pi * yarn.radius**2 * sum(each.length for each in fabric_of(geometry).centrelines)
     assert float(whole) == pytest.approx(np.linalg.det(STRETCH) * volume, rel=5e-3)

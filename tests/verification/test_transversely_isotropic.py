@@ -22,10 +22,14 @@ def test_of_equal_constants_it_is_hencky(verify):
     rng = np.random.default_rng(1)
     strain = 0.15 * rng.normal(size=(40, 3, 3))
     strain = 0.5 * (strain + np.swapaxes(strain, 1, 2))
-    found, wanted = same.respond(strain, True, exp(rng.normal(size=(40, 3)))), isotropic.respond(strain, True)
+    actual, expected = (
+        same.respond(strain, True, exp(rng.normal(size=(40, 3)))),
+        isotropic.respond(strain, True),
+    )
     for name in ("energy", "stress", "tangent"):
         error = (
-            np.abs(getattr(found, name) - getattr(wanted, name)).max() / np.abs(getattr(wanted, name)).max()
+            np.abs(getattr(actual, name) - getattr(expected, name)).max()
+            / np.abs(getattr(expected, name)).max()
         )
         verify.at_most(f"transversely isotropic of equal constants against Hencky: {name}", error, 1e-12)
 
@@ -53,12 +57,12 @@ def test_hexahedra_in_one_direction(case, element, verify):
     )
     force = np.zeros(nodes.shape)
     np.add.at(force, hexahedra, answer.force @ turn)
-    wanted = modulus * strain * np.exp(-strain)
+    expected = modulus * strain * np.exp(-strain)
     pulled = force[nodes[:, along] > 1 - 1e-9].sum(axis=0)
-    verify.within(f"{case}, {element.__name__}: force", pulled[along], wanted, 1e-9)
-    assert np.abs(np.delete(pulled, along)).max() < 1e-9 * abs(wanted)
+    verify.within(f"{case}, {element.__name__}: force", pulled[along], expected, 1e-9)
+    assert np.abs(np.delete(pulled, along)).max() < 1e-9 * abs(expected)
     side = force[nodes[:, (along + 1) % 3] > 1 - 1e-9].sum(axis=0)
-    assert np.abs(side).max() < 1e-9 * abs(wanted)
+    assert np.abs(side).max() < 1e-9 * abs(expected)
 
 
 @pytest.fixture(scope="module")
@@ -85,8 +89,8 @@ def test_a_yarn_in_torsion(rod, verify):
     values = np.concatenate([np.zeros((len(ends[0]), 3)), twist])
     _, force = rod.solve(prescribed, values)
     torque = moment(rod, ends[1], force) @ turn[:, 2]
-    wanted = YARN.axial_shear_modulus * 2 * INERTIA * angle / LENGTH
-    verify.within("solid yarn, transversely isotropic: torsion", torque, wanted, 1e-6)
+    expected = YARN.axial_shear_modulus * 2 * INERTIA * angle / LENGTH
+    verify.within("solid yarn, transversely isotropic: torsion", torque, expected, 1e-6)
 
 
 def test_the_axis_follows_a_bent_yarn(verify):
@@ -105,8 +109,8 @@ def test_the_axis_follows_a_bent_yarn(verify):
     )
     _, stored = rod.respond(stretch)
     # Sections keep their shape: the energy is that of strain along the axis alone, by c_11.
-    wanted = 0.5 * YARN.stiffness[0, 0] * share**2 * volume
-    verify.within("bent yarn, stretched around: energy", stored, wanted, 0.01)
+    expected = 0.5 * YARN.stiffness[0, 0] * share**2 * volume
+    verify.within("bent yarn, stretched around: energy", stored, expected, 0.01)
 
 
 @pytest.mark.parametrize(

@@ -91,8 +91,8 @@ class Checkout:
         """Return what Snakemake would do, as a set of the messages of its jobs."""
         ended = self.snakemake(*arguments, "--dry-run", "--config", "study=ci")
         assert ended.returncode == 0, ended.stderr
-        found = re.findall(r"^Job \d+: (.*)$", ended.stdout + ended.stderr, flags=re.MULTILINE)
-        return set(found) - {"Study ci: complete"}
+        actual = re.findall(r"^Job \d+: (.*)$", ended.stdout + ended.stderr, flags=re.MULTILINE)
+        return set(actual) - {"Study ci: complete"}
 
 
 @pytest.fixture(scope="session")

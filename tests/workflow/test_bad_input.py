@@ -53,14 +53,14 @@ def test_run_that_cannot_go_on_keeps_converged_increments(fresh):
 def test_interrupted_study_says_in_one_line_how_to_go_on(fresh):
     """The terminal interrupts the whole group: this process, Snakemake and its jobs."""
     with fresh.start_study("ci", "--", "--until", RESULT, output=subprocess.PIPE) as process:
-        said = []
+        reason = []
         for line in process.stdout:
-            said.append(line)
+            reason.append(line)
             if "  0% [" in line:
                 os.killpg(process.pid, signal.SIGINT)
                 break
-        said += process.stdout.read().splitlines()
+        reason += process.stdout.read().splitlines()
     assert process.returncode == 130
-    assert not [line for line in said if "Traceback" in line or "KeyboardInterrupt" in line]
-    assert said[-1].startswith("error: stopped; finished files are in results")
-    assert said[-1].endswith("the same command goes on from there")
+    assert not [line for line in reason if "Traceback" in line or "KeyboardInterrupt" in line]
+    assert reason[-1].startswith("error: stopped; finished files are in results")
+    assert reason[-1].endswith("the same command goes on from there")

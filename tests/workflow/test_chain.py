@@ -35,8 +35,8 @@ def test_deformed_yarns_for_paraview(checkout):
 
 
 def test_report_logs_and_messages(finished, checkout):
-    results, said = checkout.folder / "results", finished[1].stdout
-    last = said.splitlines()[-1]
+    results, message = checkout.folder / "results", finished[1].stdout
+    last = message.splitlines()[-1]
     assert last.startswith("Study ci: complete in ")
     assert str(results) in last
     assert str(results / "report.html") in last

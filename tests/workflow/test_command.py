@@ -93,8 +93,8 @@ def test_ended_runs_go_on_to_the_same_numbers(start, knitstudy, tmp_path):
     assert status == 130
     assert "Traceback" not in messages
     (line,) = [line for line in messages.splitlines() if line.startswith("error")]
-    said = "error: stopped; stages that were done and the last converged increment are kept in runs"
-    assert line.startswith(said)
+    message = "error: stopped; stages that were done and the last converged increment are kept in runs"
+    assert line.startswith(message)
     assert end_on_the_way(start(*BEAMS), restart, signal.SIGKILL)[0] == -signal.SIGKILL
     assert not (tmp_path / "runs" / "simulation").exists()
     ended = knitstudy(*BEAMS)

@@ -99,7 +99,7 @@ def test_your_own_jersey(fresh, tmp_path):
     (tmp_path / "jersey.yaml").write_text(scenes)
     command = f'set -e\nknitstudy() {{ {shlex.quote(sys.executable)} -m knitstudy "$@"; }}\n'
     script = command + "\n".join(blocks(JERSEY, "bash"))
-    said = subprocess.run(
+    message = subprocess.run(
         ["bash", "-c", script],
         cwd=tmp_path,
         env=fresh.environment,
@@ -107,9 +107,9 @@ def test_your_own_jersey(fresh, tmp_path):
         text=True,
         check=False,
     )
-    assert said.returncode == 0, said.stderr
+    assert message.returncode == 0, message.stderr
     for line in ("course force over width at the end", "wale strain at the end", "mesh.degree"):
-        assert line in said.stdout
+        assert line in message.stdout
     (code,) = blocks(JERSEY, "python")
     last = run(code, tmp_path, fresh.environment).stdout.splitlines()
     assert [re.sub(r"\d+ N/m", "_", line) for line in last] == ["cell: _ at 5%", "swatch: _ at 5%"]

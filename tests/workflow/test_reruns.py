@@ -41,8 +41,8 @@ def test_changes_run_the_stages_that_read_them(checkout, edited):
     edited("config/scenes/7-coarse.yaml", "rom2d: {fidelity: rom2d}", doubled)
     edited("src/knitstudy/figures/style.py", "\n\n\n", "\n\nEDITED = True\n\n\n")
     jobs = checkout.jobs()
-    wanted = ("beam-isotropic-course-coarse", "pair-slid-coarse", "beam-added", "rom2d-tie-course-coarse")
-    assert {f"Simulate {name}" for name in wanted} == {job for job in jobs if job.startswith("Simulate")}
+    expected = ("beam-isotropic-course-coarse", "pair-slid-coarse", "beam-added", "rom2d-tie-course-coarse")
+    assert {f"Simulate {name}" for name in expected} == {job for job in jobs if job.startswith("Simulate")}
     assert all(re.search(r"beam-|pair-slid|rom2d-", job) for job in data(jobs)), jobs
     assert not any(job.startswith(("Mesh", "Lay")) for job in jobs)
     assert "Draw fig02_interfaces" in jobs

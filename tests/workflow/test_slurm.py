@@ -24,10 +24,10 @@ scenes:
 """
 
 
-def said_by(*command):
+def output_of(*command):
     """Return what a command says, nothing where there is no such command."""
-    found = shutil.which(command[0])
-    return subprocess.run(command, capture_output=True, text=True).stdout if found else ""
+    actual = shutil.which(command[0])
+    return subprocess.run(command, capture_output=True, text=True).stdout if actual else ""
 
 
 pytestmark = [
@@ -36,7 +36,7 @@ pytestmark = [
         importlib.util.find_spec("snakemake_executor_plugin_slurm") is None,
         reason="the executor is not installed: python -m pip install '.[slurm]'",
     ),
-    pytest.mark.skipif(not said_by("sinfo", "-h"), reason="there is no Slurm: `sinfo` finds no cluster"),
+    pytest.mark.skipif(not output_of("sinfo", "-h"), reason="there is no Slurm: `sinfo` finds no cluster"),
 ]
 
 
@@ -53,9 +53,9 @@ def jobs(own):
     """Return a function of the fields of all jobs of a checkout in the order of their numbers; its end cancels them."""
 
     def read(fields="%T"):
-        said = said_by("squeue", "--all", "--states=all", "--array", "--noheader", "-o", f"%Z|%A|{fields}")
-        found = [line.split("|") for line in said.splitlines() if line.startswith(f"{own.folder}|")]
-        return [rest for _, job, rest in sorted(found, key=lambda job: int(job[1]))]
+        queue = output_of("squeue", "--all", "--states=all", "--array", "--noheader", "-o", f"%Z|%A|{fields}")
+        actual = [line.split("|") for line in queue.splitlines() if line.startswith(f"{own.folder}|")]
+        return [rest for _, job, rest in sorted(actual, key=lambda job: int(job[1]))]
 
     yield read
     subprocess.run(["scancel", *read("%A")])
@@ -82,10 +82,10 @@ def test_killed_cancelled_and_without_memory(own, jobs):
     assert own.snakemake("campaign", "--unlock", *OWN).returncode == 0
     # A simulation takes some 450 MB with Snakemake.
     little = ("--set-resources", "simulation:mem_mb=attempt*330")
-    _, said = on_slurm(own, "campaign", *little, *OWN).communicate()
-    assert (own.folder / FOUR).exists(), said
+    _, queue = on_slurm(own, "campaign", *little, *OWN).communicate()
+    assert (own.folder / FOUR).exists(), queue
     assert (own.folder / ONE).stat().st_mtime_ns == done
-    if re.search("^TaskPlugin .*cgroup", said_by("scontrol", "show", "config"), flags=re.MULTILINE):
+    if re.search("^TaskPlugin .*cgroup", output_of("scontrol", "show", "config"), flags=re.MULTILINE):
         assert jobs("%m")[-2:] == ["330M", "660M"]
     for path in (ONE, FOUR):
         again = own.run("-m", "knitstudy", "run", path, "--anew")
@@ -95,8 +95,8 @@ def test_killed_cancelled_and_without_memory(own, jobs):
 def test_campaign_is_an_array_whose_jobs_ask_for_the_needs_of_the_largest(own, jobs):
     assert own.snakemake("campaign", "--until", "geometry", *OWN).returncode == 0
     campaign = ("campaign", "--slurm-array-jobs", "simulation", *OWN)
-    _, said = on_slurm(own, "--jobs", "1", *campaign).communicate()
-    assert "--jobs is 1 but must be at least 2" in said
-    _, said = on_slurm(own, *campaign).communicate()
-    assert sorted(jobs("%K %T")) == ["1 COMPLETED", "2 COMPLETED"], said
+    _, queue = on_slurm(own, "--jobs", "1", *campaign).communicate()
+    assert "--jobs is 1 but must be at least 2" in queue
+    _, queue = on_slurm(own, *campaign).communicate()
+    assert sorted(jobs("%K %T")) == ["1 COMPLETED", "2 COMPLETED"], queue
     assert len(set(jobs("%m %l"))) == 1

@@ -69,14 +69,14 @@ def notes():
     from knitstudy.stages.kept_tables import REFERENCE, age_warning, verdicts_warning
 
     try:
-        said = [verdicts_warning(PLAN, CONFIG)]
+        warnings = [verdicts_warning(PLAN, CONFIG)]
         if load_study("reference", CONFIG):
             what = "Values of the reference"
-            said.append(age_warning(REFERENCE, "physics", physics_digest(), what, "reference"))
+            warnings.append(age_warning(REFERENCE, "physics", physics_digest(), what, "reference"))
     except KnitstudyError as error:
         stop(error)
     left_out = [f"{name} is left out of figures, tables and verdicts: {why}" for name, why in ENDED.items()]
-    return [*left_out, *(each for each in said if each)]
+    return [*left_out, *(each for each in warnings if each)]
 
 
 def data_of_study():

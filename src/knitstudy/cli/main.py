@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from knitstudy.errors import EndedEarly, KnitstudyError, said_by
+from knitstudy.errors import EndedEarly, KnitstudyError, message_of
 from knitstudy.registry import plugin_behind
 
 COMMANDS = {
@@ -68,7 +68,7 @@ class Commands(click.Group):
             plugin = plugin_behind(error)
             if context.params["traceback"] or not plugin:
                 raise
-            message, status = said_by(error), 1
+            message, status = message_of(error), 1
             message = f"plugin {plugin!r} ended the command: {message}; --traceback shows where"
         from knitstudy.cli.console import printable
 

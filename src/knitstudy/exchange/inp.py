@@ -211,8 +211,8 @@ def _cards(deck: Deck, dialect: str, words: dict[str, Keywords], departures: lis
     element, material = words["mesh.element"], words["yarn.material"]
     yield f"*HEADING\n{deck.title}\n** knitstudy {code_version()}; m, N, Pa\n"
     for sentence in departures:
-        said = textwrap.wrap(f"NOT QUITE THE SCENE: {sentence}", COMMENT, break_on_hyphens=False)
-        yield "".join(f"** {line}\n" for line in said)
+        comment = textwrap.wrap(f"NOT QUITE THE SCENE: {sentence}", COMMENT, break_on_hyphens=False)
+        yield "".join(f"** {line}\n" for line in comment)
     yield "*NODE, NSET=ALL\n"
     for number, place in enumerate(deck.nodes.tolist(), 1):
         yield lines([number, *(NUMBER % x for x in place)])

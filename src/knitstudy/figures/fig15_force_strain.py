@@ -187,8 +187,8 @@ def draw_curves(
         )
         end = f"{'↑ ' if beyond else ''}{f'{curve.value[-1]:#.3g}'.rstrip('.')} {unit.strip('1')}".rstrip()
         # A force over the reference's is the ratio that the note gives with its uncertainty.
-        said = curve.note.strip(" ()\n") if curve.note and unit == "1" else f"{end}{curve.note}"
-        text = f"{curve.look.label}\n{said}"
+        note = curve.note.strip(" ()\n") if curve.note and unit == "1" else f"{end}{curve.note}"
+        text = f"{curve.look.label}\n{note}"
         high = 0.5 * line * (1 + text.count("\n"))
         middle = min(float(curve.value[-1]), highest - high)
         highest = middle - high

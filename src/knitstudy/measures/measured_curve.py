@@ -18,7 +18,7 @@ import xarray as xr
 import yaml
 from scipy.interpolate import PchipInterpolator
 
-from knitstudy.errors import DataFileError, said_by
+from knitstudy.errors import DataFileError, message_of
 from knitstudy.files import write_text
 from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.registry import find
@@ -59,7 +59,7 @@ def within(curve: pd.Series, strain: float) -> pd.Series:
 def read_curve(path: Path, named: Mapping[str, Any], only: Mapping[str, str], direction: str) -> pd.Series:
     """Return the curve of a CSV file, up to its largest strain.
 
-    `said` has for ``strain`` and ``force`` a column and its unit, and ``width`` and ``length`` of the specimen [m]; it
+    `named` has for ``strain`` and ``force`` a column and its unit, and ``width`` and ``length`` of the specimen [m]; it
     is kept beside the file. `only` has values of columns that tell curves apart; `direction`, "course" or "wale", is
     chosen where a column has it. Raises DataFileError where the file does not hold one curve.
     """
@@ -93,7 +93,7 @@ def _table(path: Path) -> pd.DataFrame:
         table = pd.read_csv(path, sep=mark, skipinitialspace=True, encoding="utf-8-sig")
     except (OSError, ValueError) as error:
         wanted = "must be a CSV file with names of columns in its first row"
-        raise DataFileError(f"{path}: {wanted} ({said_by(error, OSError, ValueError)})") from error
+        raise DataFileError(f"{path}: {wanted} ({message_of(error, OSError, ValueError)})") from error
     return table.rename(columns=lambda name: str(name).strip())
 
 

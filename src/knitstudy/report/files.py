@@ -48,7 +48,7 @@ class ScreenPicture:
     content: bytes
     width: int
     height: int
-    said: dict[str, str]
+    metadata: dict[str, str]
     millimetres: float = 0.0
 
     @classmethod

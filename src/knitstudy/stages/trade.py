@@ -18,7 +18,7 @@ from typing import Any
 
 import pandas as pd
 
-from knitstudy.errors import ConfigurationError, DataFileError, said_by
+from knitstudy.errors import ConfigurationError, DataFileError, message_of
 from knitstudy.files import read_table, write_table
 from knitstudy.loading.run import Progress
 from knitstudy.measures.cost import MEGABYTE, memory_growth
@@ -61,7 +61,7 @@ def run(problem: Scene, setting: str, keys: Mapping, limit: float, folder: Path,
         with ProcessPoolExecutor(1, get_context("fork"), end_with_parent) as pool:
             return record | pool.submit(_run, document, limit, folder, say).result()
     except ConfigurationError as error:
-        return record | {"reason": said_by(error)}
+        return record | {"reason": message_of(error)}
     except BrokenProcessPool:
         return record | {"reason": f"took more than {limit:g} s of processor time, or the memory"}
 
@@ -72,7 +72,7 @@ def _run(document: Mapping, limit: float, folder: Path, say: bool) -> Record:
     try:
         results = simulate(scene, folder, plan=Plan({}), progress=Progress if say else None)
     except Exception as error:  # whatever it is: the run has no result
-        return {"reason": said_by(error)}
+        return {"reason": message_of(error)}
     history, strain = results.history, scene.load.strain
     if float(history["strain"][-1]) < REACHED * strain:
         return {"reason": f"ended at a strain of {float(history['strain'][-1]):g}, not {strain:g}"}

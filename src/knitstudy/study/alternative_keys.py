@@ -86,20 +86,20 @@ def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
 def without_yarn(keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], dict[str, float]]:
     """Return keys by dotted name without the name of a yarn, and the keys that the yarn sets.
 
-    The yarn in a loop of the same stitches is among the former: it asks for a loop that is drawn.
+    A loop length that the yarn has in a fabric of the same stitches is among the former: the loop is drawn then.
     """
-    said = dict(keys)
-    if OF not in said:
-        return said, {}
-    yarn, stitches = read_yarn(said.pop(OF), where), tuple(said.get(STITCHES) or ())
+    remaining = dict(keys)
+    if OF not in remaining:
+        return remaining, {}
+    yarn, stitches = read_yarn(remaining.pop(OF), where), tuple(remaining.get(STITCHES) or ())
     lengths = [
         loop_length.value
         for loop_length in yarn.loop_lengths
         if loop_length.stitches == stitches and loop_length.value
     ]
-    if lengths and (said.get(LENGTH), said.get(POINTS)) == (None, None):
-        said[LENGTH] = lengths[-1]
-    return said, {
+    if lengths and (remaining.get(LENGTH), remaining.get(POINTS)) == (None, None):
+        remaining[LENGTH] = lengths[-1]
+    return remaining, {
         KEYS[part][0]: entry.value for part, entry in yarn.values.items() if entry.value is not None
     }
 

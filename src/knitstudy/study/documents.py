@@ -15,7 +15,7 @@ from typing import Any
 
 import yaml
 
-from knitstudy.errors import ConfigurationError, said_by
+from knitstudy.errors import ConfigurationError, message_of
 
 DATA = Path(str(files("knitstudy"))) / "data"
 """Data of the package; in a checkout, links to its folders."""
@@ -77,11 +77,11 @@ def _reason(error: Exception, text: str) -> str:
     """Return the error in a text and its place, in one line."""
     mark = getattr(error, "problem_mark", None)
     if mark is None:
-        return said_by(error, Exception)
-    said = " ".join(filter(None, (error.context, error.problem)))
+        return message_of(error, Exception)
+    problem = " ".join(filter(None, (error.context, error.problem)))
     (line,) = text.splitlines()[mark.line : mark.line + 1] or [""]
     hint = "; put text that contains braces in quotes"
-    return f"line {mark.line + 1}: {said}{hint if '{' in line else ''}"
+    return f"line {mark.line + 1}: {problem}{hint if '{' in line else ''}"
 
 
 class _Refused(yaml.MarkedYAMLError):

@@ -209,7 +209,7 @@ def _texts(wanted: Any, allowed: Sequence[str], what: str, prefix: str, also: st
 def _together(layers: Mapping[str, Any], taken: Mapping[str, str], where: str) -> dict[str, Any]:
     """Return the keys that layers set together for the choices of a scene; two may not disagree."""
     merged: dict[str, Any] = {}
-    said_by: dict[str, str] = {}
+    origin: dict[str, str] = {}
     for layer, keys in layers.items():
         for key, value in _values(keys, taken, f"{where}: {layer}"):
             if key == "name":
@@ -220,9 +220,9 @@ def _together(layers: Mapping[str, Any], taken: Mapping[str, str], where: str) -
                 wanted = f"a value; keys of a group are written {key}.{next(iter(value), 'key')}"
                 raise ConfigurationError(f"{where}: {layer}: {key} is {value!r} but must be {wanted}")
             if key in merged and merged[key] != value:
-                both = f"{merged[key]!r} of {said_by[key]} but {value!r} of {layer}"
+                both = f"{merged[key]!r} of {origin[key]} but {value!r} of {layer}"
                 raise ConfigurationError(f"{where}: {key} is {both}; neither overrides the other")
-            merged[key], said_by[key] = value, layer
+            merged[key], origin[key] = value, layer
     return merged
 
 

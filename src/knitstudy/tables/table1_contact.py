@@ -10,7 +10,7 @@ from knitstudy.measures.history_checks import allowed_penetration, penetration
 from knitstudy.measures.paper_values import number
 from knitstudy.tables.catalogue import TABLES
 
-NOT_SAID, NONE = "not said", "none"
+NOT_STATED, NONE = "not stated", "none"
 # Numbers of Table 1.
 STATED = ("stiffness ratio (contact / element)", "stick ratio (stick / element)", "friction coefficient")
 
@@ -44,19 +44,19 @@ def tabulate(dns: xr.Dataset, paper: pd.DataFrame, scenes: Scenes) -> pd.DataFra
     rows = [
         ("contact-overclosure relation", "1", HARD, PENALTY if by_penalty else INDENTATION),
         ("contact stiffness over element stiffness", "1", ratio, normal),
-        ("contact stiffness, pressure over gap", "Pa/m", NOT_SAID, attrs.get("contact_stiffness", NONE)),
+        ("contact stiffness, pressure over gap", "Pa/m", NOT_STATED, attrs.get("contact_stiffness", NONE)),
         ("modulus of the local indentation", "Pa", NONE, attrs.get("indentation_modulus", NONE)),
         ("friction model", "1", "isotropic Coulomb", "isotropic Coulomb, convected slip"),
         ("stick stiffness over element stiffness", "1", stick, tangential),
-        ("stick stiffness, traction over slip", "Pa/m", NOT_SAID, attrs.get("stick_stiffness", NONE)),
+        ("stick stiffness, traction over slip", "Pa/m", NOT_STATED, attrs.get("stick_stiffness", NONE)),
         (OVER_NORMAL, "1", NONE, attrs.get("stick_over_normal", NONE)),
         ("friction coefficient", "1", friction, contact.friction),
         ("discretisation", "1", MASTER_AND_SLAVE, BOTH_WAYS),
-        ("Gauss points a facet", "1", NOT_SAID, contact.points**2),
-        ("deepest penetration or local indentation allowed", "m", NOT_SAID, allowed),
-        ("deepest penetration or local indentation reached", "m", NOT_SAID, reached),
-        ("augmentations of an increment, at most", "1", NOT_SAID, dns["augmentations"].max().item()),
-        ("stabilisation, viscosity over E", "1", "used, not said", stabilisation),
+        ("Gauss points a facet", "1", NOT_STATED, contact.points**2),
+        ("deepest penetration or local indentation allowed", "m", NOT_STATED, allowed),
+        ("deepest penetration or local indentation reached", "m", NOT_STATED, reached),
+        ("augmentations of an increment, at most", "1", NOT_STATED, dns["augmentations"].max().item()),
+        ("stabilisation, viscosity over E", "1", "used, not stated", stabilisation),
     ]
     return pd.DataFrame(
         [(name, unit, _text(theirs), _text(ours)) for name, unit, theirs, ours in rows],
