@@ -151,7 +151,10 @@ def condensed(
 #
 #     U_open = R U,    U_i+E = U_i + jump_i,    i = 0 .. d - 1,
 #
-# so that the yarn is as smooth over the seam as it is within: d - 1 derivatives, not only the value, go on.
+# so that the yarn is as smooth over the seam as it is within: d - 1 derivatives, not only the value, go on. A yarn with
+# spans of its images before and after its own (`YarnSpace.beyond`) has functions of several periods:
+#
+#     U_i+mE = U_i + m jump_i.
 
 ROUNDING = 1e-12  # entries of R below are none
 
@@ -181,14 +184,17 @@ def seam(yarn: YarnSpace) -> Seam:
 
     Raises MeshError if there are fewer spans than the degree of the splines.
     """
-    spline = yarn.spline
-    spans = spline.size - spline.degree
+    spline, beyond = yarn.spline, yarn.beyond
+    spans = spline.size - spline.degree - 2 * beyond
     number = np.arange(spline.size)
-    around = sp.csr_matrix((np.ones(spline.size), (number, number % spans)))  # (E + d, E)
-    open_from_wrapped = conversion(spline)
+    periods, wrapped_number = np.divmod(number - beyond, spans)
+    around = sp.csr_matrix((np.ones(spline.size), (number, wrapped_number)))  # (E + d, E)
+    open_from_wrapped = conversion(spline, beyond)
     has = disc.size(yarn.degrees)
     made_of = abs(open_from_wrapped) @ around
-    counts = np.where(made_of.toarray() > 0, has[:, None], yarn.stride).min(axis=0)
+    # At the ends of images splines reach over fewer spans.
+    whole = slice(beyond, spline.size - beyond)
+    counts = np.where(made_of[whole].toarray() > 0, has[whole, None], yarn.stride).min(axis=0)
     k = np.arange(yarn.stride)
     wrapped = k < counts[:, None]
 
@@ -197,14 +203,15 @@ def seam(yarn: YarnSpace) -> Seam:
         every = sp.kron(splines, sp.identity(yarn.stride), format="csr")
         return every[(k < has[:, None]).ravel()][:, wrapped.ravel()]
 
-    beyond = open_from_wrapped @ sp.diags((number >= spans).astype(float)) @ around
-    return Seam(of_functions(open_from_wrapped @ around), of_functions(beyond), np.nonzero(wrapped)[1])
+    jumps = open_from_wrapped @ sp.diags(periods.astype(float)) @ around
+    return Seam(of_functions(open_from_wrapped @ around), of_functions(jumps), np.nonzero(wrapped)[1])
 
 
-def conversion(spline: Spline) -> sp.csr_matrix:
+def conversion(spline: Spline, beyond: int = 0) -> sp.csr_matrix:
     """Return R (J, E + d): open splines' coefficients from coefficients of splines that go on beyond both ends.
 
-    Both are bases of the same functions on the yarn: R is found from their values at J places.
+    Both are bases of the same functions on the yarn: R is found from their values at J places. So many spans `beyond`
+    at either end are of images of the yarn.
 
     Raises MeshError if there are fewer spans than the degree.
 
@@ -220,9 +227,10 @@ def conversion(spline: Spline) -> sp.csr_matrix:
         raise MeshError(
             f"{len(low)} spans of a yarn cannot wrap around with splines of degree {d}; use more spans"
         )
-    period = high[-1] - low[0]
+    spans = len(low) - 2 * beyond
+    period = low[beyond + spans - 1] + (high - low)[beyond + spans - 1] - low[beyond]
     breaks = np.append(low, high[-1])
-    along = Spline.on(np.concatenate([breaks[:-1] - period, breaks, breaks[1:] + period]), d)
+    along = Spline.on(np.concatenate([breaks[:spans] - period, breaks, breaks[-spans:] + period]), d)
     # Number of splines of `along` that begin before the yarn.
     first = np.searchsorted(along.spans[:, 0], low[0] - 1e-9 * period)
     share = 0.5 - 0.5 * np.cos(np.pi * (np.arange(d + 1) + 0.5) / (d + 1))

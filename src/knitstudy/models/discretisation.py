@@ -131,14 +131,19 @@ def contact_surfaces(scene: Scene, space: Space, specimen: Fabric) -> tuple[Cyli
                     f"two crossings of a yarn are {nearest / radius:.2f} yarn radii apart, less than contact.window, "
                     f"{window / radius:.2f}: what each indents would count twice; use a smaller contact.window"
                 )
-        along.append(_edges(yarn.spline.knots[-1], stations, window, cell))
+        along.append(_edges(yarn, stations, window, cell))
     surfaces = Cylinders(space, radius, along, int(np.ceil(2 * np.pi * radius / cell)))
     parameters = tuple(surfaces.edges(number)[0] for number in range(len(along)))
     return surfaces, Rings(parameters, tuple(along))
 
 
-def _edges(length: float, stations: np.ndarray, window: float, cell: float) -> np.ndarray:
-    """Return the arc lengths (m + 1,) of edges of cells on a yarn [m]."""
+def _edges(yarn: YarnSpace, stations: np.ndarray, window: float, cell: float) -> np.ndarray:
+    """Return the arc lengths (m + 1,) of edges of cells on a yarn and the images that continue it [m]."""
+    length = yarn.spline.spans[yarn.own][-1, 1]
+    periods = length * np.arange(-1, 2)[:, None]
+    if yarn.beyond:
+        stations = (stations + periods).ravel()
+        stations = stations[(stations > -window) & (stations < length + window)]
     bounds = np.stack([stations - window, stations + window], axis=1).clip(0.0, length)
     # Windows that meet are one.
     first = np.ones(len(bounds), dtype=bool)
@@ -149,7 +154,10 @@ def _edges(length: float, stations: np.ndarray, window: float, cell: float) -> n
     middle = 0.5 * (stops[1:] + stops[:-1])
     fine = np.any((middle[:, None] > low) & (middle[:, None] < high), axis=1)
     parts = np.ceil(np.diff(stops) / np.where(fine, cell, COARSE * cell) - 1e-9).astype(int)
-    return evenly(stops, parts)
+    edges = evenly(stops, parts)
+    every = np.append((edges[:-1] + periods).ravel(), 2 * length)
+    low, high = yarn.spline.spans[[0, -1], [0, 1]]
+    return every[(every >= low) & (every <= high)]
 
 
 PLACES = 8  # places a span at which the shape of a yarn is fitted
@@ -157,7 +165,7 @@ PLACES = 8  # places a span at which the shape of a yarn is fitted
 
 def fitted_places(own: YarnSpace) -> np.ndarray:
     """Return the arc lengths (k,) at which the shape of a yarn is fitted, its end included [m]."""
-    low, high = own.spline.spans.T
+    low, high = own.spline.spans[own.own].T
     return evenly(np.append(low, high[-1]), np.full(len(low), PLACES))
 
 

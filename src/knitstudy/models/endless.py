@@ -1,8 +1,9 @@
 """A cell of an endless fabric: forces per width and stiffness without grips and edges (docs/theory/theory.md).
 
 The yarns are splines that wrap around. A fabric's endless cell holds its rows of yarns and the image of the first one
-above the last: the interactions of yarns lie between two rows, so that every crossing is there once. Only the
-rows have elements.
+above the last, so that every crossing is there once. Only the rows have elements. Where yarns touch, there are the
+images of all rows that can reach down to them, and every yarn goes on as its own image at both ends. Every pair of
+places that may touch is then there once: both on rows, or one on a row and one on an image above.
 """
 
 from __future__ import annotations
@@ -38,6 +39,9 @@ from knitstudy.study.scene import Scene
 HELD = np.zeros(1, dtype=np.int64)
 FIXED = np.arange(3)  # its unknowns
 
+FARTHEST = 3  # periods up to which images of rows are looked for
+SAMPLES = 200  # places along a yarn at which its extent is taken
+
 
 def problem(scene: Scene, fabric: Fabric, parts: Discretisation) -> Problem:
     """Return a scene whose fabric is endless as a problem, from its discretisation (`spline_yarns`).
@@ -62,7 +66,7 @@ def problem(scene: Scene, fabric: Fabric, parts: Discretisation) -> Problem:
         checks=(partial(require_sound, scene, yarns.model.loaded),),
         constants=yarns.ties.constants() | ({} if yarns.touches else cell.shell()),
         attributes={
-            "dof": parts.nodes.size,
+            "dof": model.size,
             "elements": yarns.elements,
             "deformation": load.deformation,
             **yarns.attributes(),
@@ -108,41 +112,63 @@ class Cell:
 
 def assemble(scene: Scene, fabric: Fabric, parts: Discretisation) -> Cell:
     """Return the cell of a scene; errors as of `problem`."""
-    # A yarn does not touch itself: its image would do so once more.
-    meets = ~np.eye(parts.mesh.yarns, dtype=bool)
+    # Two images touch as the yarns do that they are images of.
+    row = np.arange(len(parts.space.yarns)) < rows_of(fabric)
     # Elements leave out images, which ties and contact reach: an explicit identity makes room for those.
     every = sp.identity(len(parts.nodes), format="csr")
-    yarns = solids.assemble(scene, fabric, parts, spread=every, meets=meets)
+    yarns = solids.assemble(scene, fabric, parts, spread=every, meets=row[:, None] | row)
     rows, lattice = _wrapped(parts.space, fabric)
-    spread, jumps = periodic_map(parts.space, rows, lattice)
+    spread, jumps = periodic_map(parts.space, rows, lattice, parts.nodes)
     stretch = sp.csr_matrix(jumps[:, :3] / lattice.lengths)
     model = PeriodicModel(yarns.model, sp.csr_matrix(sp.hstack([spread, stretch])))
     return Cell(yarns, model, spread, jumps, lattice)
 
 
+def rows_of(fabric: Fabric) -> int:
+    """Return the number of yarns of an endless fabric that are not images."""
+    return len(fabric.centrelines) - 1
+
+
+def rows_and_images(fabric: Fabric, touches: bool) -> np.ndarray:
+    """Return the row (Y,) that every yarn is or is an image of: all rows, then the images above them.
+
+    Where yarns touch there are images of all rows that come nearer to the rows than half a row when nothing is
+    deformed, else of the first row alone.
+    """
+    rows, up = rows_of(fabric), fabric.periods[1, 1]
+    y = [line.curve.value(np.linspace(*line.span, SAMPLES))[:, 1] for line in fabric.centrelines[:rows]]
+    lowest = np.array([values.min() for values in y]) + up * np.arange(1, FARTHEST + 1)[:, None]
+    highest = max(values.max() for values in y) + 2 * fabric.radius + 0.5 * up / rows
+    images = max(1, int(np.count_nonzero(lowest < highest))) if touches else 1
+    return np.arange(rows + images) % rows
+
+
 def wrapped_nodes(space: Space, fabric: Fabric) -> np.ndarray:
-    """Return the undeformed nodes (N, 3) of all yarns of an endless fabric, the image of the first included [m]."""
+    """Return the undeformed nodes (N, 3) of all yarns of an endless fabric, images included [m]."""
     rows, lattice = _wrapped(space, fabric)
     nodes = [row.seam.nodes(row.start, lattice.vectors[0]) for row in rows]
-    of_yarns = np.concatenate([nodes[one] for one in fabric.copy_of.tolist()])
-    return of_yarns + space.unity[:, None] * fabric.shift[space.yarn]
+    for number in range(len(rows), len(space.yarns)):
+        below = number - len(rows)
+        unity = space.unity[slice(*space.first_node[below : below + 2])]
+        nodes.append(nodes[below] + np.multiply.outer(unity, lattice.vectors[1]))
+    return np.concatenate(nodes)
 
 
-def without_image(parts: Discretisation, material: Material) -> Discretisation:
-    """Return yarns whose last one, the image of the first, has no elements; one node is held and none is driven."""
-    rows = Space(parts.space.yarns[:-1])
+def without_images(parts: Discretisation, fabric: Fabric, material: Material) -> Discretisation:
+    """Return yarns of which rows alone have elements; one node is held and none is driven."""
+    rows = Space(parts.space.yarns[: rows_of(fabric)])
     return replace(
         parts,
         groups=lambda nodes: span_groups(rows, nodes[: rows.size], material),
-        volume=partial(_volume, parts.volume, rows.yarns[0].size),
+        volume=partial(_volume, parts.volume, rows),
         ends=Grips(HELD, HELD[:0]),
     )
 
 
-def _volume(every: Callable, own: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
-    """Return the volume (N,) of every node [m3], of the image as of the first yarn."""
-    total = every(groups)
-    total[-own:] = total[:own]
+def _volume(every: Callable, rows: Space, groups: tuple[ElementGroup, ...]) -> np.ndarray:
+    """Return the volume (N,) of every node [m3], of the image above the rows as of the first yarn."""
+    total, first = every(groups), rows.yarns[0].size
+    total[rows.size : rows.size + first] = total[:first]
     return total
 
 
@@ -155,35 +181,38 @@ class WrappedYarn:
 
 
 def _wrapped(space: Space, fabric: Fabric) -> tuple[list[WrappedYarn], Lattice]:
-    """Return the yarns of all rows but the image, each where the first copy of it lies, and the lattice."""
+    """Return the yarns of all rows, and the lattice."""
     lattice, kinds = Lattice(fabric.periods), {}
-    copies = fabric.copy_of[:-1].tolist()
-    for one in set(copies):
+    rows = fabric.copy_of[:-1].tolist()
+    for one in set(rows):
         own, curve = space.yarns[one], fabric.centrelines[one]
         around = seam(own)
-        kinds[one] = WrappedYarn(around, wrapped_shape(own, around, curve, fabric.radius, lattice.vectors[0]))
-    return [kinds[one] for one in copies], lattice
+        kinds[one] = around, wrapped_shape(own, around, curve, fabric.radius, lattice.vectors[0])
+    shapes = (kinds[one] for one in rows)
+    return [
+        WrappedYarn(around, start + np.multiply.outer(around.unity, shift))
+        for (around, start), shift in zip(shapes, fabric.shift, strict=False)
+    ], lattice
 
 
 def periodic_map(
     space: Space,  # of all yarns, copies of a yarn share theirs
-    rows: list[WrappedYarn],  # of all rows but the image, each where the first copy of it lies
+    rows: list[WrappedYarn],
     lattice: Lattice,  # its second vector is the way of all rows
+    nodes: np.ndarray,  # (N, 3), undeformed [m]
 ) -> tuple[sp.csr_matrix, np.ndarray]:
-    """Return S (3 N, 3 n) and the jumps (3 N, 6) of all yarns, the last of which is the image of the first."""
+    """Return S (3 N, 3 n) and the jumps (3 N, 6) of all yarns, images of the rows after these."""
     every = sp.block_diag([row.seam.wrapped for row in rows], format="csr")
-    first = rows[0].seam.wrapped
-    image = sp.hstack([first, sp.csr_matrix((first.shape[0], every.shape[1] - first.shape[1]))])
-    wrapped = sp.vstack([every, image], format="csr")
+    copies = -(-len(space.yarns) // len(rows))
+    wrapped = sp.vstack(copies * [every], format="csr")[: space.size]
     spread = sp.csr_matrix(sp.kron(wrapped, sp.identity(3)))
-    jumps, lowest = [], {}
-    for number, (row, own) in enumerate(zip(rows, space.yarns, strict=False)):
-        up = (number - lowest.setdefault(id(row), number)) / len(rows)
-        here = row.start + np.multiply.outer(row.seam.unity, up * lattice.vectors[1])
-        over = lattice.jumps(0, here, row.seam.unity)
-        jumps.append((row.seam.beyond @ over.reshape(len(over), -1)).reshape(own.size, 3, 6))
-    nodes = rows[0].seam.nodes(rows[0].start, lattice.vectors[0])
-    jumps.append(jumps[0] + lattice.jumps(1, nodes, space.unity[: len(nodes)]))
+    jumps = []
+    for row in rows:
+        over = lattice.jumps(0, row.start, row.seam.unity)
+        jumps.append((row.seam.beyond @ over.reshape(len(over), -1)).reshape(-1, 3, 6))
+    for below in range(len(space.yarns) - len(rows)):
+        here = slice(*space.first_node[below : below + 2])
+        jumps.append(jumps[below] + lattice.jumps(1, nodes[here], space.unity[here]))
     return spread, np.concatenate(jumps).reshape(3 * space.size, 6)
 
 

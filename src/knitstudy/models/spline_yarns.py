@@ -115,12 +115,11 @@ def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None) -> D
             "unknowns there"
         )
     spans = yarn_spans(scene, fabric)
-    space = space_on(scene, spans)
+    space, nodes = undeformed_yarns(scene, fabric, spans)
     # Tangent, factors of single yarns and sums
     pairs = sum(float((own.span_sizes.astype(float) ** 2).sum()) for own in space.yarns)
     what = f"a simulation of {3 * space.size:.2g} unknowns"
     require_memory(BYTES_A_PAIR * pairs, "mesh.span", scene.mesh.span, what, power=1)
-    nodes = endless.wrapped_nodes(space, fabric) if len(fabric.periods) else undeformed(space, fabric)
     surfaces, rings = contact_surfaces(scene, space, fabric)
     mesh, material = mesh or _sections(fabric), material_of(scene.yarn)
     parts = Discretisation(
@@ -141,7 +140,7 @@ def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None) -> D
         sampling=Sampling(space, mesh.yarn_of_slice, mesh.arc_length, mesh.section.points),
         space=space,
     )
-    return endless.without_image(parts, material) if len(fabric.periods) else parts
+    return endless.without_images(parts, fabric, material) if len(fabric.periods) else parts
 
 
 def _sections(fabric: Fabric) -> SweptMesh:
@@ -153,10 +152,30 @@ def _sections(fabric: Fabric) -> SweptMesh:
     return sweep(fabric.centrelines, Section.for_size(2 * fabric.radius, size), fabric.radius, Spacing(size))
 
 
-def space_on(scene: Scene, spans: list[YarnSpans]) -> Space:
-    """Return the space of a scene's yarns on their spans; yarns with the same spans share theirs."""
+def undeformed_yarns(scene: Scene, fabric: Fabric, spans: list[YarnSpans]) -> tuple[Space, np.ndarray]:
+    """Return the space of a fabric's yarns on their spans and its undeformed nodes (N, 3) [m].
+
+    Of an endless fabric there are images as well; where yarns touch, one loop of their images continues them.
+    """
+    if not len(fabric.periods):
+        space = space_on(scene, spans)
+        return space, undeformed(space, fabric)
+    touches = scene.kind.interaction.touches
+    rows = [spans[row] for row in endless.rows_and_images(fabric, touches)]
+    space = space_on(scene, rows, fabric.repeats if touches else None)
+    return space, endless.wrapped_nodes(space, fabric)
+
+
+def space_on(scene: Scene, spans: list[YarnSpans], loops: int | None = None) -> Space:
+    """Return the space of a scene's yarns on their spans; yarns with the same spans share theirs.
+
+    Yarns of so many `loops` that repeat themselves are continued by one of them at both ends.
+    """
     degree = scene.mesh.spline_degree
-    kinds = {kind: yarn_space(kind.breaks, kind.degrees, degree, kind.sharp) for kind in set(spans)}
+    kinds = {
+        kind: yarn_space(kind.breaks, kind.degrees, degree, kind.sharp, len(kind.degrees) // loops if loops else 0)
+        for kind in set(spans)
+    }
     return Space(tuple(kinds[span] for span in spans))
 
 

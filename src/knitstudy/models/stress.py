@@ -30,7 +30,7 @@ from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace, deformation_
 from knitstudy.mesh.section import Section
 from knitstudy.mesh.sweep import SweptMesh
 from knitstudy.models.hexahedra import divide
-from knitstudy.models.spline_yarns import space_on, undeformed, yarn_spans
+from knitstudy.models.spline_yarns import undeformed_yarns, yarn_spans
 from knitstudy.study.scene import Scene
 
 
@@ -93,8 +93,7 @@ def undeformed_splines(scene: Scene, specimen: Fabric, displacement: np.ndarray)
 
     Raises DataFileError if coefficients of a displacement belong to another discretisation.
     """
-    space = space_on(scene, yarn_spans(scene, specimen))
-    nodes = undeformed(space, specimen)
+    space, nodes = undeformed_yarns(scene, specimen, yarn_spans(scene, specimen))
     if displacement.shape != nodes.shape:
         raise DataFileError(
             f"node_displacement has the shape {displacement.shape}, but the yarns of scene {scene.name!r} have "

@@ -36,19 +36,26 @@ class Cylinders:
         yarns = len(space.yarns)
         self.closed, self.offset = np.ones(yarns, dtype=bool), np.zeros(yarns)
         self.cells = np.array([[len(edges) - 1, angles] for edges in along])
+        own = [yarn.spline.spans[yarn.own] for yarn in space.yarns]
+        beyond = [
+            (edges[1:] <= spans[0, 0]) | (edges[:-1] >= spans[-1, 1])
+            for edges, spans in zip(along, own, strict=True)
+        ]
+        self.images = np.repeat(np.concatenate(beyond), angles)
         self.unit = 2 * np.pi * radius / angles
         self._turn = 2 * np.pi / angles
         self._along = along
-        self._last = np.array([edges[-1] for edges in along]) / self.unit
+        self._ends = np.array([edges[[0, -1]] for edges in along]) / self.unit
         degree = max(yarn.degree for yarn in space.yarns)
         self.block = 2 * degree + 1
         splines = [yarn.spline for yarn in space.yarns]
         # One evaluator of all yarns: every place says which span it is on.
         self._spline = Spline(splines[0].degree, np.concatenate([spline.knots for spline in splines]))
         self._first_span = np.concatenate([[0], np.cumsum([len(spline.spans) for spline in splines])])
-        start = np.concatenate([[0.0], np.cumsum(self._last)[:-1]]) * self.unit
-        self._start = start
-        self._starts = self._spline.spans[:, 0] + np.repeat(start, np.diff(self._first_span))
+        # All yarns on one line: a yarn follows the one before.
+        lengths = np.array([spline.spans[-1, 1] - spline.spans[0, 0] for spline in splines])
+        self._start = np.cumsum(lengths) - lengths - [spline.spans[0, 0] for spline in splines]
+        self._starts = self._spline.spans[:, 0] + np.repeat(self._start, np.diff(self._first_span))
         # Every coefficient goes to one carrier of its station, a spline of a yarn: that of its wave, times a factor.
         kind = disc.modes(degree)
         self._factor, self._wave = kind.factor, np.where(kind.wave > 0, 2 * kind.wave - 1 + kind.sine, 0)
@@ -100,7 +107,7 @@ class Cylinders:
 
     def clamp(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
         """Return xi (k, 2) moved to the nearest place within the yarns' ends."""
-        return np.stack([np.clip(xi[:, 0], 0.0, self._last[surface]), xi[:, 1]], axis=1)
+        return np.stack([np.clip(xi[:, 0], *self._ends[surface].T), xi[:, 1]], axis=1)
 
     def carry(self, nodes: np.ndarray) -> np.ndarray:
         """Return the carriers (M, 3) of coefficients (N, 3)."""

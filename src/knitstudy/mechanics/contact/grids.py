@@ -73,6 +73,7 @@ class Grids:
     """
 
     block = 1
+    images = None
 
     def __init__(self, grids: list[Grid] | tuple[Grid, ...]) -> None:
         self.grids = tuple(grids)

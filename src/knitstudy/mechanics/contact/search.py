@@ -46,7 +46,8 @@ class Search:
         self._first = np.concatenate([[0], np.cumsum(rows)])
         edges = [surfaces.edges(number)[0] for number in range(len(rows))]
         # Rings of all surfaces on one line: a surface follows the one before.
-        self._shift = np.cumsum([0, *(edge[-1] + 1 for edge in edges[:-1])])
+        lengths = np.array([edge[-1] - edge[0] + 1 for edge in edges])
+        self._shift = np.cumsum(lengths) - lengths - [edge[0] for edge in edges]
         self._along = np.concatenate(edges) + np.repeat(self._shift, rows)
         self._arc = np.concatenate([[0], np.cumsum(self._steps(surfaces.centres(carriers)))])
         sizes = np.array([self._ring_sizes(number, carriers) for number in range(len(rows))])
@@ -194,7 +195,7 @@ class Search:
         return by_parts(near, len(rings), AT_ONCE)
 
     def _cells_of(self, rows: np.ndarray) -> np.ndarray:
-        """Return the cells (k,) beside rings."""
+        """Return the cells (k,) beside rings that have points."""
         surface = self._surface[rows]
         layer = np.concatenate([self._row[rows] - 1, self._row[rows]])
         surface = np.concatenate([surface, surface])
@@ -203,7 +204,8 @@ class Search:
         count = self.surfaces.cells[surface, 1]
         start = self.quadrature.first_cell[surface] + layer * count
         within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-        return np.repeat(start, count) + within
+        cell = np.repeat(start, count) + within
+        return cell if self.surfaces.images is None else cell[~self.surfaces.images[cell]]
 
     def _nearest(
         self, cell: np.ndarray, size: np.ndarray, tree: cKDTree, reach: np.ndarray, carriers: np.ndarray

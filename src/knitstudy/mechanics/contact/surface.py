@@ -58,6 +58,8 @@ class Surfaces(Protocol):
     cells: np.ndarray  # int (G, 2), cells of every surface, along and around
     closed: np.ndarray  # bool (G,), whether it closes around
     offset: np.ndarray  # (G,), how far inside of the interpolated surface the contact surface lies [m]
+    # bool (C,), cells that repeat others in a periodic structure: points face them, and they have none; None: no cell
+    images: np.ndarray | None
     block: int  # carriers come in runs of so many; a run is in a stencil as a whole
     overshoot: (
         float  # how many times as far as the farthest control point that it depends on a place may move

@@ -33,6 +33,13 @@ class YarnSpace:
 
     spline: Spline  # over arc length [m]
     degrees: np.ndarray  # int (J,) p of every coefficient along the yarn, at least 1
+    # Spans before and after those of the yarn itself: its images, where it repeats itself
+    beyond: int = 0
+
+    @property
+    def own(self) -> slice:
+        """Its spans without those of its images."""
+        return slice(self.beyond, len(self.spline.spans) - self.beyond)
 
     @cached_property
     def first_node(self) -> np.ndarray:
@@ -175,6 +182,7 @@ def yarn_space(
     degrees: np.ndarray | int,  # (E,), p of every span
     spline_degree: int = 3,  # d
     sharp: Sequence[int] = (),  # breaks where a grip ends
+    beyond: int = 0,  # spans before and after the yarn that continue it as it repeats itself
 ) -> YarnSpace:
     """Return the space of a yarn whose spans have the degrees over the section that are asked for.
 
@@ -188,6 +196,10 @@ def yarn_space(
     70
     """
     degrees = np.broadcast_to(np.asarray(degrees, dtype=int), (len(breaks) - 1,))
+    if beyond:
+        period = breaks[-1] - breaks[0]
+        breaks = np.concatenate([breaks[-1 - beyond : -1] - period, breaks, breaks[1 : 1 + beyond] + period])
+        degrees = np.concatenate([degrees[-beyond:], degrees, degrees[:beyond]])
     if np.any(degrees == 1):
         raise MeshError(
             f"the degree over the section is 1, but must be at least {LEAST_DEGREE}: sections that stay flat and "
@@ -203,7 +215,7 @@ def yarn_space(
     largest = np.zeros(spline.size, dtype=int)
     for function in range(spline_degree + 1):
         np.maximum.at(largest, spline.first + function, degrees)
-    return YarnSpace(spline, largest)
+    return YarnSpace(spline, largest, beyond)
 
 
 # Places and their derivatives at the same points of many sections of one yarn: sums along it first, then across

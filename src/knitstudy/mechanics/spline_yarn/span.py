@@ -286,23 +286,23 @@ def span_groups(
     nodes: np.ndarray,  # (N, 3), undeformed coefficients [m]
     material: Material,
 ) -> tuple[ElementGroup, ...]:
-    """Return all spans of yarns, in groups of equal local size, by rising size; raises MeshError as `Spans` does."""
+    """Return all spans of yarns without their images, in groups of equal local size, by rising size; raises MeshError as `Spans` does."""
     rows: dict[tuple[int, ...], list] = {}
     for number, yarn in enumerate(space.yarns):
         spline = yarn.spline
         d = spline.degree
         point, gauss = np.polynomial.legendre.leggauss(d + 1)
-        low, high = spline.spans.T[..., None]
+        low, high = spline.spans[yarn.own].T[..., None]
         s = 0.5 * (low + high) + 0.5 * (high - low) * point
-        span = np.repeat(np.arange(len(s)), d + 1)
+        span = yarn.beyond + np.repeat(np.arange(len(s)), d + 1)
         _, along = spline.basis(s.ravel(), 1, span)
         along = along.reshape(2, len(s), d + 1, d + 1)
         weight = 0.5 * (high - low) * gauss
-        splines = spline.first[:, None] + np.arange(d + 1)
+        splines = spline.first[yarn.own, None] + np.arange(d + 1)
         kinds, kind = np.unique(yarn.degrees[splines], axis=0, return_inverse=True)
         for i, degrees in enumerate(kinds):
             here = np.flatnonzero(kind.ravel() == i)
-            first = space.first_node[number] + yarn.first_node[spline.first[here]]
+            first = space.first_node[number] + yarn.first_node[splines[here, 0]]
             local = first[:, None] + np.arange(disc.size(degrees).sum())
             rows.setdefault(tuple(degrees.tolist()), []).append((local, along[:, here], weight[here]))
     groups = []
