@@ -303,6 +303,19 @@ def require_lasting_friction(recorder: Recorder, index: int) -> None:
         )
 
 
+def require_apart(scene: Scene, recorder: Recorder, index: int) -> None:
+    """Refuse an accepted increment, the last one of a recorder, in which yarns pass through each other.
+
+    Raises ConvergenceError if two places of yarn overlap by more than ``gates.overlap`` radii.
+    """
+    allowed = scene.value("gates.overlap")
+    if allowed is not None and (overlap := recorder.columns["largest_overlap"][-1]) > allowed:
+        raise ConvergenceError(
+            f"increment {index}: yarns pass {overlap:.2f} radii through each other; gates.overlap allows {allowed:g}. "
+            "Use a smaller load, or an interaction and a model in which these yarns touch; gates.overlap raises the limit"
+        )
+
+
 def expected_work(recorder: Recorder) -> float:
     """Return the largest external work so far, and the work that the force will do on the rest of the path [J].
 

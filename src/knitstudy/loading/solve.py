@@ -12,8 +12,9 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import CoarseIncrement, ConvergenceError
-from knitstudy.loading.gates import loosened, require_lasting_friction
+from knitstudy.loading.gates import loosened, require_apart, require_lasting_friction
 from knitstudy.loading.history import Meter, Motion, Recorder, Stations, place_on_path
+from knitstudy.loading.overlap import Repeats, largest_overlap
 from knitstudy.loading.restart import Checkpoint
 from knitstudy.loading.run import IN_MEMORY, ReportProgress, Run, silent
 from knitstudy.mechanics.batches import reuse_memory, serial_blas
@@ -71,6 +72,7 @@ class Problem:
     fields: Callable[[Any], dict[str, np.ndarray]] | None = None
     attributes: dict[str, Any] = field(default_factory=dict)  # of the history: numbers and texts
     solver: LinearSolver = field(default_factory=LU)
+    repeats: Repeats | None = None  # of an endless fabric
     meter: Meter | None = None  # begun before the model was built; by default with the solution
     # Returns a cheaper model that leads the way, if there is one, which reports its own progress
     guide: Callable[[ReportProgress], Guide | None] = lambda report: None
@@ -133,6 +135,7 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
                     if not coarse.bearable:
                         raise coarse
                 require_lasting_friction(recorder, increment.index)
+                require_apart(scene, recorder, increment.index)
                 last = increment
                 if checkpoint:
                     # Writing takes a tenth of a reduced model's time and is not part of its cost.
@@ -167,6 +170,11 @@ def _check(problem: Problem, increment: Increment, recorder: Recorder) -> Coarse
 def _record(problem: Problem, recorder: Recorder, increment: Increment) -> None:
     """Add a converged increment to the history, and a line to the log."""
     columns, points = problem.observer.record(increment)
+    if problem.scene.value("gates.overlap") is not None:
+        places = problem.stations.position + columns["centreline_displacement"]
+        repeats, radius = problem.repeats, problem.scene.yarn.radius
+        lattice = () if repeats is None else (repeats.length, repeats.stretched(columns["cell_strain"]))
+        columns["largest_overlap"] = largest_overlap(problem.stations, places, radius, *lattice)
     recorder.add(increment, columns, points)
     gap = columns.get("smallest_gap", np.nan)
     log.info(

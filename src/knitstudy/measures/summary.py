@@ -182,12 +182,15 @@ def _widths(dataset: xr.Dataset) -> list[Quantity]:
 
 
 def _contact(dataset: xr.Dataset) -> list[Quantity]:
-    """Return the smallest gap of yarns in contact, and a note where none touched."""
+    """Return the largest overlap of yarns, the smallest gap of yarns in contact, and a note where none touched."""
+    overlap = []
+    if "largest_overlap" in dataset:
+        overlap = [Quantity("largest overlap of yarns", float(dataset["largest_overlap"].max()), "yarn radii")]
     if "smallest_gap" not in dataset:
-        return []
+        return overlap
     near = float(np.fmin.reduce(dataset["smallest_gap"].to_numpy()))
     gap = Quantity("smallest gap", near, "m") if np.isfinite(near) else Quantity("smallest gap", NEAR_NOTHING)
-    return [gap] if touched(dataset) else [gap, Quantity("contact", NOTHING)]
+    return [*overlap, gap] if touched(dataset) else [*overlap, gap, Quantity("contact", NOTHING)]
 
 
 def touched(history: xr.Dataset) -> bool:

@@ -21,6 +21,7 @@ from knitstudy.geometry.fabric import Fabric
 from knitstudy.geometry.spline import Centreline
 from knitstudy.loading.gates import require_sound
 from knitstudy.loading.history import cell_path
+from knitstudy.loading.overlap import Repeats
 from knitstudy.loading.solve import Problem, Reported, settings_of
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.increment import Increment
@@ -62,6 +63,7 @@ def problem(scene: Scene, fabric: Fabric, parts: Discretisation) -> Problem:
         driven=model.lattice[None],
         stations=solids.stations_of(parts.mesh),
         observer=cell,
+        repeats=Repeats(np.array([line.length for line in fabric.centrelines[: rows_of(fabric)]]), fabric.periods),
         fields=yarns.fields if "fields" in scene.outputs else None,
         checks=(partial(require_sound, scene, yarns.model.loaded),),
         constants=yarns.ties.constants() | ({} if yarns.touches else cell.shell()),

@@ -19,6 +19,7 @@ from knitstudy.geometry.fabric_file import fabric_of
 from knitstudy.loading.columns import REST
 from knitstudy.loading.gates import require_fine_beams, require_sound
 from knitstudy.loading.history import Recorder, Stations, cell_path
+from knitstudy.loading.overlap import Repeats
 from knitstudy.loading.run import IN_MEMORY, ReportProgress, Run, silent
 from knitstudy.loading.solve import Problem, Reported, settings_of
 from knitstudy.mechanics.beams.beam_model import BeamModel
@@ -155,6 +156,7 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
         driven=model.lattice_unknowns[None],
         stations=rows.stations,
         observer=cell,
+        repeats=Repeats(rows.period, vectors),
         checks=(
             partial(require_sound, scene, None, internal=model.internal_energy),
             partial(cell.require_verified_contact, scene),

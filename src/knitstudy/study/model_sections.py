@@ -128,14 +128,21 @@ class Gates(Section):
     none. Checked: 0.01."""
 
 
-class BeamGates(Gates):
+class SpatialGates(Gates):
+    """Additional limits of yarns in space."""
+
+    overlap: float = numerics("choice", meaning="over the yarn's radius", default=0.5, gt=0)
+    """Depth by which two places of yarn may overlap, of centrelines, docs/reference/gates.md. Checked: 0.5."""
+
+
+class BeamGates(SpatialGates):
     """Additional limits of beams that follow bent yarns."""
 
     polygon: float = numerics("choice", meaning="of the stiffness of a ring", default=0.05, gt=0)
     """A ring of beams that turn by phi each is phi^2 / 3 too stiff, docs/reference/gates.md. Checked: 0.05."""
 
 
-class SolidGates(Gates):
+class SolidGates(SpatialGates):
     """Additional limits of solids."""
 
     stabilisation: float = numerics("choice", meaning="over the internal energy", default=0.05, ge=0)
