@@ -34,7 +34,7 @@ REFUSED = {
     "slip longer than the surface": (
         SLID | {"load.path": [[2.2e-3, 0, -45e-6]]},
         r"increment \d+, load factor .*: contact slides over the end of a surface \(surface 0, place .* of .*\)"
-        ".* use a smaller load or longer surfaces",
+        ".* use a smaller load, or longer yarns or bodies",
     ),
     "penetration": (
         {"load.path": [[0, 0, -90e-6]], "contact.augmentations": 0, "solver.increments": 6},

@@ -368,17 +368,14 @@ def require_verified_law(
     if increment.load < FIRST or not beyond.any():
         return
     k = int(np.argmax(beyond))
-    angle, least = np.degrees(np.arcsin([sine[k], SINE]))
     require_share(
         scene,
         "point",
         beyond.sum(),
         internal,
-        f"increment {increment.index}: where its law is not verified contact stores {{}} the internal energy, "
-        f"most of it between {where(k)}, which overlap by {depth[k]:.2f} radii at {angle:.0f} degrees, bent "
-        f"towards each other to {shape[k, 0]:.2f} and {shape[k, 1]:.2f} over the radius, of a shape with "
-        f"{factor[k]:.3g} times the force; verified are {least:.0f} degrees, {BENT:g}, {most:g} times the force, and "
-        f"{SPREAD:g} radii over the square of that factor",
+        f"increment {increment.index}: contact beyond the verified range of its law (docs/reference/gates.md) stores "
+        f"{{}} the internal energy, most between {where(k)}, at {np.degrees(np.arcsin(sine[k])):.0f} degrees and "
+        f"{depth[k]:.2f} radii deep",
         "Use a smaller load.strain, or solid yarns",
     )
 

@@ -175,7 +175,12 @@ class SolidModel:
         return replace(state, displacement=state.displacement + way, step=way, pulled=False)
 
     def motion_of_neighbours(self, state: SolidState, step: np.ndarray) -> float:
-        """Return the largest motion against each other of sections of yarns that are near each other [m]."""
+        """Return the largest motion against each other of sections of yarns that are near each other [m].
+
+        Where nothing touches, it is the largest motion of all.
+        """
+        if self.contact is None:
+            return float(np.abs(step * self.scale).max())
         return self.contact.motion(self._places(state)[0], self._places(self.advance(state, step))[0])
 
     def node_displacement(self, state: SolidState) -> np.ndarray:

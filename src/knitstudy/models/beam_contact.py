@@ -49,7 +49,6 @@ def contact_of(
         points.weight,
         Repulsion(pressing(scene), diameter, onset, shape),
         friction,
-        beside=np.pi * radius,
         period=period,
         joined=None if tied is None else joined(points, tied, 2 * scene.tie.radius * radius),
     ), points

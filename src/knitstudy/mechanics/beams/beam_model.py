@@ -84,8 +84,11 @@ class BeamModel(Memoryless):
     def motion_of_neighbours(self, state: BeamState, step: np.ndarray) -> float:
         """Return the largest motion against each other of points of yarns that are near each other [m].
 
-        A step (size,) moves large knits by many diameters, but yarns that are near each other by little.
+        A step (size,) moves large knits by many diameters, but yarns that are near each other by little. Where nothing
+        touches, it is the largest motion of all.
         """
+        if self.contact is None:
+            return float(np.abs(step * self.scale).max())
         return self.contact.motion(state, self.advance(state, step))
 
     def commit(self, state: BeamState) -> BeamState:

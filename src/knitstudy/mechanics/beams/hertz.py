@@ -166,13 +166,19 @@ class Patch:
 
     poisson_ratio: float | None = None  # of half spaces; None: layers
 
-    def density(self, k_a: Expansion, k_b: Expansion, cos: Expansion) -> tuple[Expansion, Expansion]:
+    def density(
+        self, k_a: Expansion, k_b: Expansion, cos: Expansion, near: Expansion
+    ) -> tuple[Expansion, Expansion]:
         """Return the factor of the integrand of a potential over both axes, and the force over F(delta) that it makes.
 
-        Arguments are k_a R, k_b R and the cosine of the angle.
+        Arguments are k_a R, k_b R, the cosine of the angle and the distance over the diameter. From closest points of
+        axes that are nearer than a diameter their distance grows faster than the gap of the undeformed surfaces, which
+        Hertz's law is about; layers are pressed by the overlap itself.
         """
         both, trace, det = _surfaces(k_a, k_b, cos)
         force = self._force(trace, det)
+        if self.poisson_ratio is not None:
+            both, _, det = _surfaces(k_a * near, k_b * near, cos)
         return force * det.power(0.5) * both.power(-0.5), force
 
     def _force(self, trace: Expansion, det: Expansion) -> Expansion:

@@ -104,7 +104,8 @@ class LineContact:
         weight: np.ndarray,  # (n,), length that it stands for [m]
         repulsion: Repulsion,
         friction: float = 0.0,  # mu; at most `ROUGH`
-        beside: float = np.inf,  # lengths along a yarn within which it does not touch itself [m]
+        # length along a yarn within which it does not touch itself [m]; by default half a turn around its section
+        beside: float | None = None,
         # (Y,), lengths of one period of the yarns, along the first lattice vector; None where nothing repeats [m]
         period: np.ndarray | None = None,
         # int (n,), number of the tie that carries the pressure of a point, or -1; None: no tie does
@@ -114,6 +115,7 @@ class LineContact:
         self.repulsion, self.mu = repulsion, min(friction, ROUGH)
         self.axes = Axes.of(yarn, arc_length, weight, CHORD * repulsion.diameter, period)
         self.images = 0 if period is None else 2  # lattice vectors by which points have images
+        beside = 0.5 * np.pi * repulsion.diameter if beside is None else beside
         self.search = PairSearch(yarn, arc_length, beside, period, joined)
 
     def of_diameter(self, diameter: float) -> LineContact:
@@ -151,7 +153,7 @@ class LineContact:
         """Return r [m], c times both lengths [m2], and the factor by the shape, as functions of `geometry`."""
         values = np.stack([each.value for each in geometry], axis=1)
         k_a, k_b, cos, r = Expansion.variables(values, second=geometry[0].bend is not None)
-        density, shape = self.repulsion.patch.density(k_a, k_b, cos)
+        density, shape = self.repulsion.patch.density(k_a, k_b, cos, (1 / self.repulsion.diameter) * r)
         return r, density.times(self.weight[pairs.i] * self.weight[pairs.j]), shape
 
     def energy(
@@ -300,7 +302,8 @@ class LineContact:
         z, geometry = self.pair_geometry(pairs, points.position, points.vectors)
         _, density, shape = self.energy_factors(pairs, geometry)
         angles = np.stack([each.value for each in geometry[:3]], axis=1)
-        return unslipped_history(self.repulsion, points, pairs, z, angles, density.value, shape.value)
+        by_distance = density.value, density.slope[:, -1]
+        return unslipped_history(self.repulsion, points, pairs, z, angles, *by_distance, shape.value)
 
     def _with_new_pairs(self, history: LineHistory, pairs: PointPairs) -> LineHistory:
         """Return a history of all these pairs: that of new ones follows from where their points were."""

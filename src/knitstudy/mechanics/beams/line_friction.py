@@ -182,8 +182,8 @@ class PairFriction(Chosen):
         shear = rotation @ history.shear @ rotation.swapaxes(2, 3)
         plane, stiff = shear.mean(axis=1), _stiff(shear, normals)
         slip = arm[:, 0] - arm[:, 1] - pairs.way
-        share = history.share * history.density
-        force, change = law.push(share, history.shape, r)
+        parts = history.share * history.density, history.share * history.thinning
+        force, change = law.push(*parts, history.shape, r)
         # Friction acts from the moment within the increment at which a pair closes.
         past, begun = law.diameter - history.distance, history.spring
         closes = past < 0
@@ -225,6 +225,7 @@ def unslipped_history(
     z: np.ndarray,  # (k, 5, 3), as of `LineContact.pair_geometry`
     angles: np.ndarray,  # (k, 3), k_a R, k_b R and the cosine of the angle
     density: np.ndarray,  # (k,), c times the lengths of both pieces [m2]
+    thinning: np.ndarray,  # (k,), its derivative by the distance [m]
     shape: np.ndarray,  # (k,), factor of F by the shape
 ) -> LineHistory:
     """Return the history of pairs that have not slipped, of points in one configuration."""
@@ -241,9 +242,10 @@ def unslipped_history(
         normal=np.einsum("kaji,kj->kai", turned, normal),
         share=share,
         density=density,
+        thinning=thinning,
         shape=shape,
         distance=r,
-        force=law.push(share * density, shape, r)[0],
+        force=law.push(share * density, share * thinning, shape, r)[0],
         shear=turned.swapaxes(2, 3) @ shear[:, None] @ turned,
         spring=density * law.closing(r - closest, shape) / (2 * np.pi * r),
         traction=np.zeros((len(r), 2, 3)),

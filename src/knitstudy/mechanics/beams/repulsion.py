@@ -146,12 +146,16 @@ class Repulsion:
         return V.value, V.slope[:, 0], V.bend[:, 0, 0]
 
     def push(
-        self, share: np.ndarray, shape: np.ndarray, distance: np.ndarray
+        self, share: np.ndarray, thinning: np.ndarray, shape: np.ndarray, distance: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return parts (k,) of the force of pairs [N], and their derivatives by the distance [N/m]."""
+        """Return parts (k,) of the force of pairs [N], and their derivatives by the distance [N/m].
+
+        Parts (k,) of the density and of its derivative by the distance are those of the last increment.
+        """
         within = distance < self.diameter
-        _, V1, V2 = self.of(distance, shape)
-        return np.where(within, -share * V1, 0.0), np.where(within, -share * V2, 0.0)
+        V, V1, V2 = self.of(distance, shape)
+        force, change = share * V1 + thinning * V, share * V2 + thinning * V1
+        return np.where(within, -force, 0.0), np.where(within, -change, 0.0)
 
     def potential(self, r: Expansion, shape: Expansion) -> Expansion:
         """Return V as a function of the variables of the distance and of the factor by the shape."""

@@ -28,6 +28,7 @@ class LineHistory(Chosen):
     normal: np.ndarray  # (m, 2, 3), at the closest points of both yarns, in the axes of both sections
     share: np.ndarray  # (m,), part of the pairs' force along it
     density: np.ndarray  # (m,), c times the lengths of both pieces [m2]
+    thinning: np.ndarray  # (m,), its derivative by the distance [m]
     shape: np.ndarray  # (m,), factor of F(delta) by the shape of the contact
     distance: np.ndarray  # (m,), r [m]
     force: np.ndarray  # (m,), their part of the force [N]
@@ -43,7 +44,7 @@ class LineHistory(Chosen):
         """Return the history of yarns that have not touched."""
         one, both = np.zeros(0), np.zeros((0, 2, 3))
         key, square = np.zeros(0, dtype=np.int64), np.zeros((0, 2, 3, 3))
-        return cls(key, both, both, one, one, one, one, one, square, one, both, one)
+        return cls(key, both, both, one, one, one, one, one, one, square, one, both, one)
 
 
 @dataclass(frozen=True, eq=False)

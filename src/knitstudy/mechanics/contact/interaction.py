@@ -224,7 +224,7 @@ class Contact:
             raise ConvergenceError(
                 f"contact slides over the end of a surface (surface {history.surface[k]}, place "
                 f"{history.xi[k, 0]:.1f} of {self.surfaces.edges(history.surface[k])[0][-1]:.1f}): "
-                "a body is pulled off the other; use a smaller load or longer surfaces"
+                "a body is pulled off the other; use a smaller load, or longer yarns or bodies"
             )
         touches, slips = points.active, points.status == SLIP
         slip = points.slip.copy()
