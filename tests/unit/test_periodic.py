@@ -120,3 +120,24 @@ def test_a_cell_has_the_values_that_its_specimen_requires():
 def test_keys_that_a_cell_cannot_have_are_refused_by_name(changes, message):
     with pytest.raises(ConfigurationError, match=message):
         load_scene("cell-course").vary(changes)
+
+
+@pytest.mark.parametrize("degree", [2, 3])
+def test_a_yarn_goes_on_as_its_own_images(degree):
+    own = yarn_space(BREAKS, [2, 3, 2, 2, 3], degree, beyond=5)
+    around = seam(own)
+    period = np.array([2.0, 0.1, 0.0])
+    rng = np.random.default_rng(0)
+    nodes = around.nodes(rng.standard_normal((len(around.order), 3)), period)
+    s = np.array([0.3, 1.0, 1.9, 2.5])
+    assert own.spline.spans[0, 0] == pytest.approx(-BREAKS[-1])
+    within, later = (places(own, nodes, s + shift) for shift in (0.0, BREAKS[-1]))
+    there = s + BREAKS[-1] < own.spline.spans[-4, 1]  # beyond, splines reach over fewer spans
+    assert there.any()
+    np.testing.assert_allclose(later[there], within[there] + period, atol=1e-9)
+
+
+def places(own, nodes, s):
+    first, values = own.spline.basis(s)
+    at = own.first_node[first[:, None] + np.arange(own.spline.degree + 1)]
+    return np.einsum("kj,kji->ki", values[0], nodes[at])

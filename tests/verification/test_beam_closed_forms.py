@@ -8,6 +8,9 @@ from knitstudy.mechanics.beams.beam import Section
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.curved_rod import CurvedSection
 from knitstudy.mechanics.beams.state import BeamState
+from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
+from knitstudy.mechanics.linear import LU
+from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.rotation import exp
 
 CLAMPED = np.arange(6)
@@ -94,3 +97,26 @@ def test_superposed_rigid_motion_turns_forces_and_keeps_energy(kind, verify):
     turn = np.kron(np.eye(model.size // 3), Q)
     stiffness = turn @ before.stiffness.toarray() @ turn.T
     np.testing.assert_allclose(after.stiffness.toarray(), stiffness, atol=1e-10 * np.abs(stiffness).max())
+
+
+def test_lees_frame_snaps_through_under_a_prescribed_displacement(verify):
+    """A hinged right-angled frame, pushed down a fifth beside its corner: Lee, Manuel and Rossow 1968.
+
+    The displacement turns back at the end of the path that can be followed; a viscous flow continues it. Limit load
+    18.552 E I / L^2 times L^2 / E I as published for E = 7.2e6, A = 6, I = 2 and L = 120.
+    """
+    E, A, inertia, L, n = 720.0, 6.0, 2.0, 120.0, 20
+    s = np.linspace(0, L, n + 1)
+    post, rafter = np.outer(s, [0, 1.0, 0]), np.outer(s[1:], [1.0, 0, 0]) + [0, L, 0]
+    nodes, last = np.concatenate([post, rafter]), 2 * n
+    section = Section(E * A, E / 2.6 * A, E * inertia, E * inertia, slenderness=0.25)
+    model = BeamModel(nodes, np.column_stack([np.arange(last), np.arange(1, last + 1)]), section, 1.0)
+    in_plane = (6 * np.arange(last + 1)[:, None] + [2, 3, 4]).ravel()
+    loaded = 6 * (n + n // 5) + 1
+    fixed = np.concatenate([in_plane, [0, 1, 6 * last, 6 * last + 1, loaded]])
+    way = np.where(fixed == loaded, -90.0, 0.0)[None]
+    path = list(trace(model, PrescribedDisplacement(fixed, way), Settings(increments=30), LU()))
+    load = np.array([-increment.response.force[loaded] for increment in path])
+    assert path[-1].load == 1.0
+    verify.within("Lee's frame: limit load", load.max(), 1.8552, 0.005)
+    verify.at_most("Lee's frame: load after it has snapped through", load[len(load) // 2 :].min(), -0.9)

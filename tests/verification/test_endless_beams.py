@@ -29,6 +29,7 @@ SOFT = {
     "yarn.set": 0.0,
     "contact.friction": 0.4,
     "mesh.beam_size": 0.5,
+    "mesh.section_law": "straight",
     "gates.polygon": 0.2,
     "gates.point": 1e3,  # bends beyond 0.45 / R
     "load.start": "rest",

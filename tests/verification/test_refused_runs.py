@@ -86,11 +86,11 @@ def test_local_indentation_is_not_taken_beyond_its_law():
     )
     specimen = fabric_of(lay_out(scene))
     mesh = mesh_fabric(specimen, 1.0, 1.0)
-    message = r"penetrate each other by .* the law of indentation is not known beyond.* smaller mesh.crossing_degree"
+    message = r"penetrate each other by .* the law of indentation is not verified beyond.* smaller mesh.crossing_degree"
     with pytest.raises(ConvergenceError, match=message) as refused:
         solve(scene, specimen, mesh=mesh)
     kept = refused.value.history
-    assert -kept["smallest_gap"].min() <= kept.attrs["indentation_deepest"]
+    assert -kept["smallest_gap"].min() <= kept.attrs["penetration_limit"]
 
 
 def test_a_state_that_hourglass_control_carries_is_in_no_restart_file(tmp_path):

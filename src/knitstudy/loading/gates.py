@@ -312,7 +312,7 @@ def require_apart(scene: Scene, recorder: Recorder, index: int) -> None:
     if allowed is not None and (overlap := recorder.columns["largest_overlap"][-1]) > allowed:
         raise ConvergenceError(
             f"increment {index}: yarns pass {overlap:.2f} radii through each other; gates.overlap allows {allowed:g}. "
-            "Use a smaller load, or an interaction and a model in which these yarns touch; gates.overlap raises the limit"
+            "Use a smaller load, or an interaction and a model in which they touch; gates.overlap raises the limit"
         )
 
 

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from knitstudy.loading.history import Stations
 
-# Distance of the places that are compared, over the radius: an overlap is too small by a hundredth of the radius at most
+# Distance of the places that are compared, over the radius: an overlap comes out smaller by at most a hundredth
 SPACING = 0.25
 # Images of all yarns, by periods: one of every pair that is each other's mirror image
 IMAGES = [(i, j) for j in range(3) for i in range(-2, 3) if (j, i) >= (0, 0)]
@@ -30,7 +30,7 @@ class Repeats:
     def stretched(self, strain: np.ndarray) -> np.ndarray:
         """Return the vectors (2, 3) under strains in the plane (3,): along x and y, and the angle of shear."""
         x, y, shear = strain
-        return self.vectors @ (np.eye(3) + [[x, shear / 2, 0], [shear / 2, y, 0], [0, 0, 0]])
+        return self.vectors @ np.array([[1 + x, shear / 2, 0], [shear / 2, 1 + y, 0], [0, 0, 1]])
 
 
 def largest_overlap(

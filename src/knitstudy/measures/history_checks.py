@@ -48,8 +48,7 @@ def penetration(history: xr.Dataset) -> float:
 
 def allowed_penetration(history: xr.Dataset) -> float:
     """Return the penetration limit of contact: of the penalty method, or of the law of local indentation [m]."""
-    law = "indentation_deepest" if "indentation_deepest" in history.attrs else "penetration_limit"
-    return float(history.attrs[law])
+    return float(history.attrs["penetration_limit"])
 
 
 def is_unloaded(history: xr.Dataset, scene: Scene) -> bool:

@@ -185,7 +185,9 @@ def _contact(dataset: xr.Dataset) -> list[Quantity]:
     """Return the largest overlap of yarns, the smallest gap of yarns in contact, and a note where none touched."""
     overlap = []
     if "largest_overlap" in dataset:
-        overlap = [Quantity("largest overlap of yarns", float(dataset["largest_overlap"].max()), "yarn radii")]
+        overlap = [
+            Quantity("largest overlap of yarns", float(dataset["largest_overlap"].max()), "yarn radii")
+        ]
     if "smallest_gap" not in dataset:
         return overlap
     near = float(np.fmin.reduce(dataset["smallest_gap"].to_numpy()))

@@ -12,7 +12,6 @@ from knitstudy.mechanics.beams.line_contact import ROUGH, SPACINGS, LineContact
 from knitstudy.mechanics.beams.repulsion import CrossedCylinders, Power, Repulsion
 from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.increment import Increment
-from knitstudy.models.network_3d import OWN
 from knitstudy.study.scene import Scene
 
 # Largest displacement that one correction may make, in finite knits against neighbours, over the diameter
@@ -126,8 +125,7 @@ def pressed(scene: Scene) -> float:
     to and across the yarn. It moves the surface by c - nu R^2 where normal forces move it by c. Yarns that stick pull
     in all directions, as ties do: they have the shear of the energy.
     """
-    own = any(getattr(scene.yarn, key, None) is not None for key in OWN.values())
-    if own or patch(scene) == LAYERS:
+    if patch(scene) == LAYERS:
         return 0.0
     nu, square = scene.yarn.poisson_ratio, min(scene.kind.interaction.friction(scene.contact), ROUGH) ** 2
     return max(0.0, 1 - square / (2 + square) * 12 * (1 + nu) / (7 + 8 * nu))  # nu R^2 over c

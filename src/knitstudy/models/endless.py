@@ -63,7 +63,9 @@ def problem(scene: Scene, fabric: Fabric, parts: Discretisation) -> Problem:
         driven=model.lattice[None],
         stations=solids.stations_of(parts.mesh),
         observer=cell,
-        repeats=Repeats(np.array([line.length for line in fabric.centrelines[: rows_of(fabric)]]), fabric.periods),
+        repeats=Repeats(
+            np.array([line.length for line in fabric.centrelines[: rows_of(fabric)]]), fabric.periods
+        ),
         fields=yarns.fields if "fields" in scene.outputs else None,
         checks=(partial(require_sound, scene, yarns.model.loaded),),
         constants=yarns.ties.constants() | ({} if yarns.touches else cell.shell()),

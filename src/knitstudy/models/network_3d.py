@@ -98,7 +98,7 @@ def section_of(
 
     The law "curved" knows the share of normal forces in what loads beams on their surface, `pressed` (E,).
 
-    Stiffnesses of the yarn's own replace the stiffnesses of a solid circle; its law "curved" then corrects nothing.
+    Stiffnesses of the yarn's own replace the stiffnesses of a solid circle, whose law alone "curved" is.
 
     Examples
     --------
@@ -112,7 +112,7 @@ def section_of(
     own = {name: value * np.asarray(count) for name, value in own.items() if value is not None}
     if "EA" in own:
         own["kGA"] = circle.kGA / circle.EA * own["EA"]
-    if not own and law == "curved" and curvature is not None:
+    if law == "curved" and curvature is not None:
         return CurvedSection(yarn.radius, yarn.youngs_modulus, yarn.poisson_ratio, curvature, pressed=pressed)
     return replace(circle, **own)
 

@@ -173,7 +173,9 @@ def space_on(scene: Scene, spans: list[YarnSpans], loops: int | None = None) -> 
     """
     degree = scene.mesh.spline_degree
     kinds = {
-        kind: yarn_space(kind.breaks, kind.degrees, degree, kind.sharp, len(kind.degrees) // loops if loops else 0)
+        kind: yarn_space(
+            kind.breaks, kind.degrees, degree, kind.sharp, len(kind.degrees) // loops if loops else 0
+        )
         for kind in set(spans)
     }
     return Space(tuple(kinds[span] for span in spans))

@@ -19,7 +19,7 @@ import numpy as np
 from knitstudy.errors import ConfigurationError
 from knitstudy.study.knitout import repeat_of
 from knitstudy.study.stitch_letters import size_of_repeat
-from knitstudy.study.yarns import KEYS, OF, read_yarn
+from knitstudy.study.yarns import KEYS, OF, STIFFNESSES, read_yarn
 
 log = logging.getLogger(__name__)
 
@@ -99,9 +99,10 @@ def without_yarn(keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], d
     ]
     if lengths and (remaining.get(LENGTH), remaining.get(POINTS)) == (None, None):
         remaining[LENGTH] = lengths[-1]
-    return remaining, {
-        KEYS[part][0]: entry.value for part, entry in yarn.values.items() if entry.value is not None
-    }
+    values = {KEYS[part][0]: entry.value for part, entry in yarn.values.items() if entry.value is not None}
+    if any(key in values for key in STIFFNESSES):
+        values["mesh.section_law"] = "straight"
+    return remaining, values
 
 
 @cache

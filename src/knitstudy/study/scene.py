@@ -22,7 +22,7 @@ from knitstudy.study.alternative_keys import in_base_keys, without_yarn
 from knitstudy.study.keys import Section, describe, lists, tuples, validated
 from knitstudy.study.scene_type import Kind, Labels, all_sections, labels_of, not_of_kind, unknown_key
 from knitstudy.study.stitch_letters import is_plain, size_of_repeat
-from knitstudy.study.yarns import OF
+from knitstudy.study.yarns import OF, STIFFNESSES
 
 SOLID = ("hexahedra", "spline_yarns")  # Fidelities whose material may have an axis
 
@@ -313,6 +313,10 @@ def _contradictions(scene: Scene) -> Iterator[str]:
     ):
         of = "where load.start is not rest: only there do yarns press each other before the load"
         yield f"geometry.diameter_share is {scene.geometry.diameter_share:g} but must be 1 {of}"
+    own = [key for key in STIFFNESSES if scene.value(key) is not None]
+    if own and scene.value("mesh.section_law") == "curved":
+        of = f"where {own[0]} is given: it is the law of the solid circle that this replaces"
+        yield f"mesh.section_law is 'curved' but must be straight {of}"
     if specimen.name == "cell":
         yield from _of_cell(scene)
     elif scene.value("yarn.set") not in (None, 1):

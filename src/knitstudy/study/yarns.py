@@ -30,6 +30,9 @@ KEYS = {
 }
 """The key of a scene, and its unit, of every value of a yarn."""
 
+STIFFNESSES = tuple(KEYS[name][0] for name in ("stretching", "bending", "twisting"))
+"""Keys that replace the stiffness of a solid circle."""
+
 
 class Value(Section):
     """A value of a yarn."""

@@ -286,7 +286,10 @@ def span_groups(
     nodes: np.ndarray,  # (N, 3), undeformed coefficients [m]
     material: Material,
 ) -> tuple[ElementGroup, ...]:
-    """Return all spans of yarns without their images, in groups of equal local size, by rising size; raises MeshError as `Spans` does."""
+    """Return all spans of yarns without their images, in groups of equal local size, by rising size.
+
+    Raises MeshError as `Spans` does.
+    """
     rows: dict[tuple[int, ...], list] = {}
     for number, yarn in enumerate(space.yarns):
         spline = yarn.spline
