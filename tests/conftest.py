@@ -84,6 +84,7 @@ def plain_scene(defaults_with):
         geometry={"beta": 1e-3, "free": [""] * 12, "samples": 100},
         mesh={"size": 0.5},
         solver={"increments": 4},
+        rom={"joint": "rigid"},
     )
     own = {"name": "plain-rom3d", "knit": "plain", "rom": {"contacts_from": "plain-dns"}}
     return Scene.from_dict(own, defaults=defaults)

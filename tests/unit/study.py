@@ -18,14 +18,14 @@ LIFT = {"tie": 2e-4, "isotropic": 4e-4}
 MODELS = {
     "dns-{}": ({"fidelity": "hexahedra", "mesh.size": 1 / 3}, 1.0, 1.0),
     "dns-{}-medium": ({"fidelity": "hexahedra", "mesh.size": 0.5}, 1.02, 1.0),
-    "rom3d-{}": ({"fidelity": "rom3d"}, 1.2, 0.75),
+    "rom3d-{}": ({"fidelity": "rom3d", "rom.joint": "rigid"}, 1.2, 0.75),
     "rom2d-{}": ({"fidelity": "rom2d"}, 2.0, 0.0),
     "rom3d-printed-{}": ({"fidelity": "rom3d", "rom.joint": "printed"}, 1.5, 0.5),
     "rom3d-pinned-{}": ({"fidelity": "rom3d", "rom.joint": "pinned"}, 1.1, 0.9),
     "rom2d-doubled-{}": ({"fidelity": "rom2d", "rom.section": "doubled"}, 2.5, 0.0),
-    "beam-{}": ({"fidelity": "beam"}, 0.9, 1.0),
-    "beam-pinned-{}": ({"fidelity": "beam", "beam.tie": "pinned"}, 0.7, 1.0),
-    "beam-hertz-{}": ({"fidelity": "beam", "beam.section": "hertz"}, 0.8, 1.0),
+    "beam-{}": ({"fidelity": "beam", "beam.section": "rigid", "beam.tie": "rigid"}, 0.9, 1.0),
+    "beam-pinned-{}": ({"fidelity": "beam", "beam.section": "rigid", "beam.tie": "pinned"}, 0.7, 1.0),
+    "beam-hertz-{}": ({"fidelity": "beam", "beam.section": "hertz", "beam.tie": "rigid"}, 0.8, 1.0),
 }
 """Keys by name, and force and lift over those of the direct simulation."""
 

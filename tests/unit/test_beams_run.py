@@ -40,7 +40,8 @@ def test_touching_crossings_press_and_report_their_gaps(history):
 @pytest.fixture
 def tied_scene(beam_scene):
     """Scene of a knit whose outer rows are tied."""
-    return beam_scene.vary({"pattern.loops": 3, "pattern.rows": 3, "contact.tied_edges": "outer"})
+    tied = {"pattern.loops": 3, "pattern.rows": 3, "contact.tied_edges": "outer", "beam.tie": "rigid"}
+    return beam_scene.vary(tied)
 
 
 def test_outer_rows_are_tied(tied_scene, knit):

@@ -88,7 +88,7 @@ def problem(plain_scene):
         settings=Settings(increments=4),
         motion=Motion(pull, (1.0,), (), axis=0, length=40.0),
         driven=np.array([[3, 4, 5]]),
-        stations=Stations(np.zeros(2, int), np.array([0.0, 1.0]), np.zeros((2, 3))),
+        stations=Stations(np.zeros(2, int), np.array([0.0, 1.0]), np.array([[0.0, 0, 0], [1.0, 0, 0]])),
         observer=Ends(),
         constants={"crossing_tied": np.zeros(1, np.int8)},
         attributes={"dof": 6},

@@ -182,17 +182,20 @@ def _widths(dataset: xr.Dataset) -> list[Quantity]:
 
 
 def _contact(dataset: xr.Dataset) -> list[Quantity]:
-    """Return the largest overlap of yarns, the smallest gap of yarns in contact, and a note where none touched."""
-    overlap = []
+    """Return the largest overlap of yarns; where they touch the ties, the smallest gap and a note where none did."""
+    rows = []
     if "largest_overlap" in dataset:
-        overlap = [
-            Quantity("largest overlap of yarns", float(dataset["largest_overlap"].max()), "yarn radii")
-        ]
+        rows.append(
+            Quantity("largest overlap of yarns", dataset["largest_overlap"].max().item(), "yarn radii")
+        )
     if "smallest_gap" not in dataset:
-        return overlap
+        return rows
+    if "crossing_tied" in dataset:
+        tied = dataset["crossing_tied"]
+        rows.append(Quantity(f"tied crossings of {tied.size} (contact.tied_edges)", int(tied.sum()), "1"))
     near = float(np.fmin.reduce(dataset["smallest_gap"].to_numpy()))
     gap = Quantity("smallest gap", near, "m") if np.isfinite(near) else Quantity("smallest gap", NEAR_NOTHING)
-    return [*overlap, gap] if touched(dataset) else [*overlap, gap, Quantity("contact", NOTHING)]
+    return [*rows, gap] if touched(dataset) else [*rows, gap, Quantity("contact", NOTHING)]
 
 
 def touched(history: xr.Dataset) -> bool:

@@ -42,6 +42,7 @@ from knitstudy.models.joints import (
     patch_stiffness,
     spring_joints,
 )
+from knitstudy.study.model_sections import Tie
 from knitstudy.study.problem_sections import Yarn
 from knitstudy.study.scene import Scene
 
@@ -266,7 +267,9 @@ def contacts_of(scene: Scene, fabric: Fabric, contacts: xr.Dataset | None) -> xr
     Raises DataFileError if they do not describe every crossing of the fabric.
     """
     if contacts is None:
-        return contacts_of_crossings(fabric, scene.value("tie.radius") or 0.0)
+        # Networks whose yarns slide have no key of ties; those of solids that slide have areas of the default radius.
+        radius = scene.value("tie.radius") or Tie.model_fields["radius"].default
+        return contacts_of_crossings(fabric, radius)
     crossings, count = fabric.crossings, contacts.sizes["crossing"]
     same = count == len(crossings.row) and all(
         np.array_equal(contacts[name], getattr(crossings, name)) for name in ("row", "column", "zone", "yarn")
