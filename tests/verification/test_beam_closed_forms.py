@@ -107,7 +107,8 @@ def test_lees_frame_snaps_through_under_a_prescribed_displacement(verify):
     """
     E, A, inertia, L, n = 720.0, 6.0, 2.0, 120.0, 20
     s = np.linspace(0, L, n + 1)
-    post, rafter = np.outer(s, [0, 1.0, 0]), np.outer(s[1:], [1.0, 0, 0]) + [0, L, 0]
+    post = np.outer(s, [0, 1.0, 0])
+    rafter = post[-1] + np.outer(s[1:], [1.0, 0, 0])
     nodes, last = np.concatenate([post, rafter]), 2 * n
     section = Section(E * A, E / 2.6 * A, E * inertia, E * inertia, slenderness=0.25)
     model = BeamModel(nodes, np.column_stack([np.arange(last), np.arange(1, last + 1)]), section, 1.0)

@@ -103,8 +103,15 @@ class EndlessBeams:
         return self.size + np.arange(-3, 0)
 
     def start(self) -> EndlessState:
-        """Return the state in which the load begins."""
-        return self._begins
+        """Return the state in which the load begins; yarns that touch there stick from the first increment on.
+
+        Those whose diameter and curvature grow on the way to rest begin apart.
+        """
+        state = self._begins
+        if self.contact.mu and not self.ramps and state.contact.points is None:
+            points, vectors = self.at_points(state), self.vectors(state)
+            state = replace(state, contact=self._contact(state).commit(points, vectors, state.contact))
+        return state
 
     def vectors(self, state: EndlessState) -> np.ndarray:
         """Return the lattice vectors (2, 3) in a state [m]."""

@@ -17,7 +17,8 @@ on their curvatures along the way between them, which are differences of neighbo
 first and second derivatives of U with all of that. Parallel yarns have a force per length that grows with the approach
 to the exponent less a half: for F of Hertz's exponent 1.5 it is linear, as that of cylinders nearly is.
 
-Points (`contact_points`) have the lengths that they stand for. They resolve F from an approach e on, at which
+Points (`contact_points`) have the lengths that they stand for: at most a tenth of R for forces within 2 %, where points
+0.2 R apart err by -6.5 to +9.9 %. They resolve F from an approach e on, at which
 the yarns touch over `SPACINGS` of their spacings. Below it F starts softly: the approach counts as e (2 - x) x^2 with
 x = delta / e.
 """
