@@ -194,8 +194,8 @@ def test_all_purl_is_plain_knit(keys, same, within):
 
 # Forces per width [N/m] of cells at 3 % strain by spline yarns (stitches.md), with their degree and the bar. From
 # degree 3 to 6 forces without friction fall by 2 to 3 %: below that, indentation rests on a law of straight yarns, and
-# above, that law is 2 % too soft (beams.md). Loops here are bent to 0.4 / R. Contact that follows Hertz's law into hooked
-# yarns (test_hooked_yarns.py) makes the forces 0.7 % larger: 5 % above those of degree 4.
+# above, that law is 2 % too soft (beams.md). Loops here are bent to 0.4 / R. Contact that follows Hertz's law into
+# hooked yarns (test_hooked_yarns.py) makes the forces 0.7 % larger: 5 % above those of degree 4.
 SOLIDS = [
     ("plain", "course", 0.0, (80.65, 64.41), 6, 0.06),
     ("plain", "wale", 0.0, (71.11, 70.21), 8, 0.07),

@@ -166,7 +166,7 @@ def write_spline_yarns(scene: Scene, path: Path | str, specimen: Fabric, history
     """
     moved = history["node_displacement"].to_numpy()
     space, nodes = undeformed_splines(scene, specimen, moved)
-    spans = (yarn.spline.spans for yarn in space.yarns)
+    spans = (yarn.spline.spans[yarn.own] for yarn in space.yarns)
     cells = CurvedCells.of([np.append(own[:, 0], own[-1, 1]) for own in spans])
     places, fields, area = _fields(space, nodes, moved, cells, material_of(scene.yarn))
     if "contact_pressure" in history:
