@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.configuration import load_scenes
+from knitstudy.study.configuration import load_scene, load_scenes
 from knitstudy.study.keys import Section, key
 from knitstudy.study.scene import Scene, flat
 
@@ -221,3 +221,22 @@ def test_a_new_key_counts_at_other_values_than_its_default_alone(scene):
 def test_materials_with_an_axis(plain_scene, keys, message):
     with pytest.raises(ConfigurationError, match=message):
         plain_scene.vary(keys)
+
+
+def test_models_of_beams_are_the_accurate_ones_unless_a_scene_says_otherwise():
+    beams = load_scene("yarns-isotropic-course").vary({"fidelity": "beam"})
+    assert (beams.beam.section, beams.beam.tie) == ("hertz", "patch")
+    assert load_scene("yarns-tie-course").vary({"fidelity": "rom3d"}).rom.joint == "patch"
+    paper = load_scene("beam-isotropic-course"), load_scene("rom3d-tie-course")
+    assert (paper[0].beam.section, paper[0].beam.tie, paper[1].rom.joint) == ("rigid", "rigid", "rigid")
+
+
+@pytest.mark.parametrize("key", ["yarn.bending", "yarn.stretching", "yarn.twisting"])
+def test_a_stiffness_of_its_own_goes_with_straight_sections(key):
+    beams = load_scene("yarns-isotropic-course").vary({"fidelity": "beam"})
+    with pytest.raises(
+        ConfigurationError, match=f"section_law is 'curved' but must be straight where {key} is given"
+    ):
+        beams.vary({key: 1e-8})
+    beams.vary({key: 1e-8, "mesh.section_law": "straight"})
+    assert load_scene("fabric-acrylic-rib-course-free").mesh.section_law == "straight"

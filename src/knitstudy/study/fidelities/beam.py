@@ -26,14 +26,15 @@ class Beam(Section):
     """
 
     section: Literal["rigid", "hertz"] = numerics(
-        "inferred", allowed="rigid (a penalty) or hertz (the approach of two crossed cylinders)"
+        "choice", allowed="rigid (a penalty) or hertz (the approach of two crossed cylinders)"
     )
-    """Section 3.3: the deformation of the cross-section is ignored. Checked: rigid and hertz (scenes beam-*)."""
+    """Section 3.3 ignores the deformation of the cross-section: rigid, a third more force in cells that slide.
+    Checked: rigid and hertz (scenes beam-*)."""
     tie: Literal["rigid", "pinned", "patch"] = numerics(
-        "assumed",
+        "choice",
         allowed="rigid, pinned (sections can turn) or patch (pins as compliant as tied areas): the tied crossings",
     )
-    """Section 2.3 ties the outer rows; tied solids turn nearly freely and are compliant. Checked: all three."""
+    """Section 2.3 ties the outer rows; tied solids turn nearly freely and are compliant: patch. Checked: all three."""
     stiffness: Positive = numerics("assumed", meaning="where hertz sections have 0.8 to 0.9")
     """Not printed; hard contact. Checked: 10 and 100 (scenes beam-*)."""
 
