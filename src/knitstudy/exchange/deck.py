@@ -142,6 +142,8 @@ def _departures(scene: Scene, tied: np.ndarray) -> Iterator[str]:
         yield EXACTLY_JOINED
     if tied.all():
         return
+    if scene.is_knit:
+        yield "contact: between yarns that cross; a yarn does not touch itself in a deck, so that legs may meet"
     if scene.value("load.stops"):
         yield "load.stops: the increments of a deck are equal"
     if scene.contact.augmentations:
