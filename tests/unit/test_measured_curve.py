@@ -25,6 +25,16 @@ PLAIN = "strain (%),force_per_width_N_mm\n1,0.1\n2,0.3\n4,0.9\n"
         ("Weg\tKraft\tN\nmm\tN\t-\n1\t5\t1\n2\t15\t2\n4\t45\t3\n", OPTIONS, {}),
         ("direction,strain,load N/m\nwale,1,1\ncourse,.01,100\ncourse,.02,300\ncourse,.04,900\n", {}, {}),
         ("yarn,strain,load N/m\nb,1,1\na,.01,100\na,.02,300\na,.04,900\n", {}, {"yarn": "a"}),
+        # What machines write: metadata, units below names, comments, remarks; signs, preloads, cycles
+        ("Specimen,A1\nWidth,50,mm\n\nstrain,load\n%,N/m\n1,100,\n2,300,\n4,900,\nend of test\n", {}, {}),
+        ('sep=;\n# Monday\nstrain (%);force (mN/mm)\n1,00;100,0\n2,00;300,0\n4,00;"900,0"\n', {}, {}),
+        ('strain (%),force (cN/cm),t\n1.0,"100.0",1\n2.0,300.0,2\n4.0,"0,900.0",3\n', {}, {}),
+        ("strain_%  load_N/m\n1.0   100\n2.0   300\n4.0   900\n", {}, {}),
+        ("strain (%),force (N/m)\n-1,-100\n-2,-300\n-4,-900\n", {}, {}),
+        ("strain (%),force (N/m)\n1,100\n2,300\n4,900\n4,800\n2,100\n0.5,0\n2,200\n4,850\n", {}, {}),
+        ("true strain,force (N/m)\n0.00995033,100\n0.01980263,300\n0.03922071,900\n", {}, {}),
+        ("strain (%),stress (kPa)\n1,100\n2,300\n4,900\n", {"thickness": 1e-3}, {}),
+        ("elongation (in),load (gf)\n1,10.1972\n2,30.5915\n4,91.7745\n", {"length": 2.54, "width": 1e-3}, {}),
     ],
 )
 def test_a_file_is_read_as_it_is(tmp_path, text, named, only):
@@ -32,8 +42,9 @@ def test_a_file_is_read_as_it_is(tmp_path, text, named, only):
     path.write_text(text, encoding="utf-8-sig")
     for _ in range(2):  # what was said is kept
         curve = read_curve(path, named, only, "course")
-        np.testing.assert_allclose(curve.index, [0.01, 0.02, 0.04])
-        np.testing.assert_allclose(curve, [100, 300, 900])
+        # Texts of true strains and gram-forces have six digits.
+        np.testing.assert_allclose(curve.index, [0.01, 0.02, 0.04], rtol=1e-5)
+        np.testing.assert_allclose(curve, [100, 300, 900], rtol=1e-5)
         named = {}
 
 
@@ -51,7 +62,16 @@ def test_a_file_is_read_as_it_is(tmp_path, text, named, only):
         (PLAIN, {"strain": ("strain", "%")}, "unknown column 'strain' (did you mean 'strain (%)'?)"),
         ("yarn,strain,force_N_m\na,0,2\nb,0,2\n", {}, "has 2 curves by 'yarn' (a, b): add --only yarn=a"),
         ("strain,force_N_m\n0,2\nx,1\n", {}, "has 1 rows of numbers up to the largest strain; 3 are needed"),
-        ("", {}, "must be a CSV file with names of columns in its first row"),
+        ("", {}, "must be a table with names of columns above rows of numbers"),
+        ("1,2\n2,3\n", {}, "has no names of columns above its first row of numbers"),
+        ("strain (%),force (N/m)\n1,2\n2,oops\n3,4\n", {}, "line 3 (2 | oops) is no row of the 2 columns"),
+        ("strain (%),force (N/m)\n1,2\n2,3,4\n3,4\n", {}, "line 3 (2 | 3 | 4) is no row of the 2 columns"),
+        ("strain (%);force (N/m)\n1.5;2\n2;3,25\n", {}, "1.5 has a decimal point and 3,25 a decimal comma"),
+        ('strain (%),force (N/m)\n1,"2,105"\n2,"4,227"\n', {}, "2,105 can be a thousand times as much"),
+        ("strain (%),load (dyn)\n1,2\n2,3\n", {}, "'load (dyn)': unit dyn is not known; add --force"),
+        ("extension,force (N/m)\n0.1,2\n0.2,3\n", {}, "'extension' does not say its unit; add --strain"),
+        ("strain (%),stress (MPa)\n1,2\n2,3\n", {}, "is in MPa: add --thickness of the specimen in m"),
+        ("strain,force_N_m\n0,-5\n0.1,5\n0.2,4\n", {}, "no curve of tension"),
     ],
 )
 def test_unreadable_files_are_refused_with_a_remedy(tmp_path, text, named, message):
@@ -63,6 +83,42 @@ def test_unreadable_files_are_refused_with_a_remedy(tmp_path, text, named, messa
     assert message in str(error.value)
     assert len(str(error.value).splitlines()) == 1
     assert [each.name for each in tmp_path.iterdir()] == ["lab.csv"]
+
+
+CYCLES = "strain (%),force (N/m)\n1,100\n2,300\n4,900\n3,500\n2,200\n0,10\n1,60\n2,250\n4,850\n"
+
+
+@pytest.mark.parametrize(
+    ("asked", "strain", "force"),
+    [
+        ({}, [0.01, 0.02, 0.04], [100, 300, 900]),
+        ({"branch": "unloading"}, [0, 0.02, 0.03, 0.04], [10, 200, 500, 900]),
+        ({"cycle": 2}, [0, 0.01, 0.02, 0.04], [10, 60, 250, 850]),
+    ],
+)
+def test_a_branch_of_a_cycle_is_taken(tmp_path, asked, strain, force, caplog):
+    (tmp_path / "lab.csv").write_text(CYCLES)
+    curve = read_curve(tmp_path / "lab.csv", {}, {}, "course", **asked)
+    np.testing.assert_allclose(curve.index, strain)
+    np.testing.assert_allclose(curve, force)
+    assert "rows are left out" in caplog.text
+    assert ("hysteresis" in caplog.text) == ("cycle" not in asked)
+    with pytest.raises(KnitstudyError, match=r"has 3 branches .*: no unloading of cycle 2"):
+        read_curve(tmp_path / "lab.csv", {}, {}, "course", cycle=2, branch="unloading")
+
+
+def test_what_is_not_used_is_named(tmp_path, caplog):
+    text = "made on Monday\nstrain (%),force (N/m)\n0,50\n1,150\n2,oops\n3,650\n4,950\nend\n"
+    (tmp_path / "lab.csv").write_bytes(text.encode("utf-16"))
+    curve = read_curve(tmp_path / "lab.csv", {}, {}, "course", skip_bad=True)
+    np.testing.assert_allclose(curve, [0, 100, 600, 900])
+    for note in (
+        "above the table are not used: 1",
+        "unreadable are not used: 5",
+        "below the table are not used: 8",
+    ):
+        assert note in caplog.text
+    assert "begins with 50 N/m at no strain, a preload, which is taken off" in caplog.text
 
 
 @pytest.mark.parametrize("kept", ["strain: Weg\n", "force: [a, b, c]\n", "width: wide\n"])

@@ -33,6 +33,10 @@ def _curve_options(command: Any) -> Any:
     for add in (
         click.option("--length", type=SIZE, help="Length between the clamps [m], of a strain in mm."),
         click.option("--width", type=SIZE, help="Width of the specimen [m], of a force in N."),
+        click.option("--thickness", type=SIZE, help="Thickness of the fabric [m], of a stress in MPa."),
+        click.option("--cycle", type=click.IntRange(1), default=1, help="Which of several loading cycles."),
+        click.option("--branch", type=click.Choice(("loading", "unloading")), default="loading"),
+        click.option("--skip-bad", is_flag=True, help="Leave out rows that cannot be read."),
         click.option("--force", **pair, help="Column and unit of the force, such as Load N."),
         click.option("--strain", **pair, help="Column and unit of the strain, such as Elongation %."),
         click.option("--only", multiple=True, metavar="COLUMN=VALUE", help="One curve of several in a file."),
@@ -56,8 +60,10 @@ def _read(measured: Path, scene: Scene, named: dict[str, Any]) -> tuple[Any, str
         wanted = "a knit or a cell that is pulled in course or wale direction"
         raise ConfigurationError(f"scene {scene.name!r}: must be {wanted} to be compared with a curve")
     only = dict(pair.partition("=")[::2] for pair in named.pop("only"))
+    how = {name: named.pop(name) for name in ("cycle", "branch", "skip_bad")}
     given = {name: value for name, value in named.items() if value is not None}
-    return read_curve(measured, given, only, direction), "-".join((measured.stem, *only.values()))
+    curve = read_curve(measured, given, only, direction, **how)
+    return curve, "-".join((measured.stem, *only.values()))
 
 
 def _write(stem: Path, table: pd.DataFrame, curves: dict[str, pd.Series], title: str) -> None:
