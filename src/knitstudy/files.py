@@ -30,6 +30,18 @@ NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
 """Errors of disks that cannot be written: full, beyond a quota or a limit, read only, or broken."""
 
 
+def safe_name(text: str) -> str:
+    """Return a text from data as a part of a file's name: no folders, no marks that a system refuses, not too long.
+
+    Examples
+    --------
+    >>> safe_name("../../esc"), safe_name("50/50 wool")
+    ('esc', '50-50 wool')
+    """
+    plain = "".join("-" if mark in '<>:"/\\|?*' or not mark.isprintable() else mark for mark in text)
+    return plain.strip(" .-")[:60] or "unnamed"
+
+
 @contextmanager
 def replacing(path: Path | str) -> Iterator[Path]:
     """Write a file whole or not at all: yield a temporary name, with the same suffix, that takes its place on success.

@@ -12,6 +12,7 @@ from knitstudy.cli.main import main
 from knitstudy.errors import ConvergenceError, EndedEarly
 from knitstudy.files import write_dataset
 from knitstudy.stages.simulate import Results
+from knitstudy.study.configuration import load_scene
 
 
 @pytest.fixture
@@ -312,3 +313,19 @@ def test_check_refuses_elements_that_are_too_long_for_the_loop(knitstudy):
     assert "mesh.beam_size is 5 yarn radii: straight beams in bent yarns are" in message(result)
     kept = knitstudy("check", "rom3d-tie-course")
     assert re.search(r"loop: 55\.5 mm of yarn.*some 0\.\d% too stiff", kept.stdout)
+
+
+def test_keys_that_a_user_sets_say_so(knitstudy):
+    rows = {row[0]: row for row in table(knitstudy("check", "cell-course", "--set", "load.strain=0.02"))[1:]}
+    assert rows["load.strain"][1:] == ["0.02", "1", "physics", "set here"]
+    assert rows["load.lateral"][-1] == "assumed"
+
+
+def test_values_of_a_measured_file_cannot_leave_the_folder(tmp_path):
+    from knitstudy.cli import curves
+
+    text = "yarn,strain,load N/m\n../../esc,.01,100\n../../esc,.02,300\n../../esc,.04,900\n"
+    (tmp_path / "lab.csv").write_text(text)
+    scene = load_scene("cell-course")
+    asked = {"cycle": 1, "branch": "loading", "skip_bad": False, "only": ("yarn=../../esc",)}
+    assert curves._read(tmp_path / "lab.csv", scene, asked)[1] == "lab-esc"

@@ -14,7 +14,7 @@ from knitstudy.cli import console
 from knitstudy.cli.console import SIZE, THERE
 from knitstudy.cli.results import log_on_console
 from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
-from knitstudy.files import read_dataset, write_table
+from knitstudy.files import read_dataset, safe_name, write_table
 from knitstudy.study.scene import Scene
 from knitstudy.study.scene_type import unit_of
 
@@ -63,7 +63,7 @@ def _read(measured: Path, scene: Scene, named: dict[str, Any]) -> tuple[Any, str
     how = {name: named.pop(name) for name in ("cycle", "branch", "skip_bad")}
     given = {name: value for name, value in named.items() if value is not None}
     curve = read_curve(measured, given, only, direction, **how)
-    return curve, "-".join((measured.stem, *only.values()))
+    return curve, "-".join((measured.stem, *map(safe_name, only.values())))
 
 
 def _write(stem: Path, table: pd.DataFrame, curves: dict[str, pd.Series], title: str) -> None:

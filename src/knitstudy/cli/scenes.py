@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from math import nan
 from pathlib import Path
 from typing import Any
@@ -118,7 +119,7 @@ def check(what: str | None, changes: tuple, sources: bool, config: Path) -> None
     else:
         scene = changed_scene(what, changes, config)
         loop = _checked_loop(scene) if "pattern" in scene.sections else None
-        _print_keys(scene, sources)
+        _print_keys(scene, sources, dict(changes))
         if loop:
             click.echo(loop)
 
@@ -144,13 +145,16 @@ def _checked_loop(scene: Scene) -> str:
     return f"loop: {text}; {require_resolution(scene, fabric_of(geometry))}"
 
 
-def _print_keys(scene: Scene, sources: bool) -> None:
+def _print_keys(scene: Scene, sources: bool, changes: Container[str]) -> None:
     columns = ("unit", "role", "provenance", *(("source", "checked") if sources else ()))
     rows = []
     for key, value in flat(scene.to_dict()).items():
         name, _, field = key.rpartition(".")
         described = describe_with_source(type(scene.sections[name]) if name else Labels, field)
-        rows.append((key, value, *(getattr(described, column) for column in columns)))
+        said = [getattr(described, column) for column in columns]
+        if key in changes:
+            said[columns.index("provenance")] = "set here"
+        rows.append((key, value, *said))
     print_table(("key", "value", *columns), rows)
 
 
