@@ -156,8 +156,8 @@ BEAMS = {"fidelity": "beam", "interaction": "isotropic"}
 def test_legs_of_loops_touch_as_those_of_beams_do(name, deformation, full, verify):
     """Solid yarns that could pass through themselves carried 2.5 to 6 times less in wale tension.
 
-    Beams are 0 to 8 % above solid yarns. The force of the tight jersey rises by 3 % in 0.1 % of strain at 10 %, where its
-    loops lock; the tightest one is 10 % above degree 2 at 30 %, and 7 % above degree 3.
+    Beams are 0 to 8 % above solid yarns. The force of the tight jersey rises by 3 % in 0.1 % of strain at 10 %, where
+    its loops lock; the tightest one is 10 % above degree 2 at 30 %, and 7 % above degree 3.
     """
     end = (0.2 if deformation == "biaxial" else 0.3) if full else 0.15
     at = [share * end for share in ((1 / 3, 2 / 3, 1) if full else (2 / 3, 1))]
