@@ -96,12 +96,12 @@ def test_check_scene(knitstudy, config, monkeypatch):
     change = ("--config", config, "--set", "mesh.size=0.4", "--set", "load.stops=[0.01, 2e-2]")
     rows = table(knitstudy("check", "dns-a", *change))
     assert rows[0] == ["key", "value", "unit", "role", "provenance"]
-    assert ["mesh.size", "0.4", "yarn radii", "resolution", "stated"] in rows
+    assert ["mesh.size", "0.4", "yarn radii", "resolution", "set here"] in rows
     assert ["load.stops", "[0.01, 0.02]", "1", "output", "choice"] in rows
     columns, *rows = table(knitstudy("check", "dns-a", *change, "--sources"))
     assert columns == ["key", "value", "unit", "role", "provenance", "source", "checked"]
     (size,) = [row for row in rows if row[0] == "mesh.size"]
-    assert size[:5] == ["mesh.size", "0.4", "yarn radii", "resolution", "stated"]
+    assert size[:5] == ["mesh.size", "0.4", "yarn radii", "resolution", "set here"]
     assert size[5] == "Table 5: 0.3 mm, of a radius of 0.9 mm"
 
 
