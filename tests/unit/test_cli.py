@@ -97,7 +97,7 @@ def test_check_scene(knitstudy, config, monkeypatch):
     rows = table(knitstudy("check", "dns-a", *change))
     assert rows[0] == ["key", "value", "unit", "role", "provenance"]
     assert ["mesh.size", "0.4", "yarn radii", "resolution", "set here"] in rows
-    assert ["load.stops", "[0.01, 0.02]", "1", "output", "choice"] in rows
+    assert ["load.stops", "[0.01, 0.02]", "1", "output", "set here"] in rows
     columns, *rows = table(knitstudy("check", "dns-a", *change, "--sources"))
     assert columns == ["key", "value", "unit", "role", "provenance", "source", "checked"]
     (size,) = [row for row in rows if row[0] == "mesh.size"]
