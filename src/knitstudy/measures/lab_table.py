@@ -95,7 +95,7 @@ def read_lab_table(path: Path, skip_bad: bool = False) -> pd.DataFrame:
     table = table.loc[:, [bool(name) for name in head]]
     marks = _marks(table, separator, path)
     table = table.apply(lambda column: _converted(column, *marks))
-    # Names as they stand in the file, where a row of units is below them
+    # Full names of columns, with units, by the names in the file
     table.attrs["full_names"] = dict(zip(below[0].fields, head, strict=False))
     return table
 
@@ -143,7 +143,7 @@ def _split(lines: list[tuple[int, str]], separator: str | None) -> list[Line]:
 
 
 def _names(above: list[Line], path: Path) -> tuple[list[str], list[Line]]:
-    """Return the names of columns, with the units of a row of units below them, and the lines that they stand in."""
+    """Return the names of columns, with their units if the file has a row of units, and the lines of both."""
     if not above:
         raise DataFileError(
             f"{path}: has no names of columns above its first row of numbers; write them there"
@@ -182,7 +182,7 @@ def _marks(table: pd.DataFrame, separator: str | None, path: Path) -> tuple[str,
         commas = sorted(field for field in fields if "," in field)
         if commas and separator in (",", None):
             raise DataFileError(
-                f"{path}: {commas[0]} can be a thousand times as much as with a decimal comma: write 0 more"
+                f"{path}: {commas[0]} can be a thousand times as much as with a decimal comma: write decimal points"
             )
         decimal = {"," if commas else ".": ""}
     (mark,) = decimal
@@ -191,9 +191,9 @@ def _marks(table: pd.DataFrame, separator: str | None, path: Path) -> tuple[str,
 
 def _converted(column: pd.Series, decimal: str, thousands: str) -> pd.Series:
     """Return a column as numbers where each of its fields is one or empty, else as it is."""
-    plain = column.map(lambda field: field.translate(SPACES).replace(thousands, "").replace(decimal, "."))
     if not column.map(lambda field: not field or bool(NUMBER.match(field))).all():
         return column
+    plain = column.map(lambda field: field.translate(SPACES).replace(thousands, "").replace(decimal, "."))
     return pd.to_numeric(plain.replace("", "nan"), errors="coerce").astype(float)
 
 
