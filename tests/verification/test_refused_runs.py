@@ -74,7 +74,9 @@ def test_what_had_converged_is_kept(case, tmp_path):
     assert refused.value.history["load"][len(seen) - 1] == seen[-1]
 
 
-def test_local_indentation_is_not_taken_beyond_its_law():
+def test_local_indentation_is_not_taken_beyond_its_law(monkeypatch):
+    # Beyond the tables, since two yarns held at their ends yield by bending before they reach 2.5 times that depth.
+    monkeypatch.setattr("knitstudy.models.interactions.FURTHER", 1.0)
     scene = load_scene("pair-slid-90")
     scene = scene.vary(
         {
