@@ -29,7 +29,7 @@ def weft(shift, sign):
     return wave(shift, sign)[:, [1, 0, 2]] + [0, -0.5e-3, 0]
 
 
-YARNS = [wave(0.0, 1), wave(0.5e-3, -1), weft(0.5e-3, 1), weft(1e-3, -1)]
+YARNS = [wave(0.0, 1), wave(0.5e-3, -1), weft(0.5e-3, -1), weft(1e-3, 1)]
 
 
 def garter():
@@ -86,6 +86,11 @@ def test_a_table_of_centrelines_is_a_fabric(tmp_path):
     [
         (table(**{"radius [m]": 0.0}), r"column radius \[m\] holds \[0\.0\]"),
         (table()[:3], "a yarn has 3 points"),
+        (table(**{"y [m]": "2 mm"}), r"row 2, column y \[m\] holds '2 mm' but must be a number"),
+        (
+            table(**{"radius [m]": 1e-3}),
+            r"yarns overlap: .* m apart where they cross, .* radii less than a diameter",
+        ),
         (table().drop(columns="z [m]"), r"z \[m\]"),
     ],
 )
@@ -93,6 +98,21 @@ def test_a_table_that_is_no_fabric_is_refused(tmp_path, spoilt, message):
     spoilt.to_csv(tmp_path / "a.csv", index=False)
     with pytest.raises(DataFileError, match=message):
         read_fabric(tmp_path / "a.csv")
+
+
+def test_a_table_in_millimetres(tmp_path):
+    names = {name: name.replace("[m]", "[mm]") for name in readers.COLUMNS}
+    lengths = {name: 1e3 for name in readers.COLUMNS[1:]}
+    (table() * ({"yarn": 1} | lengths)).rename(columns=names).to_csv(tmp_path / "a.csv", index=False)
+    assert read_fabric(tmp_path / "a.csv").radius == pytest.approx(RADIUS)
+
+
+def test_millimetres_that_are_called_metres_are_questioned(tmp_path, caplog):
+    (table() * ({"yarn": 1} | {name: 1e3 for name in readers.COLUMNS[1:]})).to_csv(
+        tmp_path / "a.csv", index=False
+    )
+    read_fabric(tmp_path / "a.csv")
+    assert "lengths in mm?" in caplog.text
 
 
 PLUGIN = """
@@ -106,7 +126,7 @@ def test_a_plugin_of_one_file_adds_a_reader(tmp_path, monkeypatch):
     (tmp_path / "pairs_of_a_test.py").write_text(PLUGIN)
     (tmp_path / "a.pair").write_text("0.5e-3")
     with pytest.raises(
-        ConfigurationError, match=r"unknown ending of a fabric file '\.pair'.*\.csv, \.k, \.nc"
+        ConfigurationError, match=r"unknown ending of a fabric file '\.pair'.*\.csv, \.k, \.knitout, \.nc"
     ):
         read_fabric(tmp_path / "a.pair")
     monkeypatch.syspath_prepend(str(tmp_path))

@@ -1,13 +1,13 @@
 """Files for knitting machines: repeats, errors of knitting, and operations that are not simulated."""
 
-import sys
+import re
 from pathlib import Path
 
 import pytest
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.geometry.readers import read_fabric
-from knitstudy.study.knitout import repeat_of, spacing_of
+from knitstudy.study.knitout import parents_of_letters, read_repeat, repeat_of
 
 FILES = Path(__file__).resolve().parents[2] / "examples" / "knitout"
 HEAD = ";!knitout-2\n;;Machine: SWG091N2\n;;Gauge: 15\n;;Carriers: 1 2 3 4 5 6 7 8 9 10\n"
@@ -41,7 +41,7 @@ def knitted(path, *instructions):
 )
 def test_repeats_of_examples(name, rows):
     assert repeat_of(FILES / f"{name}.k") == rows
-    assert spacing_of(FILES / f"{name}.k") == pytest.approx(25.4e-3 / 15)
+    assert read_repeat(FILES / f"{name}.k").wale_spacing == pytest.approx(25.4e-3 / 15)
 
 
 def test_needles_of_both_beds_are_one_wale_where_loops_go_across(tmp_path):
@@ -110,10 +110,201 @@ def test_operations_that_are_not_simulated_are_named_with_their_line(tmp_path):
         repeat_of(tmp_path / "b.k")
 
 
-def test_without_the_package_the_message_names_it(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "knitout_interpreter.run_knitout", None)
-    with pytest.raises(ConfigurationError, match=r"pip install 'knitstudy\[machine\]'"):
-        repeat_of(FILES / "rib.k")
+def piece(path, rows, more=(), carrier="3"):
+    """Write a file that casts on and knits rows of K and P, handing loops across beds, and then has these lines."""
+    count = len(rows[0])
+    lines = [f"inhook {carrier}", *(f"tuck - f{n} {carrier}" for n in range(count, 0, -1) if n % 2 == 0)]
+    lines += [f"tuck + f{n} {carrier}" for n in range(1, count + 1) if n % 2]
+    before = "K" * count
+    for number, row in enumerate(rows):
+        way = "-+"[number % 2]
+        needles = range(1, count + 1) if way == "+" else range(count, 0, -1)
+        bed = {needle: "fb"["KP".index(row[needle - 1])] for needle in needles}
+        for needle in needles:
+            if row[needle - 1] != before[needle - 1]:
+                lines.append(f"xfer {'fb'['KP'.index(before[needle - 1])]}{needle} {bed[needle]}{needle}")
+        lines += [f"knit {way} {bed[needle]}{needle} {carrier}" for needle in needles]
+        before = row
+    path.write_text(HEAD + "\n".join([*lines, *more, ""]), encoding="utf-8")
+    return path
+
+
+PLAIN = ["KKKK"] * 6
+SPECIFIED = {
+    "extensions": (HEAD, HEAD + "x-stitch-number 63\nx-presser-mode auto\n"),
+    "stitch": (HEAD, HEAD + "stitch 10 20\n"),
+    "empty comments": ("tuck", ";\n;;\ntuck"),
+    "amiss": ("knit - f3 3", "amiss f3\nknit - f3 3"),
+    "decimals of the gauge": ("Gauge: 15", "Gauge: 7.5"),
+    "Windows": ("\n", "\r\n"),
+    "tabs": (" f", "\tf"),
+    "spaces": ("Gauge: 15", "Gauge :  15  "),
+    "free headers": (HEAD, HEAD + ";;Yarn-3: merino, red\n;;X-Made-By: hand\n"),
+    "machine with a space": ("SWG091N2", "Shima SWG091N2"),
+    "pause with words": ("knit - f3 3", "pause change the yarn!\nknit - f3 3"),
+    "hook at a needle": ("inhook 3", "inhook - f4 3"),
+    "no carriers": (";;Carriers: 1 2 3 4 5 6 7 8 9 10\n", ""),
+    "named carriers": (" 3\n", " wool\n"),
+    "byte order mark": (";!knitout", "\ufeff;!knitout"),
+    "signed rack": ("tuck - f4", "rack +0.25\nrack 0\ntuck - f4"),
+    "a space at the end": ("\n", " \n"),
+}
+
+
+@pytest.mark.parametrize("change", SPECIFIED.values(), ids=SPECIFIED)
+def test_what_the_format_allows_is_read(tmp_path, change):
+    path = piece(tmp_path / "a.k", PLAIN)
+    path.write_bytes(path.read_text().replace(*change).encode())
+    assert repeat_of(path) == ("K",)
+
+
+@pytest.mark.parametrize("encoding", ["latin-1", "utf-16"])
+def test_comments_of_any_encoding(tmp_path, encoding):
+    path = piece(tmp_path / "a.k", PLAIN)
+    path.write_bytes((path.read_text() + "; naturweiß\n").encode(encoding))
+    assert repeat_of(path) == ("K",)
+
+
+def test_needles_may_be_negative(tmp_path):
+    path = piece(tmp_path / "a.k", PLAIN)
+    path.write_text(re.sub(r" f(\d)", lambda found: f" f{int(found[1]) - 3}", path.read_text()))
+    assert read_repeat(path).needles == ("f-2", "f1")
+
+
+def shifted(rows, share):
+    """Return instructions that knit every needle of both beds, racked by a share of a needle."""
+    lines = [f"rack {share}"]
+    for number in range(rows):
+        order = [f"{bed}{n}" for n in NEEDLES for bed in "fb"]
+        lines += [
+            f"knit {'+-'[number % 2]} {needle} 3" for needle in (order if number % 2 == 0 else order[::-1])
+        ]
+    return lines
+
+
+@pytest.mark.parametrize("share", ["0.5", "0.25", "+.5"])
+def test_needles_of_both_beds_halve_the_spacing(tmp_path, share):
+    """A half rack puts the needles of the back bed between those of the front bed."""
+    path = knitted(tmp_path / "a.k", *row("-", "kkkk"), *shifted(6, share))
+    repeat = read_repeat(path)
+    assert repeat.stitches in (("KP",), ("PK",))
+    assert 2 * repeat.wale_spacing == pytest.approx(25.4e-3 / 15)
+    assert read_fabric(path).width == pytest.approx(25.4e-3 / 15)
+
+
+def test_every_second_needle_doubles_the_spacing(tmp_path):
+    path = piece(tmp_path / "a.k", PLAIN)
+    path.write_text(re.sub(r" f(\d)", lambda found: f" f{2 * int(found[1])}", path.read_text()))
+    assert read_fabric(path).width == pytest.approx(2 * 25.4e-3 / 15)
+
+
+def along(way, first, last, carrier="3", bed="f"):
+    """Return the instructions of a pass over needles."""
+    return [f"knit {way} {bed}{n} {carrier}" for n in range(first, last + 1)][:: 1 if way == "+" else -1]
+
+
+ACROSS, BACK = along("+", 1, 8), along("-", 1, 8)
+MOVED = ["xfer f5 b5", "rack 1", "xfer b5 f6", "rack 0"]
+NO_LETTERS = {
+    "split": (
+        3 * ["split + f1 b1 3", *along("+", 2, 3), "split + f4 b4 3", *along("+", 5, 8), *BACK],
+        "split",
+    ),
+    "plating": (["inhook 4", *(f"{line} 4" for line in 2 * (ACROSS + BACK))], "plating: .* 3 and 4"),
+    "drop": (3 * ["drop f2", "drop f5", "drop f7", *ACROSS, *BACK], "drop"),
+    "tube": (3 * [*along("+", 1, 8, bed="b"), *BACK], "a tube or a pocket"),
+    "intarsia": (
+        3
+        * [*along("+", 1, 4), *along("-", 1, 4), "inhook 4", *along("-", 5, 8, "4"), *along("+", 5, 8, "4")],
+        "carrier 3: needles 1 to 8, carrier 4: needles 5 to 8",
+    ),
+    "short rows": (
+        3 * [*along("+", 1, 4), *along("-", 1, 4), *ACROSS, *BACK],
+        "no turn at an edge of the knit",
+    ),
+    "cord": (5 * ACROSS, "leads from needle f8 .* to f1"),
+    "tuck and knit": (
+        3 * [*along("+", 1, 3), "tuck + f4 3", *along("+", 4, 8), *BACK],
+        "two loops on one needle in one pass",
+    ),
+    "held loop": (
+        3 * [*along("+", 1, 4), *along("+", 6, 8), *MOVED, *BACK, *ACROSS, *BACK],
+        "no letter says that a held loop moves",
+    ),
+}
+
+
+@pytest.mark.parametrize(("lines", "reason"), NO_LETTERS.values(), ids=NO_LETTERS)
+def test_what_no_letter_says_is_refused_with_its_line(tmp_path, lines, reason):
+    with pytest.raises(ConfigurationError, match=reason) as refused:
+        repeat_of(piece(tmp_path / "a.k", ["K" * 8], lines))
+    assert re.search(r"a\.k, line \d+: ", str(refused.value))
+
+
+@pytest.mark.parametrize(("text", "reason"), [("", "is empty"), (HEAD, "has no stitches")])
+def test_files_without_stitches(tmp_path, text, reason):
+    path = tmp_path / "a.k"
+    path.write_text(text)
+    with pytest.raises(ConfigurationError, match=reason):
+        repeat_of(path)
+
+
+def test_a_gauge_is_a_number(tmp_path):
+    path = piece(tmp_path / "a.k", PLAIN)
+    path.write_text(path.read_text().replace("Gauge: 15", "Gauge: fine"))
+    with pytest.raises(ConfigurationError, match="'fine' but must be needles per inch"):
+        read_repeat(path)
+
+
+SEED = ["KPKPKPKP", "PKPKPKPK"] * 6
+
+
+def test_the_body_is_the_largest_part_that_repeats_itself(tmp_path, caplog):
+    """Seed stitch in a border of plain loops on all sides, as swatches have: not the last rows."""
+    framed = ["K" * 12] * 3 + [f"KK{row}KK" for row in SEED] + ["K" * 12] * 3
+    repeat = read_repeat(piece(tmp_path / "a.k", framed))
+    assert repeat.stitches in (("KP", "PK"), ("PK", "KP"))
+    assert (repeat.rows, repeat.needles) == ((6, 17), ("f3", "f10"))
+    assert "rows 6 to 17 of 20, needles f3 to f10 of f1 to f12" in caplog.text
+
+
+def test_a_picture_is_not_its_plain_rows(tmp_path):
+    picture = ["KKKKKK", "KKPPKK", "KPKKPK", "KPPKPK", "KKPPKK", "KKKKKK", "KKKKKK"]
+    assert repeat_of(piece(tmp_path / "a.k", picture)) == tuple(picture)
+
+
+def test_rows_of_waste_yarn_are_questioned_and_chosen(tmp_path):
+    waste = [
+        "inhook 5",
+        *(f"knit {way} f{n} 5" for way, of in (("-", NEEDLES[::-1]), ("+", NEEDLES)) for n in of),
+    ]
+    path = piece(tmp_path / "a.k", ["KKKK"] + ["KKKK", "PPPP"] * 5 + ["KKKK"], waste)
+    with pytest.raises(
+        ConfigurationError, match=r"rows \d+ to \d+ are of carrier 3.* of carrier 5.*knitout_rows: \["
+    ):
+        repeat_of(path)
+    assert repeat_of(path, rows=(4, 13)) == ("K", "P")
+    assert repeat_of(path, rows=(4, 13), needles=(2, 3)) == ("K", "P")
+    with pytest.raises(ConfigurationError, match="hold no loops; it has rows 1 to 16 and needles f1 to f4"):
+        repeat_of(path, needles=(7, 9))
+
+
+def test_yarns_that_take_over_inside_a_row_are_one(tmp_path):
+    """Carrier 3 ends in the middle of a row, and carrier 4 goes on from there."""
+    rest = ["knit - f4 3", "knit - f3 3", "outhook 3", "inhook 4", "knit - f2 4", "knit - f1 4"]
+    plain = [*row("+", "kkkk"), *row("-", "kkkk")]
+    after = [re.sub("3$", "4", line) for line in 2 * plain]
+    path = knitted(tmp_path / "a.k", *row("-", "kkkk"), *row("+", "kkkk"), *rest, *after)
+    assert repeat_of(path) == ("K",)
+
+
+def test_letters_say_which_loops_each_is_drawn_through():
+    """A half cardigan: the knit stitch over a tuck is drawn through the tuck and the loop below it."""
+    parents = parents_of_letters(("KP", "KT"), 4, 2)
+    assert sorted(parents[2, 1]) == [(1, 0), (2, 0)]
+    assert parents[1, 1] == []
+    assert parents[1, 0] == [(1, 0)]
+    assert parents_of_letters(("K>K(", "KK"), 2, 2)[1, 1] == [(1, 1)]
 
 
 def test_a_scene_takes_stitches_and_size_from_a_file(plain_scene):
@@ -132,6 +323,14 @@ def test_a_file_is_a_fabric(name):
     fabric = read_fabric(FILES / f"{name}.k")
     assert fabric.specimen == "cell"
     assert fabric.width == pytest.approx(2 * 25.4e-3 / 15)
+
+
+def test_a_scene_takes_a_part_of_a_file(plain_scene):
+    cell = {"specimen": "cell", "fidelity": "beam", "interaction": "isotropic"}
+    keys = cell | {"pattern.knitout": str(FILES / "half_cardigan.k"), "pattern.knitout_rows": [3, 6]}
+    assert plain_scene.vary(keys).pattern.stitches == ("PK", "TK")
+    with pytest.raises(ConfigurationError, match="must be the first and the last one"):
+        plain_scene.vary(keys | {"pattern.knitout_rows": [6, 3]})
 
 
 def test_a_file_without_gauge_is_no_fabric(tmp_path):

@@ -1,7 +1,8 @@
-"""``knitstudy loop``: draw and optimise a loop from spacings and yarn, and print its measures."""
+"""``knitstudy loop`` and ``stitches``: a loop from spacings and yarn, stitches from a machine file."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,9 @@ import click
 from knitstudy.cli import console
 from knitstudy.cli.console import changed_scene, config_option, plain, print_table, scene_argument, set_option
 from knitstudy.errors import ConfigurationError
+from knitstudy.study.alternative_keys import KNITOUT_PART
 from knitstudy.study.configuration import scenes_at_need
+from knitstudy.study.knitout import read_repeat
 
 KEYS = {
     "course": ("pattern.course_spacing", "Course spacing [m]."),
@@ -80,6 +83,11 @@ def loop(
             f"scene {chosen.name!r}: specimen is {chosen.specimen} but must be made of loops"
         )
     geometry = lay_out(chosen)
+    if "state" not in geometry.dims:
+        raise ConfigurationError(
+            f"scene {chosen.name!r}: pattern.stitches is {list(chosen.pattern.stitches)}: tucks, floats and moved "
+            "loops are not optimised; `knitstudy run` finds their shape at rest"
+        )
     quantities = [
         row for row in summarise(geometry) if row.name not in ("kind", "loops", "rows", "crossings")
     ]
@@ -91,3 +99,40 @@ def loop(
     click.echo(f"{output}: the loop from the front and from the side")
     if keys:
         click.echo(" ".join(f"--set {key}={plain(value)}" for key, value in keys.items()))
+
+
+def _ends(context: click.Context, option: click.Parameter, text: str | None) -> tuple[int, int] | None:
+    if text is None:
+        return None
+    if not (found := re.fullmatch(r"(-?\d+)[:,](-?\d+)", text)):
+        raise click.BadParameter("is the first and the last one, such as 3:14")
+    return int(found[1]), int(found[2])
+
+
+@click.command()
+@click.argument("file", type=console.THERE)
+@click.option("--rows", callback=_ends, help="First and last pass of the carriage, such as 3:14.")
+@click.option("--needles", callback=_ends, help="First and last position of the needles, such as 5:64.")
+def stitches(file: Path, rows: tuple | None, needles: tuple | None) -> None:
+    """Read the repeat of a file for a knitting machine (knitout), and print its keys for a scene.
+
+    The largest part of the file that repeats itself is read. The output says which rows and needles these are, and what
+    is left out. Every loop of the part must be drawn through the loops that the letters say; or the message names the
+    line.
+
+    \b
+    knitstudy stitches my-knit.k
+    knitstudy stitches my-knit.k --rows 15:74 --needles 13:72
+    """
+    repeat = read_repeat(file, rows, needles)
+    table = [("rows of letters, the bottom row first", " ".join(repeat.stitches), "")]
+    table += [("passes of the carriage", "{} to {}".format(*repeat.rows), "")]
+    table += [("needles", "{} to {}".format(*repeat.needles), "")]
+    if repeat.wale_spacing:
+        table.append(("spacing of the needles in use", repeat.wale_spacing, "m"))
+    print_table(("quantity", "value", "unit"), table)
+    click.echo("")
+    click.echo(f"pattern.knitout: {file}")
+    for key, part in zip(KNITOUT_PART, (rows, needles), strict=True):
+        if part:
+            click.echo(f"{key}: {list(part)}")

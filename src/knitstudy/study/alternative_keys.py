@@ -36,8 +36,10 @@ _COLUMN = re.compile(r"([xyz]) *[(\[]?(mm|m|)[)\]]?")
 
 KNITOUT = "pattern.knitout"
 """File for a knitting machine, whose repeat the stitches are: one repeat, where loops and rows are not set."""
+KNITOUT_PART = ("pattern.knitout_rows", "pattern.knitout_needles")
+"""The first and the last pass of the carriage, and needle, of the part in which the repeat is looked for."""
 
-OTHER_WAYS = (*PER_METRE, TEX, DENSITY, POINTS_FILE, KNITOUT, OF)
+OTHER_WAYS = (*PER_METRE, TEX, DENSITY, POINTS_FILE, KNITOUT, *KNITOUT_PART, OF)
 """Names that may be set like keys, though no scene has them."""
 
 DRAWS = (COURSE, WALE, LENGTH)
@@ -74,7 +76,8 @@ def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
     if KNITOUT in keys_of_base:
         _only(keys_of_base, KNITOUT, STITCHES, where)
         path = Path(str(keys_of_base.pop(KNITOUT)))
-        repeat = _knitted_repeat(path, path.stat().st_mtime_ns if path.is_file() else 0)
+        part = [_first_and_last(name, keys_of_base.pop(name, None), where) for name in KNITOUT_PART]
+        repeat = _knitted_repeat(path, path.stat().st_mtime_ns if path.is_file() else 0, *part)
         size = dict(zip(("pattern.loops", "pattern.rows"), size_of_repeat(repeat), strict=True))
         keys_of_base = size | keys_of_base | {STITCHES: list(repeat)}
     mixed = len(set("".join(map(str, keys_of_base.get(STITCHES) or "")))) > 1
@@ -106,9 +109,23 @@ def without_yarn(keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], d
 
 
 @cache
-def _knitted_repeat(path: Path, _changed: int) -> tuple[str, ...]:
-    """Return the repeat of a file; every version of the file is knitted once."""
-    return repeat_of(path)
+def _knitted_repeat(path: Path, _changed: int, rows: Any, needles: Any) -> tuple[str, ...]:
+    """Return the repeat of a part of a file; every version of the file is knitted once."""
+    return repeat_of(path, rows, needles)
+
+
+def _first_and_last(name: str, value: Any, where: str) -> tuple[int, int] | None:
+    if value is None:
+        return None
+    if (
+        not isinstance(value, list | tuple)
+        or [type(end) for end in value] != [int, int]
+        or value[0] > value[1]
+    ):
+        raise ConfigurationError(
+            f"{where}: {name} is {value!r} but must be the first and the last one, such as [3, 14]"
+        )
+    return value[0], value[1]
 
 
 @cache

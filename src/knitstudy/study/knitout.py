@@ -1,189 +1,403 @@
-"""Stitches from a file that drives a knitting machine: knitout, the open format of CMU's Textiles Lab.
+"""Stitches from a file that drives a knitting machine.
 
-``knitout-interpreter`` knits the file on a virtual machine (the optional dependency ``machine``) and refuses what
-cannot be knitted. Its knit graph has every loop, the needle it was made on, and the loops that it is drawn through.
-Passes of the carriage are rows and needles are columns; rows over which every needle has knitted are the body, and the
-smallest rectangle that repeats itself in the body is the repeat.
-
-McCann 2017, "The knitout (.k) file format", textiles-lab.github.io/knitout.
+The loops that `knitting_machine` makes are the truth. Letters are one way to write those of a repeat: passes of the
+carriage are rows, needles are columns, and the largest part that repeats itself is the body. Every loop of the body
+must be drawn through the loops that the letters say, and every yarn must lead from loop to loop as rows do; or the file
+is refused with the line.
 """
 
 from __future__ import annotations
 
-import re
-import warnings
-from collections.abc import Iterable, Sequence
+import logging
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise, product
 from pathlib import Path
-from typing import Any
+
+import numpy as np
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.stitch_letters import MARKS
+from knitstudy.study.knitting_machine import Loop, Machine, Needle, is_back, name_of
+from knitstudy.study.stitch_letters import MARKS, idle_needle, knits, stitches_of_row, wrong_stitches
+
+log = logging.getLogger(__name__)
 
 INCH = 25.4e-3  # [m]
 BINDING = 2  # Loops of a pass that binds off, at most
-_GAUGE = re.compile(r"^;;\s*Gauge\s*:\s*([0-9.]+)", re.IGNORECASE | re.MULTILINE)
+EDGE = 2  # Columns between the edge of the knit and a loop where its yarn turns
+MOST = 0.9  # Share of the needles that begin in the rows of the cast-on; others may begin later, at edges
+NO_LETTER = "?"
 
-Needle = tuple[int, bool]  # position, and whether it is of the front bed
-Place = tuple[int, Needle]  # row and needle of a loop
+Ends = tuple[int, int]  # the first and the last one
+Place = tuple[int, int]  # row and column
 
 
-def repeat_of(path: Path | str) -> tuple[str, ...]:
-    """Return the rows of letters of the smallest repeat of a knitout file, the bottom row first.
+@dataclass(frozen=True)
+class Repeat:
+    """What a machine file repeats."""
 
-    Letters are as in ``pattern.stitches``.
+    stitches: tuple[str, ...]  # rows of letters, the bottom row first, as in ``pattern.stitches``
+    wale_spacing: float | None  # of the needles in use [m]; None where the file names no gauge
+    rows: Ends  # passes of the carriage, from 1 on
+    needles: tuple[str, str]
+
+
+def repeat_of(path: Path | str, rows: Ends | None = None, needles: Ends | None = None) -> tuple[str, ...]:
+    """Return the rows of letters of the smallest repeat of a knitout file, the bottom row first (`read_repeat`)."""
+    return read_repeat(path, rows, needles).stitches
+
+
+def read_repeat(path: Path | str, rows: Ends | None = None, needles: Ends | None = None) -> Repeat:
+    """Return the repeat of a knitout file.
+
+    Parameters
+    ----------
+    path : path
+    rows, needles : pair of int, optional
+        The part of the file in which the repeat is looked for: passes of the carriage from 1 on, and positions of
+        needles as in the file; by default all.
 
     Raises
     ------
     ConfigurationError
-        When the file cannot be read or knitted, with its line; when a moved loop passes in front of one loop and behind
-        another; or when no needle knits twice.
+        When the file cannot be read or knitted, or holds what no letters say, with its line; when rows of another yarn
+        lie above or below the body; or when no needle knits twice.
     """
-    path = Path(path)
-    rows, parents, front = _knitted(path)
-    columns = _columns(parents)
-    letters = [["-"] * len(set(columns.values())) for _ in rows]
-    for (row, needle), below in parents.items():
-        letters[row][columns[needle]] = "T" if not below else "K" if needle[1] else "P"
-    marks = {way: mark for mark, way in MARKS.items()}
-    for (_, needle), below in parents.items():
-        for row, before in below:
-            if (way := columns[needle] - columns[before]) != 0:
-                mark = marks[1 if way > 0 else -1, (row, before) in front]
-                letters[row][columns[before]] += abs(way) * mark
-    if any(len(stitch) > 1 for row in letters for stitch in row):
-        letters = letters[:-1]  # where loops of the last row would be moved is not in the file
-    body = _body(letters)
-    if not body:
-        raise ConfigurationError(
-            f"{path}: no row follows on one in which every needle has a loop: nothing is a stitch"
+    knit = Letters(Machine(Path(path)))
+    asked = knit.part(rows, needles)
+    whole = asked if rows else knit.begun(asked, 1.0)
+    part = asked if rows else knit.begun(asked, MOST)
+    if found := largest_repeat(knit.grid[part]):
+        (body, beside), (high, wide) = found
+        row, column = (np.arange(knit.grid.shape[axis])[part[axis]] for axis in (0, 1))
+        row, column = row[body], column[beside]
+    else:
+        row, column = (np.arange(knit.grid.shape[axis])[whole[axis]] for axis in (0, 1))
+        high, wide = len(row), len(column)
+    if not row.size:
+        fact = "no row follows on one in which every needle has a loop: nothing is a stitch"
+        raise ConfigurationError(f"{path}: {fact}")
+    stitches = tuple(
+        "".join(line) for line in knit.grid[row[0] : row[0] + high, column[0] : column[0] + wide]
+    )
+    knit.check(stitches, row, column)
+    ends = [name_of(knit.needle[end]) for end in (column[0], column[-1])]
+    read = Repeat(stitches, knit.spacing(column, wide), (row[0] + 1, row[-1] + 1), (ends[0], ends[1]))
+    if not rows:
+        knit.require_one_yarn(row)
+    fewer = len(row) + 1 < whole[0].stop - whole[0].start or len(column) < len(knit.needle)
+    if fewer or row[0] > whole[0].start:
+        text = (
+            "the repeat is of rows {} to {} of {}, needles {} to {} of {} to {}; what begins, is bound off,"
         )
-    return _smallest(body)
+        every = [name_of(knit.needle[end]) for end in (0, -1)]
+        read_of = text.format(*read.rows, len(knit.machine.rows), *ends, *every)
+        log.warning("%s: %s or is another pattern is left out", path, read_of)
+    return read
 
 
-def spacing_of(path: Path | str) -> float | None:
-    """Return the wale spacing of the machine that a knitout file names in ``;;Gauge:``, needles per inch [m]."""
-    gauge = _GAUGE.search(Path(path).read_text(encoding="utf-8"))
-    return INCH / float(gauge[1]) if gauge and float(gauge[1]) > 0 else None
+class Letters:
+    """A knit as rows of letters.
 
-
-def _rows(path: Path) -> tuple[list[list[Any]], Any]:
-    """Return the loops of every pass of the carriage, and which loops cross.
-
-    A pass has the loops that one yarn makes in one direction.
+    Attributes
+    ----------
+    grid : ndarray of str
+        A stitch, a letter with its marks, for every row and column; `NO_LETTER` for what no letter says.
+    needle : list
+        A needle of every column.
     """
-    try:
-        from knitout_interpreter.run_knitout import run_knitout
-    except ImportError as error:
-        remedy = "python -m pip install 'knitstudy[machine]'"
-        raise ConfigurationError(
-            f"{path}: knitout files take the package knitout-interpreter: {remedy}"
-        ) from error
-    if not path.is_file():
-        raise ConfigurationError(f"{path}: there is no such file; allowed is a knitout file")
-    try:
-        with warnings.catch_warnings():  # lace begins loops on empty needles: no mistake
-            warnings.filterwarnings("ignore", message=r"(?s).*empty needle")
-            program, _, graph = run_knitout(str(path))
-    except Exception as error:  # of the parser, of the file or of the machine
-        raise ConfigurationError(_reason(path, error)) from error
-    rows: list[list[Any]] = []
-    before = None
-    for instruction in program.loop_forming_instructions:
-        way, position = (instruction.direction, str(instruction.carrier_set)), instruction.needle.position
-        back = -position if str(instruction.direction) == "+" else position
-        if before is None or way != before[0] or back > before[1]:
-            rows.append([])
-        rows[-1] += instruction.made_loops
-        before = way, back
-    return rows, graph.braid_graph
 
+    def __init__(self, machine: Machine) -> None:
+        self.machine, self.loops = machine, [loop for row in machine.rows for loop in row]
+        self.column, self.needle, self.position = columns_of(self.loops)
+        self.grid = np.full((len(machine.rows), len(self.needle)), "-", dtype=object)
+        self.faults: dict[Place, tuple[int, str]] = {}  # lines, and what no letter says
+        bound, moved = self._bound_off(), set()
+        knitted = [loop for loop in self.loops if loop.row < bound]
+        for loop in knitted:
+            place = self.place(loop)
+            fault = "two loops on one needle in one pass" if self.grid[place] != "-" else ""
+            if fault := fault or fault_of(loop, knitted[-1].line):
+                self.faults[place] = loop.dropped or loop.line, fault
+            self.grid[place] = "T" if not loop.parents else "P" if is_back(loop.needle) else "K"
+        for loop, parent in [(each, parent) for each in knitted for parent in each.parents]:
+            if self.column[loop.needle] != self.column[parent.needle]:
+                self._mark(loop, parent)
+                moved.add(parent)
+        for loop in knitted:
+            if loop not in moved and any(
+                crossed for other, crossed in loop.passed.items() if other not in moved
+            ):
+                fault = "the back bed is racked past another loop, and both stay on their needles"
+                self.faults[self.place(loop)] = loop.line, fault
+        for place in self.faults:
+            self.grid[place] = NO_LETTER
+        # Where loops of the last row would be moved is not in the file.
+        self.grid = self.grid[: bound - (bound == len(self.grid) and bool(moved))]
 
-def _reason(path: Path, error: Exception) -> str:
-    """Return the message of an error of the package in one line; the package counts lines from 0."""
-    number, line = getattr(error, "line_number", None), getattr(error, "knitout_line", "")
-    where = str(path) if number is None else f"{path}, line {number + 1}"
-    reason = getattr(error, "error", getattr(error, "parse_error", error))
-    text = " ".join(str(getattr(reason, "context_message", reason)).split())
-    return f"{where}: cannot be knitted: " + ": ".join(filter(None, (" ".join(str(line).split()), text)))
+    def place(self, loop: Loop) -> Place:
+        """Return row and column of a loop."""
+        return loop.row, self.column[loop.needle]
 
+    def _bound_off(self) -> int:
+        """Return the first row that binds off, or the number of all rows."""
+        for number, row in enumerate(self.machine.rows):
+            pairs = ((loop, parent) for loop in row for parent in loop.parents)
+            if len(row) <= BINDING and any(self.column[a.needle] != self.column[b.needle] for a, b in pairs):
+                return number
+        return len(self.machine.rows)
 
-def _needle(loop: Any) -> Needle:
-    return int(loop.source_needle.position), bool(loop.source_needle.is_front)
+    def _mark(self, loop: Loop, parent: Loop) -> None:
+        """Add the marks of a parent that was moved to the needle of a loop."""
+        place, way = self.place(parent), self.column[loop.needle] - self.column[parent.needle]
+        passes = {int(np.sign(way)) * crossings for crossings in parent.passed.values() if crossings}
+        if len(passes) > 1 or passes - {1, -1}:
+            fact = f"the loop of needle {name_of(parent.needle)} in row {parent.row + 1}"
+            self.faults[place] = parent.line, f"{fact} passes in front of one loop and behind another"
+        # On the needle first: away from the other bed
+        first = parent is loop.parents[0] and len(loop.parents) > 1
+        front = passes == {1} or (not passes and first != is_back(loop.needle))
+        mark = next(mark for mark, to in MARKS.items() if to == (np.sign(way), front))
+        self.grid[place] += abs(way) * mark
 
-
-def _knitted(path: Path) -> tuple[list[list[Any]], dict[Place, list[Place]], set[Place]]:
-    """Return rows up to where loops are bound off, the loops below each loop, and loops moved to the front.
-
-    Raises ConfigurationError where a loop passes in front of one and behind another.
-    """
-    rows, braid = _rows(path)
-    place = {loop: (row, _needle(loop)) for row, made in enumerate(rows) for loop in made}
-    parents: dict[Place, list[Place]] = {}
-    front: set[Place] = set()
-    for row, made in enumerate(rows):
-        moved = [
-            (loop, number, under)
-            for loop in made
-            for number, under in enumerate(loop.parent_loops)
-            if _needle(loop)[0] != _needle(under)[0]
+    def part(self, rows: Ends | None, needles: Ends | None) -> tuple[slice, slice]:
+        """Return the part of the grid with some rows and needles."""
+        of = [
+            column
+            for column, (_, at) in enumerate(self.needle)
+            if not needles or needles[0] <= at <= needles[1]
         ]
-        if moved and len(made) <= BINDING:
-            return rows[:row], parents, front
-        parents |= {place[loop]: [place[under] for under in loop.parent_loops] for loop in made}
-        for loop, number, under in moved:
-            others = rows[place[under][0]]
-            passes = {braid.get_crossing(under, other).value for other in others if other is not under} - {
-                "|"
-            }
-            if len(passes) > 1:
-                fact = f"the loop of needle {_name(_needle(under))} in row {place[under][0] + 1}"
-                raise ConfigurationError(f"{path}: {fact} passes in front of one loop and behind another")
-            first = number == 0 and len(loop.parent_loops) > 1  # on the needle, away from the other bed
-            if passes == {"+"} or (not passes and first == _needle(loop)[1]):
-                front.add(place[under])
-    return rows, parents, front
+        there = range(len(self.grid))[slice(rows[0] - 1, rows[1])] if rows else range(len(self.grid))
+        if not of or not there:
+            has = f"rows 1 to {len(self.grid)} and needles {name_of(self.needle[0])} to {name_of(self.needle[-1])}"
+            raise ConfigurationError(
+                f"{self.machine.path}: rows {rows}, needles {needles} hold no loops; it has {has}"
+            )
+        return slice(there[0], there[-1] + 1), slice(of[0], of[-1] + 1)
+
+    def begun(self, part: tuple[slice, slice], share: float) -> tuple[slice, slice]:
+        """Return a part of the grid without the rows in which this share of its needles begins."""
+        first = [np.argmax(column != "-") for column in self.grid[part].T]
+        return slice(part[0].start + int(np.quantile(first, share, method="higher")) + 1, part[0].stop), part[
+            1
+        ]
+
+    def check(self, stitches: tuple[str, ...], rows: np.ndarray, columns: np.ndarray) -> None:
+        """Compare a repeat with every loop of the body. Raises ConfigurationError with line, needle and reason."""
+        body = [loop for loop in self.loops if loop.row in rows and self.column[loop.needle] in columns]
+        for line, fault in sorted(
+            self.faults[place] for place in map(self.place, body) if place in self.faults
+        ):
+            raise self._refuse(line, f"no letter of a stitch says this: {fault}")
+        if wrong := wrong_stitches(stitches):
+            if idle := idle_needle(stitches):
+                wrong = f"needle {name_of(self.needle[columns[idle - 1]])} never knits"
+            raise self._refuse(body[0].line, f"read as {' '.join(stitches)} from here on: {wrong}")
+        self._check_layers(body)
+        self._check_yarns(body, len(stitches_of_row(stitches[0])))
+        said = parents_of_letters(stitches, len(rows), len(columns))
+        for loop in body:
+            row, column = self.place(loop)
+            here = {self.place(parent) for parent in loop.parents}
+            letters = {(row - up, column - along) for up, along in said[row - rows[0], column - columns[0]]}
+            if here != letters and all(r in rows and c in columns for r, c in here | letters):
+                raise self._refuse(
+                    loop.line,
+                    f"the loop of needle {name_of(loop.needle)} is drawn through {self._names(here)}, but the letters "
+                    f"{' '.join(stitches)} say {self._names(letters)}: no letter says that a held loop moves",
+                )
+
+    def _refuse(self, line: int, reason: str) -> ConfigurationError:
+        return ConfigurationError(f"{self.machine.path}, line {line}: {reason}")
+
+    def _names(self, places: set[Place]) -> str:
+        named = [f"{name_of(self.needle[column])} of row {row + 1}" for row, column in sorted(places)]
+        return " and ".join(named) or "no loop"
+
+    def _check_layers(self, body: list[Loop]) -> None:
+        """Refuse two layers: loops of both beds in the body, which no row and no loop joins."""
+        rows = {loop.row: {is_back(each.needle) for each in self.machine.rows[loop.row]} for loop in body}
+        joined = any(len(beds) > 1 for beds in rows.values())
+        crossed = any(
+            is_back(parent.needle) != is_back(loop.needle) for loop in body for parent in loop.parents
+        )
+        if len(set().union(*rows.values())) > 1 and not joined and not crossed:
+            raise self._refuse(
+                body[0].line,
+                "from here on passes are of one bed each and no loop changes beds: a tube or a pocket, two layers that "
+                "are joined at their edges alone, which an endless fabric does not have",
+            )
+
+    def _check_yarns(self, body: list[Loop], wide: int) -> None:
+        """Refuse a yarn that does not lead from needle to needle along rows and turn at the edges of the knit."""
+        inside, near = set(body), max(EDGE, min(wide, len(self.needle) // 4))
+        live = [{self.column[needle] for needle in row if needle in self.column} for row in self.machine.live]
+        yarns = yarns_of(self.loops)
+        for carrier, loop, after in (
+            (name, *step) for name, yarn in yarns.items() for step in pairwise(yarn)
+        ):
+            if loop.cut or not inside & {loop, after}:
+                continue
+            here, there = self.column[loop.needle], self.column[after.needle]
+            if loop.row == after.row:
+                fits = here != there and (there > here) == (loop.way == "+")
+            else:
+                across = live[after.row] | {here, there}
+                left, right = (
+                    sum(c < max(here, there) for c in across),
+                    sum(c > min(here, there) for c in across),
+                )
+                fits = min(left, right) <= near
+            if not fits:
+                at = {name: [each.needle[1] for each in yarn] for name, yarn in yarns.items()}
+                extents = ", ".join(
+                    f"carrier {name}: needles {min(of)} to {max(of)}" for name, of in at.items()
+                )
+                raise self._refuse(
+                    after.line,
+                    f"the yarn of carrier {carrier} leads from needle {name_of(loop.needle)} (line {loop.line}) to "
+                    f"{name_of(after.needle)}: no step along a row and no turn at an edge of the knit, as in intarsia, "
+                    f"short rows, cords and racked ribs ({extents})",
+                )
+
+    def require_one_yarn(self, rows: np.ndarray) -> None:
+        """Refuse rows of other yarns above or below the body, such as waste yarn: which fabric is meant?"""
+        of_row = [{carrier for loop in row for carrier in loop.carriers} for row in self.machine.rows]
+        body = set().union(*(of_row[row] for row in rows))
+        if others := [row for row, carriers in enumerate(of_row) if not carriers & body]:
+            here, there = (
+                " and ".join(sorted(of)) for of in (body, set().union(*(of_row[row] for row in others)))
+            )
+            raise ConfigurationError(
+                f"{self.machine.path}: rows {rows[0] + 1} to {rows[-1] + 1} are of carrier {here}, rows "
+                f"{others[0] + 1} to {others[-1] + 1} of carrier {there}, such as waste yarn: name the rows that are "
+                f"meant, such as pattern.knitout_rows: [{rows[0] + 1}, {rows[-1] + 1}]"
+            )
+
+    def spacing(self, columns: np.ndarray, wide: int) -> float | None:
+        """Return the spacing of the columns of a repeat that is `wide` columns wide. [m]"""
+        if (gauge := self.machine.gauge) is None:
+            return None
+        at = self.position[columns]
+        needles = (
+            (at[wide] - at[0]) / wide if len(at) > wide else np.mean(np.diff(at)) if len(at) > 1 else 1.0
+        )
+        return INCH / gauge * float(needles)
 
 
-def _columns(parents: dict[Place, list[Place]]) -> dict[Needle, int]:
-    """Return the column of every needle: needles of both beds at one position are one where loops went across."""
+def fault_of(loop: Loop, last: int) -> str:
+    """Return what no letter says of a loop of a file whose last loop is in line `last`; empty if letters say it."""
+    if len(loop.carriers) > 1:
+        return f"plating: a loop of the carriers {' and '.join(loop.carriers)}; the yarn of a scene is one"
+    if loop.made_in == "split":
+        return "split: a loop that is drawn through stays, on the other bed"
+    if any(parent.row == loop.row for parent in loop.parents):
+        return "a tuck and a knit on one needle in one pass"
+    if not loop.children and 0 < loop.dropped < last:
+        return "drop: a loop falls from its needle and is never knitted"
+    return ""
+
+
+def yarns_of(loops: Sequence[Loop]) -> dict[str, list[Loop]]:
+    """Return the loops of every carrier, in the order in which the yarn makes them."""
+    carriers = dict.fromkeys(carrier for loop in loops for carrier in loop.carriers)
+    return {carrier: [loop for loop in loops if carrier in loop.carriers] for carrier in carriers}
+
+
+def columns_of(loops: Sequence[Loop]) -> tuple[dict[Needle, int], list[Needle], np.ndarray]:
+    """Return the column of every needle, a needle of every column, and where columns are, in needles.
+
+    Needles of both beds at one number are one column where loops went across.
+    """
+    pairs = [(loop, parent) for loop in loops for parent in loop.parents]
     across = {
-        position
-        for (_, needle), below in parents.items()
-        for _, other in below
-        if other[1] != needle[1]
-        for position in (needle[0], other[0])
+        each.needle[1]
+        for pair in pairs
+        for each in pair
+        if is_back(pair[0].needle) != is_back(pair[1].needle)
     }
-    columns: dict[Any, int] = {}
-    needles = {needle for _, needle in parents}
-    of = {needle: needle[0] if needle[0] in across else needle for needle in needles}
-    for needle in sorted(needles, key=lambda place: (place[0], not place[1])):
-        columns.setdefault(of[needle], len(columns))
-    return {needle: columns[of[needle]] for needle in needles}
+    made: dict[Needle, list[float]] = {}
+    for loop in loops:
+        made.setdefault(loop.needle, []).append(loop.position)
+    at = {needle: needle[1] if needle[1] in across else float(np.median(of)) for needle, of in made.items()}
+    column: dict[Needle, int] = {}
+    needles: list[Needle] = []
+    for needle in sorted(at, key=lambda needle: (at[needle], is_back(needle))):
+        if not needles or needle[1] not in across or needles[-1][1] != needle[1]:
+            needles.append(needle)
+        column[needle] = len(needles) - 1
+    return column, needles, np.array([at[needle] for needle in needles])
 
 
-def _name(needle: Needle) -> str:
-    return f"{'f' if needle[1] else 'b'}{needle[0]}"
+def parents_of_letters(stitches: Sequence[str], rows: int, columns: int) -> dict[Place, list[Place]]:
+    """Return how many rows below and columns to the left the parents of every stitch are, of repeats side by side.
+
+    Stitch (0, 0) is that of the repeat; others begin below and beside it, so that all have their parents.
+    """
+    repeat = [stitches_of_row(row) for row in stitches]
+    high, wide = len(repeat), len(repeat[0])
+    beside = wide * (1 + max(len(stitch) for row in repeat for stitch in row) // wide)
+    on: dict[int, list[Place]] = {}  # loops on the needles
+    parents: dict[Place, list[Place]] = {}
+    for row in range(-3 * high, rows):
+        lifted = {}
+        for column in range(-beside, columns + beside):
+            letter, *marks = repeat[row % high][column % wide]
+            held = on.get(column, [])
+            drawn = held if knits(letter) else []
+            parents[row, column] = [(row - r, column - c) for r, c in drawn]
+            on[column] = [*(held if not drawn else []), *([(row, column)] if letter != "-" else [])]
+            if marks:
+                lifted[column + MARKS[marks[0]][0] * len(marks)] = on.pop(column)
+        for to, loops in lifted.items():
+            on[to] = on.get(to, []) + loops
+    return parents
 
 
-def _body(letters: Sequence[Sequence[str]]) -> list[tuple[str, ...]]:
-    """Return the rows that repeat themselves, or all, without the rows in which needles and yarns begin."""
-    first = [
-        next(row for row, line in enumerate(letters) if line[column] != "-")
-        for column in range(len(letters[0]))
-    ]
-    rows = [tuple(line) for line in letters[max(first) + 1 :]]
-    starts = (start for start in range(len(rows) - 1) if _period(rows[start:]) <= (len(rows) - start) // 2)
-    return rows[next(starts, 0) :]
+def largest_repeat(grid: np.ndarray) -> tuple[tuple[slice, slice], Place] | None:
+    """Return the largest part of a grid that repeats itself, and the rows and columns of its smallest repeat.
+
+    Two repeats or more lie above each other and side by side, or else one is as wide as the grid. What is left out on
+    any side is at most half as wide as the part. None where no part is like that.
+    """
+    rows, columns = grid.shape
+    grid = np.unique(grid.astype(str), return_inverse=True)[1].reshape(grid.shape)
+    for widths in (range(1, columns // 2 + 1), (columns,)):
+        most, found = 0, None
+        for size in sorted(product(range(1, rows // 2 + 1), widths), key=np.prod):
+            if found and not any(of % part for of, part in zip(size, found[1], strict=True)):
+                continue  # the same repeat, several times
+            for body in _bodies(grid, *size):
+                extent = [part.stop - part.start for part in body]
+                margins = [(part.start, of - part.stop) for part, of in zip(body, grid.shape, strict=True)]
+                narrow = all(2 * max(ends) <= of for ends, of in zip(margins, extent, strict=True))
+                if narrow and extent[0] * extent[1] > most:
+                    most, found = extent[0] * extent[1], (body, size)
+        if found:
+            return found
+    return None
 
 
-def _smallest(body: Sequence[Sequence[str]]) -> tuple[str, ...]:
-    """Return the smallest rectangle whose copies are the body, the last of which may be cut at its upper edge."""
-    count = _period(body)
-    rows = body[:count]
-    return tuple("".join(row[: _period(list(zip(*rows, strict=True)))]) for row in rows)
+def _bodies(grid: np.ndarray, high: int, wide: int) -> Iterator[tuple[slice, slice]]:
+    """Return parts of a grid that repeat themselves after `high` rows and `wide` columns, grown from cores of two."""
+    up, along = grid[high:] == grid[:-high], grid[:, wide:] == grid[:, :-wide]
 
+    def repeats(box: list[int]) -> bool:
+        bottom, top, left, right = box
+        return bool(
+            up[bottom : top - high, left:right].all() and along[bottom:top, left : right - wide].all()
+        )
 
-def _period(lines: Sequence[Any]) -> int:
-    """Return the smallest number of lines after which lines repeat themselves; all of them where none do."""
-    sizes: Iterable[int] = range(1, len(lines) // 2 + 1)
-    return next((n for n in sizes if all(a == b for a, b in zip(lines, lines[n:], strict=False))), len(lines))
+    core = 2 * high, min(2 * wide, grid.shape[1])
+    corners = [{0, (size - of) // 2, size - of} for size, of in zip(grid.shape, core, strict=True)]
+    boxes = ([bottom, bottom + core[0], left, left + core[1]] for bottom, left in product(*corners))
+    for box, order in product(filter(repeats, boxes), ((0, 1, 2, 3), (2, 3, 0, 1))):
+        grown = list(box)
+        for side in order:
+            step, end = (1, grid.shape[side // 2]) if side % 2 else (-1, 0)
+            while grown[side] != end:
+                grown[side] += step
+                if not repeats(grown):
+                    grown[side] -= step
+                    break
+        yield slice(*grown[:2]), slice(*grown[2:])
