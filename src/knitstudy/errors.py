@@ -61,5 +61,14 @@ class CoarseIncrement(ConvergenceError):
         self.error, self.unit, self.bearable = error, unit, bearable
 
 
+class HeldOpenError(KnitstudyError):
+    """A file that another program holds open for writing."""
+
+
 class DataFileError(KnitstudyError):
     """A file that is missing, truncated, or of another kind than its reader expects."""
+
+
+def printable(text: str) -> str:
+    """Return a text with its control characters, such as escape sequences of a terminal, written out."""
+    return "".join(character if character.isprintable() else ascii(character)[1:-1] for character in text)

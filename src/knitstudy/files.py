@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import errno
+import fcntl
 import glob
 import hashlib
 import os
 import subprocess
+import uuid
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
@@ -17,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import knitstudy
-from knitstudy.errors import DataFileError, message_of
+from knitstudy.errors import DataFileError, HeldOpenError, message_of
 from knitstudy.interruption import uninterrupted
 
 if TYPE_CHECKING:  # where they are needed, functions import them: the command starts in half the time
@@ -46,19 +48,24 @@ def safe_name(text: str) -> str:
 def replacing(path: Path | str) -> Iterator[Path]:
     """Write a file whole or not at all: yield a temporary name, with the same suffix, that takes its place on success.
 
-    On an exception the temporary file is deleted, and the file stays as it was.
+    On an exception the temporary file is deleted, and the file stays as it was. The temporary file is locked: a run in
+    another container or on another computer, whose processes may have the same numbers, does not delete it.
     Raises DataFileError when the folder cannot be made, the disk cannot be written, or the block wrote no file.
     """
     path = Path(path)
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
+    temporary = path.with_name(f".{path.stem}.{uuid.uuid4().hex[:12]}.partial{path.suffix}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise DataFileError(f"{path}: the folder cannot be made: {error}") from error
     _clear_abandoned(path)
+    lock = None
     try:
+        lock = temporary.open("xb")
+        with suppress(OSError):  # a file system without locks
+            fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         yield temporary
-        if not temporary.exists():
+        if not temporary.stat().st_size:
             raise DataFileError(f"{path}: nothing was written")
         _flush_to_disk(temporary)
         os.replace(temporary, path)
@@ -69,19 +76,17 @@ def replacing(path: Path | str) -> Iterator[Path]:
         remedy = "make room on the disk and type the same command again; what was there before is as it was"
         raise DataFileError(f"{path}: cannot be written ({error.strerror}): {remedy}") from error
     finally:
+        if lock:
+            lock.close()
         temporary.unlink(missing_ok=True)
 
 
 def _clear_abandoned(path: Path) -> None:
     """Delete the temporary files that killed processes have left."""
     for abandoned in path.parent.glob(f".{glob.escape(path.stem)}.*.partial{path.suffix}"):
-        process = abandoned.name.removesuffix(f".partial{path.suffix}").rpartition(".")[2]
-        try:
-            os.kill(int(process), 0)
-        except (ValueError, ProcessLookupError):
+        with suppress(OSError), abandoned.open("r+b") as file:  # OSError: locked by its writer, or gone
+            fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             abandoned.unlink(missing_ok=True)
-        except PermissionError:
-            continue  # alive, and another user's
 
 
 def _flush_to_disk(path: Path) -> None:
@@ -154,10 +159,23 @@ TEXTS = (*STAMP, "digest", "code")
 # Tables as CSV
 
 
-def write_table(table: pd.DataFrame, path: Path | str) -> None:
-    """Write a table as CSV without row numbers; column names carry their units, for example ``force [N]``."""
+def write_table(table: pd.DataFrame, path: Path | str, seal: bool = False) -> None:
+    """Write a table as CSV without row numbers; column names carry their units, for example ``force [N]``.
+
+    With a seal, a hidden file beside it keeps its checksum, and `read_table` refuses the table once it is edited or cut.
+    """
     with replacing(path) as temporary:
         table.to_csv(temporary, index=False)
+        if seal:
+            write_text(_sum(temporary), _seal_of(path))
+
+
+def _seal_of(path: Path | str) -> Path:
+    return Path(path).with_name(f".{Path(path).name}.sum")
+
+
+def _sum(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
 
 
 def write_text(text: str, path: Path | str) -> None:
@@ -169,11 +187,13 @@ def write_text(text: str, path: Path | str) -> None:
 def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
     """Read a CSV table that must have the columns ``needs``.
 
-    Raises DataFileError when the file is missing, is not CSV, or lacks a column.
+    Raises DataFileError when the file is missing, is not CSV, or lacks a column, or was changed after it was sealed.
     """
     import pandas as pd
 
-    path = Path(path)
+    path, seal = Path(path), _seal_of(path)
+    if path.is_file() and seal.is_file() and seal.read_text(encoding="utf-8") != _sum(path):
+        raise DataFileError(f"{path}: was changed after it was written; delete it and run `make study`")
     try:
         table = pd.read_csv(path, dtype=dict.fromkeys(TEXTS, str))
     except FileNotFoundError as error:
@@ -249,7 +269,8 @@ def checksum(dataset: xr.Dataset) -> str:
 def read_dataset(path: Path | str) -> xr.Dataset:
     """Read a netCDF file into memory and close it.
 
-    Raises DataFileError when the file is missing, truncated or no netCDF, or was changed after it was written.
+    Raises DataFileError when the file is missing, truncated or no netCDF, or was changed after it was written, and
+    HeldOpenError while another program writes to it.
     """
     import xarray as xr
 
@@ -262,6 +283,7 @@ def read_dataset(path: Path | str) -> xr.Dataset:
         with uninterrupted():
             dataset = xr.load_dataset(path, engine="netcdf4")
     except (OSError, RuntimeError, ValueError, KeyError) as error:
+        _require_not_held(path)
         raise DataFileError(f"{path}: is truncated or is not netCDF ({error}); {REMEDY}") from error
     if dataset.attrs.get("checksum", "") not in ("", checksum(dataset)):
         raise DataFileError(f"{path}: was changed after it was written; {REMEDY}")
@@ -309,7 +331,7 @@ def fault_of(dataset: xr.Dataset) -> str:
 def recorded_digest(path: Path | str) -> str:
     """Return the digest that a file was written with; an empty text where it has none or is marked incomplete.
 
-    Raises DataFileError when the file is truncated or no netCDF.
+    Raises DataFileError when the file is truncated or no netCDF, and HeldOpenError while another program writes to it.
     """
     import netCDF4
 
@@ -317,4 +339,16 @@ def recorded_digest(path: Path | str) -> str:
         with netCDF4.Dataset(path) as file:
             return "" if hasattr(file, "incomplete") else str(getattr(file, "digest", ""))
     except OSError as error:
+        _require_not_held(path)
         raise DataFileError(f"{path}: is truncated or is not netCDF ({error})") from error
+
+
+def _require_not_held(path: Path | str) -> None:
+    """Raise HeldOpenError where another program writes to a netCDF file, which HDF5 locks meanwhile."""
+    with Path(path).open("rb") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise HeldOpenError(
+                f"{path}: another program, such as a notebook, holds the file open for writing; close it there"
+            ) from error

@@ -8,10 +8,11 @@ import sys
 
 import netCDF4
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
-from knitstudy.errors import DataFileError
+from knitstudy.errors import DataFileError, HeldOpenError
 from knitstudy.files import (
     VERSIONS,
     commit_of,
@@ -21,6 +22,7 @@ from knitstudy.files import (
     recorded_digest,
     replacing,
     write_dataset,
+    write_table,
 )
 from knitstudy.study.configuration import load_scene
 
@@ -48,6 +50,45 @@ def test_a_power_cut_leaves_the_old_file_or_the_whole_new_one(tmp_path, monkeypa
     with replacing(tmp_path / "a.csv") as temporary:
         temporary.write_text("new")
     assert done == [str(temporary), (str(temporary), str(tmp_path / "a.csv")), str(tmp_path)]
+
+
+def test_files_that_others_write_are_left_alone(tmp_path):
+    """Processes in two containers may have one number: the lock of the temporary file tells, and nothing else."""
+    live, dead = tmp_path / ".a.1.partial.csv", tmp_path / ".a.2.partial.csv"
+    dead.write_text("half")
+    hold = "import fcntl, sys, time; f = open(sys.argv[1], 'wb'); fcntl.lockf(f, fcntl.LOCK_EX); print(flush=True)"
+    hold += "; time.sleep(60)"
+    with subprocess.Popen([sys.executable, "-c", hold, str(live)], stdout=subprocess.PIPE) as other:
+        other.stdout.readline()
+        with replacing(tmp_path / "a.csv") as temporary:
+            temporary.write_text("new")
+        assert sorted(path.name for path in tmp_path.iterdir()) == [live.name, "a.csv"]
+        other.kill()
+
+
+def test_a_result_that_another_program_writes_to_is_not_called_broken(tmp_path, dataset):
+    write_dataset(dataset, tmp_path / "a.nc")
+    hold = (
+        "import netCDF4, sys, time; f = netCDF4.Dataset(sys.argv[1], 'a'); print(flush=True); time.sleep(60)"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", hold, str(tmp_path / "a.nc")], stdout=subprocess.PIPE
+    ) as other:
+        other.stdout.readline()
+        for read in (read_dataset, recorded_digest):
+            with pytest.raises(HeldOpenError, match=r"a\.nc: another program.* holds the file open"):
+                read(tmp_path / "a.nc")
+        other.kill()
+    assert read_dataset(tmp_path / "a.nc").sizes == dataset.sizes
+
+
+def test_a_sealed_table_that_was_edited_is_refused(tmp_path):
+    table = pd.DataFrame({"force [N]": [1.0, 2.0]})
+    write_table(table, tmp_path / "a.csv", seal=True)
+    pd.testing.assert_frame_equal(read_table(tmp_path / "a.csv"), table)
+    (tmp_path / "a.csv").write_text("force [N]\n1.0\n")
+    with pytest.raises(DataFileError, match=r"a\.csv: was changed after it was written; delete it"):
+        read_table(tmp_path / "a.csv")
 
 
 @pytest.mark.parametrize("fails", ["fsync", "replace"])

@@ -11,4 +11,4 @@ with frame(snakemake):
     load_plugins(snakemake.config.get("plugins", ()))
     sources = read_sources(snakemake.input.items())
     scenes = {role: Scene.from_dict(keys) for role, keys in snakemake.params.scenes.items()}
-    write_table(tabulate(snakemake.wildcards.table, **sources, scenes=scenes), snakemake.output[0])
+    write_table(tabulate(snakemake.wildcards.table, **sources, scenes=scenes), snakemake.output[0], seal=True)

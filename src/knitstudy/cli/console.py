@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from knitstudy.errors import ConfigurationError, DataFileError, KnitstudyError
+from knitstudy.errors import ConfigurationError, DataFileError, KnitstudyError, printable
 from knitstudy.files import read_dataset
 from knitstudy.registry import is_loaded, load_plugins
 from knitstudy.study.alternative_keys import OTHER_WAYS
@@ -56,11 +56,6 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
     for line in texts:
         table.add_row(*(Text(shorten(text, LONGEST, placeholder=" ...")) for text in line))
     Console().print(table)
-
-
-def printable(text: str) -> str:
-    """Return a text with its control characters, such as escape sequences of a terminal, written out."""
-    return "".join(character if character.isprintable() else ascii(character)[1:-1] for character in text)
 
 
 def plain(value: Any) -> str:

@@ -7,13 +7,14 @@ from typing import Any
 
 import click
 
-from knitstudy.errors import EndedEarly, KnitstudyError, message_of
+from knitstudy.errors import EndedEarly, KnitstudyError, message_of, printable
 from knitstudy.registry import plugin_behind
 
 COMMANDS = {
     "list": ("scenes.list_scenes", "List the scenes."),
     "check": ("scenes.check", "Check a configuration; show all keys of a scene."),
     "loop": ("loop.loop", "Draw and optimise a loop for spacings and a yarn."),
+    "stitches": ("loop.stitches", "Read the repeat of a file for a knitting machine."),
     "plan": ("scenes.plan", "Choose a model for a question, and show its price."),
     "measure": ("results.measure", "Measure what all models cost and miss on this knit."),
     "run": ("results.run", "Simulate a scene and all that it needs."),
@@ -56,25 +57,32 @@ class Commands(click.Group):
             return super().invoke(context)
         except BrokenPipeError:
             raise  # whoever read the output has gone: click ends in silence
-        except (KnitstudyError, OSError, MemoryError, KeyboardInterrupt) as error:
-            if context.params["traceback"]:
+        except (Exception, KeyboardInterrupt, SystemExit) as error:
+            said = message_and_status(error)
+            if context.params["traceback"] or said is None:
                 raise
-            message, status = str(error), INCOMPLETE if isinstance(error, EndedEarly) else 1
-            if isinstance(error, KeyboardInterrupt):
-                message, status = message or "stopped; what was there before is as it was", STOPPED
-            if isinstance(error, MemoryError):
-                message = f"out of memory ({message or 'no more details'}); use larger elements"
-        except (Exception, SystemExit) as error:
-            plugin = plugin_behind(error)
-            if context.params["traceback"] or not plugin:
-                raise
-            message, status = message_of(error), 1
-            message = f"plugin {plugin!r} ended the command: {message}; --traceback shows where"
-        from knitstudy.cli.console import printable
-
-        for line in f"error: {message}".split("\n"):
+        for line in f"error: {said[0]}".split("\n"):
             click.echo(printable(line), err=True)
-        context.exit(status)
+        context.exit(said[1])
+
+
+def message_and_status(error: BaseException) -> tuple[str, int] | None:
+    """Return the message and the exit status of an error that a user can correct; None of any other."""
+    match error:
+        case KeyboardInterrupt():
+            return str(error) or "stopped; what was there before is as it was", STOPPED
+        case MemoryError():
+            return f"out of memory ({str(error) or 'no more details'}); use larger elements", 1
+        case KnitstudyError() | OSError():
+            return str(error), INCOMPLETE if isinstance(error, EndedEarly) else 1
+        case UnicodeEncodeError():
+            text = ascii(error.object[error.start : error.end])
+            return f"the locale cannot write {text}: set LC_ALL=C.UTF-8 or PYTHONUTF8=1", 1
+        case ModuleNotFoundError(name="fcntl" | "resource"):  # which Python has not on Windows
+            return "knitstudy runs on Linux and macOS; on Windows, use WSL", 1
+    if plugin := plugin_behind(error):
+        return f"plugin {plugin!r} ended the command: {message_of(error)}; --traceback shows where", 1
+    return None
 
 
 def print_version(context: click.Context, option: click.Parameter, wanted: bool) -> None:

@@ -18,7 +18,7 @@ from knitstudy.errors import DataFileError
 from knitstudy.files import read_dataset, read_table
 from knitstudy.study.choice import ERROR, MEMORY, OWN, SECONDS
 from knitstudy.study.configuration import asks, default_keys, plan_of, problem_of
-from knitstudy.study.scene import flat
+from knitstudy.study.scene import flat, questions
 from knitstudy.study.scene_type import unit_of
 
 if TYPE_CHECKING:
@@ -86,6 +86,8 @@ def run(
         raise KeyboardInterrupt(f"stopped; {kept}: the same command goes on from there") from None
     click.echo(f"{results.path}:", err=True)
     print_table(("quantity", "value", "unit"), summarise(results.history))
+    for question in questions(chosen):  # again: the first time was before all other messages
+        click.echo(question, err=True)
     if before is not None and "load" in before and anew and not changes:
         others = ", ".join(differing_variables(before, results.history))
         made = plain(str(before.attrs.get("source", "")))

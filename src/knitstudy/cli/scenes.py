@@ -139,6 +139,8 @@ def _checked_loop(scene: Scene) -> str:
     from knitstudy.models.simulate import require_resolution
 
     geometry = lay_out(scene)
+    if "state" not in geometry.dims:
+        return "loop: stitches as they are drawn, not optimised; the path to rest finds their shape"
     after = geometry.isel(state=-1)
     length, gap, other = (1e3 * float(after[name]) for name in ("loop_length", "gap", "other_gap"))
     text = f"{length:.4g} mm of yarn, gaps of {gap:.3g} mm at crossings and {other:.3g} mm elsewhere"

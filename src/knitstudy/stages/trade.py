@@ -190,12 +190,12 @@ def measure(problem: Scene, folder: Path) -> pd.DataFrame:
     trade = load_trade()
     case = trade.case_of(problem)
     knit, settings = same_knit(problem), trade.settings_of(case)
+    before = read_table(OWN, needs=COLUMNS) if OWN.is_file() else pd.DataFrame(columns=COLUMNS)
     named = problem.vary({"name": f"{problem.name}-{knit[:8]}", "knit": f"{problem.knit}-{knit[:8]}"})
     records = [run(named, setting, keys, trade.limit, folder, say=True) for setting, keys in settings.items()]
     table = collect(trade, {(problem.name, case): problem}, {(problem.name, case): records})
     if table[ERROR].isna().all():
         raise DataFileError(f"scene {problem.name!r}: {table['reason'].iloc[0]}")
-    before = read_table(OWN, needs=COLUMNS) if OWN.is_file() else table[:0]
     others = before[before["problem"] != knit]
     write_table(pd.concat([others, table]) if len(others) else table, OWN)
     return table

@@ -249,6 +249,9 @@ class BeamYarn(Yarn):
 # Load
 
 
+MOST_STOPS = 100_000  # steps of one entry of load.stops
+
+
 class Tension(Section):
     """A specimen is deformed to an engineering `strain`; a negative strain compresses it.
 
@@ -265,7 +268,7 @@ class Tension(Section):
     stops: tuple[float, ...] = output(
         "choice",
         allowed="a list of strains on the load path, for example [0.01, 0.02]; an entry [0.006, 0.0002] stands for "
-        "even steps of at most 0.0002 from the stop before to 0.006; or []",
+        "even steps of at most 0.0002 from the stop before to 0.006, 100,000 of them at most; or []",
     )
     """Numerical; increments end there, so that figures show the strains of Fig. 7c and the onset of contact."""
 
@@ -281,6 +284,10 @@ class Tension(Section):
                 case [float() | int() as end, float() | int() as step] if 0 < step <= end:
                     last = max((limit for limit in graded if isinstance(limit, float | int)), default=0.0)
                     parts = max(ceil((end - last) / step - 1e-9), 1)
+                    if parts > MOST_STOPS:
+                        raise ValueError(
+                            f"stops has {stop}, {parts} steps, but must have {MOST_STOPS} at most"
+                        )
                     graded += [last + (end - last) * part / parts for part in range(1, parts + 1)]
                 case _:
                     graded.append(stop)

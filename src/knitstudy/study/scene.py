@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 from collections.abc import Iterable, Iterator, Mapping
-from functools import cached_property
+from functools import cache, cached_property
 from types import MappingProxyType
 from typing import Any
 
@@ -24,10 +25,19 @@ from knitstudy.study.scene_type import Kind, Labels, all_sections, labels_of, no
 from knitstudy.study.stitch_letters import is_plain, size_of_repeat
 from knitstudy.study.yarns import OF, STIFFNESSES
 
+log = logging.getLogger(__name__)
+
 SOLID = ("hexahedra", "spline_yarns")  # Fidelities whose material may have an axis
 
 LABELS = tuple(name for name in Labels.model_fields if describe(Labels, name).role == "output")
 """Labels that no number depends on: name, knit and outputs."""
+
+USUAL = {
+    "yarn.youngs_modulus": (1e6, 1e12, "Pa", "MPa"),
+    "yarn.diameter": (1e-6, 0.02, "m", "mm"),
+    "pattern.loop_length": (1e-4, 1.0, "m", "mm"),
+}
+"""Least and largest values of yarns, their unit, and the unit in which a value outside of these may be meant."""
 
 NOTHING: Mapping = MappingProxyType({})
 
@@ -84,6 +94,8 @@ class Scene:
         scene = cls(labels, kind, sections, defaults)
         for message in _contradictions(scene):
             raise ConfigurationError(f"{where}: {message}")
+        for question in questions(scene):
+            _ask(question)
         return scene
 
     def __getattr__(self, name: str) -> Section:
@@ -284,6 +296,21 @@ def digest(document: Any) -> str:
 
 
 # Checks between sections; sections check themselves
+
+
+def questions(scene: Scene) -> list[str]:
+    """Return a question for every value that is unusual for yarns, and may be meant in another unit."""
+    asked = []
+    for name, (least, largest, unit, other) in USUAL.items():
+        if not least <= (value := scene.value(name) or least) <= largest:
+            usual = f"yarns have {least:g} to {largest:g} {unit}"
+            asked.append(f"{name} is {value:g} {unit}; {usual}: is it meant in {other}?")
+    return asked
+
+
+@cache
+def _ask(question: str) -> None:
+    log.warning(question)
 
 
 def _contradictions(scene: Scene) -> Iterator[str]:
