@@ -162,7 +162,7 @@ TEXTS = (*STAMP, "digest", "code")
 def write_table(table: pd.DataFrame, path: Path | str, seal: bool = False) -> None:
     """Write a table as CSV without row numbers; column names carry their units, for example ``force [N]``.
 
-    With a seal, a hidden file beside it keeps its checksum, and `read_table` refuses the table once it is edited or cut.
+    With a seal, a hidden file beside it keeps its checksum; `read_table` refuses the table once it is edited or cut.
     """
     with replacing(path) as temporary:
         table.to_csv(temporary, index=False)

@@ -3,6 +3,7 @@
 import re
 import sys
 from importlib import import_module
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -13,6 +14,8 @@ from knitstudy.errors import ConvergenceError, EndedEarly
 from knitstudy.files import write_dataset
 from knitstudy.stages.simulate import Results
 from knitstudy.study.configuration import load_scene
+
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture
@@ -329,3 +332,77 @@ def test_values_of_a_measured_file_cannot_leave_the_folder(tmp_path):
     scene = load_scene("cell-course")
     asked = {"cycle": 1, "branch": "loading", "skip_bad": False, "only": ("yarn=../../esc",)}
     assert curves._read(tmp_path / "lab.csv", scene, asked)[1] == "lab-esc"
+
+
+HALF_CARDIGAN = ROOT / "examples" / "knitout" / "half_cardigan.k"
+
+
+def test_stitches_of_a_machine_file(knitstudy):
+    result = knitstudy("stitches", HALF_CARDIGAN, "--rows", "3:8", "--needles=2:7")
+    assert result.exit_code == 0, result.stderr
+    lines = result.stdout.splitlines()
+    assert "rows of letters, the bottom row first\tKP KT\t" in lines
+    assert lines[-3:] == [
+        f"pattern.knitout: {HALF_CARDIGAN}",
+        "pattern.knitout_rows: [3, 8]",
+        "pattern.knitout_needles: [2, 7]",
+    ]
+    assert knitstudy("stitches", HALF_CARDIGAN, "--rows", "3").exit_code == 2
+
+
+DRAWN = {
+    "pattern.stitches": "[KP, KT]",
+    "pattern.loops": 2,
+    "pattern.rows": 2,
+    "pattern.loop_length": "null",
+    "load.start": "rest",
+    "load.largest_force": "null",
+}
+
+
+def test_check_and_loop_of_stitches_that_are_drawn(knitstudy):
+    changes = [f"--set={key}={value}" for key, value in DRAWN.items()]
+    checked = knitstudy("check", "fabric-acrylic-stockinette-course-free", *changes)
+    assert checked.stdout.splitlines()[-1].startswith("loop: stitches as they are drawn, not optimised")
+    refused = message(knitstudy("loop", "fabric-acrylic-stockinette-course-free", *changes))
+    assert "tucks, floats and moved loops are not optimised" in refused
+
+
+def test_stops_are_bounded(knitstudy):
+    refused = message(knitstudy("check", "cell-course", "--set", "load.stops=[[0.04, 1e-12]]"))
+    assert "100,000 of them at most" in refused
+
+
+def test_a_value_in_another_unit_is_questioned(knitstudy, simulated, monkeypatch):
+    """At the end of a run, after its numbers; `simulate` logs the question before."""
+    monkeypatch.setattr("knitstudy.measures.summary.summarise", lambda history: [])
+    question = "yarn.youngs_modulus is 1300 Pa; yarns have 1e+06 to 1e+12 Pa: is it meant in MPa?"
+    changed = ("cell-course", "--set", "yarn.youngs_modulus=1300")
+    assert knitstudy("run", *changed).stderr.splitlines()[-1] == question
+    assert knitstudy("check", *changed).stdout.splitlines()[-1] == question
+    assert "meant" not in knitstudy("check", "cell-course").stdout
+
+
+@pytest.mark.parametrize(
+    ("error", "line"),
+    [
+        (
+            UnicodeEncodeError("ascii", "läufe", 1, 2, "ordinal not in range"),
+            "the locale cannot write '\\xe4': set LC_ALL",
+        ),
+        (ModuleNotFoundError("no", name="fcntl"), "knitstudy runs on Linux and macOS; on Windows, use WSL"),
+        (MemoryError(), "out of memory (no more details); use larger elements"),
+    ],
+)
+def test_faults_of_the_system_are_one_line(knitstudy, monkeypatch, error, line):
+    def fail(*_, **__):
+        raise error
+
+    monkeypatch.setattr("knitstudy.cli.scenes.load_families", fail)
+    assert line in message(knitstudy("list"))
+
+
+def test_measure_refuses_a_foreign_table_before_it_runs(knitstudy, tmp_path, monkeypatch):
+    (tmp_path / "measured.csv").write_text("strain,force\n0,0\n")
+    monkeypatch.setattr("knitstudy.stages.trade.run", lambda *_, **__: pytest.fail("it ran"))
+    assert "measured.csv: has no column" in message(knitstudy("measure", "yarns-tie-course"))

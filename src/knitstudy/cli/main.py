@@ -115,6 +115,7 @@ def main(traceback: bool) -> None:
     knitstudy check dns-tie-course               all keys of a scene, with units and sources
     knitstudy loop --course 0.9e-3 --wale 1.1e-3 --diameter 0.25e-3   a loop of your own spacings and yarn
     knitstudy measure rom3d-tie-course           errors and prices of all models on this knit
+    knitstudy stitches my-knit.k                 the repeat of a file for a knitting machine
     knitstudy plan rom3d-tie-course --question force --accuracy 0.05   the cheapest model that is accurate enough
     knitstudy run rom3d-tie-course               simulate a scene and all that it needs
     knitstudy show runs/simulation/rom3d-tie-course.nc        its numbers; its keys with --keys

@@ -42,7 +42,7 @@ from knitstudy.study.configuration import (
     load_study,
 )
 from knitstudy.study.keys import describe_with_source
-from knitstudy.study.scene import LABELS, Scene, flat
+from knitstudy.study.scene import LABELS, Scene, flat, questions
 from knitstudy.study.scene_type import MODELS, Labels
 
 
@@ -120,8 +120,8 @@ def check(what: str | None, changes: tuple, sources: bool, config: Path) -> None
         scene = changed_scene(what, changes, config)
         loop = _checked_loop(scene) if "pattern" in scene.sections else None
         _print_keys(scene, sources, dict(changes))
-        if loop:
-            click.echo(loop)
+        for line in (*filter(None, [loop]), *questions(scene)):
+            click.echo(line)
 
 
 def _check_folder(folder: Path) -> None:

@@ -17,7 +17,7 @@ from knitstudy.loading.run import IN_MEMORY, ReportProgress, Run, restart_of, si
 from knitstudy.stages.plan import Plan, kept_of, make, result_of
 from knitstudy.stages.table import STAGES, Stage
 from knitstudy.study.configuration import CONFIG
-from knitstudy.study.scene import Scene
+from knitstudy.study.scene import Scene, questions
 
 log = logging.getLogger(__name__)
 
@@ -86,6 +86,8 @@ def simulate(
     plan = plan or Plan.of(config)
     scene = plan.labelled(scene)
     maker = _Maker(plan, None if folder is None else Path(folder), progress or (lambda label: silent))
+    for question in questions(scene):
+        log.warning(question)
     stage = STAGES["simulation"]
     history = maker.obtain(stage, scene, anew)
     beside = {name: maker.obtain(*step) for name, step in plan.needs(stage, scene).items()}

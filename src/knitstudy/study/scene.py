@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-import logging
 from collections.abc import Iterable, Iterator, Mapping
-from functools import cache, cached_property
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
@@ -24,8 +23,6 @@ from knitstudy.study.keys import Section, describe, lists, tuples, validated
 from knitstudy.study.scene_type import Kind, Labels, all_sections, labels_of, not_of_kind, unknown_key
 from knitstudy.study.stitch_letters import is_plain, size_of_repeat
 from knitstudy.study.yarns import OF, STIFFNESSES
-
-log = logging.getLogger(__name__)
 
 SOLID = ("hexahedra", "spline_yarns")  # Fidelities whose material may have an axis
 
@@ -94,8 +91,6 @@ class Scene:
         scene = cls(labels, kind, sections, defaults)
         for message in _contradictions(scene):
             raise ConfigurationError(f"{where}: {message}")
-        for question in questions(scene):
-            _ask(question)
         return scene
 
     def __getattr__(self, name: str) -> Section:
@@ -306,11 +301,6 @@ def questions(scene: Scene) -> list[str]:
             usual = f"yarns have {least:g} to {largest:g} {unit}"
             asked.append(f"{name} is {value:g} {unit}; {usual}: is it meant in {other}?")
     return asked
-
-
-@cache
-def _ask(question: str) -> None:
-    log.warning(question)
 
 
 def _contradictions(scene: Scene) -> Iterator[str]:
