@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 from synthetic import history
 
+from knitstudy.files import STRAINS
 from knitstudy.loading.history import FORMS
 from knitstudy.measures.history_checks import (
     DEEPEST,
@@ -17,6 +18,7 @@ from knitstudy.measures.history_checks import (
     penetration,
     unbalanced_contact,
 )
+from knitstudy.measures.summary import summarise
 from knitstudy.tables import catalogue
 
 WORK = 1e-3  # external work at full load [J]
@@ -128,3 +130,16 @@ def test_table_of_a_direct_simulation(direct):
     assert table.loc["largest residual over mean internal force", ["value", "bar"]].tolist() == [2e-7, 1e-6]
     assert table.loc["tied area of a crossing, largest", "value"] == 3e-7
     assert set(table["unit"]) == {"1", "m2"}
+
+
+@pytest.mark.parametrize(("shear", "leans"), [(-0.08, True), (0.005, False)])
+def test_a_cell_that_leans_names_its_mirror_image(shear, leans):
+    """Pulled straight, an unstable knit shears to one side; the other side is as likely."""
+    states = np.array([[0, 0, 0], [0.15, -0.02, shear / 2], [0.3, -0.03, shear]])
+    of = ("increment", "plane"), states
+    of_forms = ("increment", "form"), energies()
+    cell = history().assign(cell_strain=of, force_per_width=of, energy=of_forms)
+    cell = cell.assign_coords(plane=list(STRAINS), form=list(FORMS))
+    said = {each.name: each.value for each in summarise(cell)}
+    assert said["shear strain at the end"] == shear
+    assert ("shear" in said) == leans

@@ -31,6 +31,8 @@ COST = {"wall_seconds": "s", "memory_growth": "bytes"}  # Attributes with their 
 SURVEYED = ("loop_length", "radius_of_curvature", "gap", "other_gap", "interlock_angle", "leg_angle")
 
 NOTHING = "nothing touched: forces at crossings in contact are zero or rounding"
+LEAN = 0.01  # Shear strain of a cell that is pulled straight
+LEANS = "the cell leans: if its stitches are mirror symmetric, the opposite shear is as likely"
 NEAR_NOTHING = "nothing came near anything"
 
 
@@ -172,13 +174,17 @@ def _history(dataset: xr.Dataset) -> list[Quantity]:
 
 def _widths(dataset: xr.Dataset) -> list[Quantity]:
     """Return the strains and forces per width of a cell."""
+    if "force_per_width" not in dataset:
+        return []
     names = {"cell_strain": ("strain", "1"), "force_per_width": ("force over width", "N/m")}
-    return [
-        Quantity(f"{way} {quantity} at the end", dataset[name].isel(increment=-1).sel(plane=way).item(), unit)
+    last = dataset.isel(increment=-1)
+    rows = [
+        Quantity(f"{way} {quantity} at the end", last[name].sel(plane=way).item(), unit)
         for name, (quantity, unit) in names.items()
-        if "force_per_width" in dataset
         for way in STRAINS
     ]
+    course, wale, shear = np.abs(last["cell_strain"].to_numpy())
+    return [*rows, Quantity("shear", LEANS)] if LEAN < shear < max(course, wale) else rows
 
 
 def _contact(dataset: xr.Dataset) -> list[Quantity]:
