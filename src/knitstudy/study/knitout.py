@@ -73,7 +73,16 @@ def read_repeat(path: Path | str, rows: Ends | None = None, needles: Ends | None
         row, column = row[body], column[beside]
     else:
         row, column = (np.arange(knit.grid.shape[axis])[whole[axis]] for axis in (0, 1))
-        high, wide = len(row), len(column)
+        grid = knit.grid[whole]
+        high, wide = (
+            len(row),
+            next(
+                (n for n in range(1, len(column) // 2 + 1) if (grid[:, n:] == grid[:, :-n]).all()),
+                len(column),
+            ),
+        )
+        if high > 1:
+            log.warning("%s: no rows repeat themselves: all of them are the repeat", path)
     if not row.size:
         fact = "no row follows on one in which every needle has a loop: nothing is a stitch"
         raise ConfigurationError(f"{path}: {fact}")
