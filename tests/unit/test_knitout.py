@@ -289,13 +289,14 @@ def test_rows_of_waste_yarn_are_questioned_and_chosen(tmp_path):
         repeat_of(path, needles=(7, 9))
 
 
-def test_yarns_that_take_over_inside_a_row_are_one(tmp_path):
+def test_yarns_that_take_over_inside_a_row_are_one(tmp_path, caplog):
     """Carrier 3 ends in the middle of a row, and carrier 4 goes on from there."""
     rest = ["knit - f4 3", "knit - f3 3", "outhook 3", "inhook 4", "knit - f2 4", "knit - f1 4"]
     plain = [*row("+", "kkkk"), *row("-", "kkkk")]
     after = [re.sub("3$", "4", line) for line in 2 * plain]
     path = knitted(tmp_path / "a.k", *row("-", "kkkk"), *row("+", "kkkk"), *rest, *after)
     assert repeat_of(path) == ("K",)
+    assert "carriers 3 and 4 are taken as one yarn" in caplog.text
 
 
 def test_letters_say_which_loops_each_is_drawn_through():

@@ -270,9 +270,16 @@ class Letters:
                 )
 
     def require_one_yarn(self, rows: np.ndarray) -> None:
-        """Refuse rows of other yarns above or below the body, such as waste yarn: which fabric is meant?"""
+        """Refuse rows of other yarns above or below the body, such as waste yarn: which fabric is meant?
+
+        Several yarns in the body are taken as one, with a warning.
+        """
         of_row = [{carrier for loop in row for carrier in loop.carriers} for row in self.machine.rows]
         body = set().union(*(of_row[row] for row in rows))
+        if len(body) > 1:
+            log.warning(
+                "%s: carriers %s are taken as one yarn", self.machine.path, " and ".join(sorted(body))
+            )
         if others := [row for row, carriers in enumerate(of_row) if not carriers & body]:
             here, there = (
                 " and ".join(sorted(of)) for of in (body, set().union(*(of_row[row] for row in others)))
