@@ -59,34 +59,44 @@ def replacing(path: Path | str) -> Iterator[Path]:
     except OSError as error:
         raise DataFileError(f"{path}: the folder cannot be made: {error}") from error
     _clear_abandoned(path)
-    lock = None
     try:
-        lock = temporary.open("xb")
-        with suppress(OSError):  # a file system without locks
-            fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        yield temporary
-        if not temporary.stat().st_size:
-            raise DataFileError(f"{path}: nothing was written")
-        _flush_to_disk(temporary)
-        os.replace(temporary, path)
-        _flush_to_disk(path.parent)
+        with _locked(temporary):
+            yield temporary
+            if not temporary.exists():
+                raise DataFileError(f"{path}: nothing was written")
+            _flush_to_disk(temporary)
+            os.replace(temporary, path)
+            _flush_to_disk(path.parent)
     except OSError as error:
         if error.errno not in NO_ROOM:
             raise
         remedy = "make room on the disk and type the same command again; what was there before is as it was"
         raise DataFileError(f"{path}: cannot be written ({error.strerror}): {remedy}") from error
     finally:
-        if lock:
-            lock.close()
         temporary.unlink(missing_ok=True)
 
 
+@contextmanager
+def _locked(temporary: Path) -> Iterator[None]:
+    """Hold a lock beside a temporary file: HDF5 locks the file itself."""
+    beside = Path(f"{temporary}.lock")
+    try:
+        with beside.open("ab") as lock:
+            with suppress(OSError):  # a file system without locks
+                fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            yield
+    finally:
+        beside.unlink(missing_ok=True)
+
+
 def _clear_abandoned(path: Path) -> None:
-    """Delete the temporary files that killed processes have left."""
+    """Delete the temporary files that killed processes have left: nobody holds their locks."""
     for abandoned in path.parent.glob(f".{glob.escape(path.stem)}.*.partial{path.suffix}"):
-        with suppress(OSError), abandoned.open("r+b") as file:  # OSError: locked by its writer, or gone
-            fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        beside = Path(f"{abandoned}.lock")
+        with suppress(OSError), beside.open("ab") as lock:  # OSError: its writer holds the lock
+            fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             abandoned.unlink(missing_ok=True)
+            beside.unlink(missing_ok=True)
 
 
 def _flush_to_disk(path: Path) -> None:

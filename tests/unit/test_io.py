@@ -56,13 +56,14 @@ def test_files_that_others_write_are_left_alone(tmp_path):
     """Processes in two containers may have one number: the lock of the temporary file tells, and nothing else."""
     live, dead = tmp_path / ".a.1.partial.csv", tmp_path / ".a.2.partial.csv"
     dead.write_text("half")
+    live.write_text("half")
     hold = "import fcntl, sys, time; f = open(sys.argv[1], 'wb'); fcntl.lockf(f, fcntl.LOCK_EX); print(flush=True)"
     hold += "; time.sleep(60)"
-    with subprocess.Popen([sys.executable, "-c", hold, str(live)], stdout=subprocess.PIPE) as other:
+    with subprocess.Popen([sys.executable, "-c", hold, f"{live}.lock"], stdout=subprocess.PIPE) as other:
         other.stdout.readline()
         with replacing(tmp_path / "a.csv") as temporary:
             temporary.write_text("new")
-        assert sorted(path.name for path in tmp_path.iterdir()) == [live.name, "a.csv"]
+        assert sorted(path.name for path in tmp_path.iterdir()) == [live.name, f"{live.name}.lock", "a.csv"]
         other.kill()
 
 
