@@ -17,6 +17,7 @@ TUTORIAL = (ROOT / "docs" / "tutorial" / "tutorial.md").read_text(encoding="utf-
 JERSEY = (ROOT / "docs" / "tutorial" / "jersey.md").read_text(encoding="utf-8")
 COMMANDS = (ROOT / "docs" / "how-to" / "commands.md").read_text(encoding="utf-8")
 EXAMPLES = (ROOT / "docs" / "tutorial" / "examples.md").read_text(encoding="utf-8")
+MACHINE = (ROOT / "docs" / "how-to" / "machine_files.md").read_text(encoding="utf-8")
 CORE = (ROOT / "docs" / "theory" / "core.md").read_text(encoding="utf-8")
 
 
@@ -114,6 +115,21 @@ def test_your_own_jersey(fresh, tmp_path):
     last = run(code, tmp_path, fresh.environment).stdout.splitlines()
     assert [re.sub(r"\d+ N/m", "_", line) for line in last] == ["cell: _ at 5%", "swatch: _ at 5%"]
     assert all((tmp_path / f"{name}.png").stat().st_size > 10_000 for name in ("loop", "cell", "edges"))
+
+
+@pytest.mark.parametrize(
+    "command", ["check", pytest.param("run", marks=pytest.mark.full)]
+)  # a shape at rest: 30 s
+def test_machine_files(tmp_path, command):
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    (scene,), (printed,) = blocks(MACHINE, "yaml"), blocks(MACHINE, "bash")
+    (tmp_path / "my-knit.yaml").write_text(scene, encoding="utf-8")
+    for line in (printed.strip(), f"knitstudy {command} my-knit.yaml"):
+        words = [sys.executable, "-m", *shlex.split(line)]
+        ended = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert ended.returncode == 0, ended.stderr
+    if command == "run":
+        assert "course force over width at the end" in ended.stdout
 
 
 def test_site(tmp_path):
