@@ -64,44 +64,30 @@ def read_repeat(path: Path | str, rows: Ends | None = None, needles: Ends | None
         lie above or below the body; or when no needle knits twice.
     """
     knit = Letters(Machine(Path(path)))
-    asked = knit.part(rows, needles)
-    whole = asked if rows else knit.begun(asked, 1.0)
-    part = asked if rows else knit.begun(asked, MOST)
-    if found := largest_repeat(knit.grid[part]):
-        (body, beside), (high, wide) = found
-        row, column = (np.arange(knit.grid.shape[axis])[part[axis]] for axis in (0, 1))
-        row, column = row[body], column[beside]
+    asked, column = knit.part(rows, needles)
+    whole, part = (asked if rows else knit.begun(asked, column, share) for share in (1.0, MOST))
+    if found := largest_repeat(knit.grid[np.ix_(part, column)]):
+        (up, beside), (high, wide) = found
+        row, column = part[up], column[beside]
     else:
-        row, column = (np.arange(knit.grid.shape[axis])[whole[axis]] for axis in (0, 1))
-        grid = knit.grid[whole]
-        high, wide = (
-            len(row),
-            next(
-                (n for n in range(1, len(column) // 2 + 1) if (grid[:, n:] == grid[:, :-n]).all()),
-                len(column),
-            ),
-        )
+        row, grid = whole, knit.grid[np.ix_(whole, column)]
+        alike = (n for n in range(1, len(column) // 2 + 1) if (grid[:, n:] == grid[:, :-n]).all())
+        high, wide = len(row), next(alike, len(column))
         if high > 1:
             log.warning("%s: no rows repeat themselves: all of them are the repeat", path)
     if not row.size:
         fact = "no row follows on one in which every needle has a loop: nothing is a stitch"
         raise ConfigurationError(f"{path}: {fact}")
-    stitches = tuple(
-        "".join(line) for line in knit.grid[row[0] : row[0] + high, column[0] : column[0] + wide]
-    )
+    stitches = tuple("".join(line) for line in knit.grid[np.ix_(row[:high], column[:wide])])
     knit.check(stitches, row, column)
-    ends = [name_of(knit.needle[end]) for end in (column[0], column[-1])]
-    read = Repeat(stitches, knit.spacing(column, wide), (row[0] + 1, row[-1] + 1), (ends[0], ends[1]))
+    names = [name_of(knit.needle[end]) for end in (column[0], column[-1], 0, -1)]
+    read = Repeat(stitches, knit.spacing(column, wide), (row[0] + 1, row[-1] + 1), (names[0], names[1]))
     if not rows:
         knit.require_one_yarn(row)
-    fewer = len(row) + 1 < whole[0].stop - whole[0].start or len(column) < len(knit.needle)
-    if fewer or row[0] > whole[0].start:
-        text = (
-            "the repeat is of rows {} to {} of {}, needles {} to {} of {} to {}; what begins, is bound off,"
-        )
-        every = [name_of(knit.needle[end]) for end in (0, -1)]
-        read_of = text.format(*read.rows, len(knit.machine.rows), *ends, *every)
-        log.warning("%s: %s or is another pattern is left out", path, read_of)
+    if row[0] > whole[0] or len(row) + 1 < len(whole) or len(column) < len(knit.needle):
+        text = "the repeat is of rows {} to {} of {}, needles {} to {} of {} to {}; what begins, is bound off"
+        body = text.format(*read.rows, len(knit.machine.rows), *names)
+        log.warning("%s: %s or is another pattern is left out", path, body)
     return read
 
 
@@ -169,27 +155,22 @@ class Letters:
         mark = next(mark for mark, to in MARKS.items() if to == (np.sign(way), front))
         self.grid[place] += abs(way) * mark
 
-    def part(self, rows: Ends | None, needles: Ends | None) -> tuple[slice, slice]:
-        """Return the part of the grid with some rows and needles."""
-        of = [
-            column
-            for column, (_, at) in enumerate(self.needle)
-            if not needles or needles[0] <= at <= needles[1]
-        ]
-        there = range(len(self.grid))[slice(rows[0] - 1, rows[1])] if rows else range(len(self.grid))
-        if not of or not there:
+    def part(self, rows: Ends | None, needles: Ends | None) -> tuple[np.ndarray, np.ndarray]:
+        """Return the rows and columns of the grid with some passes and needles."""
+        low, high = rows or (1, len(self.grid))
+        there, at = np.arange(len(self.grid)), np.array([needle[1] for needle in self.needle])
+        least, most = needles or (at.min(), at.max())
+        part = there[(there >= low - 1) & (there < high)], np.flatnonzero((least <= at) & (at <= most))
+        if not all(of.size for of in part):
             has = f"rows 1 to {len(self.grid)} and needles {name_of(self.needle[0])} to {name_of(self.needle[-1])}"
-            raise ConfigurationError(
-                f"{self.machine.path}: rows {rows}, needles {needles} hold no loops; it has {has}"
-            )
-        return slice(there[0], there[-1] + 1), slice(of[0], of[-1] + 1)
+            asked = f"rows {rows}, needles {needles}"
+            raise ConfigurationError(f"{self.machine.path}: {asked} hold no loops; it has {has}")
+        return part
 
-    def begun(self, part: tuple[slice, slice], share: float) -> tuple[slice, slice]:
-        """Return a part of the grid without the rows in which this share of its needles begins."""
-        first = [np.argmax(column != "-") for column in self.grid[part].T]
-        return slice(part[0].start + int(np.quantile(first, share, method="higher")) + 1, part[0].stop), part[
-            1
-        ]
+    def begun(self, rows: np.ndarray, columns: np.ndarray, share: float) -> np.ndarray:
+        """Return rows without those in which this share of the needles begins."""
+        first = (self.grid[np.ix_(rows, columns)] != "-").argmax(axis=0)
+        return rows[int(np.quantile(first, share, method="higher")) + 1 :]
 
     def check(self, stitches: tuple[str, ...], rows: np.ndarray, columns: np.ndarray) -> None:
         """Compare a repeat with every loop of the body. Raises ConfigurationError with line, needle and reason."""
