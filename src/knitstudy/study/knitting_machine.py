@@ -39,9 +39,8 @@ class Loop:
     carriers: tuple[str, ...]
     row: int  # pass of the carriage
     made_in: str  # operation
-    parents: list[Loop] = field(
-        default_factory=list
-    )  # loops it is drawn through, as they came onto the needle
+    parents: list[Loop] = field(default_factory=list)
+    """Loops it is drawn through, as they came onto the needle."""
     children: int = 0
     dropped: int = 0  # line
     passed: dict[Loop, int] = field(default_factory=dict)
@@ -88,12 +87,9 @@ class Machine:
                     self._run(*words)
         if unknown:
             names = ", ".join(f"{word} (line {line})" for word, line in unknown.items())
-            log.info("%s: extensions are left out: %s", path, names)
+            log.warning("%s: extensions are left out: %s", path, names)
         if "carriers" not in self.headers:
-            log.warning(
-                "%s: has no header ;;Carriers:, which the format asks for; carriers are taken as they come",
-                path,
-            )
+            log.warning("%s: has no header ;;Carriers:, which the format asks for", path)
         if not self.rows:
             raise ConfigurationError(f"{path}: has no stitches")
 
@@ -104,9 +100,8 @@ class Machine:
         if not said:
             return None
         if not re.fullmatch(r"\d*\.?\d+", said) or float(said) <= 0:
-            raise ConfigurationError(
-                f"{self.path}: ;;Gauge: is {said!r} but must be needles per inch, such as 15 or 7.5"
-            )
+            allowed = "must be needles per inch, such as 15 or 7.5"
+            raise ConfigurationError(f"{self.path}: ;;Gauge: is {said!r} but {allowed}")
         return float(said)
 
     def _refuse(self, reason: str) -> ConfigurationError:
