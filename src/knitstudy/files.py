@@ -177,15 +177,35 @@ def write_table(table: pd.DataFrame, path: Path | str, seal: bool = False) -> No
     with replacing(path) as temporary:
         table.to_csv(temporary, index=False)
         if seal:
-            write_text(_sum(temporary), _seal_of(path))
+            write_text(file_digest(temporary), _seal_of(path))
 
 
 def _seal_of(path: Path | str) -> Path:
     return Path(path).with_name(f".{Path(path).name}.sum")
 
 
-def _sum(path: Path) -> str:
+def file_digest(path: Path) -> str:
+    """Return a digest of the content of a file."""
     return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+
+
+# By the bytes that a file begins with; else UTF-8, and what western programs wrote before it
+MARKS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
+
+
+def read_text(path: Path) -> str:
+    """Return the text of a file from another program, in any usual encoding; DataFileError where it cannot be read."""
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise DataFileError(f"{path}: cannot be read ({message_of(error, OSError)})") from error
+    encoding = next((name for mark, name in MARKS.items() if raw.startswith(mark)), None)
+    for name in (encoding,) if encoding else ("utf-8", "cp1252", "latin-1"):
+        try:
+            return raw.decode(name)
+        except UnicodeError:
+            continue
+    raise DataFileError(f"{path}: is no text")
 
 
 def write_text(text: str, path: Path | str) -> None:
@@ -202,7 +222,7 @@ def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
     import pandas as pd
 
     path, seal = Path(path), _seal_of(path)
-    if path.is_file() and seal.is_file() and seal.read_text(encoding="utf-8") != _sum(path):
+    if path.is_file() and seal.is_file() and seal.read_text(encoding="utf-8") != file_digest(path):
         raise DataFileError(f"{path}: was changed after it was written; delete it and run `make study`")
     try:
         table = pd.read_csv(path, dtype=dict.fromkeys(TEXTS, str))

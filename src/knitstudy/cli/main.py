@@ -58,12 +58,12 @@ class Commands(click.Group):
         except BrokenPipeError:
             raise  # whoever read the output has gone: click ends in silence
         except (Exception, KeyboardInterrupt, SystemExit) as error:
-            said = message_and_status(error)
-            if context.params["traceback"] or said is None:
+            ending = message_and_status(error)
+            if context.params["traceback"] or ending is None:
                 raise
-        for line in f"error: {said[0]}".split("\n"):
+        for line in f"error: {ending[0]}".split("\n"):
             click.echo(printable(line), err=True)
-        context.exit(said[1])
+        context.exit(ending[1])
 
 
 def message_and_status(error: BaseException) -> tuple[str, int] | None:

@@ -15,12 +15,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from knitstudy.errors import DataFileError, message_of
+from knitstudy.errors import DataFileError
+from knitstudy.files import read_text
 
 log = logging.getLogger(__name__)
 
-# By the bytes that a file begins with; else UTF-8, and what western programs wrote before it
-MARKS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
 SEPARATORS = (";", "\t", ",", None)  # None: spaces
 SEPARATOR_LINE = re.compile(r'"?sep=(.)"?$', re.IGNORECASE)  # of Excel
 COMMENT = ("#", "%%", "//")
@@ -71,7 +70,7 @@ def read_lab_table(path: Path, skip_bad: bool = False) -> pd.DataFrame:
 
     Raises DataFileError if there is no table, a row cannot be read (unless `skip_bad`), or a number in two ways.
     """
-    lines, separator = _best_split(_text(path), path)
+    lines, separator = _best_split(read_text(path), path)
     first = next(k for k, line in enumerate(lines) if line.numbers > 1)
     last = max(k for k, line in enumerate(lines) if line.numbers > 1)
     head, below = _names(lines[:first], path)
@@ -98,20 +97,6 @@ def read_lab_table(path: Path, skip_bad: bool = False) -> pd.DataFrame:
     # Full names of columns, with units, by the names in the file
     table.attrs["full_names"] = dict(zip(below[0].fields, head, strict=False))
     return table
-
-
-def _text(path: Path) -> str:
-    try:
-        raw = path.read_bytes()
-    except OSError as error:
-        raise DataFileError(f"{path}: cannot be read ({message_of(error, OSError)})") from error
-    known = next((name for mark, name in MARKS.items() if raw.startswith(mark)), None)
-    for encoding in (known,) if known else ("utf-8", "cp1252", "latin-1"):
-        try:
-            return raw.decode(encoding)
-        except UnicodeError:
-            continue
-    raise DataFileError(f"{path}: is no text")
 
 
 def _best_split(text: str, path: Path) -> tuple[list[Line], str | None]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -10,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.files import file_digest
 from knitstudy.measures.catalogue import Catalogue, Results
 from knitstudy.stages.code import MODEL, code_digest
 from knitstudy.stages.plan import Plan, Step
@@ -117,7 +117,7 @@ def digests_of(sources: Mapping[str, Source], plan: Plan) -> dict[str, str]:
     digests = {}
     for role, source in sources.items():
         if isinstance(source, Path):
-            digests[role] = hashlib.sha256(source.read_bytes()).hexdigest()[:16]
+            digests[role] = file_digest(source)
         else:
             for stage, scene in source if isinstance(source, list) else [source]:
                 digests[f"{role} {scene.name}"] = plan.digest(stage, scene)

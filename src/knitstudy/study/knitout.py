@@ -185,11 +185,13 @@ class Letters:
             raise self._refuse(body[0].line, f"read as {' '.join(stitches)} from here on: {wrong}")
         self._check_layers(body)
         self._check_yarns(body, len(stitches_of_row(stitches[0])))
-        said = parents_of_letters(stitches, len(rows), len(columns))
+        expected = parents_of_letters(stitches, len(rows), len(columns))
         for loop in body:
             row, column = self.place(loop)
             here = {self.place(parent) for parent in loop.parents}
-            letters = {(row - up, column - along) for up, along in said[row - rows[0], column - columns[0]]}
+            letters = {
+                (row - up, column - along) for up, along in expected[row - rows[0], column - columns[0]]
+            }
             if here != letters and all(r in rows and c in columns for r, c in here | letters):
                 raise self._refuse(
                     loop.line,
@@ -341,9 +343,11 @@ def parents_of_letters(stitches: Sequence[str], rows: int, columns: int) -> dict
         for column in range(-beside, columns + beside):
             letter, *marks = repeat[row % high][column % wide]
             held = on.get(column, [])
-            drawn = held if knits(letter) else []
-            parents[row, column] = [(row - r, column - c) for r, c in drawn]
-            on[column] = [*(held if not drawn else []), *([(row, column)] if letter != "-" else [])]
+            if knits(letter):
+                parents[row, column], held = [(row - r, column - c) for r, c in held], []
+            else:
+                parents[row, column] = []
+            on[column] = held if letter == "-" else [*held, (row, column)]
             if marks:
                 lifted[column + MARKS[marks[0]][0] * len(marks)] = on.pop(column)
         for to, loops in lifted.items():

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.files import read_text
 
 log = logging.getLogger(__name__)
 
@@ -96,13 +97,13 @@ class Machine:
     @property
     def gauge(self) -> float | None:
         """Needles per inch; None where the file does not say."""
-        said = self.headers.get("gauge", "").rstrip("; \t")
-        if not said:
+        gauge = self.headers.get("gauge", "").rstrip("; \t")
+        if not gauge:
             return None
-        if not re.fullmatch(r"\d*\.?\d+", said) or float(said) <= 0:
+        if not re.fullmatch(r"\d*\.?\d+", gauge) or float(gauge) <= 0:
             allowed = "must be needles per inch, such as 15 or 7.5"
-            raise ConfigurationError(f"{self.path}: ;;Gauge: is {said!r} but {allowed}")
-        return float(said)
+            raise ConfigurationError(f"{self.path}: ;;Gauge: is {gauge!r} but {allowed}")
+        return float(gauge)
 
     def _refuse(self, reason: str) -> ConfigurationError:
         where = f"{self.path}, line {self.line}"
@@ -132,14 +133,14 @@ class Machine:
                 elif name == "knit":
                     self._drop(self._needle(needle))
             case "split", (("+" | "-") as way, needle, other, *carriers):
-                if carriers:
-                    held = list(self._on[self._needle(needle)])
-                    loop = self._loop(name, way, self._needle(needle), carriers)
-                    self._on[loop.needle] = held
-                self._transfer(self._needle(needle), self._needle(other))
-                if carriers:
-                    self._on[loop.needle] = [loop]
-            case (("rack" | "drop" | "xfer" | "knit" | "tuck" | "miss" | "split"), _):
+                at, to = self._needle(needle), self._needle(other)
+                held = list(self._on[at])
+                loop = self._loop(name, way, at, carriers) if carriers else None
+                self._on[at] = held
+                self._transfer(at, to)
+                if loop:
+                    self._on[at] = [loop]
+            case _ if name in FORMS:
                 raise self._refuse(f"{FORMS[name]} is expected")
             case _:
                 raise self._refuse(
@@ -232,11 +233,10 @@ FORMS = {
 
 
 def _text(path: Path) -> str:
-    """Return the text of a file; characters of comments may be of any encoding."""
+    """Return the text of a knitout file."""
     if not path.is_file():
         raise ConfigurationError(f"{path}: there is no such file; allowed is a knitout file")
-    raw = path.read_bytes()
-    text = raw.decode("utf-16" if raw[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig", errors="replace")
+    text = read_text(path)
     if not text.strip():
         raise ConfigurationError(f"{path}: is empty; allowed is a knitout file")
     if not text.startswith(";!knitout"):
