@@ -21,17 +21,17 @@ from scipy.optimize import least_squares
 
 from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError
 from knitstudy.files import replacing
-from knitstudy.geometry.loop import Loop, whole_loop
-from knitstudy.geometry.loop_metrics import (
+from knitstudy.knit.geometry.loop import Loop, whole_loop
+from knitstudy.knit.geometry.loop_metrics import (
     approaches,
     away_from_crossings,
     check_yarns,
     honeycomb_angles,
     loop_metrics,
 )
-from knitstudy.geometry.optimise import CONTACT_TOLERANCE, CostFunction, optimise
-from knitstudy.geometry.symmetry import symmetric_motions, symmetries
-from knitstudy.study.documents import read_yaml
+from knitstudy.knit.geometry.optimise import CONTACT_TOLERANCE, CostFunction, optimise
+from knitstudy.knit.geometry.symmetry import symmetric_motions, symmetries
+from knitstudy.knit.scene.documents import read_yaml
 
 CURVATURE_SAMPLES = 12  # a Bezier segment, where curvature is bounded and bending energy summed
 NEAREST = 8  # approaches away from crossings whose gap is bounded: more than come near in a quarter

@@ -12,21 +12,21 @@ import xarray as xr
 from measure import ready
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.exchange.deck import specimen_deck
-from knitstudy.exchange.inp import write_inp
 from knitstudy.files import read_dataset, write_dataset
-from knitstudy.geometry.fabric import Fabric
-from knitstudy.geometry.fabric_file import fabric_of
-from knitstudy.loading.history import DIRECTIONS
-from knitstudy.loading.run import Run
+from knitstudy.knit.geometry.fabric import Fabric
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.loading.history import DIRECTIONS
+from knitstudy.knit.loading.run import Run
+from knitstudy.knit.mesh.sweep import SweptMesh
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.simulate import build, simulate
 from knitstudy.mechanics.batches import serial_blas
 from knitstudy.mechanics.linear import System
 from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.model import eliminate
-from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.models.simulate import build, simulate
-from knitstudy.stages.table import STAGES
-from knitstudy.study.scene import Scene
+from knitstudy.run.stages import STAGES
+from knitstudy.use.deck import specimen_deck
+from knitstudy.use.inp import write_inp
 
 TOLERANCE = 1e-8
 """True relative residual of linear solves."""

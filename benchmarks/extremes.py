@@ -37,19 +37,19 @@ from matplotlib.figure import Figure
 from pydantic import Field
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, KnitstudyError, message_of
-from knitstudy.figures.style import DOUBLE, FAINT, INK, figure, place, shared_legend, styled
 from knitstudy.files import write_text
+from knitstudy.knit.scene.documents import RESOURCES, read_yaml
+from knitstudy.knit.scene.keys import Section, declared, validated
+from knitstudy.knit.scene.kinds import all_keys
+from knitstudy.knit.scene.scene import Scene, digest
 from knitstudy.measures import history_checks as checks
 from knitstudy.registry import find, unknown_choice
-from knitstudy.stages.code import MODEL, code_digest
-from knitstudy.stages.plan import Plan
-from knitstudy.stages.script import end_with_parent
-from knitstudy.stages.simulate import simulate
-from knitstudy.study.configuration import CONFIG, FAMILIES, load_scenes
-from knitstudy.study.documents import RESOURCES, read_yaml
-from knitstudy.study.keys import Section, declared, validated
-from knitstudy.study.scene import Scene, digest
-from knitstudy.study.scene_type import all_keys
+from knitstudy.run.code import MODEL, code_digest
+from knitstudy.run.configuration import CONFIG, FAMILIES, load_scenes
+from knitstudy.run.job import end_with_parent
+from knitstudy.run.plan import Plan
+from knitstudy.run.store import simulate
+from knitstudy.use.style import DOUBLE, FAINT, INK, figure, place, shared_legend, styled
 
 FILE = "extremes.yaml"
 

@@ -30,11 +30,11 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.files import read_dataset, read_table, write_table
-from knitstudy.loading.run import Progress, ReportProgress
-from knitstudy.stages.plan import Plan
-from knitstudy.stages.simulate import simulate
-from knitstudy.stages.table import STAGES
-from knitstudy.study.scene import Scene
+from knitstudy.knit.loading.run import Progress, ReportProgress
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.run.plan import Plan
+from knitstudy.run.stages import STAGES
+from knitstudy.run.store import simulate
 
 TABLE = Path("results/tables/interruptions.csv")
 

@@ -22,14 +22,13 @@ from jinja2.sandbox import ImmutableSandboxedEnvironment
 from matplotlib.figure import Figure
 
 from knitstudy.errors import DataFileError, KnitstudyError
-from knitstudy.figures.catalogue import FIGURES, draw
-from knitstudy.figures.style import save
 from knitstudy.files import STAMP, commit, read_result, read_table, replacing, write_table, write_text
-from knitstudy.measures.claims.scale import GRADES, NOT_RUN
-from knitstudy.report.files import ScreenPicture, read_sources
-from knitstudy.stages.code import physics_digest
-from knitstudy.stages.displays import Displays, reference_files
-from knitstudy.stages.kept_tables import (
+from knitstudy.knit.scene.documents import RESOURCES, WORKFLOW
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.paper.claims.scale import GRADES, NOT_RUN
+from knitstudy.paper.figures import draw
+from knitstudy.paper.report.files import ScreenPicture, read_sources
+from knitstudy.paper.report.kept_tables import (
     REFERENCE,
     SIMULATED,
     STUDY,
@@ -37,13 +36,14 @@ from knitstudy.stages.kept_tables import (
     VERDICTS_KEPT,
     full_study,
 )
-from knitstudy.stages.plan import Plan
-from knitstudy.stages.table import STAGES
-from knitstudy.study.configuration import CONFIG, load_scenes, load_study
-from knitstudy.study.documents import RESOURCES, WORKFLOW
-from knitstudy.study.scene import Scene
-from knitstudy.tables.catalogue import TABLES, tabulate
-from knitstudy.tables.reference import limits, values_of
+from knitstudy.paper.tables.reference import limits, values_of
+from knitstudy.run.catalogue import FIGURES, TABLES
+from knitstudy.run.code import physics_digest
+from knitstudy.run.configuration import CONFIG, load_scenes, load_study
+from knitstudy.run.displays import Displays, reference_files
+from knitstudy.run.plan import Plan
+from knitstudy.run.stages import STAGES
+from knitstudy.use.style import save
 
 RESULTS, NOTES = Path("results"), Path("docs/notes")
 
@@ -99,12 +99,12 @@ def keep_verdicts(config: Path = CONFIG) -> str:
         }
         return {argument: content for argument, (_, content) in read.items()}
 
-    found = tabulate(VERDICTS, **sources_of(tables, VERDICTS), scenes=tables.scenes(VERDICTS))
+    found = TABLES.make(VERDICTS, **sources_of(tables, VERDICTS), scenes=tables.scenes(VERDICTS))
     command, share = f"make {VERDICTS}", f"{len(scenes)} of {len(study)}"
     table = stamped(found, command, digest=tables.digest(VERDICTS), simulations=share)
     readings = read_table(reference_files(config)["readings"])
     for name in FULL_TABLES:
-        shown_elsewhere = tabulate(name, **sources_of(tables, name), scenes=tables.scenes(name))
+        shown_elsewhere = TABLES.make(name, **sources_of(tables, name), scenes=tables.scenes(name))
         write_table(stamped(shown_elsewhere, command), FULL / f"{name}.csv")
     combined = read_table(FULL / "combinations.csv").fillna("")
     page, shown = summarise(TEMPLATE, table, readings, figures.names(), VERDICTS_PAGE.stem, combined)
@@ -193,8 +193,9 @@ def values_found(scenes: Mapping[str, Scene], results: Path, config: Path = CONF
 def keep_values(values: pd.DataFrame, scenes: Mapping[str, Scene], kept: Path) -> None:
     """Keep values of simulations with what made them, and the limits of all that are kept.
 
-    A simulation's rows (`tables.reference.values_of`) replace those of before; those of scenes whose keys have changed
-    are dropped. Rows of the reference `kept` stay if fewer than two discretisations of their problem have values.
+    A simulation's rows (`paper.tables.reference.values_of`) replace those of before; those of scenes whose keys have
+    changed are dropped. Rows of the reference `kept` stay if fewer than two discretisations of their problem have
+    values.
     """
     if values.empty:
         raise DataFileError(f"{RESULTS}: has no simulation of the study `reference` that is up to date")

@@ -10,14 +10,14 @@ import xarray as xr
 from keep import keep_drawn, stamped
 from matplotlib.figure import Figure
 
-from knitstudy.figures.style import INK, PAPER, SINGLE, figure, shared_legend, styled
-from knitstudy.geometry.drawn_loop import TIGHT, LoopTarget
-from knitstudy.geometry.fit import fitted_loop
-from knitstudy.geometry.loop_metrics import loop_metrics
-from knitstudy.geometry.loop_room import InfeasibleLoop
-from knitstudy.study.configuration import load_scene
-from knitstudy.study.documents import RESOURCES
-from knitstudy.study.scene import Scene
+from knitstudy.knit.geometry.drawn_loop import TIGHT, LoopTarget
+from knitstudy.knit.geometry.fit import fitted_loop
+from knitstudy.knit.geometry.loop_metrics import loop_metrics
+from knitstudy.knit.geometry.loop_room import InfeasibleLoop
+from knitstudy.knit.scene.documents import RESOURCES
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.run.configuration import load_scene
+from knitstudy.use.style import INK, PAPER, SINGLE, figure, shared_legend, styled
 
 KEPT = RESOURCES / "loops.csv"
 SCENE = "sweep-wale-tie-course"  # Clearance and weights of the optimisation

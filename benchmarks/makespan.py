@@ -16,7 +16,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from knitstudy.study.choice import SECONDS, TRADE_KEPT
+from knitstudy.run.advice import SECONDS, TRADE_KEPT
 
 LOCAL = 4.0  # Seconds of geometry and mesh, and again of contacts, with the start of their jobs
 # Seconds until a job computes, which begins with two starts of Snakemake, and until Snakemake sees its end

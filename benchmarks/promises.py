@@ -21,10 +21,10 @@ from keep import stamped
 from trade import SAMPLE
 
 from knitstudy.files import write_table
-from knitstudy.study.choice import ERROR, SECONDS, TRADE_KEPT, measured_rows, promised
-from knitstudy.study.configuration import drawn_defaults
-from knitstudy.study.documents import RESOURCES
-from knitstudy.study.sample import Inputs, load_trade
+from knitstudy.knit.scene.documents import RESOURCES
+from knitstudy.run.advice import ERROR, SECONDS, TRADE_KEPT, measured_rows, promised
+from knitstudy.run.advice.sample import Inputs, load_trade
+from knitstudy.run.configuration import drawn_defaults
 
 KEPT = RESOURCES / "promises.csv"
 ACCURACIES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)

@@ -22,8 +22,8 @@ import pandas as pd
 
 from knitstudy.errors import KnitstudyError
 from knitstudy.files import write_table
-from knitstudy.study.configuration import load_scene, load_scenes
-from knitstudy.study.scene import Scene
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.run.configuration import load_scene, load_scenes
 
 TABLE = Path("results/tables/bench.csv")
 

@@ -24,15 +24,15 @@ from keep import keep_drawn, stamped
 from matplotlib.figure import Figure
 
 from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError, message_of
-from knitstudy.figures.style import DOUBLE, YARNS, figure, place, shared_legend, styled
 from knitstudy.files import read_table, write_table, write_text
-from knitstudy.geometry.lay_out import lay_out
+from knitstudy.knit.geometry.lay_out import lay_out
+from knitstudy.knit.scene.scene import digest
 from knitstudy.measures.questions import QUESTIONS
-from knitstudy.stages.trade import code_of, collect, run
-from knitstudy.study.choice import ERROR, MEMORY, SECONDS, TRADE_KEPT, applies
-from knitstudy.study.configuration import drawn_defaults
-from knitstudy.study.sample import TIED, Case, Inputs, Trade, load_trade
-from knitstudy.study.scene import digest
+from knitstudy.run.advice import ERROR, MEMORY, SECONDS, TRADE_KEPT, applies
+from knitstudy.run.advice.sample import TIED, Case, Inputs, Trade, load_trade
+from knitstudy.run.advice.trade import code_of, collect, run
+from knitstudy.run.configuration import drawn_defaults
+from knitstudy.use.style import DOUBLE, YARNS, figure, place, shared_legend, styled
 
 SAMPLE = Path("results/trade")  # Records of the sample's runs, its knits, and its table of errors and prices
 SCRATCH = Path("run/trade")  # Results of the runs of one knit, so that model settings share a geometry

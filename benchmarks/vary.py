@@ -25,9 +25,9 @@ from scipy.optimize import minimize_scalar
 
 from knitstudy.errors import KnitstudyError
 from knitstudy.files import write_table
-from knitstudy.stages.simulate import simulate
-from knitstudy.study.configuration import load_scene
-from knitstudy.study.scene import Scene
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.run.configuration import load_scene
+from knitstudy.run.store import simulate
 
 FINER = {"mesh.size": 1, "pattern.clearance": 1, "solver.increments": -1, "contact.normal_stiffness": -1}
 """Keys that can be refined, and the power of their value that tends to 0."""

@@ -4,8 +4,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from knitstudy import load_scene
-from knitstudy.geometry.fabric_file import fabric_of
-from knitstudy.geometry.lay_out import lay_out
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.geometry.lay_out import lay_out
 
 jersey = {
     "pattern.course_spacing": 0.9e-3,  # m

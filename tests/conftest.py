@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import yaml
 
-from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.geometry.specimens import plain_knit
-from knitstudy.models.joints import contacts_of_crossings
-from knitstudy.study.scene import Scene
+from knitstudy.knit.geometry.lay_out import initial_loop
+from knitstudy.knit.geometry.specimens import plain_knit
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.yarns.joints import contacts_of_crossings
 
 
 def pytest_addoption(parser):

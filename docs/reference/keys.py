@@ -7,10 +7,10 @@ from inspect import cleandoc, get_annotations
 from pathlib import Path
 
 from knitstudy.files import write_text
+from knitstudy.knit.scene.keys import ROLES, Section, allowed_values, describe_with_source, lists
+from knitstudy.knit.scene.kinds import INTERACTIONS, MODELS, SPECIMENS, Labels, all_kinds, all_sections
 from knitstudy.registry import listed
-from knitstudy.study.choice import AUTO, Requirements
-from knitstudy.study.keys import ROLES, Section, allowed_values, describe_with_source, lists
-from knitstudy.study.scene_type import INTERACTIONS, MODELS, SPECIMENS, Labels, all_kinds, all_sections
+from knitstudy.run.advice import AUTO, Requirements
 
 COMMAND = "python docs/reference/keys.py"
 

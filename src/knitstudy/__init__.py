@@ -6,12 +6,12 @@ from typing import Any
 __version__ = "0.1.0"
 
 _PLACES = {
-    "Fabric": "knitstudy.geometry.fabric",
-    "read_fabric": "knitstudy.geometry.readers",
-    "Scene": "knitstudy.study.scene",
-    "load_scene": "knitstudy.study.configuration",
-    "simulate": "knitstudy.stages.simulate",
-    "plot": "knitstudy.figures.plot",
+    "Fabric": "knitstudy.knit.geometry.fabric",
+    "read_fabric": "knitstudy.knit.geometry.readers",
+    "Scene": "knitstudy.knit.scene.scene",
+    "load_scene": "knitstudy.run.configuration",
+    "simulate": "knitstudy.run.store",
+    "plot": "knitstudy.use.plot",
 }
 """Names for scripts and notebooks, imported when they are asked for: the command starts without them."""
 

@@ -1,6 +1,6 @@
 """Makes ``python -m knitstudy`` the `knitstudy` command."""
 
-from knitstudy.cli.main import main
+from knitstudy.run.commands.main import main
 
 if __name__ == "__main__":
     main()

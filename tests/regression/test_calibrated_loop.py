@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from calibrate import Candidate, read_problem, residuals, solve
 
-from knitstudy.geometry.fabric_file import fabric_of
-from knitstudy.geometry.lay_out import lay_out
-from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.mesh.quality import scaled_jacobian
-from knitstudy.models.joints import contacts_of_crossings
-from knitstudy.models.simulate import build
-from knitstudy.study.configuration import CONFIG, knits_of, load_scene, load_scenes
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.geometry.lay_out import lay_out
+from knitstudy.knit.mesh.mesher import mesh_fabric
+from knitstudy.knit.mesh.quality import scaled_jacobian
+from knitstudy.knit.simulate import build
+from knitstudy.knit.yarns.joints import contacts_of_crossings
+from knitstudy.run.configuration import CONFIG, knits_of, load_scene, load_scenes
 
 
 @pytest.fixture(scope="module")

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from knitstudy.stages import plan
-from knitstudy.stages.table import STAGES
-from knitstudy.study.configuration import load_scenes
+from knitstudy.run import plan
+from knitstudy.run.configuration import load_scenes
+from knitstudy.run.stages import STAGES
 
 KEPT = Path(__file__).with_suffix(".csv")
 

@@ -10,7 +10,7 @@ import study
 import yaml
 
 from knitstudy.files import read_table
-from knitstudy.geometry.specimens import yarn_pair
+from knitstudy.knit.geometry.specimens import yarn_pair
 
 FAMILY = """\
 keys:
@@ -85,7 +85,7 @@ def cases(plain_scene):
     return study.scenes(plain_scene)
 
 
-HEAVY = "pandas", "xarray", "netCDF4", "scipy", "knitstudy.models.solids"
+HEAVY = "pandas", "xarray", "netCDF4", "scipy", "knitstudy.knit.yarns.solids"
 """Modules that take most of the time of a start."""
 
 

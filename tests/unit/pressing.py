@@ -21,7 +21,7 @@ import numpy as np
 from scipy.special import beta
 from scipy.stats import linregress, t
 
-from knitstudy.measures.curve_fit import LEVEL, Interval
+from knitstudy.use.curve_fit import LEVEL, Interval
 
 HALF = 0.5
 """Exponent of the force of yarns that cross less that of a yarn between plates."""

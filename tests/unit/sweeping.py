@@ -6,8 +6,8 @@ import study
 from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.reference import NEEDED
 from knitstudy.measures.response import LARGEST_U_Z
-from knitstudy.measures.sweeps import DRAWN
-from knitstudy.study.configuration import load_scenes, load_study
+from knitstudy.paper.sweeps import DRAWN
+from knitstudy.run.configuration import load_scenes, load_study
 
 LIFT, SURE = 4e-4, 0.01
 """Of the loop as it is drawn [m], of which the largest |u_z| is twice, and the reference's relative uncertainty."""

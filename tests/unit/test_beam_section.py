@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import GeometryError
+from knitstudy.knit.models.beam.contact import pressed
 from knitstudy.mechanics.beams import beam
 from knitstudy.mechanics.beams.beam import Elements, Section
 from knitstudy.mechanics.beams.curved_rod import CurvedSection
 from knitstudy.mechanics.rotation import exp
-from knitstudy.models.beam_contact import pressed
-from knitstudy.study.configuration import load_scene
+from knitstudy.run.configuration import load_scene
 
 
 def test_circular_section():

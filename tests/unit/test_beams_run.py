@@ -7,11 +7,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.models import endless_beams
-from knitstudy.models.beams_in_contact import beam_knit
-from knitstudy.models.simulate import solve
-from knitstudy.stages.simulate import simulate
-from knitstudy.study.configuration import load_scene
+from knitstudy.knit.models.beam import cell as endless_beams
+from knitstudy.knit.models.beam.build import beam_knit
+from knitstudy.knit.simulate import solve
+from knitstudy.run.configuration import load_scene
+from knitstudy.run.store import simulate
 
 
 @pytest.fixture(scope="module")

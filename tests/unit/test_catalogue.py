@@ -7,22 +7,21 @@ import pytest
 import study
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.figures.catalogue import FIGURES
-from knitstudy.geometry.drawn_loop import LoopTarget
-from knitstudy.geometry.stitch_mesh import endless_cell_of_stitches
+from knitstudy.knit.geometry.drawn_loop import LoopTarget
+from knitstudy.knit.geometry.stitch_mesh import endless_cell_of_stitches
+from knitstudy.knit.scene.kinds import INTERACTIONS, SPECIMENS
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.scene.stitches import STITCHES, wrong_stitches
 from knitstudy.registry import load_plugins
-from knitstudy.stages.displays import Displays
-from knitstudy.stages.plan import Plan
-from knitstudy.study.configuration import load_scenes
-from knitstudy.study.scene import Scene
-from knitstudy.study.scene_type import INTERACTIONS, SPECIMENS
-from knitstudy.study.stitch_letters import STITCHES, wrong_stitches
-from knitstudy.tables.catalogue import TABLES
+from knitstudy.run.catalogue import FIGURES, TABLES
+from knitstudy.run.configuration import load_scenes
+from knitstudy.run.displays import Displays
+from knitstudy.run.plan import Plan
 
 TOY = """
-from knitstudy.figures.catalogue import FIGURES
-from knitstudy.measures.catalogue import network, several, solid
-from knitstudy.tables.catalogue import TABLES
+from knitstudy.run.catalogue import FIGURES
+from knitstudy.run.catalogue import network, several, solid
+from knitstudy.run.catalogue import TABLES
 
 
 @FIGURES.add(
@@ -87,8 +86,8 @@ def test_they_are_planned_from_the_scenes_of_a_study(toy, scenes):
 
 
 STICKY = '''
-from knitstudy.study.keys import Section, key
-from knitstudy.study.scene_type import Interaction, register
+from knitstudy.knit.scene.keys import Section, key
+from knitstudy.knit.scene.kinds import Interaction, register
 
 
 class Adhesion(Section):
@@ -124,8 +123,8 @@ def plugin(tmp_path, monkeypatch):
 
 LONG = """
 import numpy as np
-from knitstudy.geometry.stitch_mesh import loop
-from knitstudy.study.stitch_letters import STITCHES, StitchKind
+from knitstudy.knit.geometry.stitch_mesh import loop
+from knitstudy.knit.scene.stitches import STITCHES, StitchKind
 
 
 def long(drawing, stitch):

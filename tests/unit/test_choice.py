@@ -8,13 +8,13 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
-from knitstudy.cli.main import main
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import write_table
-from knitstudy.study import choice
-from knitstudy.study.choice import Requirements, choose
-from knitstudy.study.configuration import drawn_defaults, load_scene, load_scenes, problem_of
-from knitstudy.study.sample import Case, Inputs, load_trade, same_knit
+from knitstudy.run import advice as choice
+from knitstudy.run.advice import Requirements, choose
+from knitstudy.run.advice.sample import Case, Inputs, load_trade, same_knit
+from knitstudy.run.commands.main import main
+from knitstudy.run.configuration import drawn_defaults, load_scene, load_scenes, problem_of
 
 MEASURED = {  # error, seconds and memory of model settings; beams fail on every third knit
     ("cut_knit", "tied"): {

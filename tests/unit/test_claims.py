@@ -9,18 +9,18 @@ import sweeping
 import synthetic
 import xarray as xr
 
-from knitstudy.contacts.contacts import extract
-from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.geometry.specimens import KNITS, plain_knit
+from knitstudy.knit.contacts.contacts import extract
+from knitstudy.knit.geometry.lay_out import initial_loop
+from knitstudy.knit.geometry.specimens import KNITS, plain_knit
 from knitstudy.measures.centre_cell import centre_cell
-from knitstudy.measures.claims.contact import asymmetry, largest_bend
-from knitstudy.measures.claims.evidence import BY_OTHERS, Evidence, decide
-from knitstudy.measures.claims.fabric import PAPERS_MESH
-from knitstudy.measures.claims.scale import at_least, at_most
-from knitstudy.measures.claims.verdicts import RULES
 from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
-from knitstudy.study.configuration import load_scenes
+from knitstudy.paper.claims.contact import asymmetry, largest_bend
+from knitstudy.paper.claims.evidence import BY_OTHERS, Evidence, decide
+from knitstudy.paper.claims.fabric import PAPERS_MESH
+from knitstudy.paper.claims.scale import at_least, at_most
+from knitstudy.paper.claims.verdicts import RULES
+from knitstudy.run.configuration import load_scenes
 
 SLIPPERY = "inputs-friction010-isotropic-course"
 

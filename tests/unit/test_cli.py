@@ -9,11 +9,11 @@ import pytest
 from click.testing import CliRunner
 from synthetic import geometry
 
-from knitstudy.cli.main import main
 from knitstudy.errors import ConvergenceError, EndedEarly
 from knitstudy.files import write_dataset
-from knitstudy.stages.simulate import Results
-from knitstudy.study.configuration import load_scene
+from knitstudy.run.commands.main import main
+from knitstudy.run.configuration import load_scene
+from knitstudy.run.store import Results
 
 ROOT = Path(__file__).parents[2]
 
@@ -41,8 +41,8 @@ def message(result):
 def test_help_and_completion_import_no_library_of_results_and_no_model(printed_and_imported):
     """A command starts in a third of the time: half of a second is what a shell waits for a completion."""
     code = (
-        "from click.testing import CliRunner; from knitstudy.cli.main import main;"
-        "from knitstudy.study.configuration import load_families; load_families();"
+        "from click.testing import CliRunner; from knitstudy.run.commands.main import main;"
+        "from knitstudy.run.configuration import load_families; load_families();"
         "ended = [CliRunner().invoke(main, [name, '--help']).exit_code for name in ('run', 'show', 'plan', 'export')];"
         "print(ended)"
     )
@@ -95,7 +95,7 @@ def test_check_folder(knitstudy, config):
 
 
 def test_check_scene(knitstudy, config, monkeypatch):
-    monkeypatch.setattr("knitstudy.cli.scenes._checked_loop", lambda scene: "loop: as drawn")
+    monkeypatch.setattr("knitstudy.run.commands.scenes._checked_loop", lambda scene: "loop: as drawn")
     change = ("--config", config, "--set", "mesh.size=0.4", "--set", "load.stops=[0.01, 2e-2]")
     rows = table(knitstudy("check", "dns-a", *change))
     assert rows[0] == ["key", "value", "unit", "role", "provenance"]
@@ -143,7 +143,7 @@ def test_plugin_that_exits_or_raises_ends_a_run(
     monkeypatch.syspath_prepend(config)
     monkeypatch.delitem(sys.modules, "ends", raising=False)
     if when_run:
-        monkeypatch.setattr("knitstudy.stages.simulate.simulate", import_module("ends").simulate)
+        monkeypatch.setattr("knitstudy.run.store.simulate", import_module("ends").simulate)
     assert reason in message(knitstudy("run", "dns-a", "--config", config, "--plugin", "ends"))
 
 
@@ -253,8 +253,8 @@ def simulated(monkeypatch, knit):
     def write_outputs(results, folder):
         asked.update(outputs_of=results.scene, outputs_in=folder)
 
-    monkeypatch.setattr("knitstudy.stages.simulate.simulate", simulate)
-    monkeypatch.setattr("knitstudy.stages.simulate.write_outputs", write_outputs)
+    monkeypatch.setattr("knitstudy.run.store.simulate", simulate)
+    monkeypatch.setattr("knitstudy.run.store.write_outputs", write_outputs)
     return asked
 
 
@@ -277,7 +277,7 @@ def test_how_a_run_ended_is_its_status(knitstudy, config, monkeypatch, error, st
     def fail(*_, **__):
         raise error
 
-    monkeypatch.setattr("knitstudy.stages.simulate.simulate", fail)
+    monkeypatch.setattr("knitstudy.run.store.simulate", fail)
     result = knitstudy("run", "dns-a", "--config", config)
     assert result.exit_code == status
     assert result.stderr.startswith("error: so" if status != 130 else "error: stopped; stages that were done")
@@ -325,7 +325,7 @@ def test_keys_that_a_user_sets_say_so(knitstudy):
 
 
 def test_values_of_a_measured_file_cannot_leave_the_folder(tmp_path):
-    from knitstudy.cli import curves
+    from knitstudy.use.commands import curves
 
     text = "yarn,strain,load N/m\n../../esc,.01,100\n../../esc,.02,300\n../../esc,.04,900\n"
     (tmp_path / "lab.csv").write_text(text)
@@ -398,11 +398,11 @@ def test_faults_of_the_system_are_one_line(knitstudy, monkeypatch, error, line):
     def fail(*_, **__):
         raise error
 
-    monkeypatch.setattr("knitstudy.cli.scenes.load_families", fail)
+    monkeypatch.setattr("knitstudy.run.commands.scenes.load_families", fail)
     assert line in message(knitstudy("list"))
 
 
 def test_measure_refuses_a_foreign_table_before_it_runs(knitstudy, tmp_path, monkeypatch):
     (tmp_path / "measured.csv").write_text("strain,force\n0,0\n")
-    monkeypatch.setattr("knitstudy.stages.trade.run", lambda *_, **__: pytest.fail("it ran"))
+    monkeypatch.setattr("knitstudy.run.advice.trade.run", lambda *_, **__: pytest.fail("it ran"))
     assert "measured.csv: has no column" in message(knitstudy("measure", "yarns-tie-course"))

@@ -4,7 +4,7 @@ import pytest
 import yaml
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.configuration import load_scene, load_scenes
+from knitstudy.run.configuration import load_scene, load_scenes
 
 FAMILY = "scenes/small.yaml"
 

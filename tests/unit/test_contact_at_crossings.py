@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.contacts.facets import (
+from knitstudy.knit.contacts.facets import (
     REACH,
     CrossingFacets,
     Rings,
@@ -11,13 +11,13 @@ from knitstudy.contacts.facets import (
     crossing_forces,
     touching_points,
 )
-from knitstudy.contacts.segments import KINDS, NO_SEGMENT, segments
+from knitstudy.knit.contacts.segments import KINDS, NO_SEGMENT, segments
+from knitstudy.knit.mesh.mesher import mesh_fabric
+from knitstudy.knit.yarns.discretisation import yarn_surfaces
 from knitstudy.measures.centre_cell import angles_to_axes
 from knitstudy.mechanics.contact.friction import ContactHistory, Coulomb
 from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models.discretisation import yarn_surfaces
 
 RADIUS, SIZE = 0.9e-3, 0.5
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.models.discretisation import COARSE, contact_surfaces
-from knitstudy.models.spline_yarns import space_on, yarn_spans
+from knitstudy.knit.models.spline_yarns.build import space_on, yarn_spans
+from knitstudy.knit.yarns.discretisation import COARSE, contact_surfaces
 
 
 @pytest.fixture(scope="module")

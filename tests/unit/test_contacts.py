@@ -7,10 +7,10 @@ import pytest
 import xarray as xr
 from half_spaces import hertz_ellipse
 
-from knitstudy.contacts.contacts import extract, indented
 from knitstudy.errors import DataFileError
-from knitstudy.geometry.crossings import Crossings
-from knitstudy.geometry.specimens import yarn_pair
+from knitstudy.knit.contacts.contacts import extract, indented
+from knitstudy.knit.geometry.crossings import Crossings
+from knitstudy.knit.geometry.specimens import yarn_pair
 
 
 @pytest.fixture

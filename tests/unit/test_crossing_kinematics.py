@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import synthetic
 
-from knitstudy.contacts.contacts import extract
-from knitstudy.contacts.kinematics import (
+from knitstudy.knit.contacts.contacts import extract
+from knitstudy.knit.contacts.kinematics import (
     Axes,
     kinematics,
     place_on_yarn,
@@ -13,11 +13,11 @@ from knitstudy.contacts.kinematics import (
     segment_contraction,
     twist,
 )
-from knitstudy.geometry.specimens import yarn_pair
-from knitstudy.loading.columns import CONTACTS
+from knitstudy.knit.geometry.specimens import yarn_pair
+from knitstudy.knit.loading.columns import CONTACTS
+from knitstudy.knit.mesh.mesher import mesh_fabric
+from knitstudy.knit.simulate import build, solve
 from knitstudy.mechanics.rotation import exp
-from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models.simulate import build, solve
 
 RADIUS = 0.9e-3
 X, Y, Z = np.eye(3)

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.specimens import cut_cells, middles_of_legs
-from knitstudy.mesh.mesher import mesh_scene
-from knitstudy.models.joints import contacts_of_crossings
-from knitstudy.models.network_2d import planar_network
-from knitstudy.models.simulate import build
+from knitstudy.knit.geometry.specimens import cut_cells, middles_of_legs
+from knitstudy.knit.mesh.mesher import mesh_scene
+from knitstudy.knit.models.rom2d.build import planar_network
+from knitstudy.knit.simulate import build
+from knitstudy.knit.yarns.joints import contacts_of_crossings
 
 
 @pytest.fixture(scope="module")

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.exchange.deck import Interaction, specimen_deck
-from knitstudy.exchange.inp import write_inp
-from knitstudy.geometry.fabric_file import fabric_of
-from knitstudy.geometry.lay_out import initial_loop, lay_out
-from knitstudy.geometry.specimens import plain_knit
-from knitstudy.mesh.mesher import mesh_scene
-from knitstudy.models.hexahedra import divide
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.geometry.lay_out import initial_loop, lay_out
+from knitstudy.knit.geometry.specimens import plain_knit
+from knitstudy.knit.mesh.mesher import mesh_scene
+from knitstudy.knit.models.hexahedra.build import divide
+from knitstudy.use.deck import Interaction, specimen_deck
+from knitstudy.use.inp import write_inp
 
 # Corners of the faces S1 to S6 of C3D8, from its definition.
 FACES = np.array([[1, 2, 3, 4], [5, 8, 7, 6], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 8, 4], [4, 8, 5, 1]]) - 1

@@ -11,11 +11,11 @@ import pytest
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.figures import deformed
-from knitstudy.figures.picture import AROUND
-from knitstudy.geometry.fabric_file import fabric_dataset
-from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.geometry.specimens import endless_cell, plain_knit
+from knitstudy.knit.geometry.fabric_file import fabric_dataset
+from knitstudy.knit.geometry.lay_out import initial_loop
+from knitstudy.knit.geometry.specimens import endless_cell, plain_knit
+from knitstudy.use import deformed
+from knitstudy.use.picture import AROUND
 
 SCENE = SimpleNamespace(name="made-up", yarn=SimpleNamespace(radius=0.4e-3))  # not that of the drawn fabric
 

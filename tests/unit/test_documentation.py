@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from knitstudy.knit.scene.alternatives import OTHER_WAYS
+from knitstudy.knit.scene.kinds import Labels, all_sections, role_of
 from knitstudy.measures.discretisation import HOW_FAR, physics_of
-from knitstudy.study.alternative_keys import OTHER_WAYS
-from knitstudy.study.configuration import load_scenes
-from knitstudy.study.scene_type import Labels, all_sections, role_of
+from knitstudy.run.configuration import load_scenes
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", ROOT / "config" / "README.md", *sorted(ROOT.glob("docs/**/*.md"))]

@@ -12,7 +12,7 @@ from synthetic import history
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, GeometryError
 from knitstudy.files import read_table
-from knitstudy.stages.simulate import Results
+from knitstudy.run.store import Results
 
 
 @pytest.fixture

@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import DataFileError, GeometryError
-from knitstudy.geometry.crossings import crossings_of_loop, windows_of_loop
-from knitstudy.geometry.fabric import Grip, of_curves
-from knitstudy.geometry.fabric_file import fabric_dataset, fabric_of
-from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.geometry.specimens import cut_cells, endless_cell, plain_knit, yarn_pair
-from knitstudy.geometry.spline import CatmullRom, Centreline
-from knitstudy.loading.solve import solve_load_path
-from knitstudy.mesh.mesher import sampled_sections
-from knitstudy.models import beams_in_contact, spline_yarns
+from knitstudy.knit.geometry.crossings import crossings_of_loop, windows_of_loop
+from knitstudy.knit.geometry.fabric import Grip, of_curves
+from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
+from knitstudy.knit.geometry.lay_out import initial_loop
+from knitstudy.knit.geometry.specimens import cut_cells, endless_cell, plain_knit, yarn_pair
+from knitstudy.knit.geometry.spline import CatmullRom, Centreline
+from knitstudy.knit.loading.solve import solve_load_path
+from knitstudy.knit.mesh.mesher import sampled_sections
+from knitstudy.knit.models.beam import build as beams_in_contact
+from knitstudy.knit.models.spline_yarns import build as spline_yarns
 
 RADIUS = 0.9e-3
 

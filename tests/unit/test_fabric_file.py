@@ -9,12 +9,12 @@ import pytest
 from knitstudy import registry
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import write_dataset
-from knitstudy.geometry import readers
-from knitstudy.geometry.drawn_loop import LoopTarget
-from knitstudy.geometry.fabric import of_curves
-from knitstudy.geometry.fabric_file import fabric_dataset, fabric_of
-from knitstudy.geometry.readers import centreline, read_fabric
-from knitstudy.geometry.specimens import cut_cells, endless_cell, plain_knit, yarn_pair
+from knitstudy.knit.geometry import readers
+from knitstudy.knit.geometry.drawn_loop import LoopTarget
+from knitstudy.knit.geometry.fabric import of_curves
+from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
+from knitstudy.knit.geometry.readers import centreline, read_fabric
+from knitstudy.knit.geometry.specimens import cut_cells, endless_cell, plain_knit, yarn_pair
 
 RADIUS = 0.1e-3
 
@@ -116,8 +116,8 @@ def test_millimetres_that_are_called_metres_are_questioned(tmp_path, caplog):
 
 
 PLUGIN = """
-from knitstudy.geometry.specimens import yarn_pair
-from knitstudy.geometry.readers import READERS, Reader
+from knitstudy.knit.geometry.specimens import yarn_pair
+from knitstudy.knit.geometry.readers import READERS, Reader
 READERS.register(Reader(".pair", "radius of two yarns", lambda path: yarn_pair(float(path.read_text()), 90.0, 1e-2)))
 """
 

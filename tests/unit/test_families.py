@@ -5,8 +5,8 @@ import re
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.configuration import CONFIG, load_scenes
-from knitstudy.study.families import family_files, read_families
+from knitstudy.run.configuration import CONFIG, load_scenes
+from knitstudy.run.families import family_files, read_families
 
 CASES = """\
 case:

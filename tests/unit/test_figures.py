@@ -15,22 +15,24 @@ from matplotlib.image import imread
 from matplotlib.text import Text
 from PIL import Image
 
-from knitstudy.contacts.contacts import extract
 from knitstudy.errors import DataFileError
-from knitstudy.figures import catalogue, picture, renderer, style
-from knitstudy.figures.fig10_kinematics import QUANTITIES, SIDES, ZONES
-from knitstudy.figures.fig15_force_strain import CUT
-from knitstudy.figures.picture import arrow, sphere, tube
-from knitstudy.figures.renderer import Picture, RenderingError, Surface, View
-from knitstudy.figures.style import describe, save
 from knitstudy.files import read_table
-from knitstudy.geometry.drawn_loop import LoopTarget
-from knitstudy.geometry.fabric_file import fabric_dataset
-from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.geometry.specimens import endless_cell, plain_knit
+from knitstudy.knit.contacts.contacts import extract
+from knitstudy.knit.geometry.drawn_loop import LoopTarget
+from knitstudy.knit.geometry.fabric_file import fabric_dataset
+from knitstudy.knit.geometry.lay_out import initial_loop
+from knitstudy.knit.geometry.specimens import endless_cell, plain_knit
+from knitstudy.knit.mesh.mesher import mesh_fabric
+from knitstudy.knit.yarns.joints import contacts_of_crossings
 from knitstudy.measures.centre_cell import closest_neighbour
-from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models.joints import contacts_of_crossings
+from knitstudy.paper import figures
+from knitstudy.paper.figures.fig10_kinematics import QUANTITIES, SIDES, ZONES
+from knitstudy.paper.figures.fig15_force_strain import CUT
+from knitstudy.run.catalogue import FIGURES
+from knitstudy.use import picture, renderer, style
+from knitstudy.use.picture import arrow, sphere, tube
+from knitstudy.use.renderer import Picture, RenderingError, Surface, View
+from knitstudy.use.style import describe, save
 
 ROUNDING = 0.01  # inches, half the width of an axis
 REFERENCE = Path(__file__).resolve().parents[2] / "resources" / "reference"
@@ -155,19 +157,19 @@ def drawn(results, pictures, monkeypatch):
     monkeypatch.setenv(style.RESOLUTION, "50")
 
     def draw(name, **others):
-        sources, taken = results(name) | others, catalogue.FIGURES.find(name).results
+        sources, taken = results(name) | others, FIGURES.find(name).results
         named = [sources.get(argument, ()) if taken[argument].several else [argument] for argument in taken]
         named = set(chain.from_iterable(named))
         scenes = {each: scene for each, scene in sources.get("scenes", {}).items() if each in named}
-        return catalogue.draw(name, **sources | {"scenes": scenes})
+        return figures.draw(name, **sources | {"scenes": scenes})
 
     return draw
 
 
-@pytest.mark.parametrize("name", catalogue.FIGURES.names())
+@pytest.mark.parametrize("name", FIGURES.names())
 def test_every_figure_is_written_with_units_and_its_origin(drawn, results, name, tmp_path):
     figure = drawn(name)
-    taken = catalogue.FIGURES.find(name).takes
+    taken = FIGURES.find(name).takes
     sources = {
         argument: each
         for argument, each in results(name).items()
@@ -201,7 +203,7 @@ def test_figure_that_cannot_be_rendered_is_left_out_with_a_note(results, monkeyp
 
     monkeypatch.setattr(renderer, "rendered", fail)
     with caplog.at_level(logging.ERROR):
-        figure = catalogue.draw("fig01_unit_cell", **results("fig01_unit_cell"))
+        figure = figures.draw("fig01_unit_cell", **results("fig01_unit_cell"))
     (note,) = figure.texts
     assert "is left out: VTK cannot render here" in note.get_text().replace("\n", " ")
     assert caplog.messages == ["fig01_unit_cell is left out: VTK cannot render here"]

@@ -8,15 +8,15 @@ from loops import KEPT, OUTCOMES, loop_map
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import read_table
-from knitstudy.geometry.drawn_loop import LoopTarget, peirce_length
-from knitstudy.geometry.fit import ROUNDS, fitted_loop
-from knitstudy.geometry.lay_out import lay_out
-from knitstudy.geometry.loop import Loop
-from knitstudy.geometry.loop_metrics import loop_metrics
-from knitstudy.geometry.loop_room import ITERATIONS, LARGEST_CURVATURE, InfeasibleLoop
-from knitstudy.geometry.symmetry import symmetries
-from knitstudy.study.alternative_keys import diameter_of, read_points
-from knitstudy.study.configuration import load_scene
+from knitstudy.knit.geometry.drawn_loop import LoopTarget, peirce_length
+from knitstudy.knit.geometry.fit import ROUNDS, fitted_loop
+from knitstudy.knit.geometry.lay_out import lay_out
+from knitstudy.knit.geometry.loop import Loop
+from knitstudy.knit.geometry.loop_metrics import loop_metrics
+from knitstudy.knit.geometry.loop_room import ITERATIONS, LARGEST_CURVATURE, InfeasibleLoop
+from knitstudy.knit.geometry.symmetry import symmetries
+from knitstudy.knit.scene.alternatives import diameter_of, read_points
+from knitstudy.run.configuration import load_scene
 
 COURSE, WALE = 0.9e-3, 1.1e-3  # the spacings of a jersey
 

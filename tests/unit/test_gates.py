@@ -8,7 +8,7 @@ import psutil
 import pytest
 
 from knitstudy.errors import CoarseIncrement, ConvergenceError, MeshError
-from knitstudy.loading.gates import (
+from knitstudy.knit.loading.gates import (
     expected_work,
     require_closed_ledger,
     require_elements_across,
@@ -18,10 +18,10 @@ from knitstudy.loading.gates import (
     require_small_viscosity,
     require_sound,
 )
-from knitstudy.loading.history import Motion, Recorder, Stations
+from knitstudy.knit.loading.history import Motion, Recorder, Stations
+from knitstudy.knit.mesh.quality import require_memory
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.model import Response
-from knitstudy.mesh.quality import require_memory
 
 END = 2.0  # m
 LOAD = np.linspace(0, 1, 5)

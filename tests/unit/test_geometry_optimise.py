@@ -7,12 +7,12 @@ import pytest
 from calibrate import UNUSABLE, first_guess, read_problem, residuals, whole_loop
 
 from knitstudy.errors import GeometryError
-from knitstudy.geometry.lay_out import initial_loop, lay_out
-from knitstudy.geometry.loop import Loop
-from knitstudy.geometry.loop_metrics import check_yarns, loop_metrics
-from knitstudy.geometry.optimise import optimise, squared_join_curvature
-from knitstudy.geometry.symmetry import symmetric_motions, symmetries
-from knitstudy.study.configuration import CONFIG, knits_of, load_scene, load_scenes
+from knitstudy.knit.geometry.lay_out import initial_loop, lay_out
+from knitstudy.knit.geometry.loop import Loop
+from knitstudy.knit.geometry.loop_metrics import check_yarns, loop_metrics
+from knitstudy.knit.geometry.optimise import optimise, squared_join_curvature
+from knitstudy.knit.geometry.symmetry import symmetric_motions, symmetries
+from knitstudy.run.configuration import CONFIG, knits_of, load_scene, load_scenes
 
 
 @pytest.fixture(scope="module")

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize, minimize_scalar
 
-from knitstudy.geometry.crossings import refine
-from knitstudy.geometry.loop import Loop
-from knitstudy.geometry.loop_metrics import approaches
-from knitstudy.geometry.spline import CatmullRom, Centreline
+from knitstudy.knit.geometry.crossings import refine
+from knitstudy.knit.geometry.loop import Loop
+from knitstudy.knit.geometry.loop_metrics import approaches
+from knitstudy.knit.geometry.spline import CatmullRom, Centreline
 
 EPS = 1e-12  # rounding of a few dozen operations on numbers of order ten
 

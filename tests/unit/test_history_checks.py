@@ -8,7 +8,7 @@ import xarray as xr
 from synthetic import history
 
 from knitstudy.files import STRAINS
-from knitstudy.loading.history import FORMS
+from knitstudy.knit.loading.history import FORMS
 from knitstudy.measures.history_checks import (
     DEEPEST,
     faults,
@@ -19,7 +19,7 @@ from knitstudy.measures.history_checks import (
     unbalanced_contact,
 )
 from knitstudy.measures.summary import summarise
-from knitstudy.tables import catalogue
+from knitstudy.run.catalogue import TABLES
 
 WORK = 1e-3  # external work at full load [J]
 
@@ -124,7 +124,7 @@ def test_table_of_a_direct_simulation(direct):
     assert ledger_gap(direct) == pytest.approx(0.05 / 4)  # |0 - 0.03 - 0.02| is the largest gap
     # The first increment does not count: its 0.03 J are less than 1% of 3.9 J.
     assert hourglass_share(direct) == pytest.approx(0.03 / 0.99)
-    table = catalogue.tabulate("simulation", dns=direct, scenes=SCENES).set_index("quantity")
+    table = TABLES.make("simulation", dns=direct, scenes=SCENES).set_index("quantity")
     assert table.loc["Newton iterations", "value"] == 7
     assert table.loc["Krylov iterations", "value"] == 70
     assert table.loc["largest residual over mean internal force", ["value", "bar"]].tolist() == [2e-7, 1e-6]

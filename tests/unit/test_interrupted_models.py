@@ -5,11 +5,11 @@ from functools import partial
 import numpy as np
 import pytest
 
-from knitstudy.geometry.fabric_file import fabric_of
-from knitstudy.geometry.lay_out import lay_out
-from knitstudy.loading.run import Run
-from knitstudy.models.simulate import solve
-from knitstudy.study.configuration import load_scene
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.geometry.lay_out import lay_out
+from knitstudy.knit.loading.run import Run
+from knitstudy.knit.simulate import solve
+from knitstudy.run.configuration import load_scene
 
 PAIR = {"fidelity": "spline_yarns", "pair.support": "ends", "pair.length": 3.7e-3}
 PAIR |= {"load.path": [[0, 0, -4e-5], [5e-5, 0, -4e-5]]}

@@ -24,7 +24,7 @@ from knitstudy.files import (
     write_dataset,
     write_table,
 )
-from knitstudy.study.configuration import load_scene
+from knitstudy.run.configuration import load_scene
 
 
 @pytest.fixture

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.geometry.readers import read_fabric
-from knitstudy.study.knitout import parents_of_letters, read_repeat, repeat_of
+from knitstudy.knit.geometry.readers import read_fabric
+from knitstudy.knit.scene.knitout import parents_of_letters, read_repeat, repeat_of
 
 FILES = Path(__file__).resolve().parents[2] / "examples" / "knitout"
 HEAD = ";!knitout-2\n;;Machine: SWG091N2\n;;Gauge: 15\n;;Carriers: 1 2 3 4 5 6 7 8 9 10\n"

@@ -8,11 +8,11 @@ import pytest
 import scipy.sparse as sp
 
 from knitstudy.errors import CoarseIncrement, ConvergenceError
-from knitstudy.geometry.specimens import yarn_pair
-from knitstudy.loading.gates import require_closed_ledger
-from knitstudy.loading.history import Motion, Stations, load_path
-from knitstudy.loading.run import Run
-from knitstudy.loading.solve import Problem, solve_load_path
+from knitstudy.knit.geometry.specimens import yarn_pair
+from knitstudy.knit.loading.gates import require_closed_ledger
+from knitstudy.knit.loading.history import Motion, Stations, load_path
+from knitstudy.knit.loading.run import Run
+from knitstudy.knit.loading.solve import Problem, solve_load_path
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.model import Memoryless, Response
@@ -115,7 +115,7 @@ def alike(one, other):
 
 def test_history_progress_and_log(problem, caplog):
     reports = Reports()
-    caplog.set_level(logging.INFO, logger="knitstudy.loading.solve")
+    caplog.set_level(logging.INFO, logger="knitstudy.knit.loading.solve")
     history = solve_load_path(problem, Run(progress=reports))
     np.testing.assert_allclose(history["force"], [0, 0.5 + 0.125, 2, 1.5 + 3.375, 10])
     np.testing.assert_allclose(history["strain"], [0, 0.0125, 0.025, 0.0375, 0.05])
@@ -139,7 +139,7 @@ def test_an_interrupted_run_goes_on(problem, tmp_path, caplog):
     with pytest.raises(KeyboardInterrupt):
         solve_load_path(problem, Run(restart=restart, progress=Reports(ends_at=0.5)))
     reports = Reports()
-    caplog.set_level(logging.INFO, logger="knitstudy.loading.solve")
+    caplog.set_level(logging.INFO, logger="knitstudy.knit.loading.solve")
     run = Run(restart=restart, progress=reports)
     history = solve_load_path(problem, run)
     assert alike(history, solve_load_path(problem))

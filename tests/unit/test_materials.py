@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.knit.mesh.mesher import mesh_fabric
+from knitstudy.knit.simulate import solve
 from knitstudy.mechanics.elements import ELEMENTS, ElementResponse
 from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.materials.isotropic import Hencky, Isotropic
-from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models.simulate import solve
 
 
 @pytest.fixture

@@ -5,11 +5,11 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
-from knitstudy.cli.main import main
 from knitstudy.errors import KnitstudyError
 from knitstudy.files import read_dataset, read_table
-from knitstudy.measures.curve_fit import SIMULATED, fit
-from knitstudy.measures.measured_curve import read_curve
+from knitstudy.run.commands.main import main
+from knitstudy.use.curve_fit import SIMULATED, fit
+from knitstudy.use.measured_curve import read_curve
 
 OPTIONS = {"strain": ("Weg", "mm"), "force": ("Kraft", "N"), "width": 0.05, "length": 0.1}
 PLAIN = "strain (%),force_per_width_N_mm\n1,0.1\n2,0.3\n4,0.9\n"

@@ -6,11 +6,11 @@ import pytest
 from click.testing import CliRunner
 from test_membrane_law import ORTHOTROPIC, cells
 
-from knitstudy.cli.main import main
-from knitstudy.exchange.membrane import THICKNESS, solid_entries
 from knitstudy.files import read_dataset, write_dataset
-from knitstudy.stages.record import Record
-from knitstudy.study.configuration import load_scene
+from knitstudy.run.commands.main import main
+from knitstudy.run.configuration import load_scene
+from knitstudy.run.record import Record
+from knitstudy.use.membrane import THICKNESS, solid_entries
 
 
 def command(*arguments):

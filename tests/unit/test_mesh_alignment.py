@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import MeshError
-from knitstudy.mesh.mesher import mesh_fabric
+from knitstudy.knit.mesh.mesher import mesh_fabric
 
 GROWTH = 1.2
 SIZES = [2 / 3, 0.5]

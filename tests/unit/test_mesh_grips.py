@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import MeshError
-from knitstudy.geometry.fabric import of_curves
-from knitstudy.geometry.specimens import head_arcs, sinker_arcs, yarn_pair
-from knitstudy.geometry.spline import CatmullRom, Centreline
-from knitstudy.mesh.mesher import grips, mesh_fabric
+from knitstudy.knit.geometry.fabric import of_curves
+from knitstudy.knit.geometry.specimens import head_arcs, sinker_arcs, yarn_pair
+from knitstudy.knit.geometry.spline import CatmullRom, Centreline
+from knitstudy.knit.mesh.mesher import grips, mesh_fabric
 
 SIZE, GROWTH = 1.0, 2.0
 

@@ -7,12 +7,12 @@ import pytest
 from curves import Helix, Straight
 
 from knitstudy.errors import MeshError
+from knitstudy.knit.mesh.quadratic import quadratic_mesh
+from knitstudy.knit.mesh.section import Section
+from knitstudy.knit.mesh.spacing import Spacing
+from knitstudy.knit.mesh.sweep import sweep
 from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
 from knitstudy.mechanics.materials.isotropic import Hencky
-from knitstudy.mesh.quadratic import quadratic_mesh
-from knitstudy.mesh.section import Section
-from knitstudy.mesh.spacing import Spacing
-from knitstudy.mesh.sweep import sweep
 
 RADIUS = 0.9
 CURVES = (Helix(3.0, 0.5, 0.5), Straight(6.0, (0, 20.0, 0)))

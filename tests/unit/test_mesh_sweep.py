@@ -7,10 +7,10 @@ import pytest
 from curves import Arc, Helix, Straight
 
 from knitstudy.errors import MeshError
-from knitstudy.mesh import quality
-from knitstudy.mesh.section import Section
-from knitstudy.mesh.spacing import Spacing, place_slices
-from knitstudy.mesh.sweep import Targets, roll_towards, rotation_minimising, sweep
+from knitstudy.knit.mesh import quality
+from knitstudy.knit.mesh.section import Section
+from knitstudy.knit.mesh.spacing import Spacing, place_slices
+from knitstudy.knit.mesh.sweep import Targets, roll_towards, rotation_minimising, sweep
 
 
 def volumes(mesh):

@@ -5,7 +5,7 @@ import pytest
 import study
 
 from knitstudy.measures.response import tangent_stiffness
-from knitstudy.tables import catalogue
+from knitstudy.run.catalogue import TABLES
 
 
 @pytest.fixture(scope="module")
@@ -20,7 +20,7 @@ def reference(cases):
 
 def test_distances_of_all_models_from_the_reference(every, cases, reference):
     sources = {"models": every, "scenes": cases, "reference": reference}
-    table = catalogue.tabulate("rom_distance", **sources).set_index("model")
+    table = TABLES.make("rom_distance", **sources).set_index("model")
     assert table.index.is_unique
     assert len(table) == 4 * 7
     of = table.loc["3D ROM, printed joints; tie constraint, wale"]
@@ -40,7 +40,7 @@ def test_distances_of_all_models_from_the_reference(every, cases, reference):
 
 def test_responses_by_hand(every, cases):
     """10 N at 5 % on 3 loops and rows: widths are 3 w and 3 c."""
-    table = catalogue.tabulate("responses", every=every, scenes=cases).set_index("scene")
+    table = TABLES.make("responses", every=every, scenes=cases).set_index("scene")
     assert list(table.index) == list(every)
     pattern = cases["dns-isotropic-course"].pattern
     height, width = 3 * pattern.course_spacing, 3 * pattern.wale_spacing

@@ -8,10 +8,11 @@ import pytest
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import read_dataset
-from knitstudy.geometry.specimens import endless_cell
-from knitstudy.models import hexahedra, network_3d
-from knitstudy.models.simulate import build
-from knitstudy.study.scene_type import MODELS
+from knitstudy.knit.geometry.specimens import endless_cell
+from knitstudy.knit.models.hexahedra import build as hexahedra
+from knitstudy.knit.models.rom3d import build as rom3d
+from knitstudy.knit.scene.kinds import MODELS
+from knitstudy.knit.simulate import build
 
 
 def test_a_model_gets_the_data_that_are_given(plain_scene, knit, contacts, monkeypatch):
@@ -19,7 +20,7 @@ def test_a_model_gets_the_data_that_are_given(plain_scene, knit, contacts, monke
 
     def own(scene, fabric, **data):
         given.update(data)
-        return network_3d.build(scene, fabric, **data)
+        return rom3d.build(scene, fabric, **data)
 
     monkeypatch.setitem(MODELS._entries, "rom3d", replace(MODELS.find("rom3d"), build=own))
     problem = build(plain_scene.replace("mesh.beam_size", 1.2), knit, contacts=contacts, springs=None)
@@ -30,11 +31,12 @@ def test_a_model_gets_the_data_that_are_given(plain_scene, knit, contacts, monke
 PLUGIN = """
 from dataclasses import replace
 
-from knitstudy.models.network_3d import spatial_network, joint_points, problem
-from knitstudy.models.joints import contacts_of_crossings
-from knitstudy.study.keys import Section, key
-from knitstudy.study.scene_type import MODELS, Model
-from knitstudy.study.model_sections import BeamMesh, BeamGates, Newton
+from knitstudy.knit.yarns.joints import joint_points
+from knitstudy.knit.yarns.network import problem, spatial_network
+from knitstudy.knit.yarns.joints import contacts_of_crossings
+from knitstudy.knit.scene.keys import Section, key
+from knitstudy.knit.scene.kinds import MODELS, Model
+from knitstudy.knit.scene.shared_sections import BeamMesh, BeamGates, Newton
 
 
 class Wires(Section):

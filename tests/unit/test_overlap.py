@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.loading.gates import require_apart
-from knitstudy.loading.history import Recorder, Stations
-from knitstudy.loading.overlap import Repeats, largest_overlap
-from knitstudy.study.configuration import load_scene
+from knitstudy.knit.loading.gates import require_apart
+from knitstudy.knit.loading.history import Recorder, Stations
+from knitstudy.knit.loading.overlap import Repeats, largest_overlap
+from knitstudy.run.configuration import load_scene
 
 S = np.linspace(0, 20, 41)
 

@@ -10,13 +10,13 @@ import pytest
 import scipy.sparse as sp
 
 from knitstudy.errors import ConfigurationError, ConvergenceError
+from knitstudy.knit.mesh.mesher import mesh_fabric
+from knitstudy.knit.simulate import build
 from knitstudy.mechanics import linear as banded
 from knitstudy.mechanics.batches import VARIABLE, by_parts, share, threads
 from knitstudy.mechanics.contact.friction import ContactHistory
 from knitstudy.mechanics.linear.krylov import Rows
 from knitstudy.mechanics.solid import SolidState
-from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models.simulate import build
 
 
 @pytest.mark.parametrize("value", ["x", "0", "-1", "1.5", ",2", "x,2", "²"])

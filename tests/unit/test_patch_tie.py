@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import MeshError
-from knitstudy.geometry.specimens import yarn_pair
+from knitstudy.knit.geometry.specimens import yarn_pair
+from knitstudy.knit.mesh.mesher import mesh_fabric
+from knitstudy.knit.models.hexahedra import build as hexahedra
+from knitstudy.knit.yarns.interactions import STIFFNESS, Discs, tie_crossings
 from knitstudy.mechanics.contact.patch_compliance import moments, polar_rule
 from knitstudy.mechanics.rotation import exp
-from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models import hexahedra
-from knitstudy.models.interactions import STIFFNESS, Discs, tie_crossings
-from knitstudy.study.configuration import load_scene
+from knitstudy.run.configuration import load_scene
 
 MODULUS = 1.3e9
 
@@ -115,7 +115,7 @@ def test_compliance_that_the_yarns_do_not_show_softens_the_tie(parts, pair):
 
 
 def test_discs_that_overlap_are_refused(knit_of, plain_scene):
-    from knitstudy.mesh.mesher import mesh_fabric
+    from knitstudy.knit.mesh.mesher import mesh_fabric
 
     coarse = {"fidelity": "hexahedra", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 2 / 3}
     scene = plain_scene.vary({**coarse, "gates.elements_across": 2})

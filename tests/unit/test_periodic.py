@@ -5,11 +5,11 @@ import pytest
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.exchange.inp import SHELL_ENTRIES, section_matrix, shell_entries, write_shell
 from knitstudy.mechanics.periodic import Lattice, seam
 from knitstudy.mechanics.spline_yarn.space import yarn_space
-from knitstudy.study.configuration import load_scene
-from knitstudy.tables.endless_knit import moduli
+from knitstudy.paper.tables.endless_knit import moduli
+from knitstudy.run.configuration import load_scene
+from knitstudy.use.inp import SHELL_ENTRIES, section_matrix, shell_entries, write_shell
 
 BREAKS = np.array([0.0, 0.7, 1.1, 2.0, 2.6, 3.0])
 

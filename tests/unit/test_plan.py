@@ -8,11 +8,11 @@ import xarray as xr
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, EndedEarly
 from knitstudy.files import read_dataset, write_dataset
-from knitstudy.stages.cost import expected_memory, expected_seconds, unknowns
-from knitstudy.stages.plan import Plan, kept_of, make
-from knitstudy.stages.simulate import simulate
-from knitstudy.stages.table import STAGES
-from knitstudy.study.configuration import load_scene
+from knitstudy.run.configuration import load_scene
+from knitstudy.run.cost import expected_memory, expected_seconds, unknowns
+from knitstudy.run.plan import Plan, kept_of, make
+from knitstudy.run.stages import STAGES
+from knitstudy.run.store import simulate
 
 
 @pytest.fixture
@@ -23,7 +23,7 @@ def plan(config):
 def test_a_plan_imports_no_library_of_results_and_no_mechanics_of_models(printed_and_imported):
     """The workflow starts in a third of the time, and each job of a cluster starts it twice."""
     code = (
-        "from knitstudy.stages.plan import Plan; from knitstudy.stages.table import STAGES;"
+        "from knitstudy.run.plan import Plan; from knitstudy.run.stages import STAGES;"
         "plan = Plan.of(); scene = plan.scenes['rom3d-tie-course']; stage = STAGES['simulation'];"
         "print(len(plan.digest(stage, scene)), stage.memory(scene) > 0, stage.seconds(scene) > 0)"
     )

@@ -6,7 +6,7 @@ import synthetic
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.figures.plot import draw
+from knitstudy.use.plot import draw
 
 
 def test_histories_are_drawn_beside_each_other():

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.geometry.specimens import yarn_pair
-from knitstudy.mesh.mesher import sampled_sections
-from knitstudy.models.spline_yarns import discretise
+from knitstudy.knit.geometry.specimens import yarn_pair
+from knitstudy.knit.mesh.mesher import sampled_sections
+from knitstudy.knit.models.spline_yarns.build import discretise
 
 
 @pytest.fixture(scope="module")

@@ -5,9 +5,9 @@ import pytest
 import synthetic
 
 from knitstudy.errors import ConfigurationError, GeometryError
+from knitstudy.knit.models.rom2d.build import heights_by_stress, moved
+from knitstudy.knit.simulate import build, solve
 from knitstudy.measures.centre_cell import angle_to_x, angles_to_axes, central, honeycomb_segments
-from knitstudy.models.network_2d import heights_by_stress, moved
-from knitstudy.models.simulate import build, solve
 
 INTERLOCK, LEG = 40.0, 55.0
 

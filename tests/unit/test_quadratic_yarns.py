@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from knitstudy.knit.mesh.mesher import mesh_fabric
+from knitstudy.knit.models.hexahedra.build import divide
 from knitstudy.mechanics.rotation import exp
-from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models.hexahedra import divide
 
 RADIUS, SIZE = 0.9e-3, 0.5
 

@@ -8,19 +8,19 @@ import pytest
 import study
 import synthetic
 
-from knitstudy.contacts.contacts import extract
 from knitstudy.errors import DataFileError
 from knitstudy.files import read_table
-from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.geometry.specimens import plain_knit
-from knitstudy.measures.claims.combinations import OPEN, combinations_of, exclusive
-from knitstudy.measures.claims.evidence import Judgement
-from knitstudy.measures.claims.verdicts import INPUT, READING, Reading, conclude, findings, readings_of
+from knitstudy.knit.contacts.contacts import extract
+from knitstudy.knit.geometry.lay_out import initial_loop
+from knitstudy.knit.geometry.specimens import plain_knit
 from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import Reference, transferred_uncertainty
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
-from knitstudy.study.configuration import load_scenes
+from knitstudy.paper.claims.combinations import OPEN, combinations_of, exclusive
+from knitstudy.paper.claims.evidence import Judgement
+from knitstudy.paper.claims.verdicts import INPUT, READING, Reading, conclude, findings, readings_of
+from knitstudy.run.configuration import load_scenes
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
 

@@ -7,14 +7,14 @@ import pytest
 import xarray as xr
 from click.testing import CliRunner
 
-from knitstudy.cli.main import main
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import read_dataset, write_dataset
-from knitstudy.stages.plan import Plan
-from knitstudy.stages.record import keys_of, scenes_of
-from knitstudy.stages.simulate import simulate
-from knitstudy.stages.table import STAGES
-from knitstudy.study.configuration import load_scene
+from knitstudy.run.commands.main import main
+from knitstudy.run.configuration import load_scene
+from knitstudy.run.plan import Plan
+from knitstudy.run.record import keys_of, scenes_of
+from knitstudy.run.stages import STAGES
+from knitstudy.run.store import simulate
 
 SMALL = {"pattern.loops": 1, "pattern.rows": 1, "rom.contacts_from": None, "solver.increments": 1}
 

@@ -6,16 +6,16 @@ import pytest
 import study
 import synthetic
 
-from knitstudy.contacts.contacts import extract
 from knitstudy.files import read_table, write_dataset
+from knitstudy.knit.contacts.contacts import extract
 from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.reference import reference_of
 from knitstudy.measures.response import FORCE, STRAINS, rms_out_of_plane
-from knitstudy.stages.plan import Plan
-from knitstudy.stages.table import STAGES
-from knitstudy.study.configuration import load_scenes, load_study
-from knitstudy.tables import catalogue
-from knitstudy.tables.reference import values_of
+from knitstudy.paper.tables.reference import values_of
+from knitstudy.run.catalogue import TABLES
+from knitstudy.run.configuration import load_scenes, load_study
+from knitstudy.run.plan import Plan
+from knitstudy.run.stages import STAGES
 
 SIZES = (1 / 2, 1 / 3)
 
@@ -55,7 +55,7 @@ def sources(knit, solid):
 
 
 def test_rows_of_two_ways(sources, solid):
-    table = catalogue.tabulate("reference", **sources)
+    table = TABLES.make("reference", **sources)
     rows = table[table["quantity"] == FORCE].set_index("strain [1]")
     assert list(rows.index) == list(STRAINS)
     assert set(rows["problem"]) == {problem_of(solid)}
@@ -77,7 +77,7 @@ def test_rows_of_two_ways(sources, solid):
 def test_one_way_or_one_mesh_makes_no_reference(knit, solid):
     for scenes in (way(solid, "one_point"), way(solid, "one_point") | way(solid, "quadratic", SIZES[:1])):
         alone = results(knit, scenes, lambda element, h: 1.0)
-        assert catalogue.tabulate("reference", **alone).empty
+        assert TABLES.make("reference", **alone).empty
 
 
 def test_one_way_is_as_uncertain_as_ways_disagree_elsewhere(knit, solid, sources):
@@ -87,7 +87,7 @@ def test_one_way_is_as_uncertain_as_ways_disagree_elsewhere(knit, solid, sources
         for name, scene in way(solid, "quadratic").items()
     }
     both = results(knit, sources["scenes"] | other, lambda element, h: 12 + 0.24 * (element == "quadratic"))
-    table = catalogue.tabulate("reference", **both)
+    table = TABLES.make("reference", **both)
     last = table[(table["quantity"] == FORCE) & (table["strain [1]"] == 0.05)].set_index("problem")
     pair, single = last.loc[problem_of(solid)], last.loc[problem_of(other["reference-quadratic-05-other"])]
     assert single["value"] == pytest.approx(12.24)

@@ -10,10 +10,9 @@ import yaml
 from matplotlib.figure import Figure
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.figures.catalogue import FIGURES
-from knitstudy.figures.style import save
-from knitstudy.report.page import numbers, render
-from knitstudy.tables.catalogue import TABLES
+from knitstudy.paper.report.page import numbers, render
+from knitstudy.run.catalogue import FIGURES, TABLES
+from knitstudy.use.style import save
 
 ROOT = Path(__file__).resolve().parents[2]
 REPORT = ROOT / "workflow" / "report"

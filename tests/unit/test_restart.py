@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import DataFileError
-from knitstudy.loading.history import Motion, Recorder, Stations
-from knitstudy.loading.restart import Checkpoint
-from knitstudy.loading.run import Progress
+from knitstudy.knit.loading.history import Motion, Recorder, Stations
+from knitstudy.knit.loading.restart import Checkpoint
+from knitstudy.knit.loading.run import Progress
 from knitstudy.mechanics.increment import Increment, Rate
 from knitstudy.mechanics.model import Response
 
@@ -162,7 +162,7 @@ def test_something_else_in_the_place_of_a_restart_file_is_refused(tmp_path):
 def test_time_left_counts_from_where_a_run_goes_on(monkeypatch):
     """Half was done before; a half of the rest in thirty seconds."""
     clock, stream = iter([100.0, 130.0]), io.StringIO()
-    monkeypatch.setattr("knitstudy.loading.run.time.monotonic", lambda: next(clock))
+    monkeypatch.setattr("knitstudy.knit.loading.run.time.monotonic", lambda: next(clock))
     progress = Progress("simulation a", streams=(stream,))
     progress(0.5)
     progress(0.75, "strain 3.75%")

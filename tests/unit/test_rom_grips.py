@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.specimens import head_arcs, sinker_arcs
-from knitstudy.loading.history import Motion
-from knitstudy.models.network_3d import grips, tension
-from knitstudy.models.simulate import build
+from knitstudy.knit.geometry.specimens import head_arcs, sinker_arcs
+from knitstudy.knit.loading.history import Motion
+from knitstudy.knit.simulate import build
+from knitstudy.knit.yarns.network import grips, tension
 
 
 @pytest.fixture(scope="session")

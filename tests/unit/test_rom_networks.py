@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import GeometryError
-from knitstudy.models import network_2d, network_3d
-from knitstudy.models.joints import joint_points
+from knitstudy.knit.models.rom2d import build as network_2d
+from knitstudy.knit.yarns.joints import joint_points
+from knitstudy.knit.yarns.network import spatial_network
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +34,7 @@ def test_only_segments_inside_interlocks_carry_two_yarns(knit, contacts):
 
 
 def test_both_points_C_hang_on_a_node_at_P(knit, points):
-    network = network_3d.spatial_network(knit, points, size=2.2)
+    network = spatial_network(knit, points, size=2.2)
     carried = network.nodes[network.station_node] + network.station_offset
     np.testing.assert_allclose(carried, network.stations.position, atol=1e-17)
     joints = np.flatnonzero(np.bincount(network.station_node) == 2)
@@ -46,7 +47,7 @@ def test_both_points_C_hang_on_a_node_at_P(knit, points):
 
 
 def test_curvature_is_that_of_the_centrelines(knit, points):
-    network = network_3d.spatial_network(knit, points, size=0.28)
+    network = spatial_network(knit, points, size=0.28)
     stations, centreline = network.stations, knit.centrelines[1]
     first = np.flatnonzero(stations.yarn[1:] == stations.yarn[:-1])
     mine = stations.yarn[first] == 1
@@ -69,4 +70,4 @@ def test_two_joints_at_one_point_are_refused(knit, points):
     arc_length[2, 0] = arc_length[0, 0]
     twice = replace(points, arc_length=arc_length)
     with pytest.raises(GeometryError, match="yarn 0 has two joints"):
-        network_3d.spatial_network(knit, twice, 1.0)
+        spatial_network(knit, twice, 1.0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import GeometryError
-from knitstudy.models.joints import contact_normal_planes, joint_points
+from knitstudy.knit.yarns.joints import contact_normal_planes, joint_points
 
 
 def test_contacts_of_crossings_lie_halfway_with_normals_across(knit, contacts):

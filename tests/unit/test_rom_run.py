@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import DataFileError
-from knitstudy.models.simulate import solve
+from knitstudy.knit.simulate import solve
 
 
 def with_area(contacts, scene, radius):

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.study.configuration import load_scene, load_scenes
-from knitstudy.study.keys import Section, key
-from knitstudy.study.scene import Scene, flat
+from knitstudy.knit.scene.keys import Section, key
+from knitstudy.knit.scene.scene import Scene, flat
+from knitstudy.run.configuration import load_scene, load_scenes
 
 
 @pytest.fixture

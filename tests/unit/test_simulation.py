@@ -8,9 +8,9 @@ import xarray as xr
 import yaml
 
 from knitstudy.errors import DataFileError
-from knitstudy.stages.simulate import simulate
-from knitstudy.stages.table import STAGES
-from knitstudy.study.configuration import load_scene
+from knitstudy.run.configuration import load_scene
+from knitstudy.run.stages import STAGES
+from knitstudy.run.store import simulate
 
 
 @pytest.fixture

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError, GeometryError
-from knitstudy.geometry.crossings import plane_crossings
-from knitstudy.geometry.drawn_loop import LoopTarget
-from knitstudy.geometry.fabric_file import fabric_dataset, fabric_of
-from knitstudy.geometry.lay_out import lay_out
-from knitstudy.geometry.stitch_mesh import endless_cell_of_stitches, stitches_of
-from knitstudy.geometry.stitches import sides
-from knitstudy.study.stitch_letters import size_of_repeat
+from knitstudy.knit.geometry.crossings import plane_crossings
+from knitstudy.knit.geometry.drawn_loop import LoopTarget
+from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
+from knitstudy.knit.geometry.lay_out import lay_out
+from knitstudy.knit.geometry.stitch_mesh import endless_cell_of_stitches, stitches_of
+from knitstudy.knit.geometry.stitches import sides
+from knitstudy.knit.scene.stitches import size_of_repeat
 
 COURSE, WALE, DIAMETER = 2.2e-3, 3.3e-3, 0.44e-3
 HALF_CARDIGAN, FLOATS, CROSS_TUCK = ("KP", "KT"), ("K-", "-K"), ("KT", "TK")

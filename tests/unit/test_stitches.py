@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.geometry.drawn_loop import LoopTarget
-from knitstudy.geometry.fabric_file import fabric_dataset, fabric_of
-from knitstudy.geometry.fit import fitted_loop
-from knitstudy.geometry.lay_out import all_of_repeat
-from knitstudy.geometry.loop_metrics import loop_metrics
-from knitstudy.geometry.loop_room import LARGEST_CURVATURE
-from knitstudy.geometry.specimens import cut_cells, endless_cell
-from knitstudy.geometry.stitches import sides, standard
-from knitstudy.study.configuration import load_scene
+from knitstudy.knit.geometry.drawn_loop import LoopTarget
+from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
+from knitstudy.knit.geometry.fit import fitted_loop
+from knitstudy.knit.geometry.lay_out import all_of_repeat
+from knitstudy.knit.geometry.loop_metrics import loop_metrics
+from knitstudy.knit.geometry.loop_room import LARGEST_CURVATURE
+from knitstudy.knit.geometry.specimens import cut_cells, endless_cell
+from knitstudy.knit.geometry.stitches import sides, standard
+from knitstudy.run.configuration import load_scene
 
 COURSE, WALE, RADIUS = 0.9e-3, 1.1e-3, 0.1e-3
 SMALL = [("".join(row[:2]), "".join(row[2:])) for row in product("KP", repeat=4)]

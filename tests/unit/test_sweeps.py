@@ -5,9 +5,9 @@ import study
 import sweeping
 from sweeping import LIFT, SURE, histories
 
-from knitstudy.measures.claims.evidence import Evidence
-from knitstudy.measures.claims.verdicts import RULES
-from knitstudy.measures.sweeps import SPACING, sweeps_of
+from knitstudy.paper.claims.evidence import Evidence
+from knitstudy.paper.claims.verdicts import RULES
+from knitstudy.paper.sweeps import SPACING, sweeps_of
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import study
 import synthetic
 
 from knitstudy.errors import DataFileError
-from knitstudy.tables.table2_springs import AVERAGED, READINGS, tabulate, tabulate_averages
+from knitstudy.paper.tables.table2_springs import AVERAGED, READINGS, tabulate, tabulate_averages
 
 STIFFNESS = np.array([80e3, 60e3, 900e3])
 

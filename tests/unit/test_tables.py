@@ -8,19 +8,18 @@ import pytest
 import synthetic
 import xarray as xr
 
-from knitstudy.contacts.contacts import extract
 from knitstudy.errors import DataFileError
-from knitstudy.figures.catalogue import FIGURES
+from knitstudy.knit.contacts.contacts import extract
+from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.measures.centre_cell import first_symmetric_contact
 from knitstudy.measures.cost import SERIES
-from knitstudy.measures.paper_values import number, numbers
 from knitstudy.measures.response import distance_of_curves, out_of_plane_correlation, transverse_contraction
-from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.report.files import READERS
-from knitstudy.stages.displays import Displays, reference_files
-from knitstudy.stages.plan import Plan
-from knitstudy.study.configuration import CONFIG, load_scenes, load_study
-from knitstudy.tables import catalogue
+from knitstudy.paper.paper_values import number, numbers
+from knitstudy.paper.report.files import READERS
+from knitstudy.run.catalogue import FIGURES, TABLES
+from knitstudy.run.configuration import CONFIG, load_scenes, load_study
+from knitstudy.run.displays import Displays, reference_files
+from knitstudy.run.plan import Plan
 
 
 def contacts(rows=2, columns=2):
@@ -45,9 +44,7 @@ def test_numbers_of_the_paper_are_read_and_missing_ones_are_named(paper):
 
 
 def test_angles_of_a_known_honeycomb(paper):
-    table = catalogue.tabulate("table4_angles", contacts=contacts(), paper=paper, scenes={}).set_index(
-        "segment"
-    )
+    table = TABLES.make("table4_angles", contacts=contacts(), paper=paper, scenes={}).set_index("segment")
     interlock, leg = np.degrees(np.arctan([2, 3]))
     np.testing.assert_allclose(table["angle to x [deg]"], [0, interlock, interlock, leg, leg, 0], atol=6e-4)
     np.testing.assert_allclose(table["angle to y [deg]"], 90 - table["angle to x [deg]"], atol=2e-3)
@@ -83,7 +80,7 @@ def test_names_of_scenes_are_those_of_the_configuration():
     """A name or pattern that no scene has, for example with a typing error, would leave out a result in silence."""
     known = set(load_scenes())
     coarse = {name for name in known if name.endswith("-coarse")}
-    for display in (*FIGURES.all().values(), *catalogue.TABLES.all().values()):
+    for display in (*FIGURES.all().values(), *TABLES.all().values()):
         for argument, results in display.results.items():
             actual = {name for name in results.names if fnmatch.filter(known, name)}
             assert actual, (display.name, argument)
@@ -103,7 +100,7 @@ def offered():
     """The tables of a study."""
     plan = Plan.of(CONFIG)
     study = [*load_study("reduced"), *(each for each in plan.scenes if each.startswith(OTHERS))]
-    return Displays(catalogue.TABLES, plan, [plan.scenes[name] for name in study], reference_files(CONFIG))
+    return Displays(TABLES, plan, [plan.scenes[name] for name in study], reference_files(CONFIG))
 
 
 @pytest.fixture(scope="module")
@@ -129,7 +126,7 @@ def results(knit):
     }
 
 
-@pytest.mark.parametrize("name", catalogue.TABLES.names())
+@pytest.mark.parametrize("name", TABLES.names())
 def test_every_table_is_made_from_the_files_that_the_workflow_names(offered, results, name):
     def read(source):
         if isinstance(source, list):
@@ -142,7 +139,7 @@ def test_every_table_is_made_from_the_files_that_the_workflow_names(offered, res
         return results[source[0].name].assign_attrs(scene=source[1].name)
 
     sources = {argument: read(source) for argument, source in offered.sources[name].items()}
-    assert len(catalogue.tabulate(name, **sources, scenes=offered.scenes(name)).columns)
+    assert len(TABLES.make(name, **sources, scenes=offered.scenes(name)).columns)
 
 
 def test_distance_of_a_hat_by_hand():

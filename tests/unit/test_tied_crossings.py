@@ -2,7 +2,7 @@
 
 import pytest
 
-from knitstudy.contacts.facets import tied_crossings
+from knitstudy.knit.contacts.facets import tied_crossings
 
 
 @pytest.fixture

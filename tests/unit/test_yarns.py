@@ -8,14 +8,14 @@ from pressing import HALF, crossing_over_plates, power_law
 from scipy.integrate import quad
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.loading.history import DIRECTIONS
-from knitstudy.measures import fabrics
-from knitstudy.measures.fabrics import Pulled, StripLaw, strip_of
+from knitstudy.knit.loading.history import DIRECTIONS
+from knitstudy.knit.scene.documents import RESOURCES
+from knitstudy.knit.scene.yarns import KEYS, known_yarns, read_yarn
 from knitstudy.mechanics.membrane_law import forces_per_width
-from knitstudy.study.configuration import load_scene
-from knitstudy.study.documents import RESOURCES
-from knitstudy.study.yarns import KEYS, known_yarns, read_yarn
-from knitstudy.tables.fabrics import tabulate_predictions, tabulate_stockinette
+from knitstudy.paper import fabrics
+from knitstudy.paper.fabrics import Pulled, StripLaw, strip_of
+from knitstudy.paper.tables.fabrics import tabulate_predictions, tabulate_stockinette
+from knitstudy.run.configuration import load_scene
 
 YARNS = sorted(known_yarns())
 

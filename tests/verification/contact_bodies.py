@@ -6,6 +6,10 @@ import numpy as np
 from curves import Straight
 from hexahedral_block import connect, unknowns
 
+from knitstudy.knit.mesh.section import Section
+from knitstudy.knit.mesh.spacing import Spacing
+from knitstudy.knit.mesh.sweep import Targets, sweep
+from knitstudy.knit.yarns.discretisation import yarn_surfaces
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.grids import Grid, Grids
 from knitstudy.mechanics.contact.interaction import Contact
@@ -14,10 +18,6 @@ from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement
 from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mechanics.solid import Penetration, SolidModel
-from knitstudy.mesh.section import Section
-from knitstudy.mesh.spacing import Spacing
-from knitstudy.mesh.sweep import Targets, sweep
-from knitstudy.models.discretisation import yarn_surfaces
 
 MODULUS = 1300.0
 POISSON = 0.4

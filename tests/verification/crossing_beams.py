@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from half_spaces import hertz
 
-from knitstudy.geometry.crossings import Crossings
+from knitstudy.knit.geometry.crossings import Crossings
+from knitstudy.knit.models.beam.contact import joined
 from knitstudy.mechanics.beams.beam import Section
 from knitstudy.mechanics.beams.beam_contact import BeamContact
 from knitstudy.mechanics.beams.beam_model import BeamModel
@@ -17,7 +18,6 @@ from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.rotation import exp
-from knitstudy.models.beam_contact import joined
 
 RADIUS, MODULUS, POISSON = 0.9e-3, 1.3e9, 0.42
 SECTION = Section.circular(2 * RADIUS, MODULUS, POISSON)

@@ -1,10 +1,10 @@
 """Pull a knit of hexahedra."""
 
-from knitstudy.geometry.fabric_file import fabric_of
-from knitstudy.geometry.lay_out import lay_out
-from knitstudy.loading.run import IN_MEMORY
-from knitstudy.mesh.mesher import mesh_scene
-from knitstudy.models.simulate import solve
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.geometry.lay_out import lay_out
+from knitstudy.knit.loading.run import IN_MEMORY
+from knitstudy.knit.mesh.mesher import mesh_scene
+from knitstudy.knit.simulate import solve
 
 
 def knit_and_mesh(scene):

@@ -8,7 +8,7 @@ from crossing_beams import LAWS, MODULUS, POISSON, RADIUS, SECTION, Beams, hairp
 from half_spaces import overlap
 from scipy.optimize import brentq
 
-from knitstudy.loading.history import FORMS
+from knitstudy.knit.loading.history import FORMS
 from knitstudy.mechanics.beams.repulsion import Power
 from knitstudy.mechanics.rotation import exp
 

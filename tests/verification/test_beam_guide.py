@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.fabric_file import fabric_of
-from knitstudy.geometry.lay_out import lay_out
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.geometry.lay_out import lay_out
+from knitstudy.knit.models.spline_yarns import beam_guide
+from knitstudy.knit.models.spline_yarns.build import discretise
+from knitstudy.knit.simulate import solve
 from knitstudy.mechanics.rotation import exp
-from knitstudy.models import beam_guide
-from knitstudy.models.simulate import solve
-from knitstudy.models.spline_yarns import discretise
-from knitstudy.study.configuration import load_scene
+from knitstudy.run.configuration import load_scene
 
 ACROSS = {
     "yarn.transverse_modulus": 1e9,

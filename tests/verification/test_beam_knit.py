@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.fabric_file import fabric_of
-from knitstudy.geometry.lay_out import lay_out
-from knitstudy.loading.history import load_path
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.geometry.lay_out import lay_out
+from knitstudy.knit.loading.history import load_path
+from knitstudy.knit.models.beam.build import beam_knit, build
+from knitstudy.knit.yarns.network import grips, tension
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
-from knitstudy.models.beams_in_contact import beam_knit, build
-from knitstudy.models.network_3d import grips, tension
-from knitstudy.study.configuration import load_scene
+from knitstudy.run.configuration import load_scene
 
 
 @pytest.fixture(scope="module")

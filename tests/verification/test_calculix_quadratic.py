@@ -8,10 +8,10 @@ import pytest
 from hexahedral_block import connect, unknowns, with_middles
 from test_solids import EXACT
 
-from knitstudy.exchange.deck import Deck, Step, specimen_deck
-from knitstudy.exchange.inp import write_inp
-from knitstudy.geometry.fabric_file import fabric_of
-from knitstudy.geometry.lay_out import lay_out
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.geometry.lay_out import lay_out
+from knitstudy.knit.mesh.mesher import mesh_fabric
+from knitstudy.knit.simulate import solve
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement
@@ -19,9 +19,9 @@ from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.materials.isotropic import StVenantKirchhoff
 from knitstudy.mechanics.solid import SolidModel
-from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models.simulate import solve
-from knitstudy.study.configuration import load_scene
+from knitstudy.run.configuration import load_scene
+from knitstudy.use.deck import Deck, Step, specimen_deck
+from knitstudy.use.inp import write_inp
 
 pytestmark = [
     pytest.mark.ccx,

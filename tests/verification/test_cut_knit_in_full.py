@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from knitstudy.geometry.fabric import Grip
-from knitstudy.geometry.specimens import cut_cells
-from knitstudy.mesh.mesher import mesh_scene, sampled_sections
-from knitstudy.models.simulate import solve
+from knitstudy.knit.geometry.fabric import Grip
+from knitstudy.knit.geometry.specimens import cut_cells
+from knitstudy.knit.mesh.mesher import mesh_scene, sampled_sections
+from knitstudy.knit.simulate import solve
 
 
 @pytest.fixture

@@ -5,13 +5,13 @@ import pytest
 from beam_cells import BEAMS
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.geometry.lay_out import lay_out
-from knitstudy.loading.run import Run
+from knitstudy.knit.geometry.lay_out import lay_out
+from knitstudy.knit.loading.run import Run
+from knitstudy.knit.models.beam import contact as beam_contact
+from knitstudy.knit.simulate import simulate
 from knitstudy.mechanics.beams.hertz import Patch
-from knitstudy.models import beam_contact
-from knitstudy.models.simulate import simulate
-from knitstudy.stages.table import STAGES
-from knitstudy.study.configuration import load_scene
+from knitstudy.run.configuration import load_scene
+from knitstudy.run.stages import STAGES
 
 SOFT = {
     "fidelity": "beam",

@@ -20,11 +20,11 @@ import pytest
 
 from knitstudy.errors import ConvergenceError, KnitstudyError
 from knitstudy.files import read_dataset, write_dataset, write_text
-from knitstudy.loading.run import Run
+from knitstudy.knit.loading.run import Run
 from knitstudy.mechanics.batches import serial_blas
-from knitstudy.stages.code import MODEL, code_digest
-from knitstudy.stages.plan import Plan
-from knitstudy.stages.table import STAGES, starts_from_rest
+from knitstudy.run.code import MODEL, code_digest
+from knitstudy.run.plan import Plan
+from knitstudy.run.stages import STAGES, starts_from_rest
 
 ROOT = Path(__file__).parents[2]
 KNOWN = ROOT / "resources" / "known_ends.csv"

@@ -4,10 +4,10 @@ from functools import cache
 
 import numpy as np
 
-from knitstudy.measures.curve_fit import SIMULATED, fit
-from knitstudy.measures.measured_curve import at, simulated_curve
-from knitstudy.stages.simulate import simulate
-from knitstudy.study.configuration import load_scene
+from knitstudy.run.configuration import load_scene
+from knitstudy.run.store import simulate
+from knitstudy.use.curve_fit import SIMULATED, fit
+from knitstudy.use.measured_curve import at, simulated_curve
 
 KEYS = {"pattern.loops": 1, "load.strain": 0.03, "load.stops": [], "solver.increments": 10, "outputs": []}
 STRAIN = np.linspace(0.001, 0.03, 30)

@@ -4,11 +4,11 @@ import numpy as np
 from contact_bodies import MODULUS, back, drive, law, reaction, together, yarn
 from curves import Straight
 
+from knitstudy.knit.mesh.section import Section
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.model import DRAG, FADED
-from knitstudy.mesh.section import Section
 
 SIZE, RADIUS, GAP = 0.4, 1.0, 0.01
 DOWN = np.array([0, 0, -1.0])

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.lay_out import initial_loop
-from knitstudy.geometry.optimise import CostFunction
-from knitstudy.geometry.spline import CatmullRom
-from knitstudy.study.configuration import knits_of, load_scenes
+from knitstudy.knit.geometry.lay_out import initial_loop
+from knitstudy.knit.geometry.optimise import CostFunction
+from knitstudy.knit.geometry.spline import CatmullRom
+from knitstudy.run.configuration import knits_of, load_scenes
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ Solids decide what a law of contact for beams is worth where patches are no long
 import numpy as np
 import pytest
 
+from knitstudy.knit.yarns.network import turns
 from knitstudy.mechanics.beams.beam_contact import BeamContact
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
@@ -24,7 +25,6 @@ from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
 from knitstudy.mechanics.spline_yarn.span import span_groups
-from knitstudy.models.network_3d import turns
 
 NU = 0.3  # of yarns of unit radius and modulus
 PUSHED = (0.1, 0.2)  # way of the upper yarn's ends

@@ -13,15 +13,15 @@ import pytest
 from keep import TARGETS
 
 from knitstudy.files import STAMP
-from knitstudy.measures.fabrics import FORCES, Pulled, strip_of
+from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.measures.response import FORCE, at_strain
-from knitstudy.stages.plan import Plan
-from knitstudy.stages.simulate import simulate
-from knitstudy.stages.trade import run
-from knitstudy.study.choice import TRADE_KEPT
-from knitstudy.study.configuration import CONFIG, drawn_defaults, load_scene
-from knitstudy.study.documents import RESOURCES
-from knitstudy.study.sample import Inputs, load_trade
+from knitstudy.paper.fabrics import FORCES, Pulled, strip_of
+from knitstudy.run.advice import TRADE_KEPT
+from knitstudy.run.advice.sample import Inputs, load_trade
+from knitstudy.run.advice.trade import run
+from knitstudy.run.configuration import CONFIG, drawn_defaults, load_scene
+from knitstudy.run.plan import Plan
+from knitstudy.run.store import simulate
 
 SAME = 1e-6
 """Relative: solves end at corrections of 1e-8 of a yarn's radius; two orders are left for the force that follows."""

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from knitstudy.knit.mesh.mesher import mesh_fabric
+from knitstudy.knit.simulate import build
+from knitstudy.knit.yarns.solids import linear_solver
 from knitstudy.mechanics.linear import LU, NodeFactors, System, factorise
 from knitstudy.mechanics.linear.krylov import Krylov
 from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.model import eliminate
-from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models.simulate import build
-from knitstudy.models.solids import linear_solver
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from beam_cells import BEAMS
 
-from knitstudy.stages.simulate import simulate
-from knitstudy.study.configuration import load_scene
+from knitstudy.run.configuration import load_scene
+from knitstudy.run.store import simulate
 
 FILES = Path(__file__).resolve().parents[2] / "examples" / "knitout"
 DRAWN = {"pattern.wale_spacing": 3.3e-3, "pattern.course_spacing": 2.2e-3, "pattern.loop_length": None}

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from knitstudy.geometry.fabric_file import fabric_of
-from knitstudy.geometry.lay_out import lay_out
-from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models.joints import contacts_of_crossings
-from knitstudy.models.simulate import build
-from knitstudy.study.configuration import load_scene
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.geometry.lay_out import lay_out
+from knitstudy.knit.mesh.mesher import mesh_fabric
+from knitstudy.knit.simulate import build
+from knitstudy.knit.yarns.joints import contacts_of_crossings
+from knitstudy.run.configuration import load_scene
 
 
 @pytest.fixture(scope="module")

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from pull import knit_and_mesh
 
-from knitstudy.geometry.fabric_file import fabric_of
-from knitstudy.geometry.lay_out import lay_out
-from knitstudy.mesh.mesher import sampled_sections
-from knitstudy.models.simulate import solve
-from knitstudy.study.configuration import load_scene
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.geometry.lay_out import lay_out
+from knitstudy.knit.mesh.mesher import sampled_sections
+from knitstudy.knit.simulate import solve
+from knitstudy.run.configuration import load_scene
 
 SMALL = {"pattern.loops": 1, "pattern.rows": 1, "load.strain": 5e-4, "solver.increments": 1}
 """A cell, and a strain at which its force is linear."""

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.geometry.fabric_file import fabric_of
-from knitstudy.geometry.lay_out import lay_out
-from knitstudy.loading.solve import solve_load_path
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.geometry.lay_out import lay_out
+from knitstudy.knit.loading.solve import solve_load_path
+from knitstudy.knit.models.spline_yarns.build import discretise
+from knitstudy.knit.models.spline_yarns.cell import FIXED, assemble
+from knitstudy.knit.simulate import build, simulate
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
-from knitstudy.models.endless import FIXED, assemble
-from knitstudy.models.simulate import build, simulate
-from knitstudy.models.spline_yarns import discretise
-from knitstudy.study.configuration import load_scene
+from knitstudy.run.configuration import load_scene
 
 PULLED = {"load.strain": 0.05, "solver.increments": 4}
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConvergenceError, MeshError
-from knitstudy.geometry.fabric_file import fabric_of
-from knitstudy.geometry.lay_out import lay_out
-from knitstudy.loading.run import Run
-from knitstudy.mesh.mesher import mesh_fabric
-from knitstudy.models.simulate import solve
-from knitstudy.study.configuration import load_scene
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.geometry.lay_out import lay_out
+from knitstudy.knit.loading.run import Run
+from knitstudy.knit.mesh.mesher import mesh_fabric
+from knitstudy.knit.simulate import solve
+from knitstudy.run.configuration import load_scene
 
 
 def pair(changes):
@@ -76,7 +76,7 @@ def test_what_had_converged_is_kept(case, tmp_path):
 
 def test_local_indentation_is_not_taken_beyond_its_law(monkeypatch):
     # Beyond the tables, since two yarns held at their ends yield by bending before they reach 2.5 times that depth.
-    monkeypatch.setattr("knitstudy.models.interactions.FURTHER", 1.0)
+    monkeypatch.setattr("knitstudy.knit.yarns.interactions.FURTHER", 1.0)
     scene = load_scene("pair-slid-90")
     scene = scene.vary(
         {

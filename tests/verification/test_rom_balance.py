@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from dead_loads import balance
 
-from knitstudy.loading.history import load_path
-from knitstudy.loading.solve import solve_load_path
+from knitstudy.knit.loading.history import load_path
+from knitstudy.knit.loading.solve import solve_load_path
+from knitstudy.knit.simulate import build
+from knitstudy.knit.yarns.network import grips, problem, tension
 from knitstudy.mechanics.beams.beam import Section
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
-from knitstudy.models.network_3d import grips, problem, tension
-from knitstudy.models.simulate import build
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from knitstudy.stages.simulate import simulate
-from knitstudy.study.configuration import load_scene
+from knitstudy.run.configuration import load_scene
+from knitstudy.run.store import simulate
 
 KNIT = {"pattern.loops": 1, "load.strain": 0.005, "solver.increments": 2, "outputs": []}
 TIED = KNIT | {"pattern.rows": 1}

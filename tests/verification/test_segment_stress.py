@@ -4,17 +4,18 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from knitstudy.geometry.fabric_file import fabric_of
-from knitstudy.geometry.lay_out import lay_out
-from knitstudy.loading.history import DIRECTIONS
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.geometry.lay_out import lay_out
+from knitstudy.knit.loading.history import DIRECTIONS
+from knitstudy.knit.mesh.mesher import mesh as mesh_stage
+from knitstudy.knit.mesh.sweep import SweptMesh
+from knitstudy.knit.models.hexahedra import build as hexahedra
+from knitstudy.knit.models.spline_yarns import build as spline_yarns
+from knitstudy.knit.simulate import simulate
+from knitstudy.knit.stress import stress
 from knitstudy.mechanics.materials import material_of
 from knitstudy.mechanics.solid import cauchy_stress
-from knitstudy.mesh.mesher import mesh as mesh_stage
-from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.models import hexahedra, spline_yarns
-from knitstudy.models.simulate import simulate
-from knitstudy.models.stress import stress
-from knitstudy.study.configuration import load_scene
+from knitstudy.run.configuration import load_scene
 
 DISCRETISE = {"hexahedra": hexahedra.discretise, "spline_yarns": spline_yarns.discretise}
 

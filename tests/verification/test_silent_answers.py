@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConvergenceError, MeshError
+from knitstudy.knit.yarns.network import RING
 from knitstudy.measures.summary import summarise
 from knitstudy.mechanics.beams.beam import Section
 from knitstudy.mechanics.beams.beam_model import BeamModel
-from knitstudy.models.network_3d import RING
-from knitstudy.stages.simulate import simulate
-from knitstudy.study.configuration import load_scene
+from knitstudy.run.configuration import load_scene
+from knitstudy.run.store import simulate
 
 PRESSED = {
     "mesh.size": 0.5,

@@ -6,7 +6,7 @@ from pull import pull
 
 from knitstudy.measures.history_checks import ledger_gap
 from knitstudy.mechanics.batches import VARIABLE
-from knitstudy.study.configuration import load_scene
+from knitstudy.run.configuration import load_scene
 
 WHOLE = {"specimen": "knit", "interaction": "isotropic", "load.stops": []}
 """Whole yarns: pieces of a cut cell that nothing ties come apart without a force."""

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from pull import knit_and_mesh, pull
 
+from knitstudy.knit.simulate import build
 from knitstudy.measures.history_checks import ledger_gap
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.load_path import trace
-from knitstudy.models.simulate import build
-from knitstudy.study.configuration import load_scene
+from knitstudy.run.configuration import load_scene
 
 CELL = {"pattern.loops": 1, "pattern.rows": 1}
 

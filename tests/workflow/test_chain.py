@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from knitstudy.files import read_dataset
-from knitstudy.mesh.sweep import SweptMesh
-from knitstudy.stages.table import STAGES
-from knitstudy.study.configuration import load_scenes, load_study
+from knitstudy.knit.mesh.sweep import SweptMesh
+from knitstudy.run.configuration import load_scenes, load_study
+from knitstudy.run.stages import STAGES
 
 
 def test_every_scene_has_a_history_with_provenance(checkout):

@@ -2,16 +2,15 @@
 
 import pytest
 
-from knitstudy.figures.catalogue import FIGURES
-from knitstudy.stages.displays import Displays, reference_files
-from knitstudy.stages.plan import Plan
-from knitstudy.study.configuration import CONFIG, STUDIES, load_study
-from knitstudy.tables.catalogue import TABLES
+from knitstudy.run.catalogue import FIGURES, TABLES
+from knitstudy.run.configuration import CONFIG, STUDIES, load_study
+from knitstudy.run.displays import Displays, reference_files
+from knitstudy.run.plan import Plan
 
 TOY = """
 from matplotlib.figure import Figure
 
-from knitstudy.figures.catalogue import FIGURES
+from knitstudy.run.catalogue import FIGURES
 
 
 @FIGURES.add("toy", "A figure from outside")

@@ -141,7 +141,7 @@ def test_site(tmp_path):
     )
     assert ended.returncode == 0, ended.stdout + ended.stderr
     api = (tmp_path / "reference" / "api" / "index.html").read_text(encoding="utf-8")
-    assert 'id="knitstudy.stages.simulate.simulate"' in api
+    assert 'id="knitstudy.run.store.simulate"' in api
     assert (tmp_path / "search" / "search_index.json").stat().st_size > 100_000
 
 

@@ -39,7 +39,7 @@ def test_changes_run_the_stages_that_read_them(checkout, edited):
     edited("config/scenes/6-beams.yaml", "scenes:\n", added)
     doubled = "rom2d: {fidelity: rom2d, rom.section: doubled}"
     edited("config/scenes/7-coarse.yaml", "rom2d: {fidelity: rom2d}", doubled)
-    edited("src/knitstudy/figures/style.py", "\n\n\n", "\n\nEDITED = True\n\n\n")
+    edited("src/knitstudy/use/style.py", "\n\n\n", "\n\nEDITED = True\n\n\n")
     jobs = checkout.jobs()
     expected = ("beam-isotropic-course-coarse", "pair-slid-coarse", "beam-added", "rom2d-tie-course-coarse")
     assert {f"Simulate {name}" for name in expected} == {job for job in jobs if job.startswith("Simulate")}
@@ -57,7 +57,7 @@ def test_code_of_models_runs_every_simulation_and_no_mesh(checkout, edited):
 
 def test_code_that_makes_no_number_runs_nothing(checkout, edited):
     """Earlier plans that were undone have left nothing behind either."""
-    edited("src/knitstudy/study/scene.py", "\n\n\n", "\n\nEDITED = True\n\n\n")
+    edited("src/knitstudy/knit/scene/scene.py", "\n\n\n", "\n\nEDITED = True\n\n\n")
     ended = checkout.study("ci")
     assert ended.returncode == 0
     assert "Nothing to be done" in ended.stderr

@@ -11,7 +11,7 @@ import logging, os, sys, warnings
 from pathlib import Path
 from types import SimpleNamespace
 from knitstudy.errors import MeshError
-from knitstudy.stages.script import frame
+from knitstudy.run.job import frame
 job = SimpleNamespace(rule="mesh", wildcards=["dns-a"], threads=2, log=[sys.argv[1]])
 with frame(job) as progress:
 """

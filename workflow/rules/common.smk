@@ -12,17 +12,17 @@ sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 
 from knitstudy.errors import KnitstudyError
 from knitstudy.registry import find, load_plugins
-from knitstudy.stages.cost import machine_memory, time_limit
-from knitstudy.stages.plan import Plan
-from knitstudy.stages.table import STAGES
-from knitstudy.study.configuration import (
+from knitstudy.run.cost import machine_memory, time_limit
+from knitstudy.run.plan import Plan
+from knitstudy.run.stages import STAGES
+from knitstudy.run.configuration import (
     folder_of,
     load_scenes,
     load_study,
     own_scenes,
     workflow_configuration,
 )
-from knitstudy.study.documents import RESOURCES
+from knitstudy.knit.scene.documents import RESOURCES
 
 
 def stop(error):

@@ -4,12 +4,12 @@
 @cache
 def displays(kind):
     """Return the figures or the tables of the study."""
-    from knitstudy.stages.displays import Displays, reference_files
+    from knitstudy.run.displays import Displays, reference_files
 
     if kind == "figure":
-        from knitstudy.figures.catalogue import FIGURES as catalogue
+        from knitstudy.run.catalogue import FIGURES as catalogue
     else:
-        from knitstudy.tables.catalogue import TABLES as catalogue
+        from knitstudy.run.catalogue import TABLES as catalogue
     return Displays(catalogue, PLAN, STUDY, reference_files(CONFIG), f"study {CONFIGURATION.study!r}")
 
 
@@ -52,21 +52,21 @@ def digest_of(kind):
 
 def digest_of_report(wildcards):
     """Return the digest of the report: of its code, its page, all figures and tables, and all data of the study."""
-    from knitstudy.stages.code import code_digest
-    from knitstudy.stages.displays import digests_of
+    from knitstudy.run.code import code_digest
+    from knitstudy.run.displays import digests_of
 
     files = {name: Path(path) for name, path in PAGE.items()} | {path: Path(path) for path in FULL}
     files |= {"data": data_of_study()}
     shown = [displays(kind).digest(name) for kind in ("figure", "table") for name in displays(kind).names()]
-    code = code_digest("report", "figures/deformed.py", "figures/viewer.html", "stages/turning_knit.py")
+    code = code_digest("paper/report", "use/deformed.py", "use/viewer.html")
     return [code, digests_of(files, PLAN), shown]
 
 
 @cache
 def notes():
     """Return what the report says of a reference and of verdicts that were kept by other code than today's."""
-    from knitstudy.stages.code import physics_digest
-    from knitstudy.stages.kept_tables import REFERENCE, age_warning, verdicts_warning
+    from knitstudy.run.code import physics_digest
+    from knitstudy.paper.report.kept_tables import REFERENCE, age_warning, verdicts_warning
 
     try:
         warnings = [verdicts_warning(PLAN, CONFIG)]

@@ -1,4 +1,4 @@
-# One rule for every stage from a scene to its results (knitstudy.stages.table). The param `digest` is that of all that
+# One rule for every stage from a scene to its results (knitstudy.run.stages). The param `digest` is that of all that
 # the result depends on: keys of the scene, code, and what the stage takes.
 for stage in STAGES.values():
 

@@ -1,11 +1,11 @@
 """Draw a figure from the results that it needs."""
 
-from knitstudy.figures.catalogue import draw
-from knitstudy.figures.style import save
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.paper.figures import draw
+from knitstudy.paper.report.files import read_sources
 from knitstudy.registry import load_plugins
-from knitstudy.report.files import read_sources
-from knitstudy.stages.script import frame
-from knitstudy.study.scene import Scene
+from knitstudy.run.job import frame
+from knitstudy.use.style import save
 
 with frame(snakemake):
     load_plugins(snakemake.config.get("plugins", ()))

@@ -3,11 +3,11 @@
 from pathlib import Path
 
 from knitstudy.files import read_table, write_text
+from knitstudy.knit.scene.documents import read_yaml
+from knitstudy.paper.report.page import origins, render
+from knitstudy.paper.report.turning_knit import turning_knit
 from knitstudy.registry import load_plugins
-from knitstudy.report.page import origins, render
-from knitstudy.stages.script import frame
-from knitstudy.stages.turning_knit import turning_knit
-from knitstudy.study.documents import read_yaml
+from knitstudy.run.job import frame
 
 with frame(snakemake):
     load_plugins(snakemake.config.get("plugins", ()))

@@ -5,12 +5,12 @@ from pathlib import Path
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import read_result
-from knitstudy.loading.run import Run, restart_of
+from knitstudy.knit.loading.run import Run, restart_of
 from knitstudy.registry import load_plugins
-from knitstudy.stages.plan import Plan, make, result_of
-from knitstudy.stages.script import frame
-from knitstudy.stages.table import STAGES
-from knitstudy.study.configuration import folder_of, workflow_configuration
+from knitstudy.run.configuration import folder_of, workflow_configuration
+from knitstudy.run.job import frame
+from knitstudy.run.plan import Plan, make, result_of
+from knitstudy.run.stages import STAGES
 
 RESTARTS = Path("run")  # Folder of restart files, by stage
 

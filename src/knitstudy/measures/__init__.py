@@ -1,1 +1,1 @@
-"""Measures of results: from datasets and scenes to numbers and verdicts, without drawing or writing."""
+"""Measures of histories: numbers with an uncertainty, without drawing or writing."""

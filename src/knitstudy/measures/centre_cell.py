@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
-from knitstudy.contacts.segments import BETWEEN, KINDS, centre
 from knitstudy.errors import DataFileError
-from knitstudy.geometry.fabric_file import fabric_of
-from knitstudy.geometry.loop import Loop
+from knitstudy.knit.contacts.segments import BETWEEN, KINDS, centre
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.geometry.loop import Loop
 from knitstudy.measures.estimate import UNKNOWN, Estimate
 
 SNAPSHOTS = (0.0005, 0.0033, 0.0045, 0.0195)  # Strains of the points 1 to 4 of Fig. 7

@@ -10,9 +10,9 @@ import numpy as np
 import xarray as xr
 from numpy.polynomial import Polynomial
 
+from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.discretisation import INTERACTIONS, is_direct, made_of
 from knitstudy.measures.estimate import Estimate
-from knitstudy.study.scene import Scene
 
 MEGABYTE = 1e6
 NO_GROWTH = 1e3  # Least growth of memory in ratios and logarithms [bytes]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from knitstudy.study.scene import Scene, digest
+from knitstudy.knit.scene.scene import Scene, digest
 
 # Interactions in figures and tables.
 INTERACTIONS = {"tie": "tie constraint", "rough": "rough contact", "isotropic": "isotropic friction"}

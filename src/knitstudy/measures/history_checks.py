@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from knitstudy.loading.gates import FIRST, UNLOADED
-from knitstudy.study.scene import Scene
+from knitstudy.knit.loading.gates import FIRST, UNLOADED
+from knitstudy.knit.scene.scene import Scene
 
 OF_FINAL = 0.01  # Energies are compared where the internal energy is this share of its final value or more
 # Variables that every history has and that must be finite.

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
+from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.estimate import UNKNOWN, Estimate
 from knitstudy.measures.reference import Reference
@@ -23,7 +24,6 @@ from knitstudy.measures.response import (
     TANGENTIAL,
     at_strain,
 )
-from knitstudy.study.scene import Scene
 
 TOTAL, BEAM_SLIP = "mean force of a crossing", "mean slip of a crossing of beams"
 PRESSURE = "mean normal stress of a contact"

@@ -1,6 +1,6 @@
 """The reference: all models are compared with the values to which independent discretisations converge.
 
-Reference values are limits of direct simulations (`knitstudy.tables.reference`), each with its uncertainty, kept in
+Reference values are limits of direct simulations (`paper.tables.reference`), each with its uncertainty, kept in
 ``resources/reference/reference.csv`` by the digest of the physical problem. docs/notes/reference.md describes them.
 """
 
@@ -15,10 +15,10 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import DataFileError
+from knitstudy.knit.scene.scene import Scene, digest
 from knitstudy.measures import response
 from knitstudy.measures.discretisation import SOLID_YARNS, discretisation, problem_of, resolution
 from knitstudy.measures.estimate import UNKNOWN, Estimate, Limit, limit_of_degrees, limit_of_sizes
-from knitstudy.study.scene import Scene, digest
 
 NEEDED = ("problem", "quantity", "strain [1]", "value", "uncertainty")  # Columns of the file that are read
 TRANSFERRED = (response.FORCE, response.LARGEST_U_Z, response.RMS_U_Z)  # Estimated for other problems too

@@ -10,7 +10,7 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError
 from knitstudy.files import STRAINS, VERSIONS
-from knitstudy.loading.history import FORMS
+from knitstudy.knit.loading.history import FORMS
 from knitstudy.measures.centre_cell import SEGMENT, stress_angles
 from knitstudy.measures.response import largest_out_of_plane, secant_stiffness
 

@@ -1,1 +1,0 @@
-"""Other programs' formats: decks of Abaqus and CalculiX, VTU of ParaView. No physics of its own."""

@@ -1,1 +1,0 @@
-"""Figures of the paper and of this study, one file each; a figure registers itself in `catalogue`."""

@@ -1,0 +1,236 @@
+"""The geometry stage: the fabric of a scene with its optimised loop.
+
+A drawn loop has one course and one wale spacing. Another course spacing or yarn needs another loop; ``pattern.keep``
+says what stays of the drawn one:
+
+- "shape": the points stay where they are drawn; rows only stand closer or wider.
+- "wale_spacing": the loop is stretched along the wales with the course spacing, as on a machine: needles give the wale
+  spacing, their depth gives the yarn in a loop.
+- "length": it is also stretched across the wales, so that it keeps its yarn: a knit that is widened or narrowed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import xarray as xr
+from scipy.optimize import brentq
+
+from knitstudy.errors import GeometryError
+from knitstudy.knit.geometry.crossings import metre
+from knitstudy.knit.geometry.drawn_loop import LoopTarget
+from knitstudy.knit.geometry.fabric_file import fabric_dataset
+from knitstudy.knit.geometry.fit import fitted_loop
+from knitstudy.knit.geometry.loop import Loop
+from knitstudy.knit.geometry.loop_metrics import LoopMetrics, check_yarns, loop_metrics
+from knitstudy.knit.geometry.optimise import CONTACT_TOLERANCE, Optimum, optimise
+from knitstudy.knit.geometry.specimens import KNITS, plain_knit, yarn_pair
+from knitstudy.knit.geometry.stitch_mesh import endless_cell_of_stitches
+from knitstudy.knit.geometry.stitches import PLAIN, images_of_standard
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.scene.stitches import is_plain
+
+LENGTH_TOLERANCE = 1e-4  # relative error of the length that is kept
+MOST_OPTIMISATIONS = 6  # in the search of the wale spacing that keeps the length; three are usual
+WIDEST = 2.0  # stretch across the wales, and one over the least, among which the drawn length is looked for
+FIRST_SLOPE = 0.5  # relative change of length over that of the width: half of a loop runs across the wales
+
+
+def lay_out(scene: Scene) -> xr.Dataset:
+    """Lay out the fabric of a scene; the loop of a knit is optimised first.
+
+    Returns
+    -------
+    xarray.Dataset
+        `fabric_dataset`; of a knit with the initial control points and, for both states "before" and "after",
+        the terms of F, length, smallest radius of curvature, deepest penetration, gaps and angles.
+
+    Raises
+    ------
+    GeometryError
+        When no valid knit comes out.
+
+    Examples
+    --------
+    >>> from knitstudy import load_scene
+    >>> knit = lay_out(load_scene("yarns-tie-course"))
+    >>> knit.sizes["fabric_yarn"], knit.sizes["crossing"]
+    (9, 36)
+    """
+    if scene.specimen == "pair":
+        pair = scene.pair
+        return fabric_dataset(yarn_pair(scene.yarn.radius, pair.angle, pair.length, pair.clearance))
+    pattern = scene.pattern
+    if not is_plain(pattern.stitches):
+        return fabric_dataset(endless_cell_of_stitches(_target(scene), pattern.loops, pattern.rows))
+    try:
+        initial, loop, optimum = loop_of(scene)
+        metrics = loop_metrics(initial), loop_metrics(loop)
+        check_yarns(metrics[1], loop, CONTACT_TOLERANCE)
+    except GeometryError as error:
+        remedy = ""
+        if pattern.control_points is not None:
+            remedy = (
+                "; or a pattern.course_ratio nearer to 1, or a smaller pattern.clearance (docs/notes/geometry.md lists "
+                "the loops that exist); or pattern.control_points null: a loop is drawn for the spacings"
+            )
+        raise GeometryError(f"scene {scene.name!r}: {_described(scene)}: {error}{remedy}") from error
+    knit = KNITS.get(scene.specimen, plain_knit)(loop, pattern.loops, pattern.rows)
+    return fabric_dataset(knit).merge(_report(initial, optimum, metrics))
+
+
+def initial_loop(scene: Scene) -> Loop:
+    """Return the loop of a scene as it is drawn, before its optimisation."""
+    pattern, radius = scene.pattern, drawn_radius(scene)
+    if pattern.control_points is None:
+        return _target(scene).drawn()
+    spacings = pattern.wale_spacing, pattern.course_spacing
+    return Loop(pattern.control_points, *spacings, radius, pattern.clearance)
+
+
+def drawn_radius(scene: Scene) -> float:
+    """Return the radius that loops are drawn for [m].
+
+    Examples
+    --------
+    >>> from knitstudy import load_scene
+    >>> drawn_radius(load_scene("yarns-tie-course"))
+    0.0009
+    """
+    return 0.5 * scene.yarn.diameter * (scene.value("geometry.diameter_share") or 1.0)
+
+
+def _target(scene: Scene) -> LoopTarget:
+    """Return the target of the loop of a scene that has no control points."""
+    pattern = scene.pattern
+    spacings = pattern.course_spacing, pattern.wale_spacing
+    return LoopTarget(
+        *spacings, drawn_radius(scene), pattern.clearance, pattern.loop_length, pattern.stitches
+    )
+
+
+def loop_of(scene: Scene) -> tuple[Loop, Loop, Optimum]:
+    """Return the loop of a scene as it is drawn, the optimised loop, and the outcome of the optimisation.
+
+    Examples
+    --------
+    >>> from knitstudy import load_scene
+    >>> drawn, optimised, _ = loop_of(load_scene("yarns-tie-course"))
+    >>> round(1e3 * drawn.length, 1), round(1e3 * optimised.length, 1)  # of yarn [mm]
+    (54.9, 55.5)
+    """
+    if scene.pattern.control_points is None:
+        return fitted_loop(_target(scene), scene.geometry)
+    stitches = scene.pattern.stitches
+    *loops, optimum = _redrawn(initial_loop(scene), scene.pattern, scene.geometry)
+    return *(all_of_repeat(loop, stitches) for loop in loops), optimum
+
+
+def all_of_repeat(loop: Loop, stitches: tuple[str, ...]) -> Loop:
+    """Return the loops of a repeat of stitches that are images of the loop of a plain knit."""
+    points = images_of_standard(loop.control_points, loop.wale_spacing, loop.course_spacing, stitches)
+    return replace(loop, control_points=points, stitches=stitches)
+
+
+def _described(scene: Scene) -> str:
+    """Return the keys of the loop of a scene in words."""
+    pattern = scene.pattern
+    words = [
+        f"{name} {1e3 * scene.value(name):.4g} mm"
+        for name in ("pattern.course_spacing", "pattern.wale_spacing", "yarn.diameter", "pattern.loop_length")
+        if scene.value(name) is not None
+    ]
+    if pattern.stitches != PLAIN:
+        words.insert(0, f"pattern.stitches {list(pattern.stitches)}")
+    words.append(f"pattern.clearance {pattern.clearance:g} radii")
+    if pattern.control_points is not None:
+        words.append(f"pattern.course_ratio {pattern.course_ratio:g}, pattern.keep {pattern.keep!r}")
+    return ", ".join(words)
+
+
+def _report(initial: Loop, optimum: Optimum, metrics: Sequence[LoopMetrics]) -> xr.Dataset:
+    """Return the changes by the optimisation, over the states "before" and "after"."""
+    terms = list(optimum.after)
+    values = [[state[term] for term in terms] for state in (optimum.before, optimum.after)]
+    one, degrees = {"units": "1"}, {"units": "degree", "long_name": "angle to x in the plane"}
+    measured = {
+        "radius_of_curvature": metre("the smallest one"),
+        "penetration": metre("deepest penetration of two pieces of yarn"),
+        "gap": metre("smallest gap of pieces that are not neighbours along a yarn"),
+        "other_gap": metre("the same, away from the crossings"),
+        "interlock_angle": degrees,
+        "leg_angle": degrees,
+    }
+    points, lengths = metre("before the optimisation"), metre("arc length of yarn in a loop")
+    distances = [metrics.distance for metrics in metrics]
+    return xr.Dataset(
+        {
+            "control_points_before": (("point", "xyz"), initial.control_points, points),
+            "cost": (("state", "term"), values, one | {"long_name": "terms of F, unweighted, and F"}),
+            "loop_length": ("state", [metrics.length for metrics in metrics], lengths),
+            "crossing_distance": (("state", "cell_zone"), distances, metre("of centrelines")),
+            "iterations": ((), optimum.iterations, one | {"long_name": "of the quasi-Newton method"}),
+            "gradient": ((), optimum.gradient, one | {"long_name": "remaining gradient of F, relative"}),
+        }
+        | {
+            name: ("state", [getattr(state, name) for state in metrics], attributes)
+            for name, attributes in measured.items()
+        },
+        coords={"state": ["before", "after"], "term": terms},
+    )
+
+
+# ---- Loops at another course spacing
+
+
+def _redrawn(drawn: Loop, pattern: Any, settings: Any) -> tuple[Loop, Loop, Optimum]:
+    """Return the loop at the course spacing of a pattern, before and after its optimisation, and the outcome."""
+    ratio = pattern.course_ratio
+    if pattern.keep == "length":
+        return _at_length(drawn, ratio, settings)
+    rows_apart = replace(drawn, course_spacing=ratio * drawn.course_spacing)
+    initial = _stretched(drawn, 1.0, ratio) if pattern.keep == "wale_spacing" else rows_apart
+    return initial, *optimise(initial, settings)
+
+
+def _stretched(loop: Loop, across: float, along: float) -> Loop:
+    """Return the loop with points and spacings stretched across and along the wales; heights stay."""
+    return replace(
+        loop,
+        control_points=loop.control_points * [across, along, 1.0],
+        wale_spacing=across * loop.wale_spacing,
+        course_spacing=along * loop.course_spacing,
+    )
+
+
+def _at_length(drawn: Loop, ratio: float, settings: Any) -> tuple[Loop, Loop, Optimum]:
+    """Return as `_redrawn` does the loop whose optimisation has the drawn length, by secants on the width."""
+    length = drawn.length
+
+    def excess(across: float) -> float:
+        return _stretched(drawn, across, ratio).length / length - 1
+
+    bounds = 1 / WIDEST, WIDEST
+    if excess(bounds[0]) * excess(bounds[1]) >= 0:
+        raise GeometryError(
+            f"no wale spacing within a factor of {WIDEST:g} of the drawn one keeps the drawn length of "
+            f"{length:.4e} m: take a pattern.course_ratio nearer to 1"
+        )
+    across, slope = brentq(excess, *bounds, xtol=1e-6), FIRST_SLOPE
+    before = step = None
+    for _ in range(MOST_OPTIMISATIONS):
+        initial = _stretched(drawn, across, ratio)
+        loop, optimum = optimise(initial, settings)
+        error = loop.length / length - 1
+        if abs(error) <= LENGTH_TOLERANCE:
+            return initial, loop, optimum
+        if step:
+            slope = (error - before) / step or FIRST_SLOPE
+        step, before = -error / slope, error
+        across += step
+    raise GeometryError(
+        f"the yarn in a loop misses the drawn length of {length:.4e} m by {error:.1e} of it, allowed is "
+        f"{LENGTH_TOLERANCE:g}: take a pattern.course_ratio nearer to 1 or a smaller yarn.diameter"
+    )

@@ -1,0 +1,146 @@
+"""Fabrics from files: knits that other programs have laid out, or that this one has written.
+
+A reader is a function from a path to a `Fabric`, registered under the ending of its files. A plugin adds one with
+``READERS.register(Reader(".xyz", "what such a file holds", read))``.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.files import read_dataset, read_table
+from knitstudy.knit.geometry.drawn_loop import TIGHT, LoopTarget
+from knitstudy.knit.geometry.fabric import Fabric, of_curves
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.geometry.specimens import endless_cell
+from knitstudy.knit.geometry.spline import CatmullRom, Centreline
+from knitstudy.knit.geometry.stitch_mesh import endless_cell_of_stitches
+from knitstudy.knit.scene.knitout import read_repeat
+from knitstudy.knit.scene.stitches import is_plain, size_of_repeat
+from knitstudy.registry import Registry
+
+COLUMNS = ("yarn", "x [m]", "y [m]", "z [m]", "radius [m]")
+"""Columns of a table of centrelines: points of a yarn follow each other, and all yarns have one radius."""
+
+FEWEST = 4  # points of a yarn
+DEEPEST = 0.5  # overlap of yarns that cross, over their radius, as `gates.overlap`
+THICK = 0.01  # radius of a yarn that is questioned [m]
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Reader:
+    """A way to read fabrics."""
+
+    name: str  # ending of the files
+    meaning: str
+    read: Callable[[Path], Fabric]
+
+
+READERS: Registry[Reader] = Registry("ending of a fabric file")
+
+
+def read_fabric(path: Path | str) -> Fabric:
+    """Return the fabric in a file, by the reader of its ending.
+
+    Raises ConfigurationError for an unknown ending, and DataFileError where the file holds no fabric.
+
+    Examples
+    --------
+    >>> sorted(READERS.names())
+    ['.csv', '.k', '.knitout', '.nc']
+    """
+    path = Path(path)
+    return READERS.find(path.suffix.lower(), str(path)).read(path)
+
+
+def centreline(points: np.ndarray) -> Centreline:
+    """Return the centreline of a yarn from its first to its last point (n, 3) [m]: a Catmull-Rom curve.
+
+    Examples
+    --------
+    >>> float(round(centreline(np.outer([0.0, 1.0, 3.0], [1.0, 0.0, 0.0])).length, 6))
+    3.0
+    """
+    ends = 2 * points[[0, -1]] - points[[1, -2]]  # beyond the ends, where the curve goes straight on
+    every = np.concatenate([ends[:1], points, ends[1:]])
+    whole = Centreline(CatmullRom(every[:-1], every[-1] - every[0]), 1)
+    first, last = whole.arc_length(np.array([1.0, len(points)]))
+    return whole.part(first, last)
+
+
+def read_centrelines(path: Path) -> Fabric:
+    """Return the fabric of a CSV table of centrelines (`COLUMNS`); strains refer to the extent of its curves.
+
+    Lengths may be in mm as well, with the unit in the names of the columns.
+    Raises DataFileError for texts in numbers, yarns of several radii, and centrelines that lie in each other's yarn.
+    """
+    table = read_table(path)
+    unit, scale = ("mm", 1e-3) if "x [mm]" in table else ("m", 1.0)
+    names = [name.replace("[m]", f"[{unit}]") for name in COLUMNS]
+    table = read_table(path, needs=names)
+    numbers = table[names[1:]].apply(pd.to_numeric, errors="coerce")
+    for row, column in np.argwhere(~np.isfinite(numbers.to_numpy()))[:1]:
+        found = table[names[1 + column]].iloc[row]
+        raise DataFileError(
+            f"{path}: row {row + 2}, column {names[1 + column]} holds {found!r} but must be a number"
+        )
+    numbers *= scale
+    radius = numbers[names[4]].unique()
+    points = [numbers[names[1:4]].to_numpy()[at] for at in table.groupby("yarn", sort=False).indices.values()]
+    if len(radius) != 1 or not radius[0] > 0:
+        raise DataFileError(
+            f"{path}: column {names[4]} holds {radius.tolist()}; allowed is one positive number"
+        )
+    if (short := min(map(len, points))) < FEWEST:
+        raise DataFileError(f"{path}: a yarn has {short} points; allowed are {FEWEST} or more")
+    if radius[0] > THICK:
+        log.warning(
+            "%s: the radius of the yarns is %g m: are lengths in mm? Then call the columns x [mm] ...",
+            path,
+            radius[0],
+        )
+    fabric = of_curves([centreline(point) for point in points], float(radius[0]))
+    if len(apart := fabric.crossings.distance) and (least := apart.min() / radius[0]) < 2 - DEEPEST:
+        raise DataFileError(
+            f"{path}: yarns overlap: centrelines are {apart.min():.4g} m apart where they cross, {2 - least:.2g} radii "
+            f"less than a diameter; allowed are {DEEPEST} radii"
+        )
+    return fabric
+
+
+OF_TIGHT = 0.8  # Diameter over that of yarns that touch in Peirce's loop, of a machine's knit as it is drawn
+
+
+def read_machine_knit(path: Path) -> Fabric:
+    """Return one repeat of a knitout file as a cell of an endless fabric, as it is drawn: no force is in balance.
+
+    Wales are as far apart as its ``;;Gauge:`` and the needles in use say; courses and diameter follow from Peirce's
+    loop.
+    Raises ConfigurationError where the file cannot be knitted, or names no gauge.
+    """
+    repeat = read_repeat(path)
+    stitches, wale = repeat.stitches, repeat.wale_spacing
+    if wale is None:
+        raise ConfigurationError(f"{path}: names no ;;Gauge:, needles per inch, which gives the wale spacing")
+    course, diameter = wale * TIGHT[0] / TIGHT[1], OF_TIGHT * wale / TIGHT[1]
+    target, size = LoopTarget(course, wale, 0.5 * diameter, 0.0, None, stitches), size_of_repeat(stitches)
+    if is_plain(stitches):
+        return endless_cell(target.drawn(), *size)
+    return endless_cell_of_stitches(target, *size)
+
+
+for _ending in (".k", ".knitout"):
+    READERS.register(Reader(_ending, "instructions of a knitting machine (knitout)", read_machine_knit))
+READERS.register(Reader(".csv", "points of the centrelines of all yarns", read_centrelines))
+READERS.register(
+    Reader(".nc", "a fabric that this program wrote", lambda path: fabric_of(read_dataset(path)))
+)

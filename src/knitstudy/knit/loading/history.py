@@ -1,0 +1,256 @@
+"""Load path of the driven grips (section 2.3 of the paper), history of a loading (files.md), and its cost."""
+
+from __future__ import annotations
+
+import resource
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from math import ceil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import psutil
+import xarray as xr
+
+from knitstudy.knit.geometry.fabric import Fabric
+from knitstudy.knit.loading.columns import HISTORY
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.scene.sections import CellStrain, Tension
+from knitstudy.knit.scene.sections import Path as PairPath
+from knitstudy.mechanics.batches import Chosen
+from knitstudy.mechanics.increment import PHASES, Increment, PrescribedDisplacement, between_corners
+
+DIRECTIONS = ("course", "wale")  # of a knit's load, along x and y
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Straight legs from rest through a number of corners."""
+
+    displacement: np.ndarray  # (m, 3) of the driven grips at the corners [m]
+    corners: tuple[float, ...]  # their load factors, rising to 1
+    stops: tuple[float, ...]  # load factors at which an increment has to end
+    axis: int  # direction of the force that is reported
+    length: float  # length that strains along it refer to [m]
+
+    def at(self, load: float) -> np.ndarray:
+        """Return the displacement (3,) at a load factor [m]."""
+        return between_corners(self.displacement, self.corners, load)
+
+
+def load_path(scene: Scene, specimen: Fabric) -> Motion:
+    """Return how a scene's grips move: a knit's along the load to its strain, a pair's along its path."""
+    if isinstance(scene.load, PairPath):
+        legs = np.array(scene.load.path)
+        corners = tuple((np.arange(len(legs)) + 1) / len(legs))
+        return Motion(legs, corners, (), axis=2, length=float(specimen.size[2]))
+    axis = DIRECTIONS.index(scene.load.direction)
+    length = float(specimen.size[axis])
+    stops = tuple(stop / scene.load.strain for stop in scene.load.stops)
+    return Motion(scene.load.strain * length * np.eye(3)[[axis]], (1.0,), stops, axis, length)
+
+
+# Which strains of a cell a deformation prescribes, by `load.deformation`
+PRESCRIBED = {"course": (1, 0, 0), "wale": (0, 1, 0), "biaxial": (1, 1, 0), "shear": (0, 0, 1)}
+
+
+def cell_path(
+    load: CellStrain, lengths: np.ndarray, held: Sequence[int] = (), size: int = 3
+) -> tuple[Motion, PrescribedDisplacement]:
+    """Return how the lattice of a cell with edges (3,) [m] moves (`Lattice.lengths`): the last three of the unknowns.
+
+    Its displacement along x, y and in shear is the strain times the edge; legs take shares of the load by their strain.
+    """
+    chosen = np.array(PRESCRIBED[load.deformation], dtype=bool)
+    turns = np.array([*load.turns, load.strain])
+    way = np.cumsum(np.abs(np.diff(turns, prepend=0.0)))
+    corners = (*(way[:-1] / way[-1]).tolist(), 1.0)
+    stops = tuple(abs(stop) / way[-1] for stop in load.stops)
+    axis = int(np.argmax(chosen))
+    motion = Motion(turns[:, None] * chosen * lengths, corners, stops, axis, float(lengths[axis]))
+    chosen |= load.lateral == "fixed"
+    fixed = np.array([*held, *np.arange(size - 3, size)[chosen]])
+    value = np.concatenate([np.zeros((len(turns), len(held))), motion.displacement[:, chosen]], axis=1)
+    return motion, PrescribedDisplacement(fixed, value, corners, stops)
+
+
+def place_on_path(load: Tension | PairPath, factor: float) -> str:
+    """Return where a load factor is on the load path, in words: a knit's strain, the leg of a pair's path.
+
+    Examples
+    --------
+    >>> from knitstudy import load_scene
+    >>> place_on_path(load_scene("yarns-tie-course").load, factor=0.5)
+    'strain 2.50%'
+    """
+    if isinstance(load, CellStrain) and load.turns:
+        motion, _ = cell_path(load, np.ones(3))
+        leg = int(np.searchsorted(motion.corners, factor - 1e-9)) + 1
+        return f"strain {motion.at(factor)[motion.axis]:.2%} on leg {leg} of {len(motion.corners)}"
+    if isinstance(load, Tension):
+        return f"strain {factor * load.strain:.2%}"
+    legs = len(load.path)
+    # Rounding at a corner must not begin the next leg.
+    return f"leg {max(1, ceil(factor * legs - 1e-9))} of {legs}"
+
+
+_CLEAR, _STATUS = Path("/proc/self/clear_refs"), Path("/proc/self/status")
+
+
+class Meter:
+    """Measures time and growth of memory from its making on.
+
+    On Linux the kernel is told to forget earlier peaks of memory; elsewhere an earlier peak may hide growth.
+    """
+
+    def __init__(self) -> None:
+        self._before = psutil.Process().memory_info().rss
+        try:
+            _CLEAR.write_text("5")  # forgets the peak of /proc/self/status, not that of getrusage
+            self.has_own_peak = _peak_since() > 0
+        except OSError:
+            self.has_own_peak = False
+        self._started, self._most = _times(), (0, 0)
+
+    @contextmanager
+    def paused(self) -> Iterator[None]:
+        """Leave out the time that a block takes."""
+        started = _times()
+        try:
+            yield
+        finally:
+            self._started += _times() - started
+
+    def go_on(self, earlier: Mapping[str, float]) -> None:
+        """Count the costs of the earlier processes of the same run too, as `read` returned them."""
+        self._started -= earlier["wall_seconds"], earlier["processor_seconds"]
+        self._most = earlier["memory_growth"], earlier["memory_peak"]
+
+    def read(self) -> dict[str, float]:
+        """Return the costs of a run so far, as attributes of a history.
+
+        Times by the clock and of all processors are in seconds, the growth and the peak of memory in bytes.
+        """
+        wall, processor = (_times() - self._started).tolist()
+        highest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        highest *= 1 if sys.platform == "darwin" else 1024
+        peak = _peak_since() if self.has_own_peak else highest
+        growth, highest = np.maximum(self._most, (peak - self._before, highest)).tolist()
+        times = {"wall_seconds": wall, "processor_seconds": processor}
+        return times | {"memory_growth": growth, "memory_peak": highest}
+
+
+def _times() -> np.ndarray:
+    return np.array([time.perf_counter(), time.process_time()])
+
+
+def _peak_since() -> int:
+    for line in _STATUS.read_text().splitlines():
+        if line.startswith("VmHWM:"):
+            return 1024 * int(line.split()[1])
+    return 0
+
+
+# Forms of energy in the ledger: external work = the sum of all others
+FORMS = ("external", "internal", "hourglass", "penalty", "friction", "stabilisation")
+
+
+@dataclass(frozen=True)
+class Stations(Chosen):
+    """Points whose motion the history follows: section centres or beam nodes."""
+
+    yarn: np.ndarray  # (S,) yarn of a station
+    arc_length: np.ndarray  # (S,) its arc length along the undeformed yarn [m]
+    position: np.ndarray  # (S, 3) its undeformed position [m]
+
+    def nearest(self, yarn: np.ndarray, arc_length: np.ndarray) -> np.ndarray:
+        """Return the stations nearest to places on yarns; stations are in the order of yarns and arc lengths."""
+        longest = 2 * self.arc_length.max()  # puts all yarns on one axis
+        places = longest * self.yarn + self.arc_length
+        return np.searchsorted(0.5 * (places[1:] + places[:-1]), longest * yarn + arc_length)
+
+
+@dataclass
+class Recorder:
+    """Collects increments and keeps the ledger of energies."""
+
+    stations: Stations  # points to follow
+    driven: np.ndarray  # (k, 3) unknowns of the driven nodes by component (x, y, z)
+    motion: Motion  # of the driven side
+    meter: Meter = field(default_factory=Meter)  # begun before the model was built, so that its memory counts
+    columns: dict[str, list] = field(default_factory=dict)  # one value an increment
+    # One array an increment, of as many rows as points were in contact
+    flat: dict[str, list[np.ndarray]] = field(default_factory=dict)
+
+    def add(
+        self,
+        increment: Increment,
+        observed: Mapping[str, Any],  # with `centreline_displacement` (S, 3) [m] at least
+        points: Mapping[str, np.ndarray] | None = None,  # of the points in contact, without `contact_`
+    ) -> None:
+        """Append a converged increment and the columns of the observer; DataFileError if `HISTORY` has no such name."""
+        reaction = np.array([increment.response.force[self.driven[:, i]].sum() for i in range(3)])
+        displacement, axis = self.motion.at(increment.load), self.motion.axis
+        row = {
+            "load": increment.load,
+            "strain": displacement[axis] / self.motion.length,
+            "displacement": displacement[axis],
+            "driven_displacement": displacement,
+            "force": reaction[axis],
+            "reaction": reaction,
+            "newton_iterations": increment.newton_iterations,
+            "krylov_iterations": increment.krylov_iterations,
+            "residual": increment.residual,
+            "correction": increment.correction,
+            "energy": self._ledger(increment, displacement, reaction),
+            "seconds": np.array([increment.timings.get(phase, 0.0) for phase in PHASES]),
+            **observed,
+        }
+        HISTORY.require([*row, *(f"contact_{name}" for name in points or {})])
+        for name, value in row.items():
+            self.columns.setdefault(name, []).append(value)
+        for name, values in (points or {}).items():
+            self.flat.setdefault(name, []).append(values)
+
+    def drop(self) -> None:
+        """Take the last increment away."""
+        for values in (*self.columns.values(), *self.flat.values()):
+            values.pop()
+
+    def _ledger(self, increment: Increment, displacement: np.ndarray, reaction: np.ndarray) -> np.ndarray:
+        ledger = np.array([increment.response.energy.get(form, 0.0) for form in FORMS])
+        if self.columns:
+            # Trapezoidal work of the reactions: independent of the potentials that it is compared with.
+            mean = 0.5 * (reaction + self.columns["reaction"][-1])
+            moved = displacement - self.columns["driven_displacement"][-1]
+            ledger[0] = self.columns["energy"][-1][0] + mean @ moved
+        return ledger
+
+    def to_dataset(self, once: Mapping[str, np.ndarray] | None = None, **attributes) -> xr.Dataset:
+        """Return the history as a Dataset in the format of docs/reference/files.md, with further attributes.
+
+        `once` are variables of `HISTORY` that are the same at all increments, or known at the last one alone.
+        """
+        values = {name: np.array(values) for name, values in self.columns.items()} | self._points()
+        values |= {
+            "yarn": np.asarray(self.stations.yarn),
+            "arc_length": self.stations.arc_length,
+            "centreline": self.stations.position,
+        }
+        coordinates = {"xyz": list("xyz"), "form": list(FORMS), "phase": list(PHASES)}
+        axis = {"axis": self.motion.axis, "gauge_length": self.motion.length}
+        attributes = self.meter.read() | axis | attributes
+        return xr.Dataset(HISTORY.variables(values | dict(once or {})), coords=coordinates, attrs=attributes)
+
+    def _points(self) -> dict[str, np.ndarray]:
+        """Return the points in contact of all increments one after another, if there are any."""
+        if not self.flat:
+            return {}
+        counts = [len(values) for values in self.flat["crossing"]]
+        number = np.repeat(np.arange(len(counts)), counts)
+        joined = {f"contact_{name}": np.concatenate(parts) for name, parts in self.flat.items()}
+        return {"contact_increment": number} | joined

@@ -1,0 +1,206 @@
+"""A boundary value problem and its solution along the load path: increments, checks, history, restart file."""
+
+from __future__ import annotations
+
+import logging
+from collections import defaultdict
+from collections.abc import Callable, Generator
+from dataclasses import dataclass, field, replace
+from typing import Any, Protocol
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.errors import CoarseIncrement, ConvergenceError
+from knitstudy.knit.loading.gates import loosened, require_apart, require_lasting_friction
+from knitstudy.knit.loading.history import Meter, Motion, Recorder, Stations, place_on_path
+from knitstudy.knit.loading.overlap import Repeats, largest_overlap
+from knitstudy.knit.loading.restart import Checkpoint
+from knitstudy.knit.loading.run import IN_MEMORY, ReportProgress, Run, silent
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.mechanics.batches import reuse_memory, serial_blas
+from knitstudy.mechanics.guided import Guide
+from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
+from knitstudy.mechanics.linear import LU, LinearSolver
+from knitstudy.mechanics.load_path import trace
+from knitstudy.mechanics.model import Model
+
+# Largest ratio of the error after and before two halvings of an increment at which halving goes on. Two halvings should
+# divide that of the ledger by 64; where the force jumps within the increment they may not reduce it at all.
+WORTHWHILE = 0.75
+
+log = logging.getLogger(__name__)
+
+# Whether a run goes on from a restart file, for readers who do not want a line for every increment
+resumed = logging.getLogger(f"{__name__}.resumed")
+
+Reported = tuple[dict[str, Any], dict[str, np.ndarray]]
+"""Columns of the history, and columns of the points in contact; see `Recorder.add`."""
+
+
+class Observer(Protocol):
+    """Reports columns of a model at every converged increment."""
+
+    def record(self, increment: Increment) -> Reported:
+        """Return the columns of the history for an increment."""
+        ...
+
+
+Check = Callable[[Increment, Recorder], None]
+"""Raises a ConvergenceError if a converged increment, which has been recorded, must not count."""
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A boundary value problem along a load path."""
+
+    scene: Scene
+    model: Model
+    observer: Observer
+    settings: Settings
+    prescribed: PrescribedDisplacement
+    motion: Motion  # of the driven side
+    # (k, 3) unknowns of the driven nodes by component (x, y, z), whose forces are the reaction
+    driven: np.ndarray
+    stations: Stations  # points whose displacement the observer reports
+    # Called in order after an increment has been recorded and before it is written to the restart file, so that
+    # no run goes on from a refused state
+    checks: tuple[Check, ...] = ()
+    # Variables of the history that are the same at all increments
+    constants: dict[str, np.ndarray] = field(default_factory=dict)
+    # Returns the variables of the history that are known at the last increment alone, from the model's state
+    fields: Callable[[Any], dict[str, np.ndarray]] | None = None
+    attributes: dict[str, Any] = field(default_factory=dict)  # of the history: numbers and texts
+    solver: LinearSolver = field(default_factory=LU)
+    repeats: Repeats | None = None  # of an endless fabric
+    meter: Meter | None = None  # begun before the model was built; by default with the solution
+    # Returns a cheaper model that leads the way, if there is one, which reports its own progress
+    guide: Callable[[ReportProgress], Guide | None] = lambda report: None
+
+    def increments(
+        self, report: ReportProgress = silent, resume: Increment | None = None
+    ) -> Generator[Increment, str | None, None]:
+        """Follow the load path from the undeformed state, or from an increment; see `trace`."""
+        guide = self.guide(report)
+        return trace(self.model, self.prescribed, self.settings, self.solver, resume=resume, guide=guide)
+
+
+def settings_of(scene: Scene, touches: bool, stride: float = np.inf) -> Settings:
+    """Return accuracy and limits of a scene's load path; `stride` [m] bounds corrections of yarns that touch.
+
+    Where contact begins, a parabola through earlier increments overshoots far into the other yarn.
+    """
+    settings = Settings.of(scene.solver)
+    return replace(settings, predictor=1, stride=stride) if touches else settings
+
+
+def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
+    """Drive a model to full load and return its history, in the format of docs/reference/files.md.
+
+    An increment after which the ledger of energies is too coarse is repeated in halves, as one that does not converge
+    is, as long as that helps.
+
+    Raises
+    ------
+    ConvergenceError
+        If the load cannot be reached or a check refuses a state; its `history` holds the increments that had converged.
+    DataFileError
+        If the restart file is damaged or belongs to another scene.
+    """
+    reuse_memory()
+    scene = problem.scene
+    recorder = Recorder(problem.stations, problem.driven, problem.motion, problem.meter or Meter())
+    checkpoint = Checkpoint(run.restart, scene.hash, type(problem.model.start())) if run.restart else None
+    last = checkpoint.load(recorder) if checkpoint else None
+    if last is not None:
+        resumed.info(
+            "going on from increment %d at load factor %.4g (%s)", last.index, last.load, run.restart
+        )
+        run.progress(last.load, place_on_path(scene.load, last.load))
+    increments = problem.increments(run.progress, resume=last)
+    try:
+        with serial_blas():
+            increment, errors = next(increments, None), defaultdict(list)
+            while increment is not None:
+                _record(problem, recorder, increment)
+                coarse = _check(problem, increment, recorder)
+                if coarse is not None:
+                    # Errors of this increment and of the larger ones that it is a part of
+                    alike = errors[coarse.unit]
+                    alike.append(coarse.error)
+                    if len(alike) < 3 or alike[-1] <= WORTHWHILE * alike[-3]:
+                        recorder.drop()
+                        increment = increments.send(str(coarse))
+                        continue
+                    if not coarse.bearable:
+                        raise coarse
+                require_lasting_friction(recorder, increment.index)
+                require_apart(scene, recorder, increment.index)
+                last = increment
+                if checkpoint:
+                    # Writing takes a tenth of a reduced model's time and is not part of its cost.
+                    with recorder.meter.paused():
+                        checkpoint.save(increment, recorder)
+                run.progress(increment.load, place_on_path(scene.load, increment.load))
+                most, axis = scene.value("load.largest_force"), problem.motion.axis  # of cells alone
+                if most is not None and abs(recorder.columns["force_per_width"][-1][axis]) >= most:
+                    return _history(problem, recorder, last).assign_attrs(full_load=last.load)
+                increment, errors = next(increments, None), defaultdict(list)
+    except ConvergenceError as error:
+        if last is not None and last.load > 0:
+            if len(recorder.columns["load"]) > last.index + 1:
+                recorder.drop()  # refused
+            reached = f"ended at {place_on_path(scene.load, last.load)}, load factor {last.load:.4g}"
+            error.history = _history(problem, recorder, last).assign_attrs(incomplete=f"{reached}: {error}")
+        raise
+    return _history(problem, recorder, last)
+
+
+def _check(problem: Problem, increment: Increment, recorder: Recorder) -> CoarseIncrement | None:
+    """Call all checks; return the error of the first one that finds the increment too coarse."""
+    coarse = None
+    for check in problem.checks:
+        try:
+            check(increment, recorder)
+        except CoarseIncrement as error:
+            coarse = coarse or error
+    return coarse
+
+
+def _record(problem: Problem, recorder: Recorder, increment: Increment) -> None:
+    """Add a converged increment to the history, and a line to the log."""
+    columns, points = problem.observer.record(increment)
+    if problem.scene.value("gates.overlap") is not None:
+        places = problem.stations.position + columns["centreline_displacement"]
+        repeats, radius = problem.repeats, problem.scene.yarn.radius
+        lattice = () if repeats is None else (repeats.length, repeats.stretched(columns["cell_strain"]))
+        columns["largest_overlap"] = largest_overlap(problem.stations, places, radius, *lattice)
+    recorder.add(increment, columns, points)
+    gap = columns.get("smallest_gap", np.nan)
+    log.info(
+        "increment %d: %s, force %.6g N, %d Newton and %d Krylov iterations, residual %.1e%s",
+        increment.index,
+        place_on_path(problem.scene.load, increment.load),
+        recorder.columns["force"][-1],
+        increment.newton_iterations,
+        increment.krylov_iterations,
+        increment.residual,
+        f", smallest gap {gap:.3g} m" if np.isfinite(gap) else "",
+    )
+
+
+def _history(problem: Problem, recorder: Recorder, last: Increment) -> xr.Dataset:
+    """Return the history so far, with the fields of the last increment if asked for."""
+    scene, solver = problem.scene, problem.solver
+    fields = problem.fields(last.state) if problem.fields else {}
+    return recorder.to_dataset(
+        problem.constants | fields,
+        scene=scene.name,
+        fidelity=scene.fidelity,
+        interaction=scene.interaction,
+        **({"loosened": wider} if (wider := loosened(scene)) else {}),
+        unknowns=problem.model.size - len(problem.prescribed.fixed),
+        linear_solver=type(getattr(solver, "preconditioner", solver)).__name__,
+        linear_setups=getattr(solver, "setups", 0),
+        **problem.attributes,
+    )

@@ -1,0 +1,263 @@
+"""A cell of an endless fabric of beams: forces per width at large strains, from the drawn shape or from rest.
+
+The rows of the fabric are chains of beams that go on as their own images; the last yarn, the image of the first, is
+left out. Yarns touch each other and their images anywhere (`mechanics.line_contact`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.errors import ConfigurationError, ConvergenceError
+from knitstudy.knit.geometry.fabric import Fabric
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.loading.columns import REST
+from knitstudy.knit.loading.gates import require_fine_beams, require_sound
+from knitstudy.knit.loading.history import Recorder, Stations, cell_path
+from knitstudy.knit.loading.overlap import Repeats
+from knitstudy.knit.loading.run import IN_MEMORY, ReportProgress, Run, silent
+from knitstudy.knit.loading.solve import Problem, Reported, settings_of
+from knitstudy.knit.models.beam.contact import STRIDE, contact_of, pressed, require_verified_contact
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.yarns.network import RING, section_of, turns
+from knitstudy.mechanics.beams.beam_model import BeamModel
+from knitstudy.mechanics.beams.endless_beams import EndlessBeams, EndlessState
+from knitstudy.mechanics.beams.state import BeamState, LineHistory
+from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
+from knitstudy.mechanics.linear import LU
+from knitstudy.mechanics.load_path import trace
+from knitstudy.mechanics.periodic import Lattice
+
+HELD = np.arange(3)  # the displacements of the first node: nothing else holds the whole in its place
+
+# Variables of a shape at rest that do not follow from it: fields of `LineHistory`
+KEPT = {"touching": "key", "touching_friction": "traction", "touching_stored": "stored"}
+
+NEARER = (
+    "Draw the loops nearer to their shape at rest: smaller values of pattern.course_spacing and pattern.wale_spacing "
+    "usually help"
+)
+RELAXATION = 20  # increments of the way to rest, where none of them fails
+WASTE = (
+    4000  # iterations without headway on the way to rest: loops of lace and piques snap into place one by one
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """The yarns of one period, divided into beams."""
+
+    stations: Stations  # the n nodes of the period
+    period: np.ndarray  # (Y,) lengths of the yarns [m]
+    weight: np.ndarray  # (n,) lengths that nodes stand for [m]
+    nodes: np.ndarray  # (N, 3) the same nodes, and the images of the first of every yarn [m]
+    owner: np.ndarray  # (N,) the node that every one is or is an image of
+    image: np.ndarray  # (N, 2) how many periods away
+    ends: np.ndarray  # (n, 2) nodes at the ends of the beams
+    curvature: np.ndarray  # (n, 3) mean curvature vectors of the beams as drawn [1/m]
+    polygon: float  # by how much straight beams in bent yarns are too stiff
+
+
+def divided(fabric: Fabric, size: float) -> Rows:
+    """Return the rows of an endless fabric in beams that are `size` long, nearly [m]."""
+    lines = fabric.centrelines[:-1]
+    period = np.array([line.length for line in lines])
+    count = np.maximum(np.rint(period / size), 8).astype(int)
+    yarn, first = np.repeat(np.arange(len(lines)), count), np.cumsum(count) - count
+    s = np.concatenate([np.arange(n) * length / n for n, length in zip(count, period, strict=True)])
+    step = (period / count)[yarn]
+    position = np.concatenate([line.position(s[yarn == k]) for k, line in enumerate(lines)])
+    tangent = np.concatenate([line.tangent(s[yarn == k]) for k, line in enumerate(lines)])
+    n = len(s)
+    follower = np.arange(1, n + 1)
+    last = first + count - 1
+    follower[last] = first
+    turn = turns(tangent, tangent[follower])
+    follower[last] = n + np.arange(len(lines))
+    owner = np.append(np.arange(n), first)
+    image = np.zeros((len(owner), 2), dtype=int)
+    image[n:, 0] = 1
+    return Rows(
+        stations=Stations(yarn, s, position),
+        period=period,
+        weight=step,
+        nodes=position[owner] + image @ fabric.periods,
+        owner=owner,
+        image=image,
+        ends=np.column_stack([np.arange(n), follower]),
+        curvature=turn / step[:, None],
+        polygon=RING * float(step @ (turn**2).sum(axis=1) / step.sum()),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class BeamCell:
+    """A cell put together, which reports strains and forces per width."""
+
+    rows: Rows
+    model: EndlessBeams
+
+    def record(self, increment: Increment) -> Reported:
+        """Return columns of the history."""
+        state, lattice = increment.state, self.model.lattice
+        contact, points, vectors = self.model.contact, self.model.at_points(state), self.model.vectors(state)
+        near = contact.pairs(points.position, vectors, near=True)
+        nearest = float(near.distance.min(initial=np.inf)) - contact.repulsion.diameter
+        force = increment.response.force[self.model.lattice_unknowns]
+        return {
+            "centreline_displacement": state.beams.position - self.rows.stations.position,
+            "cell_strain": state.lattice / lattice.lengths,
+            "force_per_width": force * lattice.lengths / lattice.area,
+            "smallest_gap": nearest if np.isfinite(nearest) else np.nan,
+        }, {}
+
+    def require_verified_contact(self, scene: Scene, increment: Increment, recorder: Recorder) -> None:
+        """Refuse a state beyond the verified law of contact; raises as `require_verified_law`."""
+        model, state = self.model, increment.state
+        internal = model.internal_energy(increment.response)
+        require_verified_contact(
+            scene, increment, model.contact, model.at_points(state), model.vectors(state), internal
+        )
+
+
+def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Problem:
+    """Return the cell of a scene as a problem, from a shape at rest if one is given.
+
+    Raises ConfigurationError if the scene starts from a shape that is not given; MeshError if beams are too long for
+    the bends of the yarns.
+    """
+    if (rest is None) != (scene.load.start == "drawn"):
+        given = "none" if rest is None else "one"
+        raise ConfigurationError(
+            f"load.start of scene {scene.name} is {scene.load.start}, but {given} is given of shapes at rest"
+        )
+    rows = divided(fabric, scene.metres("mesh.beam_size"))
+    require_fine_beams(scene, rows.polygon)
+    vectors = fabric.periods if rest is None else rest["lattice_vectors"].to_numpy()
+    model = _model(scene, rows, Lattice(vectors), scene.kind.interaction.friction(scene.contact))
+    if rest is None:  # drawn yarns may touch
+        held = np.append(HELD, model.lattice_unknowns)
+        model = model.starting_at(_balanced("the drawn cell", scene, model, held, increments=1).state)
+    else:
+        model = model.starting_at(_state(rest, model))
+    motion, prescribed = cell_path(scene.load, model.lattice.lengths, HELD, model.size)
+    repulsion, cell = model.contact.repulsion, BeamCell(rows, model)
+    return Problem(
+        scene=scene,
+        model=model,
+        prescribed=prescribed,
+        settings=settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter),
+        motion=motion,
+        driven=model.lattice_unknowns[None],
+        stations=rows.stations,
+        observer=cell,
+        repeats=Repeats(rows.period, vectors),
+        checks=(
+            partial(require_sound, scene, None, internal=model.internal_energy),
+            partial(cell.require_verified_contact, scene),
+        ),
+        attributes={
+            "dof": model.size,
+            "elements": len(rows.ends),
+            "deformation": scene.load.deformation,
+            "start": scene.load.start,
+            "contact_coefficient": repulsion.law.coefficient,
+            "contact_exponent": repulsion.law.exponent,
+            "contact_onset": repulsion.onset,
+            "friction": model.contact.mu,
+            "cell_width": float(np.linalg.norm(vectors[0])),
+            "cell_height": float(np.linalg.norm(vectors[1])),
+        },
+    )
+
+
+def relax(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dataset:
+    """Return the shape in which no force acts on the edges of the cell, and the friction that holds it there.
+
+    A `run` reports its progress, and has no restart file.
+
+    From the drawn shape, the natural curvature of the yarns grows from that of the drawn one to its own, and their
+    diameter from that for which the loops are drawn. Friction on the way leads to one shape; without it a slack fabric
+    may have several. `load.start` says whether friction goes in the end.
+    Raises ConvergenceError if there is no way to rest; other errors as of `build`.
+    """
+    fabric = fabric_of(geometry)
+    rows = divided(fabric, scene.metres("mesh.beam_size"))
+    friction = scene.kind.interaction.friction(scene.contact)
+    model = _model(scene, rows, Lattice(fabric.periods), friction, drawn_for=2 * fabric.radius)
+    # Yarns that did not touch have come far in an increment for nothing: the next one begins where they are.
+    changed = {"predictor": 0, "increments": RELAXATION, "waste": WASTE, "remedy": NEARER}
+    loosened = friction and scene.load.start == "rest"
+    ways = 2 if loosened else 1
+    last = _balanced("the way to rest", scene, model, HELD, lambda load: run.progress(load / ways), **changed)
+    if loosened:
+        free = _model(scene, rows, Lattice(fabric.periods), 0.0)
+        free = free.starting_at(replace(last.state, contact=LineHistory.none()))
+        without = "the rest without friction"
+        last = _balanced(without, scene, free, HELD, lambda load: run.progress((1 + load) / ways), **changed)
+    state = last.state
+    vectors, kept = model.vectors(state), state.contact
+    values = {
+        "centreline": state.beams.position,
+        "rotation": state.beams.rotation,
+        "lattice_vectors": vectors,
+    } | {name: getattr(kept, field) for name, field in KEPT.items()}
+    drawn = model.lattice.lengths
+    return xr.Dataset(REST.variables(values)).assign_attrs(
+        cell_width=float(np.linalg.norm(vectors[0])),
+        cell_height=float(np.linalg.norm(vectors[1])),
+        strain_from_drawn=(state.lattice / drawn).tolist(),
+        increments=last.index,
+    )
+
+
+def _balanced(
+    what: str,
+    scene: Scene,
+    model: EndlessBeams,
+    held: np.ndarray,
+    report: ReportProgress = silent,  # called with every load factor
+    **changed: Any,
+) -> Increment:
+    """Return the last increment of a cell that finds its balance, with unknowns that are held."""
+    settings = replace(settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter), **changed)
+    try:
+        for last in trace(model, PrescribedDisplacement(held, np.zeros(len(held))), settings, LU()):
+            report(last.load)
+    except ConvergenceError as error:
+        raise ConvergenceError(f"{what} of scene {scene.name} finds no balance: {error}") from None
+    return last
+
+
+def _state(rest: xr.Dataset, model: EndlessBeams) -> EndlessState:
+    """Return the state of a model that a shape at rest describes."""
+    beams = BeamState(rest["centreline"].to_numpy(), rest["rotation"].to_numpy())
+    state = EndlessState(beams, np.zeros(3), LineHistory.none(), np.zeros(model.size))
+    carried = {field: rest[name].to_numpy() for name, field in KEPT.items()}
+    history = model.contact.restored_history(model.at_points(state), model.vectors(state), **carried)
+    return replace(state, contact=history)
+
+
+def _model(
+    scene: Scene,
+    rows: Rows,
+    lattice: Lattice,
+    friction: float,
+    drawn_for: float | None = None,  # diameter with which a way to rest begins [m]
+) -> EndlessBeams:
+    """Return the beams of the rows and their contact."""
+    yarn = scene.yarn
+    natural = (yarn.set - 1.0) * rows.curvature if yarn.set != 1 else 0.0
+    section = section_of(yarn, scene.mesh.section_law, rows.curvature, pressed=pressed(scene))
+    inner = BeamModel(rows.nodes, rows.ends, section, yarn.radius, natural=natural)
+    stations = rows.stations
+    contact, points = contact_of(scene, stations.yarn, stations.arc_length, friction, rows.period)
+    thinner = 0.0 if drawn_for is None else yarn.diameter - drawn_for
+    return EndlessBeams(
+        inner, rows.owner, rows.image, lattice, contact, points, drawn_for is not None, thinner
+    )

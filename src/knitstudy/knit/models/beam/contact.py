@@ -1,0 +1,136 @@
+"""Contact of yarns that are beams, as a scene describes it: points of contact, law, ties, and the limits of the law."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from knitstudy.knit.geometry.crossings import Crossings
+from knitstudy.knit.loading.gates import require_stiff_contact, require_verified_law
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.mechanics.beams.contact_points import ContactPoints
+from knitstudy.mechanics.beams.hertz import LAYERS, Patch
+from knitstudy.mechanics.beams.line_contact import ROUGH, SPACINGS, LineContact
+from knitstudy.mechanics.beams.repulsion import CrossedCylinders, Power, Repulsion
+from knitstudy.mechanics.beams.state import BeamState
+from knitstudy.mechanics.increment import Increment
+
+# Largest displacement that one correction may make, in finite knits against neighbours, over the diameter
+STRIDE = 0.1
+
+# Points of contact are no farther apart, over the radius, where `MOST` for every station are enough. Contact is soft
+# below an approach that is as much as the square of that: a hundredth of the radius of solid yarns, a twentieth of soft
+# ones, which overlap ten times as far.
+FINE, FINE_IN_LAYERS, MOST = 0.1, 0.23, 4
+MOST_SHAPED = 5.0  # factor of surfaces that conform beyond which bounds of `hertz` count
+
+# Stiffness against elastic slip over E R, where no key of beams says it
+STICK = 10.0
+
+
+def contact_of(
+    scene: Scene,
+    yarn: np.ndarray,  # int (n,), of the stations; stations of a yarn follow each other
+    arc_length: np.ndarray,  # (n,) [m]
+    friction: float,
+    period: np.ndarray | None = None,  # (Y,), lengths of yarns that repeat themselves [m]
+    tied: Crossings | None = None,
+) -> tuple[LineContact, ContactPoints]:
+    """Return the contact of yarns with stations, and its points."""
+    shape, radius, diameter = patch(scene), scene.yarn.radius, scene.yarn.diameter
+    fine = (FINE_IN_LAYERS if shape == LAYERS else FINE) * radius
+    widest = ContactPoints.of(yarn, arc_length, 1, period).weight.max()
+    points = ContactPoints.of(yarn, arc_length, int(np.ceil(widest / fine - 0.01).clip(1, MOST)), period)
+    spacing = float(points.weight.max())
+    onset = SPACINGS**2 * spacing**2 / (8 * diameter)  # contact of 2 sqrt(2 D e) over `SPACINGS` of them
+    return LineContact(
+        points.yarn,
+        points.arc_length,
+        points.weight,
+        Repulsion(pressing(scene), diameter, onset, shape),
+        friction,
+        period=period,
+        joined=None if tied is None else joined(points, tied, 2 * scene.tie.radius * radius),
+    ), points
+
+
+def joined(points: ContactPoints, tied: Crossings, reach: float) -> np.ndarray:
+    """Return the number (p,) of the tied crossing within reach [m] along the yarn of a point, or -1.
+
+    A disc of radius a carries overlaps of up to a^2 / R, as Hertz's patch of that size does: straight yarns that
+    do have points nearer than the diameter up to 2 a from the crossing.
+    """
+    nearest, far = nearest_crossing(points.yarn, points.arc_length, tied)
+    return np.where(far < reach, nearest, -1)
+
+
+def nearest_crossing(
+    yarn: np.ndarray, arc_length: np.ndarray, crossings: Crossings
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the crossing (n,) that is nearest along its yarn to places (n,), -1 without one; and how far it is [m]."""
+    apart = 4 * arc_length.max()
+    at, order = np.unique((apart * crossings.yarn + crossings.arc_length).ravel(), return_index=True)
+    at = np.concatenate([[-np.inf], at, [np.inf]])
+    place = apart * yarn + arc_length
+    after = np.searchsorted(at, place)
+    nearest = np.where(at[after] - place < place - at[after - 1], after, after - 1)
+    return np.concatenate([[-1], order // 2, [-1]])[nearest], np.abs(at[nearest] - place)
+
+
+def require_verified_contact(
+    scene: Scene,
+    increment: Increment,
+    contact: LineContact,
+    points: BeamState,
+    vectors: np.ndarray,  # (2, 3), of the lattice [m]
+    internal: float,  # energy of the yarns [J]
+) -> None:
+    """Refuse a state beyond the verified law of contact; raises as `require_verified_law`."""
+    pairs = contact.pairs(points.position, vectors)
+    _, geometry = contact.pair_geometry(pairs, points.position, vectors)
+    energy = contact.energy(pairs, points.position, vectors)[1].value
+    factor = contact.energy_factors(pairs, geometry)[2].value
+    depth = 2 * (1 - pairs.distance / contact.repulsion.diameter)
+    shape = np.stack([each.value for each in geometry[:3]], axis=1)
+
+    def where(k: int) -> str:
+        one, other = contact.yarn[pairs.both[k]]
+        s, t = contact.arc_length[pairs.both[k]]
+        return f"yarns {one} and {other} at arc lengths {s:.4g} and {t:.4g} m"
+
+    require_verified_law(scene, increment, energy, internal, depth, shape, factor, MOST_SHAPED, where)
+
+
+def pressing(scene: Scene) -> Power | CrossedCylinders:
+    """Return the force of two yarns that cross, over their gap, by ``yarn.pressing`` or else by ``beam.section``."""
+    yarn = scene.yarn
+    if (stiffness := scene.value("yarn.pressing")) is not None:
+        return Power(stiffness / yarn.diameter**yarn.pressing_exponent, yarn.pressing_exponent)
+    if scene.value("beam.section") in (None, "hertz"):
+        return CrossedCylinders.of(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius)
+    # Of half a radius, at an approach of R / 4
+    require_stiff_contact(scene, "beam.stiffness", patch=1.5)
+    return Power(penalty(scene) / yarn.radius**0.5, penalty=True)
+
+
+def patch(scene: Scene) -> Patch:
+    """Return the effect of the shape of a contact: of half spaces where Hertz's law holds, else of layers."""
+    hertzian = scene.value("yarn.pressing") is None and scene.value("beam.section") in (None, "hertz")
+    return Patch(scene.yarn.poisson_ratio if hertzian else None)
+
+
+def pressed(scene: Scene) -> float:
+    """Return the share of normal forces in the bending of yarns by forces on their surface; see `eased_by_pressure`.
+
+    Friction at Coulomb's limit, in all directions alike, has the part mu^2 / (2 + mu^2) of the squares of forces normal
+    to and across the yarn. It moves the surface by c - nu R^2 where normal forces move it by c. Yarns that stick pull
+    in all directions, as ties do: they have the shear of the energy.
+    """
+    if patch(scene) == LAYERS:
+        return 0.0
+    nu, square = scene.yarn.poisson_ratio, min(scene.kind.interaction.friction(scene.contact), ROUGH) ** 2
+    return max(0.0, 1 - square / (2 + square) * 12 * (1 + nu) / (7 + 8 * nu))  # nu R^2 over c
+
+
+def penalty(scene: Scene) -> float:
+    """Return ``beam.stiffness`` times E R [N/m]."""
+    return (scene.value("beam.stiffness") or STICK) * scene.yarn.youngs_modulus * scene.yarn.radius

@@ -1,0 +1,155 @@
+"""Solid yarns of hexahedra: linear ones of a swept mesh (section 2.3), and quadratic ones of the same mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.knit.contacts.facets import Rings
+from knitstudy.knit.geometry.fabric import Fabric
+from knitstudy.knit.loading.gates import require_elements_across
+from knitstudy.knit.loading.solve import Problem
+from knitstudy.knit.mesh.mesher import Grips, grips
+from knitstudy.knit.mesh.quadratic import FACE_CENTRE, QuadraticMesh, quadratic_mesh
+from knitstudy.knit.mesh.quality import require_memory_to_simulate
+from knitstudy.knit.mesh.sweep import SweptMesh
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.yarns import solids
+from knitstudy.knit.yarns.discretisation import Discretisation, yarn_surfaces
+from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords
+from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
+from knitstudy.mechanics.elements.hexahedron import InverseMap, shape
+from knitstudy.mechanics.elements.quadratic import EDGES, NODES, quadratic_shape
+from knitstudy.mechanics.materials import material_of
+
+
+def _elements(scene: Scene, connectivity: np.ndarray, nodes: np.ndarray) -> tuple[ElementGroup, ...]:
+    """Return the hexahedra (E, a) of a scene with nodes (N, 3) [m]; MeshError if one is folded."""
+    material = material_of(scene.yarn)
+    kind = ELEMENTS.find(scene.mesh.element)
+    return (ElementGroup(connectivity, kind(nodes[connectivity], material, scene.solver.hourglass)),)
+
+
+# Shares of an element's volume by its number of nodes; of quadratic ones in proportion to the squares of the functions,
+# whose own integrals are negative at corners (Hinton, Rock and Zienkiewicz 1976)
+LUMPED = {8: np.full(8, 1 / 8), 20: np.repeat([7 / 248, 2 / 31], [8, 12])}
+
+
+def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
+    """Return the volume (N,) of every node [m3], from the elements around it."""
+    (group,) = groups
+    elements = group.connectivity
+    volume = group.elements.volume.reshape(-1, len(elements)).sum(axis=0)  # of its integration points
+    shares = volume[:, None] * LUMPED[elements.shape[1]]
+    return np.bincount(elements.ravel(), shares.ravel(), count)
+
+
+def _ends(mesh: QuadraticMesh, corners: Grips) -> Grips:
+    """Return gripped nodes, from gripped corners: a middle is gripped where both ends of its edge are."""
+    ends = []
+    for nodes in (corners.held, corners.driven):
+        gripped = np.zeros(len(mesh.nodes), dtype=bool)
+        gripped[mesh.corner_nodes[nodes]] = True
+        gripped[mesh.elements[:, 8:][gripped[mesh.elements[:, EDGES]].all(axis=2)]] = True
+        ends.append(np.flatnonzero(gripped))
+    return Grips(*ends)
+
+
+def _dependence(mesh: QuadraticMesh) -> sp.csr_matrix:
+    """Return nodes as weighted sums of nodes (N, N): the centres of faces are."""
+    count = len(mesh.nodes)
+    free = np.setdiff1d(np.arange(count), mesh.face_centres)
+    rows = np.concatenate([free, np.repeat(mesh.face_centres, 8)])
+    columns = np.concatenate([free, mesh.faces.ravel()])
+    values = np.concatenate([np.ones(len(free)), np.tile(FACE_CENTRE, len(mesh.face_centres))])
+    return sp.csr_matrix((values, (rows, columns)), shape=(count, count))
+
+
+def build(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Problem:
+    """Return a scene with yarns of hexahedra as a problem.
+
+    Raises ConfigurationError if the fabric is endless; MeshError if elements are too large for the yarn or folded, the
+    simulation does not fit into memory, a crossing cannot be tied, or yarns overlap.
+    """
+    if len(fabric.periods):
+        raise ConfigurationError(
+            f"scene {scene.name!r}: specimen is {scene.specimen}, which hexahedra cannot model; use spline_yarns"
+        )
+    return solids.problem(scene, fabric, solids.assemble(scene, fabric, discretise(scene, fabric, mesh)))
+
+
+def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Discretisation:
+    """Return the yarns of a scene as hexahedra that are fit to be simulated.
+
+    Raises MeshError if elements are too large for the yarn, or too many for the memory.
+    """
+    require_elements_across(scene)
+    parts = divide(scene, mesh, fabric)
+    nodes_an_element = parts.connectivity.shape[1]
+    require_memory_to_simulate(parts.nodes.size, parts.bandwidth, scene.mesh.size, nodes_an_element)
+    return parts
+
+
+def divide(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
+    """Return the yarns of a scene as hexahedra, whether or not they are fit to be simulated.
+
+    Quadratic ones are made one for each of the swept mesh. Raises MeshError if one is folded.
+    """
+    if ELEMENTS.find(scene.mesh.element).nodes == NODES:
+        quadratic = quadratic_mesh(mesh, fabric.centrelines)
+        return _discretisation(
+            scene,
+            quadratic.nodes,
+            quadratic.elements,
+            quadratic.yarn,
+            quadratic_shape,
+            mesh=quadratic.corners,
+            station=quadratic.station,
+            bandwidth=quadratic.bandwidth,
+            surfaces=Grids(
+                [
+                    Grid(grid, chords=circular_chords(angles))  # through nodes at half the spacing
+                    for grid, angles in zip(quadratic.grids, quadratic.angles, strict=True)
+                ]
+            ),
+            rings=Rings.of_rows(quadratic.arc_lengths),
+            ends=_ends(quadratic, grips(quadratic.corners, scene, fabric)),
+            sampling=sp.identity(len(quadratic.nodes), format="csr")[quadratic.corner_nodes],
+            dependence=_dependence(quadratic),
+        )
+    station = np.repeat(np.arange(mesh.slices), mesh.section.size)
+    return _discretisation(
+        scene,
+        mesh.nodes,
+        mesh.hexahedra,
+        mesh.yarn_of_slice[station],
+        shape,
+        mesh=mesh,
+        station=station,
+        bandwidth=mesh.section.size + mesh.section.bandwidth,
+        surfaces=Grids(yarn_surfaces(mesh)),
+        rings=Rings.of_rows(mesh.stations),
+        ends=grips(mesh, scene, fabric),
+    )
+
+
+def _discretisation(
+    scene: Scene, nodes: np.ndarray, elements: np.ndarray, yarn: np.ndarray, function: Callable, **parts: Any
+) -> Discretisation:
+    """Return the parts that linear and quadratic hexahedra share: nodes are places."""
+    return Discretisation(
+        nodes=nodes,
+        unity=np.ones(len(nodes)),
+        yarn=yarn,
+        groups=partial(_elements, scene, elements),
+        volume=partial(_volume, len(nodes)),
+        locate=InverseMap(nodes, elements, yarn, function).locate,
+        size=scene.metres("mesh.smallest"),
+        connectivity=elements,
+        **parts,
+    )

@@ -1,0 +1,103 @@
+"""The model `spline_yarns`: solid yarns of polynomials over the section times splines along the yarn."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from knitstudy.knit.scene.keys import Section, numerics, resolution
+from knitstudy.knit.scene.kinds import MODELS, Model
+from knitstudy.knit.scene.shared_sections import SolidContact, SolidGates, SolidNewton, Tie
+from knitstudy.mechanics.spline_yarn import LARGEST_DEGREE
+from knitstudy.registry import later
+
+Degree = Annotated[int, Field(ge=2, le=LARGEST_DEGREE)]
+
+Span = Annotated[float, Field(ge=0.05, le=2.0)]
+"""Over the yarn's radius: a loop's bends have no room in longer spans, and shorter ones only cost."""
+
+LOCKS = "as sections of degree 1 cannot widen in bending: 2.1 times too stiff at a Poisson ratio of 0.4"
+
+
+class PolynomialMesh(Section):
+    """Degree over the section and length of spans, on legs and near crossings, and the degree of the splines.
+
+    Spans nearer to a crossing than a radius have the degree `crossing_degree`; their length is `crossing_span` there
+    and grows to `span`.
+    """
+
+    degree: Degree = resolution("choice", meaning=LOCKS, default=2)
+    """Numerical; degree of the polynomials over the section, away from crossings. Checked: 2 to 6: of one loop, force
+    +3.2 % at 2 and within 0.3 % from 3 on (docs/notes/solid_yarns.md)."""
+    spline_degree: int = numerics("choice", default=3, ge=2, le=5)
+    """Numerical; degree of the splines along the yarn; quadratic splines need 1.5 times as many spans. Checked: 2 and
+    3."""
+    span: Span = resolution(
+        "choice", unit="yarn radii", meaning="in yarn radii, and not below mesh.crossing_span", default=0.9
+    )
+    """Numerical; length of a span away from crossings. Checked: 0.6 to 1.8: of one loop, force +0.8 % at 1.8
+    (docs/notes/solid_yarns.md)."""
+    crossing_degree: Degree = resolution("choice", meaning="not below mesh.degree", default=2)
+    """Numerical; degree of the polynomials near crossings. Checked: 2 to 6: force +2.5 to +3.6 % with 2 everywhere
+    (docs/notes/solid_yarns.md)."""
+    crossing_span: Span = resolution("choice", unit="yarn radii", default=0.9)
+    """Numerical; length of a span near crossings. Checked: 0.3 to 0.9: of a cell with friction, force +0.7 and u_z -4 %
+    at 0.9 (docs/notes/solid_yarns.md)."""
+
+    @model_validator(mode="after")
+    def _is_finer_near_crossings(self) -> PolynomialMesh:
+        if self.crossing_degree < self.degree:
+            raise ValueError(
+                f"crossing_degree is {self.crossing_degree} but must be at least mesh.degree, {self.degree}"
+            )
+        if self.crossing_span > self.span:
+            raise ValueError(
+                f"crossing_span is {self.crossing_span:g} but must be at most mesh.span, {self.span:g}"
+            )
+        return self
+
+
+class PolynomialContact(SolidContact):
+    """Contact of spline yarns on their curved surfaces.
+
+    The local indentation that the polynomials cannot represent is added in series, computed from their own space:
+    stiffnesses, penetration and augmentations have no effect. Cells of contact have the size `cell` around the yarn;
+    along the yarn they have this size within `window` of a crossing, and three times this size elsewhere.
+    """
+
+    cell: float = numerics("choice", unit="yarn radii", default=0.25, ge=0.05, le=0.5)
+    """Numerical; length of a cell near crossings, with contact.points x contact.points Gauss points. Checked: 0.15 to
+    0.75 of a pair: force +0.3 % at 0.15, -2.5 % at 0.5, -7.6 % at 0.75 (docs/notes/contact.md)."""
+    window: float = numerics(
+        "choice",
+        unit="yarn radii",
+        meaning="in yarn radii, and not below contact.cell",
+        default=1.2,
+        ge=0.3,
+        le=4,
+    )
+    """Numerical; covers sqrt(2) times the larger semiaxis of the contact area and the distance that it slides. Checked:
+    0.8 to 1.6 of a pair: force within 1.3 % (docs/notes/contact.md)."""
+
+    @model_validator(mode="after")
+    def _has_a_cell_in_its_window(self) -> PolynomialContact:
+        if self.window < self.cell:
+            raise ValueError(f"window is {self.window:g} but must be at least contact.cell, {self.cell:g}")
+        return self
+
+
+MODELS.register(
+    Model(
+        name="spline_yarns",
+        meaning="solid yarns of polynomials times splines",
+        label="DNS",
+        specimens=("knit", "cut_knit", "pair", "cell"),
+        sections={"mesh": PolynomialMesh, "tie": Tie, "solver": SolidNewton, "gates": SolidGates},
+        touching={"contact": PolynomialContact},
+        solid=True,
+        outputs=("fields", "vtu"),
+        build=later("knitstudy.knit.models.spline_yarns.build:build"),
+        look=("#0072B2", "-", "D"),
+    )
+)

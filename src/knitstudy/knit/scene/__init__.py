@@ -1,0 +1,1 @@
+"""Scenes: their keys, the kinds of scenes, stitches, yarns as files. No mechanics."""

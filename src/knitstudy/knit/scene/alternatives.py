@@ -1,0 +1,208 @@
+"""Alternative keys of a knit: loops per length, tex, files of control points or for machines, a yarn by its name.
+
+These names may be set like keys of a scene, in families and with ``--set``; a scene has the keys that they stand for.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+from collections.abc import Mapping
+from functools import cache
+from math import pi, sqrt
+from numbers import Real
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.knit.scene.knitout import repeat_of
+from knitstudy.knit.scene.stitches import size_of_repeat
+from knitstudy.knit.scene.yarns import KEYS, OF, STIFFNESSES, read_yarn
+
+log = logging.getLogger(__name__)
+
+COURSE, WALE, DIAMETER = "pattern.course_spacing", "pattern.wale_spacing", "yarn.diameter"
+LENGTH, POINTS, FREE = "pattern.loop_length", "pattern.control_points", "geometry.free"
+STITCHES = "pattern.stitches"
+
+PER_METRE = {"pattern.courses_per_metre": COURSE, "pattern.wales_per_metre": WALE}
+TEX, DENSITY = "yarn.tex", "yarn.density"  # g/km; kg/m3 of the yarn with the air in it
+POINTS_FILE = "pattern.points_file"
+"""CSV file of points x, y, z: one loop from a sinker's centre to the next one's, which is its last row."""
+ROUNDED = 1e-6  # wale spacings by which points of a file may miss their symmetry without a word
+_COLUMN = re.compile(r"([xyz]) *[(\[]?(mm|m|)[)\]]?")
+
+KNITOUT = "pattern.knitout"
+"""File for a knitting machine, whose repeat the stitches are: one repeat, where loops and rows are not set."""
+KNITOUT_PART = ("pattern.knitout_rows", "pattern.knitout_needles")
+"""The first and the last pass of the carriage, and needle, of the part in which the repeat is looked for."""
+
+OTHER_WAYS = (*PER_METRE, TEX, DENSITY, POINTS_FILE, KNITOUT, *KNITOUT_PART, OF)
+"""Names that may be set like keys, though no scene has them."""
+
+DRAWS = (COURSE, WALE, LENGTH)
+"""Keys that ask for a loop that is drawn for them, unless control points are given with them."""
+
+
+def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """Return keys by dotted name, with the keys of a scene in place of the alternative keys of this module.
+
+    Raises ConfigurationError where keys give one quantity twice or in part, or a value is not allowed.
+    """
+    keys_of_base = dict(keys)
+    for name, base in PER_METRE.items():
+        if name in keys_of_base:
+            _only(keys_of_base, name, base, where)
+            keys_of_base[base] = 1 / _positive(name, keys_of_base.pop(name), where)
+    if TEX in keys_of_base or DENSITY in keys_of_base:
+        for name in (TEX, DENSITY):
+            _only(keys_of_base, name, DIAMETER, where)
+            if name not in keys_of_base:
+                raise ConfigurationError(f"{where}: {name} is missing; {TEX} and {DENSITY} belong together")
+        tex, density = (_positive(name, keys_of_base.pop(name), where) for name in (TEX, DENSITY))
+        keys_of_base[DIAMETER] = diameter_of(tex, density)
+    if POINTS_FILE in keys_of_base:
+        for base in (POINTS, WALE):
+            _only(keys_of_base, POINTS_FILE, base, where)
+        path = Path(str(keys_of_base.pop(POINTS_FILE)))
+        points, wale = _said_points(path, path.stat().st_mtime_ns if path.is_file() else 0)
+        keys_of_base |= {
+            POINTS: points.tolist(),
+            WALE: wale,
+            FREE: keys_of_base.get(FREE, ["xyz"] * len(points)),
+        }
+    if KNITOUT in keys_of_base:
+        _only(keys_of_base, KNITOUT, STITCHES, where)
+        path = Path(str(keys_of_base.pop(KNITOUT)))
+        part = [_first_and_last(name, keys_of_base.pop(name, None), where) for name in KNITOUT_PART]
+        repeat = _knitted_repeat(path, path.stat().st_mtime_ns if path.is_file() else 0, *part)
+        size = dict(zip(("pattern.loops", "pattern.rows"), size_of_repeat(repeat), strict=True))
+        keys_of_base = size | keys_of_base | {STITCHES: list(repeat)}
+    mixed = len(set("".join(map(str, keys_of_base.get(STITCHES) or "")))) > 1
+    if POINTS not in keys_of_base and (mixed or any(name in keys_of_base for name in DRAWS)):
+        keys_of_base[POINTS] = None
+    return keys_of_base
+
+
+def without_yarn(keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], dict[str, float]]:
+    """Return keys by dotted name without the name of a yarn, and the keys that the yarn sets.
+
+    A loop length that the yarn has in a fabric of the same stitches is among the former: the loop is drawn then.
+    """
+    remaining = dict(keys)
+    if OF not in remaining:
+        return remaining, {}
+    yarn, stitches = read_yarn(remaining.pop(OF), where), tuple(remaining.get(STITCHES) or ())
+    lengths = [
+        loop_length.value
+        for loop_length in yarn.loop_lengths
+        if loop_length.stitches == stitches and loop_length.value
+    ]
+    if lengths and (remaining.get(LENGTH), remaining.get(POINTS)) == (None, None):
+        remaining[LENGTH] = lengths[-1]
+    values = {KEYS[part][0]: entry.value for part, entry in yarn.values.items() if entry.value is not None}
+    if any(key in values for key in STIFFNESSES):
+        values["mesh.section_law"] = "straight"
+    return remaining, values
+
+
+@cache
+def _knitted_repeat(path: Path, _changed: int, rows: Any, needles: Any) -> tuple[str, ...]:
+    """Return the repeat of a part of a file; every version of the file is knitted once."""
+    return repeat_of(path, rows, needles)
+
+
+def _first_and_last(name: str, value: Any, where: str) -> tuple[int, int] | None:
+    if value is None:
+        return None
+    if (
+        not isinstance(value, list | tuple)
+        or [type(end) for end in value] != [int, int]
+        or value[0] > value[1]
+    ):
+        raise ConfigurationError(
+            f"{where}: {name} is {value!r} but must be the first and the last one, such as [3, 14]"
+        )
+    return value[0], value[1]
+
+
+@cache
+def _said_points(path: Path, _changed: int) -> tuple[np.ndarray, float]:
+    """Return points and wale spacing of a file; changes that make them symmetric are logged once for every version."""
+    points, wale, moved = read_points(path)
+    if moved > ROUNDED * wale:
+        log.warning("%s: control points were moved by at most %.3g mm to be symmetric", path, 1e3 * moved)
+    return points, wale
+
+
+def _only(keys: Mapping[str, Any], name: str, base: str, where: str) -> None:
+    if name in keys and base in keys:
+        raise ConfigurationError(f"{where}: {name} and {base} say the same; leave one of them out")
+
+
+def _positive(name: str, value: Any, where: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, Real) or not 0 < value <= 1e12:
+        raise ConfigurationError(f"{where}: {name} is {value!r} but must be a number > 0 and <= 1e12")
+    return float(value)
+
+
+def diameter_of(tex: float, density: float) -> float:
+    """Return the diameter [m] of a round yarn of a linear density [tex] and a density [kg/m3].
+
+    Its section has the area of the mass per length over the density: Peirce 1937, "The geometry of cloth structure",
+    Journal of the Textile Institute 28, who takes 909 kg/m3 (1.1 cm3/g) for cotton and prints d = 34.14 sqrt(1.1 / N)
+    thousandths of an inch.
+    """
+    return sqrt(4 * 1e-6 * tex / (pi * density))
+
+
+def read_points(path: Path) -> tuple[np.ndarray, float, float]:
+    """Return the control points (P, 3) of a file, made symmetric, their wale spacing and by how much they moved. [m]
+
+    Half a turn leads them along x with heads and sinkers behind the legs; the first point goes to x = 0, the middles of
+    y and z to 0. The mirror image about the middle of the loop and, where the number of points is a multiple of four,
+    that of the half turn about the middle of a leg are averaged in.
+    Raises ConfigurationError where the file is no table of a loop.
+    """
+    try:
+        points = _table(path)
+    except (OSError, ValueError) as error:
+        wanted = "must be a CSV file with the columns x, y, z in m, or x (mm), y (mm), z (mm)"
+        why = error.strerror if isinstance(error, OSError) else str(error).strip()
+        raise ConfigurationError(f"{path}: {POINTS_FILE} {wanted}: {why}") from error
+    count = len(points) - 1
+    along, _, behind = np.sign([points[-1, 0] - points[0, 0], 1.0, points[:, 2].mean() - points[0, 2]])
+    points = points * [along, along * (behind or 1.0), behind or 1.0]
+    wale = float(points[-1, 0] - points[0, 0])
+    middle = 0.5 * (points.max(axis=0) + points.min(axis=0))
+    if count < 4 or count % 2 or not np.isfinite(points).all() or wale <= 0 or points[0, 1] > middle[1]:
+        raise ConfigurationError(
+            f"{path}: {POINTS_FILE} has {count + 1} rows over {wale:g} m of x but must have 5, 7, 9 ... rows of "
+            "numbers along x, from a sinker's centre below the heads to the next one's"
+        )
+    points = points - [points[0, 0], middle[1], middle[2]]
+    symmetric = 0.5 * (points + [wale, 0, 0] + points[::-1] * [-1, 1, 1])
+    if count % 4 == 0:
+        half = symmetric[: count // 2 + 1]
+        half = 0.5 * (half + [wale / 2, 0, 0] + half[::-1] * [-1, -1, 1])
+        symmetric = np.vstack([half, [wale, 0, 0] + half[-2::-1] * [-1, 1, 1]])
+    moved = float(np.linalg.norm(symmetric - points, axis=1).max())
+    return symmetric[:-1], wale, moved
+
+
+def _table(path: Path) -> np.ndarray:
+    """Return the points (P + 1, 3) of a file, with or without names of its columns. [m]"""
+    import pandas as pd
+
+    table = pd.read_csv(path, comment="#", skipinitialspace=True, header=None, dtype=str)
+    head = [str(name).strip() for name in table.iloc[0]]
+    named = {name[1]: (k, name[2] or "m") for k, name in enumerate(map(_COLUMN.fullmatch, head)) if name}
+    if not named and len(head) == 3 and pd.to_numeric(table.iloc[0], errors="coerce").notna().all():
+        return table.to_numpy(dtype=float)
+    units = {unit for _, unit in named.values()}
+    if len(named) < 3 or len(units) > 1:
+        raise ValueError(f"the first row is {', '.join(head)}")
+    points = table.iloc[1:, [named[axis][0] for axis in "xyz"]].to_numpy(dtype=float)
+    return points * (1e-3 if units == {"mm"} else 1.0)

@@ -1,0 +1,91 @@
+"""Letters of stitches, and what a repeat that is written in them must be: rows of letters, the bottom row first."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from knitstudy.registry import Registry, meanings
+
+
+@dataclass(frozen=True)
+class StitchKind:
+    """Meaning of a letter of a repeat; `knit.geometry.stitch_mesh` draws K, P, T and -."""
+
+    name: str  # the letter
+    meaning: str
+    # The loop below is drawn to the front (1) or to the back (-1); 0: that loop is held, and this one laid beside it.
+    side: int
+    has_head: bool = True  # or the needle gets no yarn
+    # Points (n, 3) [m] of a stitch drawn to the front, from a `Drawing` and a `Stitch`; None: of a loop or a tuck
+    draw: Callable[[Any, Any], Any] | None = None
+
+
+STITCHES: Registry[StitchKind] = Registry("stitch")
+for _kind in (
+    StitchKind("K", "knit", 1),
+    StitchKind("P", "purl", -1),
+    StitchKind("T", "tuck", 0),
+    StitchKind("-", "float", 0, has_head=False),
+):
+    STITCHES.register(_kind)
+
+PLAIN = "KP"  # stitches whose loops are alike
+MARKS = {">": (1, True), "<": (-1, True), ")": (1, False), "(": (-1, False)}
+"""Behind a letter: the loop is moved by a needle to the right or to the left, in front of or behind those it meets."""
+
+
+def stitches_of_row(row: str) -> list[str]:
+    """Return the stitches of a row: letters, each with its marks.
+
+    Examples
+    --------
+    >>> stitches_of_row("K>K(P")
+    ['K>', 'K(', 'P']
+    """
+    return re.findall(r".[<>()]*", row)
+
+
+def size_of_repeat(stitches: Sequence[str]) -> tuple[int, int]:
+    """Return the loops and rows of a repeat."""
+    return len(stitches_of_row(stitches[0])), len(stitches)
+
+
+def wrong_stitches(stitches: tuple[str, ...]) -> str | None:
+    """Return the error in rows of stitches in words; None if they are a rectangle in which all needles knit."""
+    rows = [stitches_of_row(row) for row in stitches]
+    for row, every in enumerate(rows, 1):
+        for number, stitch in enumerate(every, 1):
+            if stitch[0] not in STITCHES.names():
+                return f"stitch {number} of row {row} is {stitch!r} but must be {meanings(STITCHES.all())}"
+            if len(set(stitch[1:])) > STITCHES.find(stitch[0]).has_head:
+                return (
+                    f"stitch {number} of row {row} is {stitch!r}: a loop has marks of one kind, a float none"
+                )
+    if not rows or not rows[0] or len({len(every) for every in rows}) > 1:
+        return 'it must be rows of letters, all of one length, the bottom row first, such as ["KP", "PK"]'
+    if idle := idle_needle(stitches):
+        held = " and ".join(sorted({every[idle - 1] for every in rows}))
+        return f"stitch {idle} is {held} in all rows but must be K or P in one"
+    for row, every in enumerate(rows, 1):
+        if set(every) == {"-"}:
+            return f"row {row} floats past all needles but must have a stitch"
+    return None
+
+
+def idle_needle(stitches: Sequence[str]) -> int | None:
+    """Return the number, from 1, of the first column in which no stitch is K or P; None if there is none."""
+    columns = enumerate(zip(*map(stitches_of_row, stitches), strict=True), 1)
+    return next((number for number, column in columns if not any(map(knits, column))), None)
+
+
+def knits(stitch: str) -> bool:
+    """Whether a stitch, a letter with its marks, is drawn through the loop below."""
+    return STITCHES.find(stitch[0]).side != 0
+
+
+def is_plain(stitches: Sequence[str]) -> bool:
+    """Whether a repeat has knit and purl stitches alone, each on its needle; others are `knit.geometry.stitch_mesh`."""
+    return set("".join(stitches)) <= set(PLAIN)

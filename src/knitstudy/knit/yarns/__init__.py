@@ -1,0 +1,1 @@
+"""What several models of yarns share: solids, interactions, discretisations, networks of beams, joints."""

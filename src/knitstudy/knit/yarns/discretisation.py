@@ -1,0 +1,180 @@
+"""Discretisations of solid yarns: nodes, elements and surfaces, and which weighted sum of nodes every place is.
+
+Ties, contact, observers and solvers know nothing else of `hexahedra` and `spline_yarns`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.knit.contacts.facets import Rings
+from knitstudy.knit.geometry.fabric import Fabric
+from knitstudy.knit.geometry.spline import Centreline
+from knitstudy.knit.mesh.mesher import Grips
+from knitstudy.knit.mesh.sweep import SweptMesh
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.mechanics.contact.cylinders import Cylinders
+from knitstudy.mechanics.contact.grids import Grid, circular_chords
+from knitstudy.mechanics.contact.surface import Surfaces
+from knitstudy.mechanics.elements import ElementGroup
+from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace
+
+
+def project_on_tube(
+    centreline: Centreline,
+    points: np.ndarray,  # (k, 3) within a radius of curvature of the centreline [m]
+    guess: np.ndarray,  # (k,) spline parameters near the nearest points
+) -> np.ndarray:
+    """Return the spline parameters (k,) of the nearest points of a centreline.
+
+    Newton's method on (x - r(u)) . r'(u) = 0; where the curve bends away so strongly that its slope loses its
+    sign, the step of a straight line is taken.
+    """
+    curve = centreline.curve
+    u = np.array(guess, dtype=float)
+    for _ in range(30):
+        gap, along = points - curve.value(u), curve.d1(u)
+        square = np.einsum("ki,ki->k", along, along)
+        slope = square - np.einsum("ki,ki->k", gap, curve.d2(u))
+        move = np.einsum("ki,ki->k", gap, along) / np.maximum(slope, 0.1 * square)
+        u = u + move
+        if np.max(np.abs(move), initial=0.0) < 1e-12 * curve.period:
+            break
+    return u
+
+
+def yarn_surfaces(mesh: SweptMesh) -> list[Grid]:
+    """Return the surface of every yarn; its polygon is inflated, the contact surface has the true radius."""
+    inflated = mesh.radius * float(np.linalg.norm(mesh.section.points[mesh.section.ring], axis=1).mean())
+    chords = circular_chords(mesh.angles)
+    return [
+        Grid(
+            mesh.surface_nodes(yarn),
+            offset=inflated - mesh.radius,
+            chords=chords[slice(*mesh.first_slice[yarn : yarn + 2])],
+        )
+        for yarn in range(mesh.yarns)
+    ]
+
+
+@dataclass(frozen=True, eq=False)
+class Discretisation:
+    """Yarns of a specimen, divided.
+
+    Undeformed places and displacements are the same weighted sums of nodes, so that yarns can move rigidly: nodes x go
+    to Q x + unity t. Nodes are numbered yarn by yarn, station by station along the yarn.
+    """
+
+    mesh: SweptMesh  # cross-sections at which motion is observed and drawn; its nodes are places
+    nodes: np.ndarray  # (N, 3) undeformed: places, or coefficients of them [m]
+    unity: np.ndarray  # (N,) coefficients of the constant 1
+    yarn: np.ndarray  # (N,) of a node, ascending
+    station: np.ndarray  # (N,) place of a node along all yarns, ascending
+    # Largest difference of the numbers of two nodes of an element, counted without nodes that depend on others
+    bandwidth: int
+    # Elements, from nodes (N, 3); raises MeshError where one is folded
+    groups: Callable[[np.ndarray], tuple[ElementGroup, ...]]
+    volume: Callable[[tuple[ElementGroup, ...]], np.ndarray]  # of every node (N,) [m3], from the groups
+    surfaces: Surfaces  # one of every yarn, for contact
+    ends: Grips  # nodes that are held and driven
+    # Nodes (k, a) and weights (k, a) whose sum a material point is, from places (k, 3) [m] in or near yarns (k,)
+    locate: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+    size: float  # length h of an element [m]
+    # (M, N) nodes of `mesh` as weighted sums of nodes; None where they are the nodes
+    sampling: sp.csr_matrix | None = None
+    # (N, N) nodes as weighted sums of nodes that depend on no others; the identity if None
+    dependence: sp.csr_matrix | None = None
+    # (E, a) nodes of hexahedra, in the order of `mesh`, where the elements are hexahedra
+    connectivity: np.ndarray | None = None
+    # Where the edges of the surfaces' cells across lie along the yarns, of surfaces in contact
+    rings: Rings | None = None
+    # Compliance (k, 2) [m/N] of the mean and of the linear moments of a patch that the nodes cannot show, one
+    # yarn's alone: from yarns (k,), arc lengths (k,) [m] and the patch's radius [m]. None where refinement
+    # shows it all
+    missing_compliance: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None
+    space: Space | None = None  # of polynomials and splines
+
+    def sampled(self, values: np.ndarray) -> np.ndarray:
+        """Return values at the nodes of `mesh` (M, ...) from values of the nodes (N, ...)."""
+        return values if self.sampling is None else self.sampling @ values
+
+    def nodes_of(self, yarn: int) -> np.ndarray:
+        """Return the nodes of a yarn, ascending."""
+        return np.flatnonzero(self.yarn == yarn)
+
+
+COARSE = 3.0  # length of cells away from crossings, over that near them
+
+
+def contact_surfaces(scene: Scene, space: Space, specimen: Fabric) -> tuple[Cylinders, Rings]:
+    """Return the surfaces of yarns for contact, and where their rings lie; coarse where nothing touches.
+
+    Raises ConfigurationError if crossings of a yarn are nearer to each other than the law of contact allows.
+    """
+    radius, crossings = specimen.radius, specimen.crossings
+    keys = scene.contact if scene.kind.interaction.touches else None
+    cell = (keys.cell if keys else 1.0) * radius
+    window = (keys.window if keys else 0.0) * radius
+    along = []
+    for number, yarn in enumerate(space.yarns):
+        stations = np.sort(crossings.arc_length[crossings.yarn == number])
+        if keys:
+            # The areas of contact of crossings must be alone.
+            nearest = np.diff(stations).min(initial=np.inf)
+            if nearest < window:
+                raise ConfigurationError(
+                    f"two crossings of a yarn are {nearest / radius:.2f} yarn radii apart, less than contact.window, "
+                    f"{window / radius:.2f}: what each indents would count twice; use a smaller contact.window"
+                )
+        along.append(_edges(yarn, stations, window, cell))
+    surfaces = Cylinders(space, radius, along, int(np.ceil(2 * np.pi * radius / cell)))
+    parameters = tuple(surfaces.edges(number)[0] for number in range(len(along)))
+    return surfaces, Rings(parameters, tuple(along))
+
+
+def _edges(yarn: YarnSpace, stations: np.ndarray, window: float, cell: float) -> np.ndarray:
+    """Return the arc lengths (m + 1,) of edges of cells on a yarn and the images that continue it [m]."""
+    length = yarn.spline.spans[yarn.own][-1, 1]
+    periods = length * np.arange(-1, 2)[:, None]
+    if yarn.beyond:
+        stations = (stations + periods).ravel()
+        stations = stations[(stations > -window) & (stations < length + window)]
+    bounds = np.stack([stations - window, stations + window], axis=1).clip(0.0, length)
+    # Windows that meet are one.
+    first = np.ones(len(bounds), dtype=bool)
+    first[1:] = bounds[1:, 0] > np.maximum.accumulate(bounds[:-1, 1]) + cell
+    low = bounds[first, 0]
+    high = np.maximum.reduceat(bounds[:, 1], np.flatnonzero(first)) if len(bounds) else low
+    stops = np.unique(np.concatenate([[0.0, length], low, high]))
+    middle = 0.5 * (stops[1:] + stops[:-1])
+    fine = np.any((middle[:, None] > low) & (middle[:, None] < high), axis=1)
+    parts = np.ceil(np.diff(stops) / np.where(fine, cell, COARSE * cell) - 1e-9).astype(int)
+    edges = evenly(stops, parts)
+    every = np.append((edges[:-1] + periods).ravel(), 2 * length)
+    low, high = yarn.spline.spans[[0, -1], [0, 1]]
+    return every[(every >= low) & (every <= high)]
+
+
+PLACES = 8  # places a span at which the shape of a yarn is fitted
+
+
+def fitted_places(own: YarnSpace) -> np.ndarray:
+    """Return the arc lengths (k,) at which the shape of a yarn is fitted, its end included [m]."""
+    low, high = own.spline.spans[own.own].T
+    return evenly(np.append(low, high[-1]), np.full(len(low), PLACES))
+
+
+def evenly(stops: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return places from the first to the last of the stops (m + 1,), in counts (m,) of even steps between them.
+
+    Examples
+    --------
+    >>> evenly(np.array([0.0, 1.0, 2.0]), np.array([1, 2])).tolist()
+    [0.0, 1.0, 1.5, 2.0]
+    """
+    return np.interp(np.arange(counts.sum() + 1), np.append(0, np.cumsum(counts)), stops)

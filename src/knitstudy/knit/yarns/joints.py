@@ -1,0 +1,194 @@
+"""Joints of the 3D network (section 2.5, Fig. 5): springs from a direct simulation, points C1 to C4, ties."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import elementwise
+
+from knitstudy.errors import DataFileError, GeometryError
+from knitstudy.knit.geometry.crossings import Crossings
+from knitstudy.knit.geometry.fabric import Fabric
+from knitstudy.knit.geometry.spline import Centreline
+from knitstudy.knit.loading.columns import CONTACTS
+from knitstudy.knit.scene.sections import Yarn
+from knitstudy.knit.yarns.contact_springs import MAIN, contact_normals, partners
+from knitstudy.mechanics.contact.patch_compliance import local_compliance
+
+# Joints of the 3D network: the points C1 to C4 where yarns are joined, and ties and springs (section 2.5, Fig. 5)
+#
+# P1 and P2 are the centroids of the lower and the upper contact on one side of an interlock. The line P1 P2 and the
+# contact normal at P1 span the contact normal plane of P1, which cuts the centrelines of the two yarns near P1 in C1
+# and C3; the normal at P2 gives C2 and C4. Where a plane misses a centreline within a diameter of the crossing, or the
+# normal lies along P1 P2, C is the closest point of the crossing, some way off the plane.
+
+SAMPLES = 40  # intervals of the search for the cut, over a diameter to either side of the crossing
+
+
+@dataclass(frozen=True)
+class JointPoints:
+    """Where two yarns touch and where their centrelines belong to that touch, for K crossings."""
+
+    yarn: np.ndarray  # (K, 2) the lower row's yarn and the upper row's yarn
+    arc_length: np.ndarray  # (K, 2) of the points C on their centrelines [m]
+    point: np.ndarray  # (K, 2, 3) the points C [m]
+    centroid: np.ndarray  # (K, 3) the points P [m]
+    off_plane: np.ndarray  # (K, 2) distance of the points C from their contact normal plane [m]
+
+    @classmethod
+    def at_crossings(cls, crossings: Crossings, chosen: np.ndarray) -> JointPoints:
+        """Return the closest points of chosen crossings as C, and their middles as P."""
+        some = crossings[chosen]
+        off = np.zeros(some.yarn.shape)
+        return cls(some.yarn, some.arc_length, some.point, some.point.mean(axis=1), off)
+
+
+def joint_points(fabric: Fabric, contacts: xr.Dataset, reading: str = MAIN) -> JointPoints:
+    """Return points P and C of all crossings of a fabric, with normals by a reading of `NORMALS`.
+
+    Raises GeometryError if a contact has no partner on its side of the interlock.
+    """
+    yarn, near = contacts["yarn"].to_numpy().astype(int), contacts["arc_length"].to_numpy()
+    centroid = contacts["centroid"].to_numpy()
+    plane = contact_normal_planes(contacts, reading)
+    arc_length, point = np.empty(yarn.shape), np.empty((*yarn.shape, 3))
+    for number, line in enumerate(fabric.centrelines):
+        on_yarn = yarn == number
+        crossing = np.nonzero(on_yarn)[0]
+        cut = _cut(line, near[on_yarn], plane[crossing], centroid[crossing], 2 * fabric.radius)
+        arc_length[on_yarn], point[on_yarn] = cut, line.position(cut)
+    off = np.abs(np.einsum("ksi,ki->ks", point - centroid[:, None], plane))
+    return JointPoints(yarn, arc_length, point, centroid, off)
+
+
+def contact_normal_planes(contacts: xr.Dataset, reading: str = MAIN) -> np.ndarray:
+    """Return the unit normals (K, 3) of the contact normal planes, which hold P1, P2 and the contact normal.
+
+    They are nan where the contact normal lies along the line P1 P2.
+    """
+    centroid, normal = contacts["centroid"].to_numpy(), contact_normals(contacts, reading)
+    line = centroid[partners(contacts)] - centroid
+    across = np.cross(line / np.linalg.norm(line, axis=1, keepdims=True), normal)
+    sine = np.linalg.norm(across, axis=1, keepdims=True)
+    return across / np.where(sine > 1e-3, sine, np.nan)
+
+
+def _cut(
+    centreline: Centreline, start: np.ndarray, plane: np.ndarray, centroid: np.ndarray, reach: float
+) -> np.ndarray:
+    """Return the arc lengths (k,) nearest to `start` where a centreline cuts planes (k, 3) through centroids (k, 3).
+
+    They are `start` where it does not do so within a `reach` [m], or a plane is nan.
+    """
+    curve = centreline.curve
+
+    def height(u: np.ndarray, *plane_and_level: np.ndarray) -> np.ndarray:
+        """Return the heights of the curve over the planes."""
+        *across, level = plane_and_level
+        return np.einsum("ki,ki->k", curve.value(u), np.column_stack(across)) - level
+
+    level = np.einsum("ki,ki->k", plane, centroid)
+    # In the curve's own parameter u, whose unit is a segment: arc lengths would be inverted at every point.
+    limits = np.clip(start + np.array([[-reach], [reach]]), 0.0, centreline.length)
+    u = np.linspace(*centreline.parameter(limits), SAMPLES + 1, axis=1)
+    above = np.einsum("kqi,ki->kq", curve.value(u), plane) > level[:, None]
+    changes = above[:, 1:] != above[:, :-1]
+    middle = centreline.arc_length(0.5 * (u[:, 1:] + u[:, :-1]))
+    nearest = np.argmin(np.where(changes, np.abs(middle - start[:, None]), np.inf), axis=1)
+    row = np.arange(len(u))
+    bracket = (u[row, nearest], u[row, nearest + 1])
+    cut = elementwise.find_root(height, bracket, args=(*plane.T, level), tolerances={"xatol": 1e-12})
+    hit = changes.any(axis=1)
+    return np.where(hit, centreline.arc_length(np.where(hit, cut.x, 0.0)), start)
+
+
+def contacts_of_crossings(fabric: Fabric, tied: float = 0.0) -> xr.Dataset:
+    """Return the contacts that geometry alone predicts: a point or a tied disc midway between closest points.
+
+    The normal points from side 0 to side 1. Forces and displacements are left out.
+    Discs have a radius of `tied` yarn radii; points have no area.
+    Raises GeometryError if two centrelines meet, so that there is no normal.
+    """
+    crossings = fabric.crossings
+    apart = crossings.point[:, 1] - crossings.point[:, 0]
+    distance = np.linalg.norm(apart, axis=1)
+    if not np.all(distance > 0):
+        k = int(np.argmin(distance))
+        raise GeometryError(
+            f"crossing {k} (row {crossings.row[k]}, column {crossings.column[k]}, zone {crossings.zone[k]}): "
+            "the centrelines of its two yarns meet, which leaves no contact normal; they must be apart"
+        )
+    labels = {name: getattr(crossings, name) for name in ("row", "column", "zone", "yarn", "arc_length")}
+    variables = {
+        "centroid": crossings.point.mean(axis=1),
+        "normal": apart / distance[:, None],
+        "area": np.full(len(distance), np.pi * (tied * fabric.radius) ** 2),
+    }
+    return xr.Dataset(CONTACTS.variables(labels | variables), coords={"xyz": list("xyz")})
+
+
+# Radius of a patch over that of the yarn: waves to resolve a smaller one are many, a larger one is not local
+SMALLEST, LARGEST = 0.1, 0.6
+
+
+def patch_stiffness(fabric: Fabric, points: JointPoints, contacts: xr.Dataset, yarn: Yarn) -> np.ndarray:
+    """Return the stiffness matrices (K, 3, 3) [N/m] of the tied patches of all crossings.
+
+    Tied areas are alike in size: their mean is taken. The two yarns yield one after the other, each along the contact
+    normal, along itself and across.
+    Raises DataFileError if the contacts have no ties, or of a size that this is not for.
+    """
+    tied = contacts["tied"].to_numpy() > 0 if "tied" in contacts else np.ones(len(points.yarn), dtype=bool)
+    area = contacts["area"].to_numpy()[tied].mean() if tied.any() else 0.0
+    size = round(float(np.sqrt(area / np.pi)) / yarn.radius, 3)
+    if not SMALLEST <= size <= LARGEST:
+        raise DataFileError(
+            f"ties have a radius of {size:g} yarn radii, but rom.joint 'patch' needs {SMALLEST} to {LARGEST}: use "
+            "such a tie.radius, contacts of a scene of solid yarns with ties of such a size, or rom.joint 'pinned'"
+        )
+    normal = contacts["normal"].to_numpy()
+    compliance = np.zeros((len(normal), 3, 3))
+    for number, centreline in enumerate(fabric.centrelines):
+        crossing, side = np.nonzero(points.yarn == number)
+        tangent = centreline.tangent(points.arc_length[crossing, side])
+        across = np.cross(normal[crossing], tangent)
+        across /= np.linalg.norm(across, axis=1)[:, None]
+        # Rows: normal, along the yarn in the tangent plane, across both
+        frame = np.stack([normal[crossing], np.cross(across, normal[crossing]), across], axis=1)
+        own = frame.swapaxes(1, 2) @ (np.array(local_compliance(size, yarn.poisson_ratio))[:, None] * frame)
+        np.add.at(compliance, crossing, own)
+    return yarn.youngs_modulus * yarn.radius * np.linalg.inv(compliance)
+
+
+@dataclass(frozen=True)
+class Joints:
+    """Joints of K crossings; a crossing without a spring that is not open is tied."""
+
+    open: np.ndarray  # (K,) crossings without a joint
+    stiffness: np.ndarray  # (K, 3, 3) symmetric matrices of the springs [N/m]; nan where there is none
+
+    @property
+    def sprung(self) -> np.ndarray:
+        """Crossings with a spring (K,)."""
+        return np.isfinite(self.stiffness[:, 0, 0])
+
+    @property
+    def tied(self) -> np.ndarray:
+        """Crossings that are tied (K,)."""
+        return ~self.sprung & ~self.open
+
+    def pinned(self, stiffness: float | np.ndarray) -> Joints:
+        """Return these joints with pins for ties: they hold the two points together and leave sections free to turn.
+
+        The stiffness of the pins is the same in all directions, or a matrix (3, 3) each [N/m].
+        """
+        matrices = stiffness * np.eye(3) if np.ndim(stiffness) == 0 else stiffness
+        pins = np.where(self.tied[:, None, None], matrices, self.stiffness)
+        return Joints(self.open, pins)
+
+    @classmethod
+    def all_tied(cls, count: int) -> Joints:
+        """Return the joints of a knit whose crossings are all tied."""
+        return cls(np.zeros(count, dtype=bool), np.full((count, 3, 3), np.nan))

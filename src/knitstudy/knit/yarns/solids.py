@@ -1,0 +1,254 @@
+"""Solid yarns of a fabric under load, of any discretisation: ties, contact, load, solver and history.
+
+Sections 2.2 and 2.3 of the paper. `hexahedra` and `spline_yarns` divide the yarns; `assemble` joins them at their
+crossings, and `problem` adds grips, load, observers and checks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, partial
+
+import numpy as np
+import scipy.sparse as sp
+
+from knitstudy.knit.contacts.facets import (
+    CrossingFacets,
+    crossing_forces,
+    tied_crossings,
+    touching_points,
+)
+from knitstudy.knit.contacts.kinematics import section_motion
+from knitstudy.knit.geometry.fabric import Fabric
+from knitstudy.knit.loading.gates import require_sound
+from knitstudy.knit.loading.history import Motion, Stations, load_path
+from knitstudy.knit.loading.solve import Problem, Reported, settings_of
+from knitstudy.knit.mesh.sweep import SweptMesh
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.yarns.discretisation import Discretisation
+from knitstudy.knit.yarns.interactions import (
+    Ties,
+    contact_of,
+    drag_of,
+    penetration_of,
+    tie_crossings,
+)
+from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
+from knitstudy.mechanics.linear import LU, LinearSolver
+from knitstudy.mechanics.linear.krylov import Krylov
+from knitstudy.mechanics.linear.three_scale import AlgebraicMultigrid, KnitStructure, ThreeScale
+from knitstudy.mechanics.model import Stabilisation, transformation
+from knitstudy.mechanics.solid import SolidModel, SolidState
+
+# Up to here sparse LU replaces iterations that fail; beyond, it takes too much time and memory
+DIRECT_UNKNOWNS = 20_000
+
+
+@dataclass(frozen=True, eq=False)
+class SolidYarns:
+    """The solid yarns of a fabric, joined at their crossings."""
+
+    parts: Discretisation  # nodes and elements of the yarns
+    model: SolidModel
+    ties: Ties
+    facets: CrossingFacets
+    retained: np.ndarray  # (n,) nodes that depend on no others, ascending
+
+    @cached_property
+    def unknown(self) -> np.ndarray:
+        """Position of every node (N,) among those retained, -1 where it depends on others."""
+        position = np.full(len(self.parts.nodes), -1)
+        position[self.retained] = np.arange(len(self.retained))
+        return position
+
+    @property
+    def touches(self) -> bool:
+        """Whether yarns touch."""
+        return self.model.contact is not None
+
+    @property
+    def elements(self) -> int:
+        """Number of elements."""
+        return sum(len(group.connectivity) for group in self.model.groups)
+
+    def attributes(self) -> dict[str, float]:
+        """Return the attributes of a history for ties and contact."""
+        attributes = self.ties.attributes()
+        if self.touches:
+            contact, limit = self.model.contact, self.model.penetration.limit
+            attributes |= {"facets_around": int(contact.surfaces.cells[0, 1]), **contact.law.attributes()}
+            attributes |= {"friction": contact.law.friction, "penetration_limit": limit}
+        return attributes
+
+    def fields(self, state: SolidState) -> dict[str, np.ndarray]:
+        """Return the variables of a history that are known at its last increment alone."""
+        return {"node_displacement": self.model.node_displacement(state)}
+
+    def record(self, state: SolidState) -> Reported:
+        """Return the motion of stations and crossings and the forces at crossings, and the points in contact."""
+        parts, facets = self.parts, self.facets
+        moved = self.model.node_displacement(state)
+        displacement = parts.sampled(moved)
+        force = self.ties.resultants(moved)
+        contact, points = {}, {}
+        if self.touches:
+            near = self.model.contact_points(state)
+            points = touching_points(self.model.contact, near, facets, parts.rings)
+            force += crossing_forces(points, len(force))
+            gap = self.model.contact.smallest_gap(near)
+            # Where nothing is near there is no gap.
+            contact = {
+                "smallest_gap": gap if np.isfinite(gap) else np.nan,
+                "augmentations": state.augmentations,
+            }
+        sections = section_motion(facets.crossings, parts.mesh, parts.sampled(parts.nodes), displacement)
+        columns = {
+            "centreline_displacement": parts.mesh.ring_means(displacement),
+            "crossing_force": force,
+            "crossing_displacement": facets.displacement(displacement),
+            "section_gradient": sections.gradient,
+            "section_displacement": sections.displacement,
+        }
+        return columns | contact, points
+
+
+def assemble(
+    scene: Scene,
+    fabric: Fabric,
+    parts: Discretisation,
+    tied: np.ndarray | None = None,  # (K,) crossings that are tied; by default as the scene says
+    spread: sp.csr_matrix | None = None,  # (N, n) nodes as sums of the retained ones, where all are retained
+    # bool (Y, Y), which yarns may touch; by default all, themselves included
+    meets: np.ndarray | None = None,
+) -> SolidYarns:
+    """Return the solid yarns of a scene: tied at some crossings, in contact elsewhere if the scene says so.
+
+    Raises MeshError if an element is folded, a crossing cannot be tied, or yarns overlap.
+    """
+    tied = tied_crossings(scene, fabric.crossings) if tied is None else tied
+    ties = tie_crossings(parts, fabric, tied, scene.tie.radius, scene.yarn.youngs_modulus)
+    facets = CrossingFacets.of(fabric.crossings, parts.mesh)
+    groups = parts.groups(parts.nodes)
+    volume = parts.volume(groups)
+    retained = np.arange(len(parts.nodes))
+    if parts.dependence is not None:
+        spread, retained = transformation(parts.dependence)
+    stabilisation, viscosity = None, scene.value("solver.stabilisation")
+    if viscosity:
+        own = volume if spread is None else spread.T @ volume
+        stabilisation = Stabilisation.of(viscosity, scene.yarn.youngs_modulus, parts.size, own)
+    solids = (parts.nodes, groups, parts.size, spread, stabilisation, ties.links)
+    if not scene.kind.interaction.touches:
+        return SolidYarns(parts, SolidModel(*solids), ties, facets, retained)
+    contact = contact_of(scene, parts, ties, meets)
+    model = SolidModel(
+        *solids,
+        contact=contact,
+        penetration=penetration_of(scene, contact.law, parts.size),
+        drag=None if viscosity else drag_of(scene, parts, ties, volume),
+    )
+    return SolidYarns(parts, model, ties, facets, retained)
+
+
+def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns) -> Problem:
+    """Return solid yarns with the load of a scene, observers and checks."""
+    model = yarns.model
+    motion = load_path(scene, fabric)
+    prescribed, driven = _prescribed(yarns, scene, motion)
+    # No correction may exceed the distance within which contact is searched.
+    stride = model.contact.margin if yarns.touches else np.inf
+    return Problem(
+        scene=scene,
+        model=model,
+        prescribed=prescribed,
+        solver=linear_solver(scene.solver.linear, yarns, prescribed),
+        settings=settings_of(scene, yarns.touches, stride),
+        motion=motion,
+        driven=driven,
+        stations=stations_of(yarns.parts.mesh),
+        observer=SolidObserver(yarns),
+        checks=(partial(require_sound, scene, model.loaded),),
+        constants=yarns.ties.constants(),
+        fields=yarns.fields if "fields" in scene.outputs else None,
+        attributes={"dof": yarns.parts.nodes.size, "elements": yarns.elements, **yarns.attributes()},
+    )
+
+
+def stations_of(mesh: SweptMesh) -> Stations:
+    """Return the centres of sections."""
+    return Stations(mesh.yarn_of_slice, mesh.arc_length, mesh.centres)
+
+
+def _prescribed(yarns: SolidYarns, scene: Scene, motion: Motion) -> tuple[PrescribedDisplacement, np.ndarray]:
+    """Return prescribed unknowns, and the unknowns of driven nodes (k, 3) whose forces add up to the reaction."""
+    ends, unity = yarns.parts.ends, yarns.parts.unity
+    held, driven = (3 * yarns.unknown[nodes][:, None] + np.arange(3) for nodes in (ends.held, ends.driven))
+    axes = range(3) if scene.load.lateral == "fixed" else [motion.axis]
+    components, moved = driven[:, axes], motion.displacement[:, axes]
+    fixed = np.concatenate([held.ravel(), components.ravel()])
+    value = np.zeros((len(moved), len(fixed)))
+    value[:, held.size :] = (unity[ends.driven][:, None] * moved[:, None]).reshape(len(moved), -1)
+    return PrescribedDisplacement(fixed, value, motion.corners, motion.stops), driven[unity[ends.driven] == 1]
+
+
+@dataclass(frozen=True, eq=False)
+class SolidObserver:
+    """Reports crossings and contact of solid yarns, and the net forces on every yarn."""
+
+    yarns: SolidYarns
+
+    def record(self, increment: Increment) -> Reported:
+        """Return columns of the history, and of the points in contact.
+
+        Net force (Y, 3) [N] and moment (Y, 3) [N m] of all interactions on every yarn (Fig. 10a): at a free node the
+        internal force equals the force of the interactions; grips are left out. Moments are about the mean of the
+        yarn's stations.
+        """
+        parts, mesh = self.yarns.parts, self.yarns.parts.mesh
+        columns, points = self.yarns.record(increment.state)
+        force = increment.response.node_force.copy()
+        force[np.concatenate([parts.ends.held, parts.ends.driven])] = 0
+        position = parts.nodes + self.yarns.model.node_displacement(increment.state)
+        stations = mesh.centres + columns["centreline_displacement"]
+        resultant, moment = np.zeros((2, mesh.yarns, 3))
+        for yarn in range(mesh.yarns):
+            here = parts.nodes_of(yarn)
+            centre = stations[mesh.yarn_of_slice == yarn].mean(axis=0)
+            arm = position[here] - parts.unity[here, None] * centre
+            resultant[yarn] = parts.unity[here] @ force[here]
+            moment[yarn] = np.cross(arm, force[here]).sum(axis=0)
+        return columns | {"yarn_force": resultant, "yarn_moment": moment}, points
+
+
+def structure(yarns: SolidYarns, prescribed: PrescribedDisplacement) -> KnitStructure:
+    """Return where the unknowns lie; a patch reaches one element around nodes that are joined or touch.
+
+    Where nodes are coefficients there are no patches: each has a share in whole sections and several spans, so that
+    patches would take in most of the yarns.
+    """
+    parts, kept = yarns.parts, yarns.retained
+    patches = bool(np.all(parts.unity == 1))
+    inside = np.zeros(len(kept), dtype=bool)
+    if patches:
+        joined = yarns.unknown[yarns.ties.joined]
+        inside[joined[joined >= 0]] = True
+        inside = yarns.model.assembly.connection() @ inside > 0
+    return KnitStructure(
+        position=parts.nodes[kept],
+        unity=parts.unity[kept],
+        yarn=parts.yarn[kept],
+        station=parts.station[kept],
+        bandwidth=parts.bandwidth,
+        patch=np.flatnonzero(inside) if patches else None,
+        fixed=prescribed.fixed,
+    )
+
+
+def linear_solver(name: str, yarns: SolidYarns, prescribed: PrescribedDisplacement) -> LinearSolver:
+    """Return the linear solver of a scene; `auto` takes three scales, and LU where they fail in a small model."""
+    if name == "lu":
+        return LU()
+    layout = structure(yarns, prescribed)
+    small = name == "auto" and yarns.model.size <= DIRECT_UNKNOWNS
+    preconditioner = AlgebraicMultigrid(layout) if name == "amg" else ThreeScale(layout)
+    return Krylov(preconditioner, LU() if small else None)

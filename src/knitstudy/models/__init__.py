@@ -1,1 +1,0 @@
-"""Models of a fabric: solid yarns, networks of beams, and beams in contact."""

@@ -1,0 +1,1 @@
+"""The paper: its figures, tables, claims and report. Removable; nothing imports this room."""

@@ -1,0 +1,145 @@
+"""Fig. 5: from the two contacts on one side of an interlock to the points C1 to C4 of the 3D reduced model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from knitstudy.errors import DataFileError
+from knitstudy.knit.geometry.fabric import Fabric
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.yarns.contact_springs import contact_normals
+from knitstudy.knit.yarns.joints import contact_normal_planes, joint_points
+from knitstudy.run.catalogue import FIGURES, of_solid
+from knitstudy.use.picture import arrow, bounds, draw_rows, label, scale_bar, tube, yarn_colours
+from knitstudy.use.renderer import MILLIMETRE, Picture, Surface, View
+from knitstudy.use.style import ACCENT, INK, PAPER, SINGLE
+
+VIEW = View.orbit(turn=-12, tilt=-36)  # from below: here planes and normals part most in the picture
+REACH = 2.0  # how much of the yarns is shown beyond the contacts, in radii
+ARROW = 2.6  # length of a drawn normal, in radii
+PLANES = ("#E69F00", "#6B6B80")  # colours of the contact normal planes of P1 and P2
+RIM = 0.4  # margin of the drawn part of a plane, in radii
+LEFT_ZONES = (0, 2)  # lower and upper contact on the left of an interlock, where P1 and P2 of Fig. 5 lie
+
+PLACES = {
+    "$C_1$": (-34, 8),
+    "$C_2$": (-30, 26),
+    "$C_3$": (34, 6),
+    "$C_4$": (24, 22),
+    "$P_1$": (-34, -14),
+    "$P_2$": (-16, 34),
+    r"$\mathbf{n}_1$": (11, 7),
+    r"$\mathbf{n}_2$": (-3, -13),
+}
+"""Offsets of the names from the points [points]."""
+
+
+@FIGURES.add(
+    "fig05_contact_points",
+    "Fig. 5: points of the 3D reduced model",
+    results=of_solid("isotropic-course", "geometry", "contacts"),
+)
+def draw(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
+    """Draw the left side of the middle interlock, with translucent yarns."""
+    knit = fabric_of(geometry)
+    side, radius = InterlockSide.in_the_middle(knit, contacts), knit.radius
+    surfaces = [tube(side.P, 0.05 * radius, ACCENT)]
+    for yarn, s, colour in zip(side.yarn, side.arc_length.T, side.colours, strict=True):
+        span = (s.min() - REACH * radius, s.max() + REACH * radius)
+        surfaces.append(piece(knit, yarn, span, radius, colour, 0.22))
+        surfaces.append(piece(knit, yarn, span, 0.06 * radius, colour))
+    for contact, colour in enumerate(PLANES):
+        corners = corners_of_plane(side, contact, radius)
+        surfaces.append(Surface(corners, np.array([[0, 1, 2, 3], [3, 2, 1, 0]]), colour, 0.25))
+        for k in range(4):
+            surfaces.append(tube(corners[[k - 1, k]], 0.02 * radius, colour))
+        normal = ARROW * radius * side.normal[contact]
+        surfaces.append(arrow(side.P[contact], normal, 0.06 * radius, ACCENT))
+    picture = Picture(surfaces, VIEW, bounds(surfaces, VIEW, below=0.4))
+    drawing, (axes,) = draw_rows([[picture]], 1.2 * SINGLE, head=0)
+    tips = MILLIMETRE * VIEW.project(side.P + ARROW * radius * side.normal)
+    name_points(axes, VIEW, {f"$C_{i + 1}$": side.C[i % 2, i // 2] for i in range(4)}, PLACES, INK)
+    name_points(axes, VIEW, {"$P_1$": side.P[0], "$P_2$": side.P[1]}, PLACES, ACCENT)
+    for tip, name in zip(tips, (r"$\mathbf{n}_1$", r"$\mathbf{n}_2$"), strict=True):
+        label(axes, tip, name, PLACES[name], ACCENT)
+    scale_bar(axes, 1, VIEW)
+    return drawing
+
+
+def corners_of_plane(side: InterlockSide, contact: int, radius: float) -> np.ndarray:
+    """Return the corners (4, 3) [m] of the drawn part of a contact normal plane, 0 that of P1 or 1 that of P2.
+
+    It is a rectangle along P1 P2 that reaches `RIM` radii [m] beyond both P, the arrow and the points C.
+    """
+    origin, along = side.P[0], side.P[1] - side.P[0]
+    along = along / np.linalg.norm(along)
+    frame = np.stack([along, np.cross(side.plane[contact], along)])
+    tip = side.P[contact] + ARROW * radius * side.normal[contact]
+    held = (np.stack([*side.P, *side.C[contact], tip]) - origin) @ frame.T
+    (low, left), (high, right) = held.min(axis=0) - RIM * radius, held.max(axis=0) + RIM * radius
+    return origin + np.array([(low, left), (high, left), (high, right), (low, right)]) @ frame
+
+
+def name_points(
+    axes: Axes,
+    view: View,
+    points: dict[str, np.ndarray],
+    offsets: dict[str, tuple[float, float]],
+    colour: str,
+) -> None:
+    """Draw dots and names over the picture, so that no yarn dims them."""
+    for name, point in points.items():
+        at = MILLIMETRE * view.project(point)
+        axes.scatter(*at, s=25, color=colour, edgecolor=PAPER, zorder=8)
+        label(axes, at, name, offsets[name], colour)
+
+
+# ---- the side of an interlock that Figs. 5 and 6 look at ----
+
+
+@dataclass(frozen=True)
+class InterlockSide:
+    """The two contacts on one side of an interlock, where the same two yarns touch twice.
+
+    Contact 0 is the lower one (P1), contact 1 the upper one (P2); yarn 0 is the lower row's, yarn 1 the upper's.
+    """
+
+    yarn: np.ndarray  # (2,) numbers of the two yarns
+    P: np.ndarray  # (2, 3) centroids of the contacts [m]
+    C: np.ndarray  # (2, 2, 3) by contact and yarn [m]: C1 is [0, 0], C3 [0, 1], C2 [1, 0], C4 [1, 1]
+    arc_length: np.ndarray  # (2, 2) of the points C on their centrelines [m]
+    normal: np.ndarray  # (2, 3) contact normals, from yarn 0 to yarn 1
+    plane: np.ndarray  # (2, 3) unit normals of the contact normal planes
+    colours: list[str]  # of the two yarns, the same as in pictures of the whole knit
+
+    @classmethod
+    def in_the_middle(cls, knit: Fabric, contacts: xr.Dataset) -> InterlockSide:
+        """Return the left side of the middle interlock; DataFileError when the contacts do not hold it."""
+        row, column = knit.cells[1] // 2, knit.cells[0] // 2
+        here = (contacts["row"] == row) & (contacts["column"] == column)
+        places = [np.flatnonzero(here & (contacts["zone"] == zone)) for zone in LEFT_ZONES]
+        if any(len(place) != 1 for place in places):
+            raise DataFileError(
+                f"contacts: row {row}, column {column} must have the zones {LEFT_ZONES}, once each"
+            )
+        pair = np.concatenate(places)
+        points, normal = joint_points(knit, contacts), contact_normals(contacts)
+        plane = contact_normal_planes(contacts)
+        of_pair = (points.centroid, points.point, points.arc_length, normal, plane)
+        yarn = points.yarn[pair[0]]
+        colours = [yarn_colours(knit)[number] for number in yarn]
+        return cls(yarn, *(array[pair] for array in of_pair), colours)
+
+
+def piece(
+    knit: Fabric, yarn: int, span: tuple[float, float], radius: float, colour: str, opacity: float = 1.0
+) -> Surface:
+    """Return the tube about a yarn's centreline between two arc lengths [m], cut at its ends."""
+    centreline = knit.centrelines[yarn]
+    s = np.linspace(*np.clip(span, 0.0, centreline.length), 160)
+    return tube(centreline.position(s), radius, colour, opacity)

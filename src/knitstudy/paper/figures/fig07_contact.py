@@ -1,0 +1,149 @@
+"""Fig. 7: contact zones (a), force (b) and where yarns touch (c) in the centre cell with isotropic friction."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from knitstudy.knit.geometry.fabric import Fabric
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.measures.centre_cell import Snapshot, area_of_cell, centre_cell, snapshots, zones_of_cell
+from knitstudy.run.catalogue import FIGURES, of_solid
+from knitstudy.use.picture import (
+    BAR,
+    HALO,
+    colour_bar,
+    draw_rows,
+    scale_bar,
+    tube,
+    window_around,
+    write,
+    yarn_colours,
+)
+from knitstudy.use.renderer import FRONT, MILLIMETRE, Picture, Surface
+from knitstudy.use.style import (
+    ACCENT,
+    FAINT,
+    INCH,
+    INTERACTIONS,
+    MEGAPASCAL,
+    PERCENT,
+    panel_letter,
+    place,
+    tint,
+)
+
+CURVES = 88.0  # height of (a) and (b) [mm]
+MARGIN = (2.3, 3.2)  # room around the crossings of the cell in x and y, in yarn radii
+NUMBERS = 3.0  # from the axes to the numbers of the strains above [mm]
+ONSET = 0.6  # the inset ends at this strain [%], up to which increments are small
+ARROW = 17.0  # from a contact to the tail of the arrow to it [points]
+
+
+@FIGURES.add(
+    "fig07_contact",
+    "Fig. 7: contact zones, force and where the centre cell touches, isotropic friction",
+    results=of_solid("isotropic-course", "geometry", "dns", "contacts"),
+)
+def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
+    """Draw number and area of the contact zones and the force over strain, and the deformed cell at four strains."""
+    knit, cell, points = fabric_of(geometry), centre_cell(contacts), snapshots(dns)
+    room = MILLIMETRE * knit.radius * np.array(MARGIN)
+    window = window_around(knit.crossings.point[cell].reshape(-1, 3), room)
+    passing = np.unique(contacts["yarn"].to_numpy()[cell])
+    yarns = [deformed_yarns(knit, dns, passing, point.increment) for point in points]
+    pictures = [Picture(surfaces, FRONT, window) for surfaces in yarns]
+    drawing, panels = draw_rows([pictures], foot=BAR, above=CURVES)
+    foot = INCH * drawing.get_figheight() - CURVES
+    upper, lower = (place(drawing, 0.075, foot + bottom, 0.4, high) for bottom, high in ((49, 30), (17, 28)))
+    _draw_curves(upper, lower, place(drawing, 0.57, foot + 17, 0.4, 62), dns, contacts)
+    text = ";  ".join(point.label for point in points)
+    drawing.text(0.5, 1 - (CURVES - 2) / (foot + CURVES), text, ha="center", va="bottom")
+    touching = [_touching(dns, cell, point.increment) for point in points]
+    largest = max((pressure.max(initial=0) for _, pressure in touching), default=0) or 1.0
+    scale = ScalarMappable(Normalize(0, MEGAPASCAL * largest), "cividis")
+    for axes, point, (spot, pressure) in zip(panels, points, touching, strict=True):
+        order = np.argsort(pressure)
+        at, colours = MILLIMETRE * FRONT.project(spot[order]), scale.to_rgba(MEGAPASCAL * pressure[order])
+        axes.scatter(*at.T, c=colours, s=12, linewidth=0, zorder=5, rasterized=True)
+        _point_at_contacts(axes, contacts, cell, point)
+        panel_letter(axes, f"c{point.number}", f"{PERCENT * point.strain:.3g} % strain")
+    scale_bar(panels[0], 2, left=0.43)
+    colour_bar(drawing, scale, "contact pressure (MPa)", 0.3, 0.4)
+    return drawing
+
+
+def _draw_curves(upper: Axes, lower: Axes, force: Axes, dns: xr.Dataset, contacts: xr.Dataset) -> None:
+    """Draw number and area of contact zones one above the other, and the force to the right."""
+    points, strain = snapshots(contacts), PERCENT * contacts["strain"].to_numpy()
+    area = MILLIMETRE**2 * area_of_cell(contacts)
+    early, onset = strain <= ONSET, force.inset_axes((0.65, 0.22, 0.34, 0.26))
+    # A number of zones holds until the next increment shows another one.
+    for axes, at, value, label, steps in (
+        (upper, strain, zones_of_cell(contacts), "contact zones (1)", "steps-post"),
+        (lower, strain, area, "contact area (mm²)", "default"),
+        (force, strain, dns["force"], "reaction force (N)", "default"),
+        (onset, strain[early], dns["force"][early], "(N)", "default"),
+    ):
+        look = INTERACTIONS["isotropic"].line | {"linestyle": "-", "clip_on": False, "drawstyle": steps}
+        axes.plot(at, value, **look)
+        axes.set(xlabel="strain in course direction (%)", ylabel=label, xlim=(0, at[-1]), ylim=(0, None))
+        for point in points:
+            axes.axvline(PERCENT * point.strain, color=FAINT, linewidth=0.7, linestyle=":", zorder=0)
+    upper.set(xlabel="", xticklabels=[])
+    onset.set(xlabel="strain (%)")
+    upper.yaxis.set_major_locator(MaxNLocator(integer=True))
+    lower.yaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))  # few digits: the label needs the room
+    for axes, letter in ((upper, "a"), (force, "b")):
+        above = 1 + NUMBERS / (INCH * axes.figure.get_figheight() * axes.get_position().height)
+        _number(axes, points, above)
+        axes.text(-0.17, above, f"({letter})", transform=axes.transAxes, fontsize=8.5)
+
+
+def _number(axes: Axes, points: Sequence[Snapshot], above: float) -> None:
+    """Write the number of each strain, with a thin line to it, at a height in axes, apart from its neighbours."""
+    left, right = axes.get_xlim()
+    apart, at = 0.045 * (right - left), -np.inf
+    for point in points:
+        x = PERCENT * point.strain
+        at = max(x, at + apart)
+        line = {"arrowstyle": "-", "linewidth": 0.7, "color": FAINT, "shrinkA": 1, "shrinkB": 0}
+        look = {"ha": "center", "va": "bottom", "fontweight": "bold", "annotation_clip": False}
+        frames = {"xycoords": ("data", "axes fraction"), "textcoords": ("data", "axes fraction")}
+        axes.annotate(str(point.number), (x, 1.0), (at, above), arrowprops=line, **look, **frames)
+
+
+def deformed_yarns(
+    knit: Fabric, dns: xr.Dataset, numbers: Iterable[int], increment: int, opacity: float = 1.0
+) -> list[Surface]:
+    """Return some yarns of a knit at an increment, displacements true to scale, in pale colours."""
+    position = dns["centreline"].to_numpy() + dns["centreline_displacement"].to_numpy()[increment]
+    yarn, colours = dns["yarn"].to_numpy(), yarn_colours(knit)
+    return [tube(position[yarn == number], knit.radius, tint(colours[number]), opacity) for number in numbers]
+
+
+def _touching(dns: xr.Dataset, cell: np.ndarray, increment: int) -> list[np.ndarray]:
+    """Return position (k, 3) and pressure (k,) of the points that touch in the cell at an increment."""
+    here = (dns["contact_increment"].to_numpy() == increment) & np.isin(dns["contact_crossing"], cell)
+    return [dns[name].to_numpy()[here] for name in ("contact_position", "contact_pressure")]
+
+
+def _point_at_contacts(axes: Axes, contacts: xr.Dataset, cell: np.ndarray, point: Snapshot) -> None:
+    """Draw an arrow to every contact from outside of the cell's middle; say so where there is none."""
+    now = contacts.isel(increment=point.increment, crossing=cell)
+    closed = now["zones"].to_numpy() > 0
+    middle = axes.transLimits.inverted().transform((0.5, 0.5))
+    look = {"arrowstyle": "-|>", "linewidth": 1.4, "color": ACCENT, "path_effects": HALO}
+    for tip in MILLIMETRE * FRONT.project(now["contact_centroid"].to_numpy()[closed]):
+        outwards = (tip - middle) / np.linalg.norm(tip - middle)
+        tail = {"xytext": tuple(ARROW * outwards), "textcoords": "offset points"}
+        axes.annotate("", tip + 0.35 * outwards, **tail, arrowprops=look, zorder=8)
+    if not closed.any():
+        write(axes, (0.5, 0.45), "no\ncontact", transform=axes.transAxes)

@@ -1,0 +1,112 @@
+"""Fig. 12: cost of square knits against their size (a), and beams in contact with solid yarns for comparison (b, c)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import EngFormatter
+
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.measures.reference import reference_of
+from knitstudy.paper.cases import label_of
+from knitstudy.paper.figures.fig15_force_strain import draw_curves, draw_reference, force_curve, owners
+from knitstudy.paper.unknowns import NONE, SIZES, counted_models
+from knitstudy.run.catalogue import BEAM_MODELS, FIGURES, of_case, one, several, solid
+from knitstudy.use.style import ACCENT, DIRECT, DOUBLE, MODELS, Look, figure, panel_letter, place
+
+SHOWN = np.geomspace(3.0, 30.0, 40)  # cells in a row between which fitted laws are drawn
+DASHES = {
+    "pinned": ":",
+    "patch": "-.",
+}  # by ``beam.tie``; lines of rigid ties have the dashes of their section
+ABOVE, BELOW, LEAST = 70.0, 74.0, 60.0  # heights of the parts (a), (b) and (c) [mm]
+BEAMS = {"rigid": Look("", "#0072B2", "-", "v"), "hertz": Look("", "#56B4E9", "--", "^")}  # by their section
+
+
+@FIGURES.add(
+    "fig12_size_and_beams",
+    "Fig. 12: cost against the size of the knit, and beams in contact",
+    results={
+        "dns": solid("simulation", "isotropic-course"),
+        "beams": several("simulation", *of_case("isotropic-course", BEAM_MODELS)),
+        "untied": one("simulation", "inputs-untied-isotropic-course", optional=True),
+        "geometry": one("geometry", "dns-tie-course", optional=True),
+    },
+)
+def draw(
+    dns: xr.Dataset,
+    beams: Mapping[str, xr.Dataset],
+    scenes: Mapping[str, Scene],
+    reference: pd.DataFrame,
+    paper: pd.DataFrame,
+    untied: xr.Dataset | None = None,
+    geometry: xr.Dataset | None = None,
+) -> Figure:
+    """Draw degrees of freedom against size, if the study has the paper's mesh, and force against strain below.
+
+    Knits of which no row is tied have a panel of their own, if there are some.
+    """
+    low = LEAST if untied is not None else 0.0
+    drawing = figure(DOUBLE, (ABOVE if geometry is not None else 0.0) + BELOW + low)
+    true = reference_of(reference, scenes["dns"])
+    full = float(true.curve()[1][-1] if true.known else dns["force"][-1])
+    quantity = f"force over the {owners([true])}\nat full strain"
+    curves = [force_curve(DIRECT, dns, true)]
+    for name, history in beams.items():
+        look = BEAMS[scenes[name].beam.section]
+        dash = DASHES.get(scenes[name].value("beam.tie"), look.dash)
+        curves.append(force_curve(replace(look, label=label_of(scenes[name]), dash=dash), history, true))
+    axes = place(drawing, 0.11, low + 12.0, 0.5, BELOW - 20.0)
+    draw_curves(axes, [replace(curve, value=curve.value / full) for curve in curves], quantity, "1", "course")
+    draw_reference(axes, true, full)
+    panel_letter(axes, "b", "beams in contact, isotropic friction")
+    if untied is not None:
+        curve = force_curve(replace(DIRECT, marker=""), untied, reference_of(reference, scenes["untied"]))
+        axes = place(drawing, 0.11, 12.0, 0.5, low - 20.0)
+        draw_curves(axes, [replace(curve, value=curve.value / full)], "force, as in (b)", "1", "course")
+        panel_letter(axes, "c", "the same without tied rows")
+    if geometry is not None:
+        axes = place(drawing, 0.11, low + BELOW + 12.0, 0.5, ABOVE - 20.0)
+        _draw_size(axes, geometry, scenes["geometry"], paper)
+    return drawing
+
+
+def _draw_size(axes: Axes, geometry: xr.Dataset, scene: Scene, paper: pd.DataFrame) -> None:
+    """Draw degrees of freedom over the size, counted (lines) and the paper's (crosses)."""
+    lines = []
+    for model in counted_models(fabric_of(geometry), scene, paper):
+        look = MODELS[model.stem.split("-")[0]].colour
+        if model.multiplied is NONE:
+            lines.append((model.name.removesuffix(", ties"), model.unknowns, look, "-"))
+        else:
+            lines.append(("hexahedra, contact by multipliers", model.multiplied, look, "--"))
+            lines.append(("paper, contact: its law", model.law, ACCENT, ":"))
+    for name, law, colour, dash in lines:
+        axes.plot(SHOWN, law(SHOWN), color=colour, linestyle=dash)
+        end = {
+            "xytext": (5, {"hexahedra": -14, "paper, contact: its law": 6}.get(name, 0)),
+            "textcoords": "offset points",
+            "va": "center",
+            "color": colour,
+        }
+        axes.annotate(f"{name}: {law(SHOWN[-1]) / 1e6:.3g} million", (SHOWN[-1], law(SHOWN[-1])), **end)
+    rows = paper[
+        paper["table"].astype(str).isin(["3", "5", "fig12a"]) & (paper["quantity"] == "degrees of freedom")
+    ]
+    cells = rows["case"].str.extract(r"(\d+)[wx]")[0].astype(float)
+    axes.plot(cells, rows["value"].astype(float), "x", color=ACCENT, label="paper: Tables 3 and 5, Fig. 12a")
+    axes.legend(loc="upper left")
+    axes.set(
+        xscale="log", yscale="log", xlabel="cells in a row (1)", ylabel="degrees of freedom (1)", xticks=SIZES
+    )
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_major_formatter(EngFormatter())
+    axes.xaxis.set_minor_formatter("")
+    panel_letter(axes, "a", "size of square knits")

@@ -1,0 +1,201 @@
+"""Errors and prices of all model settings on a knit, measured (docs/notes/accuracy.md).
+
+`measure` takes a knit of the user; ``benchmarks/trade.py`` takes the knits of the sample. The reference value of a
+quantity is the limit of solid yarns of rising degree; a run that fails, or exceeds its time, has an infinite error.
+"""
+
+from __future__ import annotations
+
+import resource
+from collections.abc import Iterable, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import asdict
+from math import inf, nan
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from knitstudy.errors import ConfigurationError, DataFileError, message_of
+from knitstudy.files import read_table, write_table
+from knitstudy.knit.loading.run import Progress
+from knitstudy.knit.scene.scene import Scene, digest
+from knitstudy.measures.cost import MEGABYTE, memory_growth
+from knitstudy.measures.estimate import Estimate, limit_of_degrees
+from knitstudy.measures.questions import QUESTIONS, answers, known
+from knitstudy.measures.reference import Reference
+from knitstudy.run.advice import COLUMNS, ERROR, MEMORY, OWN, SECONDS, applies
+from knitstudy.run.advice.sample import Case, Inputs, Trade, load_trade, same_knit
+from knitstudy.run.code import MODEL, code_digest
+from knitstudy.run.job import end_with_parent
+from knitstudy.run.plan import Plan
+from knitstudy.run.store import simulate
+
+FEW = 3  # Knits of the highest degree that say how far the next one is off
+
+REACHED = 1 - 1e-6  # Share of the strain that a history has to reach
+
+Record = dict[str, Any]
+"""Values by quantity, price and reason of failure of one run; inputs, case, model setting and knit that it is of."""
+
+
+def code_of(problem: Scene, keys: Mapping) -> str:
+    """Return the digest of the code, and of all keys, behind a run."""
+    return digest([code_digest("measures", *MODEL), problem.vary(keys).hash])
+
+
+def run(problem: Scene, setting: str, keys: Mapping, limit: float, folder: Path, say: bool = False) -> Record:
+    """Return the record of a problem by one model setting, in a process with a limit of processor time [s]."""
+    record = {
+        "model setting": setting,
+        "values": {},
+        "seconds": nan,
+        "memory": nan,
+        "unknowns": 0,
+        "increments": 0,
+    }
+    try:
+        document = problem.vary(dict(keys) | {"name": f"{problem.name}-{setting}", "outputs": []}).to_dict()
+        with ProcessPoolExecutor(1, get_context("fork"), end_with_parent) as pool:
+            return record | pool.submit(_run, document, limit, folder, say).result()
+    except ConfigurationError as error:
+        return record | {"reason": message_of(error)}
+    except BrokenProcessPool:
+        return record | {"reason": f"took more than {limit:g} s of processor time, or the memory"}
+
+
+def _run(document: Mapping, limit: float, folder: Path, say: bool) -> Record:
+    resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5))
+    scene = Scene.from_dict(document)
+    try:
+        results = simulate(scene, folder, plan=Plan({}), progress=Progress if say else None)
+    except Exception as error:  # whatever it is: the run has no result
+        return {"reason": message_of(error)}
+    history, strain = results.history, scene.load.strain
+    if float(history["strain"][-1]) < REACHED * strain:
+        return {"reason": f"ended at a strain of {float(history['strain'][-1]):g}, not {strain:g}"}
+    values: dict[str, float] = {}
+    for question in QUESTIONS.values():
+        values |= answers(question, scene, history, results.contacts, strain)
+    return {
+        "values": values,
+        "seconds": float(history.attrs["processor_seconds"]),
+        "memory": memory_growth(history) / MEGABYTE,
+        "unknowns": int(history.attrs["unknowns"]),
+        "increments": history.sizes["increment"] - 1,
+        "reason": "",
+    }
+
+
+def rows_of(
+    records: Iterable[Record], case: Case, about: Mapping[str, Any], trade: Trade, reference: Reference
+) -> list[dict]:
+    """Return a row for every model setting and question of one knit, or one with the reason of no reference."""
+    rows, settings = [], trade.settings_of(case)
+    for record in records:
+        for question in QUESTIONS.values():
+            off = {}
+            for quantity in question.by.get(settings[record["model setting"]]["fidelity"], ()):
+                if (true := known(reference, quantity, 1.0)).known:
+                    value = record["values"].get(quantity, inf)
+                    error = true.of(lambda other, value=value: abs(value / other - 1))
+                    off[quantity] = (inf if record["reason"] else error.value + error.uncertainty, true)
+            if not off:
+                continue
+            quantity = max(off, key=lambda name: off[name][0])
+            error, true = off[quantity]
+            price = {SECONDS: record["seconds"], MEMORY: record["memory"]}
+            size = {"unknowns [1]": record["unknowns"], "increments [1]": record["increments"]}
+            share = {"uncertainty of the reference value [1]": true.uncertainty / true.value}
+            remarks = {"reason": record["reason"], "code": record.get("code", "")}
+            remarks |= {"value [SI]": record["values"].get(quantity)}
+            of = {
+                "case": str(case),
+                "model setting": record["model setting"],
+                "question": question.name,
+                "quantity": quantity,
+            }
+            rows.append({**about, **of, ERROR: error, **price, **size, **share, **remarks})
+    if rows:
+        return rows
+    failed = "; ".join(f"{run['model setting']}: {run['reason']}" for run in records if run["reason"])
+    reason = f"the reference value takes two of {', '.join(trade.reference)}, which did not end: {failed}"
+    return [{**about, "case": str(case), "model setting": "", "question": "", "reason": reason}]
+
+
+def reference_values(
+    runs: Mapping[str, Mapping[str, Mapping[str, float]]], case: Case, trade: Trade
+) -> dict[str, Reference]:
+    """Return the reference values of every knit, at strain 1 for full load, from runs {knit: {model setting: values}}.
+
+    That is the limit of the settings `reference` of config/trade.yaml, where two or more have ended. Where the highest
+    degree did not run, it is the next one, as uncertain as that is far from the limit at most on the knits of both that
+    have such a reference value, if they are `FEW` or more.
+    """
+    settings = trade.settings_of(case)
+    degrees = {name: settings[name].get("mesh.degree", 2) for name in trade.reference if name in settings}
+    *_, next_to, highest = degrees
+    limits: dict[str, dict[tuple[str, float], Estimate]] = {}
+    far: dict[str, list[float]] = {}
+    for knit, values in runs.items():
+        ended, limits[knit] = [name for name in degrees if values.get(name)], {}
+        for quantity in values[ended[0]] if len(ended) > 1 else ():
+            series = [values[name][quantity] for name in ended]
+            limit = limit_of_degrees([degrees[name] for name in ended], series)
+            true, change = Estimate(limit.value, limit.uncertainty), abs(series[-1] - series[-2])
+            if abs(true.value - series[-1]) > change:  # values that hardly converge cannot be extrapolated
+                true = Estimate(series[-1], change)
+            limits[knit][quantity, 1.0] = true
+        if ended[-2:] == [next_to, highest]:
+            for (quantity, strain), true in limits[knit].items():
+                if known(Reference(limits[knit]), quantity, strain).known:  # nothing is compared with others
+                    off = abs(values[next_to][quantity] - true.value) + true.uncertainty
+                    far.setdefault(quantity, []).append(off / true.value)
+    for knit, limit_of_knit in limits.items():
+        for (quantity, strain), limit in limit_of_knit.items():
+            if not runs[knit].get(highest) and len(far.get(quantity, ())) >= FEW:
+                uncertainty = max(far[quantity]) * abs(limit.value)
+                limit_of_knit[quantity, strain] = Estimate(limit.value, uncertainty)
+    return {knit: Reference(limit_of_knit) for knit, limit_of_knit in limits.items()}
+
+
+def collect(
+    trade: Trade, problems: Mapping[tuple[str, Case], Scene], records: Mapping[tuple[str, Case], list[Record]]
+) -> pd.DataFrame:
+    """Return the table of errors and prices from the problems and the records of runs, by knit and case."""
+    rows = []
+    for case in trade.cases():
+        measured = {knit: of for (knit, other), of in records.items() if other == case}
+        settings = trade.settings_of(case)
+        runs = {knit: {run["model setting"]: run["values"] for run in of} for knit, of in measured.items()}
+        for knit, true in reference_values(runs, case, trade).items():
+            scene = problems[knit, case]
+            about = {"knit": knit, "problem": same_knit(scene)} | asdict(Inputs.of(scene))
+            of = [run for run in measured[knit] if applies(scene, settings[run["model setting"]])]
+            rows += rows_of(of, case, about, trade, true)
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def measure(problem: Scene, folder: Path) -> pd.DataFrame:
+    """Run all model settings on a knit of the user, add errors and prices to the user's table, and return them.
+
+    Raises DataFileError where the reference value is not known since fewer than two of its model settings have ended.
+    """
+    if problem.specimen == "pair":
+        raise ConfigurationError(
+            f"scene {problem.name!r}: specimen is pair, but models are measured on knits"
+        )
+    trade = load_trade()
+    case = trade.case_of(problem)
+    knit, settings = same_knit(problem), trade.settings_of(case)
+    before = read_table(OWN, needs=COLUMNS) if OWN.is_file() else pd.DataFrame(columns=COLUMNS)
+    named = problem.vary({"name": f"{problem.name}-{knit[:8]}", "knit": f"{problem.knit}-{knit[:8]}"})
+    records = [run(named, setting, keys, trade.limit, folder, say=True) for setting, keys in settings.items()]
+    table = collect(trade, {(problem.name, case): problem}, {(problem.name, case): records})
+    if table[ERROR].isna().all():
+        raise DataFileError(f"scene {problem.name!r}: {table['reason'].iloc[0]}")
+    others = before[before["problem"] != knit]
+    write_table(pd.concat([others, table]) if len(others) else table, OWN)
+    return table

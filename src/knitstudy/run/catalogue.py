@@ -1,0 +1,208 @@
+"""Figures and tables: functions that register themselves with the results of named scenes that they are made from.
+
+One file makes one figure or table of the paper: a module of `paper.figures` or `paper.tables`, or one from
+outside that the configuration names under ``plugins``, whose function is decorated with ``FIGURES.add`` or
+``TABLES.add``. A study makes the figures and tables whose scenes it has.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from fnmatch import translate
+from functools import cache
+from inspect import signature
+from math import inf
+from typing import Any, TypeVar
+
+import xarray as xr
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.registry import Registry
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+Datasets = Mapping[str, xr.Dataset]  # results of one stage by the names of their scenes
+Scenes = Mapping[str, Scene]  # by name
+
+# The four cases in which models are compared (Fig. 15): interaction and direction of the load.
+CASES = ("tie-course", "tie-wale", "isotropic-course", "isotropic-wale")
+# The direct simulation of a case that the others are compared with, in order of preference.
+SOLIDS = ("yarns-{case}", "dns-{case}", "dns-{case}-coarse")
+
+# The main reduced models of a case, likewise.
+NETWORKS = {
+    "rom3d": ("rom3d-{case}", "rom3d-{case}-coarse"),
+    "rom2d": ("rom2d-{case}", "rom2d-{case}-coarse"),
+}
+
+# Direct simulations of the same case by other elements or on other meshes.
+OTHER_SOLIDS = ("yarns-{case}-p3", "dns-{case}", "dns-{case}-medium", "yarns-{case}-coarse")
+# Reduced models of a case with another joint, section or spring.
+VARIANTS = ("rom3d-*-{case}", "rom2d-*-{case}")
+
+REDUCED = (*NETWORKS["rom3d"], *NETWORKS["rom2d"], *VARIANTS)
+BEAM_MODELS = ("beam-{case}", "beam-*-{case}", "beam-{case}-coarse")  # Beams in contact of a case
+
+# Square knits of rising size in course tension.
+SQUARES = (
+    "domain-*-tie-course-*",
+    "domain-*-isotropic-course-*",
+    *("yarns-tie-course", "rom3d-tie-course", "rom2d-tie-course", "beam-hertz-patch-isotropic-course"),
+)
+
+
+def of_case(case: str, names: Iterable[str]) -> tuple[str, ...]:
+    """Return names of scenes of a case, for example "tie-course"."""
+    return tuple(name.format(case=case) for name in names)
+
+
+def of_cases(cases: Iterable[str], names: Iterable[str]) -> tuple[str, ...]:
+    """Return names of scenes of several cases, case by case."""
+    return tuple(name.format(case=case) for case in cases for name in names)
+
+
+@dataclass(frozen=True)
+class Results:
+    """Results of one stage that a figure or table is made from."""
+
+    stage: str  # "geometry", "mesh", "simulation", "contacts" or "stress"
+    # Names of scenes in order of preference; shell patterns of names where several scenes are taken
+    names: tuple[str, ...]
+    several: bool = False  # whether all scenes that match are taken, or the first name that the study has
+    optional: bool = False  # whether the figure or table is also made without them
+    where: Callable[[Scene], bool] | None = None  # whether a scene whose name matches is taken
+    fewest: int = 1  # with fewer scenes none is taken
+
+    def scenes(self, study: Mapping[str, Scene]) -> list[Scene]:
+        """Return the scenes of a study that are taken, in the order of the study; an empty list if it has none."""
+        if not self.several:
+            return [study[name] for name in self.names if name in study][:1]
+        matches = _pattern(self.names).match
+        matching = [
+            scene
+            for name, scene in study.items()
+            if matches(name) and (self.where is None or self.where(scene))
+        ]
+        return matching if len(matching) >= self.fewest else []
+
+
+@cache
+def _pattern(names: tuple[str, ...]) -> re.Pattern:
+    """Return the regular expression of the names that match one of some shell patterns."""
+    return re.compile("|".join(map(translate, names)))
+
+
+def one(stage: str, *names: str, optional: bool = False) -> Results:
+    """Return the result of the first of some scenes that a study has."""
+    return Results(stage, names, optional=optional)
+
+
+def solid(stage: str, case: str) -> Results:
+    """Return the result of the direct simulation of a case that the others are compared with."""
+    return one(stage, *of_case(case, SOLIDS))
+
+
+def of_solid(case: str, *arguments: str) -> dict[str, Results]:
+    """Return the results of the direct simulation of a case by stage, "dns" for the history."""
+    return {name: solid("simulation" if name == "dns" else name, case) for name in arguments}
+
+
+def network(fidelity: str, case: str, optional: bool = False) -> Results:
+    """Return the history of the main reduced model of a case, "rom3d" or "rom2d"."""
+    return one("simulation", *of_case(case, NETWORKS[fidelity]), optional=optional)
+
+
+def several(stage: str, *patterns: str, **attributes: Any) -> Results:
+    """Return the results of all scenes whose names match a pattern; keywords are attributes of `Results`."""
+    return Results(stage, patterns, several=True, **attributes)
+
+
+@dataclass(frozen=True)
+class Display:
+    """A figure or a table."""
+
+    name: str  # of the file
+    title: str  # with the number in the paper
+    make: Callable[..., Any]  # function that draws the figure or builds the table
+    # Arguments of the function that are results: a Dataset, or several by the names of their scenes
+    results: Mapping[str, Results] = field(default_factory=dict)
+    # Other arguments of the function: files by the names of `run.displays.reference_files`
+    files: tuple[str, ...] = ()
+    # Whether it has the argument ``scenes``: a scene by the name of its result, several by their own names
+    scenes: bool = False
+    order: float = inf  # place in the report; figures and tables without a place follow by their names
+    # Alternative text and captions where ``workflow/report/captions.yaml`` has none
+    texts: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def needed(self) -> tuple[str, ...]:
+        """Arguments without which it cannot be made."""
+        results = [name for name, result in self.results.items() if not result.optional]
+        return (*results, *self.files, *(("scenes",) if self.scenes else ()))
+
+    @property
+    def takes(self) -> tuple[str, ...]:
+        """All arguments."""
+        optional = [name for name, result in self.results.items() if result.optional]
+        return (*self.needed, *optional)
+
+
+def _taken(make: Callable[..., Any], attributes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return attributes with the arguments of a function: arguments that are no results are files."""
+    named = [
+        parameter
+        for parameter in signature(make).parameters.values()
+        if parameter.kind is not parameter.VAR_KEYWORD
+    ]
+    names = [
+        parameter.name
+        for parameter in named
+        if parameter.default is parameter.empty
+        and parameter.name not in (*attributes.get("results", ()), "scenes")
+    ]
+    scenes = attributes.get("scenes", any(parameter.name == "scenes" for parameter in named))
+    return {"files": (*attributes.get("files", ()), *names), "scenes": scenes}
+
+
+class Catalogue(Registry[Display]):
+    """All figures, or all tables, in the order of the report."""
+
+    def add(self, name: str, title: str, **attributes: Any) -> Callable[[Function], Function]:
+        """Return a decorator of the function that makes a figure or table; keywords are attributes of `Display`.
+
+        Raises ConfigurationError if the name is taken.
+        """
+
+        def added(make: Function) -> Function:
+            self.register(Display(name, title, make, **(attributes | _taken(make, attributes))))
+            return make
+
+        return added
+
+    def all(self) -> dict[str, Display]:
+        """Return all by name, in the order of the report."""
+        return dict(sorted(super().all().items(), key=lambda entry: (entry[1].order, entry[0])))
+
+    def module(self, name: str) -> str:
+        """Return the dotted name of the module of a figure's or table's function."""
+        return self.find(name).make.__module__
+
+    def make(self, name: str, **sources: Any) -> Any:
+        """Make a figure or table from its sources among all.
+
+        Raises ConfigurationError if there is none of that name, or something that it needs is missing.
+        """
+        display = self.find(name)
+        missing = [need for need in display.needed if need not in sources]
+        if missing:
+            raise ConfigurationError(
+                f"{self.what} {name!r} needs {', '.join(display.needed)}: {', '.join(missing)} is missing"
+            )
+        return display.make(**{name: sources[name] for name in display.takes if name in sources})
+
+
+FIGURES = Catalogue("figure", "knitstudy.paper.figures")
+TABLES = Catalogue("table", "knitstudy.paper.tables")

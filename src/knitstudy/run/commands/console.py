@@ -1,0 +1,230 @@
+"""Options of several subcommands, and tables on the console."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from textwrap import shorten
+from typing import TYPE_CHECKING, Any
+
+import click
+import yaml
+from click.shell_completion import CompletionItem
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from knitstudy.errors import ConfigurationError, DataFileError, KnitstudyError, printable
+from knitstudy.files import read_dataset
+from knitstudy.knit.scene.alternatives import OTHER_WAYS
+from knitstudy.knit.scene.documents import CONFIG, parsed, read_yaml
+from knitstudy.knit.scene.kinds import all_keys
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.registry import is_loaded, load_plugins
+from knitstudy.run.advice import Requirements
+from knitstudy.run.configuration import (
+    drawn_defaults,
+    load_changed,
+    load_families,
+    scene_of_file,
+    workflow_configuration,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FOLDER = click.Path(path_type=Path, file_okay=False)
+FILE = click.Path(path_type=Path, dir_okay=False)
+THERE = click.Path(path_type=Path, dir_okay=False, exists=True)
+SIZE = click.FloatRange(min=0, min_open=True)
+
+ONE_LINE, LONGEST = 32, 120  # Characters of a value that a terminal does not break, and that it shows at all
+
+
+def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+    """Print rows under the names of their columns."""
+    columns, *texts = ([plain(value) for value in row] for row in (columns, *rows))
+    if sys.stdout is None or not sys.stdout.isatty():
+        click.echo("\n".join("\t".join(line) for line in (columns, *texts)))
+        return
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
+    for place, name in enumerate(columns):
+        longest = max((len(line[place]) for line in texts), default=0)
+        table.add_column(name, no_wrap=longest <= ONE_LINE, overflow="fold")
+    for line in texts:
+        table.add_row(*(Text(shorten(text, LONGEST, placeholder=" ...")) for text in line))
+    Console().print(table)
+
+
+def plain(value: Any) -> str:
+    """Return a value as it would stand in the configuration; numbers with the digits that matter."""
+    if isinstance(value, str):
+        return printable(value)
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return yaml.safe_dump(value, default_flow_style=True, width=float("inf")).removesuffix("\n...\n").strip()
+
+
+class Change(click.ParamType):
+    """One ``key=value``: a dotted key of a scene and a YAML value."""
+
+    name = "key=value"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> tuple[str, Any]:
+        """Return the key and the value."""
+        if isinstance(value, tuple):
+            return value
+        key, equals, text = value.partition("=")
+        if not equals or not key.strip():
+            self.fail(f"{value!r} is not key=value, for example load.strain=0.01", param, ctx)
+        try:
+            return key.strip(), parsed(text, key)
+        except ConfigurationError as error:
+            self.fail(str(error), param, ctx)
+
+    def shell_complete(self, context: click.Context, option: click.Parameter, begun: str) -> list:
+        """Return the keys that begin with the typed text."""
+        if "=" in begun:
+            return []
+        keys = [*all_keys(), *OTHER_WAYS, *(f"ask.{name}" for name in Requirements.model_fields)]
+        return [CompletionItem(f"{key}=") for key in keys if key.startswith(begun)]
+
+
+def load_plugins_of(config: Path) -> None:
+    """Import the plugins that ``config.yaml`` of the default configuration names, as the workflow does.
+
+    Plugins of another folder run only if the command names them; otherwise a message mentions them.
+    """
+    path = config / "config.yaml"
+    plugins = workflow_configuration(read_yaml(path)).plugins if path.is_file() else ()
+    if config.resolve() == CONFIG:
+        load_plugins(plugins)
+        return
+    for name in plugins:
+        if not is_loaded(name):
+            message = f"{path}: plugin {name!r} was not run; to run its code, add --plugin {name}"
+            click.echo(printable(message), err=True)
+
+
+def _plugins(context: click.Context, option: click.Parameter, names: tuple[str, ...]) -> None:
+    if not context.resilient_parsing:
+        load_plugins(names)
+
+
+def _configuration(context: click.Context, option: click.Parameter, config: Path) -> Path:
+    """Return the configuration, once its plugins are imported: the file where that takes the place of a scene."""
+    if context.resilient_parsing:
+        return config
+    scene = context.params.get("scene") or ""
+    if scene.endswith((".yaml", ".yml")):
+        config = Path(scene)
+        context.params["scene"] = scene_of_file(config)
+    load_plugins_of(config)
+    return config
+
+
+def config_option(command: Any) -> Any:
+    """Add ``--config`` and ``--plugin`` to a command."""
+    command = click.option(
+        "--plugin",
+        multiple=True,
+        is_eager=True,
+        expose_value=False,
+        callback=_plugins,
+        help="Run a plugin: an installed entry point of knitstudy.plugins, or a module; may be repeated.",
+    )(command)
+    return click.option(
+        "--config",
+        type=click.Path(path_type=Path),
+        default=CONFIG,
+        callback=_configuration,
+        show_default="the one of knitstudy",
+        help="A file or a folder of scenes of your own; with defaults.yaml, a configuration of its own.",
+    )(command)
+
+
+def _scenes(context: click.Context, argument: click.Parameter, begun: str) -> list[str]:
+    """Return the names of scenes that begin with the typed text."""
+    try:
+        families = load_families(context.params.get("config") or CONFIG)
+    except KnitstudyError:
+        return []
+    return [name for name in families if name.startswith(begun)]
+
+
+def scene_argument(name: str = "scene", **options: Any) -> Any:
+    """Return the argument of a command that names a scene, or a file that defines one."""
+    return click.argument(name, is_eager=True, shell_complete=_scenes, **options)
+
+
+set_option = click.option(
+    "--set",
+    "changes",
+    type=Change(),
+    multiple=True,
+    help="Change a key of the scene, in SI units; may be repeated. The result gets a name of its own.",
+)
+
+
+output_option = click.option(
+    "-o",
+    "--output",
+    type=FOLDER,
+    default="runs",
+    show_default=True,
+    help="Folder of results; results of a study in results/ are used as well.",
+)
+
+
+def changed_scene(name: str, changes: tuple[tuple[str, Any], ...], config: Path) -> Scene:
+    """Return a scene of the configuration or of a result file with changed keys; a key given twice is refused."""
+    keys = [key for key, _ in changes]
+    for twice in (key for key in keys if keys.count(key) > 1):
+        values = " and ".join(plain(value) for key, value in changes if key == twice)
+        raise ConfigurationError(
+            f"--set {twice} is given {keys.count(twice)} times, {values}; once is allowed"
+        )
+    if is_result(name):
+        return recorded(name, drawn_defaults() if changes else {})[0].vary(dict(changes))
+    return load_changed(name, dict(changes), config)
+
+
+def is_result(name: str) -> bool:
+    """Whether a scene is asked for by a result file, which holds its keys."""
+    return name.endswith(".nc")
+
+
+def recorded(name: str, defaults: Mapping[str, Any]) -> tuple[Scene, dict[str, Scene]]:
+    """Return the scene of a result file and the scenes that it names; `defaults` are for keys that the file lacks."""
+    from knitstudy.run.record import scenes_of
+
+    return scenes_of(read_dataset(name), name, defaults)
+
+
+def undeformed(file: Path, history: xr.Dataset, solids: bool) -> tuple[Scene, xr.Dataset, xr.Dataset | None]:
+    """Return the scene of the history in a result file, its geometry and, for `solids`, its mesh if there is one.
+
+    Raises DataFileError if the file holds no history.
+    """
+    from knitstudy.measures.summary import kind_of
+    from knitstudy.run.stages import STAGES, has_mesh
+
+    try:
+        kind = kind_of(history)
+    except DataFileError as error:
+        raise DataFileError(f"{file}: {error}") from error
+    if kind != "history":
+        raise DataFileError(f"{file}: is a {kind} and must be a history")
+    scene = recorded(str(file), {})[0]
+    geometry = STAGES["geometry"].function(scene)
+    mesh = STAGES["mesh"].function(scene, geometry=geometry) if solids and has_mesh(scene) else None
+    return scene, geometry, mesh
+
+
+def plan_with(name: str, config: Path) -> Any:
+    """Return the plan of a configuration, with the scenes that a result file names if one is asked for."""
+    from knitstudy.run.plan import Plan
+
+    return Plan.with_scenes(recorded(name, {})[1] if is_result(name) else {}, config)

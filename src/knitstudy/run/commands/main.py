@@ -1,0 +1,132 @@
+"""The command itself: its subcommands, and how it ends when something is wrong."""
+
+from __future__ import annotations
+
+from pkgutil import resolve_name
+from typing import Any
+
+import click
+
+from knitstudy.errors import EndedEarly, KnitstudyError, message_of, printable
+from knitstudy.registry import plugin_behind
+
+COMMANDS = {
+    "list": ("run.commands.scenes:list_scenes", "List the scenes."),
+    "check": ("run.commands.scenes:check", "Check a configuration; show all keys of a scene."),
+    "loop": ("use.commands.loop:loop", "Draw and optimise a loop for spacings and a yarn."),
+    "stitches": ("use.commands.loop:stitches", "Read the repeat of a file for a knitting machine."),
+    "plan": ("run.commands.scenes:plan", "Choose a model for a question, and show its price."),
+    "measure": ("run.commands.run:measure", "Measure what all models cost and miss on this knit."),
+    "run": ("run.commands.run:run", "Simulate a scene and all that it needs."),
+    "study": ("run.commands.study:study", "Run a whole study, with its figures, tables and report."),
+    "show": ("use.commands.show:show", "Show, compare or draw result files."),
+    "compare": ("use.commands.curves:compare", "Compare a result with a measured curve."),
+    "fit": ("use.commands.curves:fit", "Find modulus and friction from a measured curve."),
+    "membrane": ("use.commands.membrane:membrane", "Fit the law of a fabric to its cells."),
+    "strip": ("use.commands.membrane:strip", "Pull a strip between clamps by the law of its fabric."),
+    "export": ("use.commands.show:export", "Write a scene for Abaqus or CalculiX, a history for ParaView."),
+}
+"""Module and function of every subcommand, imported when it is asked for, and its line of the help."""
+
+STOPPED = 130  # Exit status after Ctrl-C, that of the shell's own commands
+INCOMPLETE = 3  # Exit status of a load path that ended early
+
+
+class Commands(click.Group):
+    """Subcommands that end with one message where a user can correct the error."""
+
+    def list_commands(self, context: click.Context) -> list[str]:
+        """Return the names of all subcommands, in the order in which a user needs them."""
+        return list(COMMANDS)
+
+    def get_command(self, context: click.Context, name: str) -> click.Command | None:
+        """Return a subcommand, whose module is imported now: the help needs none of them."""
+        if name not in COMMANDS:
+            return None
+        return resolve_name(f"knitstudy.{COMMANDS[name][0]}")
+
+    def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the list of subcommands."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, meaning) for name, (_, meaning) in COMMANDS.items()])
+
+    def invoke(self, context: click.Context) -> Any:
+        """Run a subcommand; with ``--traceback`` its errors pass as they are."""
+        try:
+            return super().invoke(context)
+        except BrokenPipeError:
+            raise  # whoever read the output has gone: click ends in silence
+        except (Exception, KeyboardInterrupt, SystemExit) as error:
+            ending = message_and_status(error)
+            if context.params["traceback"] or ending is None:
+                raise
+        for line in f"error: {ending[0]}".split("\n"):
+            click.echo(printable(line), err=True)
+        context.exit(ending[1])
+
+
+def message_and_status(error: BaseException) -> tuple[str, int] | None:
+    """Return the message and the exit status of an error that a user can correct; None of any other."""
+    match error:
+        case KeyboardInterrupt():
+            return str(error) or "stopped; what was there before is as it was", STOPPED
+        case MemoryError():
+            return f"out of memory ({str(error) or 'no more details'}); use larger elements", 1
+        case KnitstudyError() | OSError():
+            return str(error), INCOMPLETE if isinstance(error, EndedEarly) else 1
+        case UnicodeEncodeError():
+            text = ascii(error.object[error.start : error.end])
+            return f"the locale cannot write {text}: set LC_ALL=C.UTF-8 or PYTHONUTF8=1", 1
+        case ModuleNotFoundError(name="fcntl" | "resource"):  # which Python has not on Windows
+            return "knitstudy runs on Linux and macOS; on Windows, use WSL", 1
+    if plugin := plugin_behind(error):
+        return f"plugin {plugin!r} ended the command: {message_of(error)}; --traceback shows where", 1
+    return None
+
+
+def print_version(context: click.Context, option: click.Parameter, wanted: bool) -> None:
+    """Print the version and end; asked for only then, since it takes a call of git."""
+    if wanted and not context.resilient_parsing:
+        from knitstudy.files import code_version
+
+        click.echo(f"knitstudy {code_version()}")
+        context.exit()
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.option("--traceback", is_flag=True, help="Show where in the code an error comes from.")
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=print_version,
+    help="Show the version of the code and end.",
+)
+def main(traceback: bool) -> None:
+    """How do knitted textiles carry load? One scene at a time.
+
+    A scene is one simulation: a knit or two crossing yarns, the interaction of the yarns, the load, and the model.
+    Files list scenes, as in config/scenes. All inputs and results are in SI units. In this order:
+
+    \b
+    knitstudy list                               all scenes
+    knitstudy check dns-tie-course               all keys of a scene, with units and sources
+    knitstudy loop --course 0.9e-3 --wale 1.1e-3 --diameter 0.25e-3   a loop of your own spacings and yarn
+    knitstudy measure rom3d-tie-course           errors and prices of all models on this knit
+    knitstudy stitches my-knit.k                 the repeat of a file for a knitting machine
+    knitstudy plan rom3d-tie-course --question force --accuracy 0.05   the cheapest model that is accurate enough
+    knitstudy run rom3d-tie-course               simulate a scene and all that it needs
+    knitstudy show runs/simulation/rom3d-tie-course.nc        its numbers; its keys with --keys
+    knitstudy compare runs/simulation/rom3d-tie-course.nc lab.csv     with a measured curve
+    knitstudy fit beam-isotropic-course lab.csv  modulus and friction from a measured curve
+    knitstudy membrane runs/simulation/cell-*.nc    the law of a fabric, from its cells on several load paths
+    knitstudy strip membrane.nc --length 0.07 --width 0.07 --strain 0.04  a specimen between clamps, with that law
+    knitstudy export dns-tie-course --dialect calculix
+
+    `knitstudy COMMAND --help` shows more examples. `knitstudy study` runs a study with its figures and its report;
+    docs/tutorial/tutorial.md does the same from Python.
+
+    Exit status: 0 done, 1 an error (one message names it), 2 wrong usage, 3 a load path that ended
+    early and whose curve is kept, 130 stopped.
+    """

@@ -1,0 +1,147 @@
+"""``knitstudy run`` and ``measure``: simulate a scene; measure what models cost on its knit."""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from knitstudy.files import read_dataset
+from knitstudy.knit.scene.scene import questions
+from knitstudy.run.advice import ERROR, MEMORY, OWN, SECONDS
+from knitstudy.run.commands import console
+from knitstudy.run.commands.console import (
+    changed_scene,
+    config_option,
+    plain,
+    print_table,
+    scene_argument,
+    set_option,
+)
+from knitstudy.run.configuration import asks, plan_of, problem_of
+
+if TYPE_CHECKING:
+    pass
+
+STAGES = ("knitstudy.run.store", "knitstudy.knit.loading.solve.resumed")
+"""Loggers whose messages a user sees: which stages ran, and from which increment a run goes on."""
+
+
+@click.command()
+@scene_argument()
+@set_option
+@console.output_option
+@click.option(
+    "--threads", type=click.IntRange(min=1), help="Threads of a direct simulation; default: all cores."
+)
+@click.option("--anew", is_flag=True, help="Simulate the scene even if its result is there.")
+@click.option("-v", "--verbose", is_flag=True, help="Also print what the solver says.")
+@config_option
+def run(
+    scene: str, changes: tuple, output: Path, threads: int | None, anew: bool, verbose: bool, config: Path
+) -> None:
+    """Simulate a scene, and before it the direct simulations that its joints and springs come from.
+
+    Each stage (geometry, mesh, simulation, contacts) writes a file below the output folder, and the file is used again
+    while its inputs and the code are the same. A run that was ended goes on from its last increment: type the same
+    command again. A scene with changed keys gets a name of its own, and never replaces the scene that it was made
+    from. Changed keys of the geometry reach the simulations that a reduced model needs; other keys do not.
+
+    \b
+    knitstudy run dns-tie-course-coarse
+    knitstudy run rom3d-tie-course --set mesh.beam_size=0.25
+    knitstudy run dns-tie-course --set pattern.loops=2 --set pattern.rows=2 --output small
+    knitstudy run pair-slid-90 --set name=pair-smooth --set contact.friction=0.1
+    knitstudy run my.yaml                        the scene of a file
+    knitstudy run RESULT.nc --anew               what a result file holds, again, from that file alone
+
+    A scene that leaves its model open (`fidelity: auto`) prints the chosen model and its price before it runs.
+
+    A load path that ends early leaves its curve in SCENE.incomplete.nc beside the histories, and ends with status 3.
+
+    Units are SI; sizes of elements are in yarn radii. `knitstudy show` tells more about a file.
+    """
+    if threads is not None:
+        os.environ["OMP_NUM_THREADS"] = str(threads)
+    # Models are imported here: the other commands and --help do not need them.
+    from knitstudy.knit.loading.run import Progress
+    from knitstudy.measures.differences import differing_variables
+    from knitstudy.measures.summary import summarise
+    from knitstudy.run.store import simulate, write_outputs
+
+    before = read_dataset(scene) if console.is_result(scene) else None
+    chosen = changed_scene(scene, changes, config)
+    if before is None:
+        _print_choice(scene, dict(changes), config)
+    plan = console.plan_with(scene, config)
+    try:
+        with log_on_console(verbose):
+            results = simulate(chosen, output, config=config, progress=Progress, anew=anew, plan=plan)
+            write_outputs(results, output)
+    except KeyboardInterrupt:
+        kept = f"stages that were done and the last converged increment are kept in {output}"
+        raise KeyboardInterrupt(f"stopped; {kept}: the same command goes on from there") from None
+    click.echo(f"{results.path}:", err=True)
+    print_table(("quantity", "value", "unit"), summarise(results.history))
+    for question in questions(chosen):  # again: the first time was before all other messages
+        click.echo(question, err=True)
+    if before is not None and "load" in before and anew and not changes:
+        others = ", ".join(differing_variables(before, results.history))
+        made = plain(str(before.attrs.get("source", "")))
+        same = f"the same as in {scene}, to the last bit, but for times"
+        click.echo(f"not the same as in {scene}, made by {made}: {others}" if others else same, err=True)
+
+
+def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
+    """Print the chosen model of a scene that leaves its model open."""
+    if asks(scene, changes, config):
+        choice = plan_of(scene, changes, config)
+        asked = f"{choice.ask.question} within {choice.ask.accuracy:.2g}"
+        click.echo(f"{asked}: take {choice.setting}, {choice.basis}", err=True)
+
+
+@click.command()
+@click.argument("scene")
+@set_option
+@console.output_option
+@config_option
+def measure(scene: str, changes: tuple, output: Path, config: Path) -> None:
+    """Run all model settings of config/trade.yaml on the knit of a scene, whatever model the scene names.
+
+    Errors and prices go to measured.csv in the working folder; `plan` and `fidelity: auto` use them for this knit.
+    The reference value is the limit of solid yarns of degrees 2, 3 and 4. A stopped command goes on where it was.
+
+    \b
+    knitstudy measure rom3d-tie-course
+    knitstudy measure yarns-isotropic-course --set yarn.poisson_ratio=0.49
+    """
+    from knitstudy.run.advice.trade import measure as measured
+
+    problem, _, _ = problem_of(scene, dict(changes), config)
+    with log_on_console(verbose=False):
+        table = measured(problem, output)
+    columns = ["model setting", "question", ERROR, SECONDS, MEMORY, "reason"]
+    print_table(columns, table[columns].fillna("").itertuples(index=False))
+    click.echo(f"kept in {OWN}", err=True)
+
+
+@contextmanager
+def log_on_console(verbose: bool) -> Iterator[None]:
+    """Print messages of the stages on standard error, between the lines of progress."""
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(logging.Formatter("%(message)s"))
+    logger = logging.getLogger("knitstudy")
+    logger.setLevel(logging.INFO if verbose else logging.WARNING)
+    for name in STAGES:
+        logging.getLogger(name).setLevel(logging.INFO)
+    logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)

@@ -1,0 +1,246 @@
+"""``knitstudy list``, ``check`` and ``plan``: facts about scenes before any simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Container
+from math import nan
+from pathlib import Path
+from typing import Any
+
+import click
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.knit.scene.keys import describe_with_source
+from knitstudy.knit.scene.kinds import MODELS, Labels
+from knitstudy.knit.scene.scene import LABELS, Scene, flat, questions
+from knitstudy.registry import unknown_choice
+from knitstudy.run.advice import (
+    BESIDE,
+    Choice,
+    ModelSetting,
+    as_measured,
+    choose,
+    digits,
+    front,
+    promises,
+    without_edges,
+)
+from knitstudy.run.commands.console import (
+    changed_scene,
+    config_option,
+    load_plugins_of,
+    plain,
+    print_table,
+    scene_argument,
+    set_option,
+)
+from knitstudy.run.configuration import (
+    STUDIES,
+    asked_of,
+    drawn_defaults,
+    knits_of,
+    layered_defaults,
+    load_families,
+    load_scenes,
+    load_study,
+)
+
+
+@click.command("list")
+@click.option("--study", type=click.Choice(STUDIES), help="Only scenes of this study.")
+@click.option("--family", help="Only scenes of this family, by the name of its file.")
+@click.option("--fidelity", help="Only scenes of this model.")
+@config_option
+def list_scenes(study: str | None, family: str | None, fidelity: str | None, config: Path) -> None:
+    """List the scenes: family, studies, and the keys that differ from the defaults (SI units).
+
+    A terminal shows a table; in a pipe, tabs separate the columns. `knitstudy check` checks the keys.
+
+    \b
+    knitstudy list --study reduced               the scenes that `make study` runs
+    knitstudy list --fidelity hexahedra          solid yarns of hexahedra
+    knitstudy list --family 2-medium             the scenes that config/scenes/2-medium.yaml defines
+    knitstudy list | cut -f1                     names alone
+    """
+    if fidelity is not None:
+        MODELS.find(fidelity, "--fidelity")
+    members, defaults = load_families(config), flat(layered_defaults(config))
+    families = dict.fromkeys(member.family for member in members.values())
+    if family is not None and family not in families:
+        raise ConfigurationError(unknown_choice("unknown family", family, family, list(families)))
+    rows = []
+    for name, member in members.items():
+        inside = study is None or study in member.studies
+        model = member.keys.get("fidelity", defaults.get("fidelity"))
+        if inside and fidelity in (None, model) and family in (None, member.family):
+            changed = {
+                key: value
+                for key, value in member.keys.items()
+                if key not in LABELS and (key not in defaults or value != defaults[key])
+            }
+            texts = ", ".join(
+                f"{key} of its own" if _nested(changed[key]) else f"{key}={plain(changed[key])}"
+                for key in sorted(changed, key=lambda key: ("." in key, key))  # the model first
+            )
+            rows.append((name, member.family, ",".join(member.studies), texts))
+    print_table(("scene", "family", "studies", "differs from defaults"), rows)
+
+
+def _nested(value: Any) -> bool:
+    """Return whether a value is a list of lists, as points are."""
+    return isinstance(value, list) and any(isinstance(item, list) for item in value)
+
+
+@click.command()
+@scene_argument("what", metavar="[FOLDER | FILE | SCENE]", required=False)
+@set_option
+@click.option("--sources", is_flag=True, help="Also print the source of every key of the scene.")
+@config_option
+def check(what: str | None, changes: tuple, sources: bool, config: Path) -> None:
+    """Check a configuration folder, or print every key of a scene with its unit and its provenance.
+
+    The loop of a knit is laid out, and one cell of it meshed: a loop that does not fit, or that elements do not
+    resolve, is an error.
+
+    An error is one message: the file, the scene, the key, its value and the values that are allowed. The provenance of
+    a key tells whether the paper states it, or whether it was inferred, calibrated, assumed or chosen here.
+
+    \b
+    knitstudy check                              the default configuration
+    knitstudy check my-scenes                    a folder, or a file, of your own
+    knitstudy check dns-tie-course               all keys of a scene
+    knitstudy check dns-tie-course --sources     and their sources
+    knitstudy check dns-tie-course --set mesh.size=0.5
+    """
+    if what is None or Path(what).is_dir() or what.endswith((".yaml", ".yml")):
+        if changes or sources:
+            raise click.UsageError("--set and --sources need the name of a scene")
+        _check_folder(config if what is None else Path(what))
+    else:
+        scene = changed_scene(what, changes, config)
+        loop = _checked_loop(scene) if "pattern" in scene.sections else None
+        _print_keys(scene, sources, dict(changes))
+        for line in (*filter(None, [loop]), *questions(scene)):
+            click.echo(line)
+
+
+def _check_folder(folder: Path) -> None:
+    load_plugins_of(folder)
+    scenes = load_scenes(folder)
+    studies = ", ".join(f"{len(load_study(name, folder))} of study {name}" for name in STUDIES)
+    click.echo(f"{folder}: valid; {len(scenes)} scenes ({studies}), {len(knits_of(scenes))} geometries")
+
+
+def _checked_loop(scene: Scene) -> str:
+    """Lay out the loop of a scene, divide its knit, and describe both in words."""
+    # The geometry is imported here: the other commands and --help do not need it.
+    from knitstudy.knit.geometry.fabric_file import fabric_of
+    from knitstudy.knit.geometry.lay_out import lay_out
+    from knitstudy.knit.simulate import require_resolution
+
+    geometry = lay_out(scene)
+    if "state" not in geometry.dims:
+        return "loop: stitches as they are drawn, not optimised; the path to rest finds their shape"
+    after = geometry.isel(state=-1)
+    length, gap, other = (1e3 * float(after[name]) for name in ("loop_length", "gap", "other_gap"))
+    text = f"{length:.4g} mm of yarn, gaps of {gap:.3g} mm at crossings and {other:.3g} mm elsewhere"
+    return f"loop: {text}; {require_resolution(scene, fabric_of(geometry))}"
+
+
+def _print_keys(scene: Scene, sources: bool, changes: Container[str]) -> None:
+    columns = ("unit", "role", "provenance", *(("source", "checked") if sources else ()))
+    rows = []
+    for key, value in flat(scene.to_dict()).items():
+        name, _, field = key.rpartition(".")
+        described = describe_with_source(type(scene.sections[name]) if name else Labels, field)
+        said = [getattr(described, column) for column in columns]
+        if key in changes:
+            said[columns.index("provenance")] = "set here"
+        rows.append((key, value, *said))
+    print_table(("key", "value", *columns), rows)
+
+
+@click.command()
+@scene_argument()
+@click.option("--question", help="force, curve, out_of_plane, contact or stress.")
+@click.option("--accuracy", type=float, help="Largest relative error, for example 0.05.")
+@click.option("--seconds", type=float, help="Largest time [s].")
+@click.option("--memory", type=float, help="Largest growth of memory [MB].")
+@set_option
+@config_option
+def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -> None:
+    """Print the cheapest model that answers a question about a scene accurately enough, the error that is
+    promised, and the price. Nothing runs.
+
+    Errors and prices were measured on a sample of knits (config/trade.yaml, accuracy.md). Outside of its box, or
+    of a loop with control points, nothing is promised: `knitstudy measure SCENE` measures them on this knit.
+
+    A scene can ask by itself, with these keys; `knitstudy run` and `make study` then see an ordinary scene of the
+    chosen model:
+
+    \b
+    fidelity: auto
+    ask.question: force            # or curve, out_of_plane, contact, stress
+    ask.accuracy: 0.05             # largest relative error at full load
+    ask.seconds: 30                # optional
+    ask.memory: 500                # MB, optional
+
+    The options ask about any other scene, whatever model it names:
+
+    \b
+    knitstudy plan yarns-isotropic-wale --question contact --accuracy 0.1 --seconds 30
+    knitstudy plan yarns-tie-course --question force --accuracy 0.05 --set pattern.course_spacing=5e-3
+    knitstudy run yarns-tie-course --set fidelity=auto --set ask.question=force --set ask.accuracy=0.05
+
+    For a knit with more cells than any knit of the sample, the endless cell comes first, then the costs of the knit.
+
+    Each line of the printed table costs more and is more accurate than the line before. If no model meets the
+    accuracy or the budget, one message names the nearest.
+    """
+    asked_keys = {f"ask.{name}": value for name, value in asks.items() if value is not None}
+    problem, ask, where = asked_of(scene, dict(changes) | asked_keys, config)
+    drawn = drawn_defaults()
+    if small := as_measured(problem):
+        settings = promises(small, drawn, where)[0](ask.question)
+        click.echo(
+            without_edges(problem, ask, drawn)
+            or f"the endless cell is not promised to be accurate to {100 * ask.accuracy:g} %"
+        )
+        _print_larger(problem, small, settings)
+    else:
+        _print_plan(choose(problem, ask, drawn, where))
+
+
+def _print_larger(problem: Scene, small: Scene, settings: list[ModelSetting]) -> None:
+    """Print the costs of a knit that is larger than all knits of the sample, and the errors on a smaller knit."""
+    from knitstudy.run.cost import expected_memory, expected_seconds
+
+    size, less = (f"{knit.pattern.loops} x {knit.pattern.rows}" for knit in (problem, small))
+    click.echo(
+        f"no error is promised of {size} cells by any model; expected costs, and errors on {less} cells:"
+    )
+    wholes = [(setting, problem.vary(setting.keys)) for setting in settings]
+    rows = [
+        (setting.name, digits(expected_seconds(whole)), expected_memory(whole), digits(100 * setting.error))
+        for setting, whole in wholes
+    ]
+    print_table(("model", "seconds", "MB", f"error at most on {less} cells [%]"), rows)
+
+
+def _print_plan(choice: Choice) -> None:
+    """Print question, choice, basis, front, and the keys that the choice sets."""
+    problem, ask, setting = choice.problem, choice.ask, choice.setting
+    click.echo(f"{problem.name}: {ask.question} within {100 * ask.accuracy:g} %, {problem.interaction}")
+    click.echo(f"take {setting}, {choice.basis}")
+    if offer := without_edges(problem, ask, drawn_defaults()):
+        click.echo(offer)
+    beside, rows = choice.beside, []
+    for option in front(choice.settings, lambda setting: setting.seconds, lambda setting: setting.error):
+        price = map(digits, (100 * option.error, option.seconds, option.most_seconds, option.memory))
+        other = [digits(100 * beside.get(option.name, nan))] if beside else []
+        rows.append((option.name, *price, *other, "taken" if option == setting else ""))
+    columns = ["model", "error at most [%]", "seconds", "at most", "MB"]
+    if beside:
+        columns.append(f"of the {BESIDE[ask.question]} [%]")
+    print_table((*columns, ""), rows)
+    click.echo("; ".join(f"{key}: {plain(value)}" for key, value in setting.keys.items()))

@@ -1,0 +1,367 @@
+"""From the files of the configuration folder to scenes.
+
+A scene is put together in layers, each over the one before: the calibrated loop (``pattern.loop`` names its file),
+``defaults.yaml``, and the keys that its family in ``scenes`` sets (see `knitstudy.run.families`). A file of one
+family, or a folder without ``defaults.yaml``, adds its scenes to the scenes of the default configuration.
+"""
+
+from __future__ import annotations
+
+from collections import UserDict
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.knit.scene.documents import CONFIG, read_yaml
+from knitstudy.knit.scene.keys import Section, output, validated
+from knitstudy.knit.scene.kinds import Kind, Labels, all_keys, all_kinds, defaults_of_fields, unknown_key
+from knitstudy.knit.scene.scene import Scene, flat, set_dotted
+from knitstudy.registry import find, unknown_choice
+from knitstudy.run.advice import AUTO, Choice, Requirements, choose, is_open, of_model, problem_of_keys
+from knitstudy.run.families import STUDIES, Member, family_files, read_families
+
+FAMILIES = "scenes"  # The folder of families in a configuration folder
+
+# Section and name that a key of a calibrated loop has in a scene.
+_LOOP_KEYS = {
+    "control_points": ("pattern", "control_points"),
+    "course_spacing": ("pattern", "course_spacing"),
+    "wale_spacing": ("pattern", "wale_spacing"),
+    "diameter": ("yarn", "diameter"),
+    "free": ("geometry", "free"),
+}
+
+_RECORD = "achieved"  # Record of the calibration, for readers
+
+
+class Workflow(Section):
+    """The study of scenes that is made, the folder that they stand in, and modules of kinds from outside."""
+
+    study: Literal["ci", "reduced", "full", "reference", "fabrics"] = output("choice")
+    """Which scenes are run; no result depends on it. Checked: all."""
+    folder: Annotated[str, Field(min_length=1)] = output(
+        "choice", allowed="the path of a folder with defaults.yaml, families of scenes and a calibrated loop"
+    )
+    """Where files are. Checked: config, and folders of tests."""
+    plugins: tuple[Annotated[str, Field(pattern=r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)*$")], ...] = output(
+        "choice",
+        allowed="a list of the dotted names of modules, for example [my_elements], that register kinds of their own",
+        default=(),
+    )
+    """Plugins that extend the study. Checked: kinds of the tests."""
+
+
+def workflow_configuration(config: Any) -> Workflow:
+    """Return the checked configuration of the workflow: ``config/config.yaml`` under the options of the command line.
+
+    Raises ConfigurationError, naming the key, its value and the allowed values.
+    """
+    return validated(Workflow, config, "the workflow's configuration")
+
+
+def folder_of(configuration: Workflow) -> Path:
+    """Return the folder that a configuration of the workflow names: from the working folder, or the default one."""
+    named = Path(configuration.folder)
+    return CONFIG if str(named) == CONFIG.name and not named.exists() else named
+
+
+def base_of(config: Path) -> Path:
+    """Return the folder whose defaults, calibration and families hold for a folder, or a file, of scenes."""
+    config = Path(config)
+    own = config.is_file() or (config.is_dir() and not (config / "defaults.yaml").exists())
+    return CONFIG if own else config
+
+
+def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
+    """Return every scene of a configuration folder by its name, each checked and all checked together.
+
+    The folder has ``defaults.yaml``, the families in ``scenes``, and the loop file that the defaults name. Scenes of a
+    file, or of a folder without defaults, are added to the scenes of the default configuration.
+    Raises ConfigurationError, naming file, scene, key, value and the allowed values.
+    """
+    default_keys(config)  # errors in the defaults name the defaults
+    scenes = dict(scenes_at_need(config)[0])
+    check_together(scenes.values(), scenes, knits_of(scenes), config)
+    return scenes
+
+
+def scenes_at_need(config: Path = CONFIG) -> tuple[Mapping[str, Scene], Mapping[str, Scene]]:
+    """Return the scenes of a configuration by name, and the first correct one of every knit or pair by its label.
+
+    Every scene is read and checked when it is asked for: jobs and commands need few of hundreds.
+    """
+    members, defaults = load_families(config), layered_defaults(config)
+
+    @cache
+    def read(name: str) -> Scene:
+        member = members[name]
+        return plan_of(name, {}, config).scene if is_open(member.keys) else _scene(member, defaults)
+
+    def first(names: list[str]) -> Scene:
+        for name in names[:-1]:
+            with suppress(ConfigurationError):  # a wrong scene stops no other one of its knit
+                return read(name)
+        return read(names[-1])
+
+    of_knit: dict[str, list[str]] = {}
+    for name, member in members.items():
+        of_knit.setdefault(str(member.keys.get("knit")), []).append(name)
+    return AtNeed({name: name for name in members}, read), AtNeed(of_knit, first)
+
+
+class AtNeed(UserDict[str, Scene]):
+    """Scenes that are read when they are asked for, each by the name, or the names, that its key stands for."""
+
+    def __init__(self, names: Mapping[str, Any], read: Callable[[Any], Scene]) -> None:
+        super().__init__(names)
+        self.read = read
+
+    def __getitem__(self, key: str) -> Scene:
+        return self.read(super().__getitem__(key))
+
+
+def load_scene(name: str, config: Path = CONFIG) -> Scene:
+    """Return one scene by its name, checked with the scenes that it names.
+
+    Raises ConfigurationError as `load_scenes` where this scene is wrong; others may be.
+    """
+    default_keys(config)
+    scenes, knits = scenes_at_need(config)
+    scene = _named(name, scenes, config)
+    check_together([scene], scenes, knits, config)
+    return scene
+
+
+def load_families(config: Path = CONFIG) -> dict[str, Member]:
+    """Return the families' members by the names of their scenes: file, studies and keys of each."""
+    config, base = Path(config), base_of(config)
+    paths = family_files(base / FAMILIES)
+    if config.is_file():
+        paths.append(config)
+    elif base != config:
+        paths += family_files(config / FAMILIES if (config / FAMILIES).is_dir() else config)
+    return read_families(paths)
+
+
+def scene_of_file(path: Path) -> str:
+    """Return the name of the only scene that a file of a family defines; a ConfigurationError where it has several."""
+    if not path.is_file():
+        raise ConfigurationError(f"{path}: there is no such file")
+    names = [member.name for member in load_families(path).values() if member.where.startswith(f"{path}, ")]
+    if len(names) != 1:
+        some = f"{', '.join(names[:3])}{' ...' if len(names) > 3 else ''}"
+        raise ConfigurationError(f"{path}: has the scenes {some}; name one of them, with --config {path}")
+    return names[0]
+
+
+def load_study(name: str, config: Path = CONFIG) -> tuple[str, ...]:
+    """Return the names of the scenes that belong to a study, in the order of the families.
+
+    Raises ConfigurationError when there is no such study.
+    """
+    if name not in STUDIES:
+        raise ConfigurationError(unknown_choice("unknown study", name, name, list(STUDIES)))
+    return tuple(member.name for member in load_families(config).values() if name in member.studies)
+
+
+def own_scenes(config: Path) -> tuple[str, ...]:
+    """Return the names of the scenes that a folder, or a file, adds to the default configuration; else all."""
+    base = base_of(config)
+    known = () if base == Path(config) else load_families(base)
+    return tuple(name for name in load_families(config) if name not in known)
+
+
+def knits_of(scenes: Mapping[str, Scene]) -> dict[str, Scene]:
+    """Return the first scene of every knit or pair by its label: scenes that share a label share the geometry."""
+    knits: dict[str, Scene] = {}
+    for scene in scenes.values():
+        knits.setdefault(scene.knit, scene)
+    return knits
+
+
+def load_changed(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Scene:
+    """Return one scene by its name with changed keys, by dotted name.
+
+    Where the scene leaves its model open, or the changes do, a model is chosen for the changed scene.
+    Raises ConfigurationError as `load_scenes`, and when a key is unknown or a value is not allowed.
+    """
+    layered_defaults(config)  # a folder without them is no configuration
+    if name in load_families(config) and asks(name, changes, config):
+        return plan_of(name, changes, config).scene
+    return load_scene(name, config).vary(changes)
+
+
+def asks(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> bool:
+    """Return whether a scene with changed keys leaves its model open."""
+    return is_open(load_families(config)[name].keys | changes)
+
+
+def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Choice:
+    """Return the model that is chosen for a scene with changed keys; keys of a model that the scene has do not count.
+
+    Raises ConfigurationError as `load_scenes`, and where no model will do.
+    """
+    problem, ask, where = asked_of(name, changes, config)
+    return choose(problem, ask, drawn_defaults(), where)
+
+
+def asked_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> tuple[Scene, Requirements, str]:
+    """Return the physical problem of a scene with changed keys, its question, and the beginning of messages."""
+    problem, keys, where = problem_of(name, changes, config)
+    wish = {key.partition(".")[2]: value for key, value in keys.items() if key.startswith("ask.")}
+    return problem, validated(Requirements, wish, where, "ask."), where
+
+
+def problem_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> tuple[Scene, dict, str]:
+    """Return the physical problem of a scene with changed keys, its keys, and the beginning of messages about it."""
+    member = _named(name, load_families(config), config)
+    keys = {key: value for key, value in member.keys.items() if is_open(member.keys) or not of_model(key)}
+    keys |= dict(changes)
+    return problem_of_keys(name, keys, member.where, layered_defaults(config)), keys, member.where
+
+
+def drawn_defaults() -> dict:
+    """Return the defaults that models are measured with: the checkout's own."""
+    return layered_defaults()
+
+
+def _named(name: str, scenes: Mapping[str, Any], config: Path) -> Any:
+    """Return the scene, or the member of a family, of a name, or say which names are like it."""
+    return find("scene", scenes, name, str(Path(config) / FAMILIES))
+
+
+def _scene(member: Member, defaults: dict) -> Scene:
+    """Return the scene of a member of a family: its keys over the defaults."""
+    own: dict[str, Any] = {}
+    for name, value in member.keys.items():
+        if name.startswith("ask."):
+            wanted = f"left out where fidelity is not {AUTO}"
+            raise ConfigurationError(f"{member.where}: {name} is {value!r} but must be {wanted}")
+        set_dotted(own, name, value, member.where)
+    return Scene.from_dict({"name": member.name} | own, member.where, defaults)
+
+
+def default_keys(config: Path = CONFIG) -> dict[str, Any]:
+    """Return all defaults by dotted key: of fields, of the loop file and of ``defaults.yaml``, checked for every kind.
+
+    Raises ConfigurationError, naming the file and the key whose default is not known or not allowed.
+    """
+    path, document = base_of(config) / "defaults.yaml", layered_defaults(config)
+    for name, value in flat(document).items():
+        set_dotted({}, name, value, str(path))
+        if name not in all_keys():
+            raise ConfigurationError(f"{path}: {unknown_key(name)}")
+    loop = read_yaml(path).get("pattern", {}).get("loop")
+    where = f"{path} over {loop}" if loop else str(path)
+    sections = {name: value for name, value in document.items() if name not in Labels.model_fields}
+    for name, needed in {"rom": {"contacts_from": "defaults"}, "load": {"path": [[0.0, 0.0, 0.0]]}}.items():
+        sections[name] = needed | sections.get(name, {})
+    for kind in all_kinds():
+        Scene.from_dict(_least(kind), where, sections)
+    return defaults_of_fields() | flat(document)
+
+
+def _least(kind: Kind) -> dict:
+    """Return the labels of a scene of a kind."""
+    least: dict = {"name": "defaults", "knit": "defaults", "outputs": []}
+    return least | {label: getattr(kind, label).name for label in ("fidelity", "interaction", "specimen")}
+
+
+def layered_defaults(config: Path = CONFIG) -> dict:
+    """Return ``defaults.yaml``, with the loop file that ``pattern.loop`` names laid under it."""
+    config = base_of(config)
+    document = read_yaml(config / "defaults.yaml")
+    pattern = document.get("pattern")
+    if not isinstance(pattern, dict) or "loop" not in pattern:
+        return document
+    layer = _read_loop(config / str(pattern.pop("loop")))
+    for name, inside in layer.items():
+        if isinstance(document.setdefault(name, {}), dict):
+            document[name] = inside | document[name]
+    return document
+
+
+def _read_loop(path: Path) -> dict:
+    """Return the layer of a scene that a file of a calibrated loop gives."""
+    loop = read_yaml(path)
+    layer: dict[str, Any] = {}
+    for name, (section, key) in _LOOP_KEYS.items():
+        if name not in loop:
+            raise ConfigurationError(f"{path}: the key {name!r} of a calibrated loop is missing")
+        layer.setdefault(section, {})[key] = loop[name]
+    known = [*_LOOP_KEYS, _RECORD]
+    for name in loop.keys() - set(known):
+        raise ConfigurationError(f"{path}: {unknown_choice('unknown key', name, name, known)}")
+    return layer
+
+
+def check_together(
+    checked: Iterable[Scene], scenes: Mapping[str, Scene], knits: Mapping[str, Scene], config: Path
+) -> None:
+    """Check scenes against others: shared knits, and simulations that reduced models take their joints from.
+
+    Raises ConfigurationError, naming both scenes and the key.
+    """
+    members = load_families(config)
+    for scene in checked:
+        first, where = knits[scene.knit], members[scene.name].where
+        there = first.geometry_inputs
+        for name, value in scene.geometry_inputs.items():
+            if there.get(name) != value:
+                differs = f"{name} is {value!r}, there {there.get(name)!r}"
+                message = f"knit is {scene.knit!r}, as in scene {first.name!r}, but {differs}"
+                raise ConfigurationError(f"{where}: {message}; scenes of one knit share its geometry")
+        for source in scene.kind.fidelity.sources:
+            check_source(scene, source, scenes, where)
+
+
+ALIKE = {
+    "rom.contacts_from": ("knit", "interaction", "load.direction", "tie.radius"),
+    "rom.springs_from": ("knit", "interaction"),
+}
+"""Keys that a scene shares, if it has them, with the direct simulation that another key of it names."""
+
+SPRINGS = (
+    "yarn.diameter",
+    "yarn.youngs_modulus",
+    "yarn.poisson_ratio",
+    "yarn.material",
+    "contact.friction",
+    "load.strain",
+)
+"""Keys that springs depend on beside the keys of the knit: springs are secants at full load."""
+
+
+def measures(scene: Scene, source: str) -> bool:
+    """Return whether springs of a scene are measured of the direct simulation that its key `source` names."""
+    return (
+        scene.value("rom.axes") is not None
+        and not scene.rom.stiffness
+        and source == f"rom.{'springs' if scene.rom.springs_from else 'contacts'}_from"
+    )
+
+
+def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: str) -> None:
+    """Check that a key names a direct simulation, and one that goes with the scene.
+
+    Raises ConfigurationError, naming the other scene and the key that both have to share.
+    """
+    name = scene.value(source)
+    if name is None:
+        return
+    if name not in scenes or not scenes[name].kind.direct:
+        direct = sorted(other.name for other in scenes.values() if other.kind.direct)
+        message = unknown_choice(f"{source} names the unknown scene of solid yarns", name, name, direct)
+        raise ConfigurationError(f"{where}: {message}")
+    for shared in dict.fromkeys(
+        (*ALIKE.get(source, ("knit",)), *(SPRINGS if measures(scene, source) else ()))
+    ):
+        here, there = scene.value(shared), scenes[name].value(shared)
+        if here is not None and here != there:
+            wanted = f"{there!r} as in {source}, {name!r}"
+            raise ConfigurationError(f"{where}: {shared} is {here!r} but must be {wanted}")

@@ -1,0 +1,109 @@
+"""Memory and time that a simulation is expected to take, from its scene alone: for the placement of jobs.
+
+Unknowns are counted from the scene, bytes and seconds an unknown were measured (docs/notes/performance.md). Stages
+refuse a scene that does not fit, by its mesh; the expectation is there before the mesh is.
+"""
+
+from __future__ import annotations
+
+from math import ceil
+
+import psutil
+
+from knitstudy.knit.scene.scene import Scene
+
+MEGABYTE = 1e6
+
+PROCESS = 350e6  # Bytes of a process with all that it imports, and of a small model
+
+BYTES_AN_UNKNOWN = {
+    "one_point": {False: 3.5e3, True: 11e3},
+    "quadratic": {False: 6e3, True: 9e3},
+    None: {False: 6e3, True: 16e3},
+}
+"""Growth of memory with ties and with contact, by elements (none of polynomials): the most that was measured on knits
+of 3 x 3 to 30 x 30."""
+
+FOLLOWED = 300e6  # Bytes of pairs of points that polynomials in contact follow, whatever the size of the knit
+LARGE, BYTES_OF_LARGE = 60e3, 7.3e3
+"""Unknowns of the largest knits that the most was measured on, and bytes that polynomials in contact take beyond them:
+30 x 30 cells took a tenth less than the law."""
+
+SECONDS_AN_UNKNOWN = {
+    "one_point": {False: 0.22e-3, True: 1.1e-3},
+    "quadratic": {False: 1.0e-3, True: 3.4e-3},
+    None: {False: 1.0e-3, True: 6.8e-3},
+}
+"""Processor time by elements, with ties and with contact: the most that was measured in `INCREMENTS` on knits of 1 x 1
+to 10 x 10 with tied outer yarns; outer yarns without ties take up to ten times as long."""
+
+INCREMENTS = 12
+SPARE = 3  # Limit of a job over its expected time
+START = 10  # Minutes on top, for a start on a busy file system
+
+MORE_SLICES, MORE_SPANS = 0.65, 0.6
+"""Share of a yarn that lies near crossings, where a mesh is refined and spans are shorter."""
+
+UNEVEN = 1.12  # Number of slices over that of elements of the largest length that `mesh.growth` allows
+NODES_OF_QUADRATIC = 3.3  # Number of nodes of quadratic hexahedra over that of linear ones
+
+
+def machine_memory() -> int:
+    """Return the memory of this machine [MB]."""
+    return int(psutil.virtual_memory().total / MEGABYTE)
+
+
+def expected_memory(scene: Scene) -> int:
+    """Return the memory that a simulation is expected to take [MB]."""
+    if not scene.kind.fidelity.solid:
+        model, cells = scene.kind.fidelity, scene.pattern.loops * scene.pattern.rows
+        return round(model.memory + cells * model.memory_a_cell)
+    element, touches = _element(scene), scene.kind.interaction.touches
+    bytes_an_unknown, count = BYTES_AN_UNKNOWN[element][touches], unknowns(scene)
+    growth = count * bytes_an_unknown
+    if touches and element is None:
+        growth = FOLLOWED + min(count, LARGE) * bytes_an_unknown + max(count - LARGE, 0.0) * BYTES_OF_LARGE
+    return round((PROCESS + growth) / MEGABYTE)
+
+
+def expected_seconds(scene: Scene) -> float:
+    """Return the processor time that a simulation is expected to take at most [s]."""
+    increments = max(1.0, scene.solver.increments / INCREMENTS)
+    if not scene.kind.fidelity.solid:
+        return increments * scene.kind.fidelity.seconds_a_cell * scene.pattern.loops * scene.pattern.rows
+    return increments * unknowns(scene) * SECONDS_AN_UNKNOWN[_element(scene)][scene.kind.interaction.touches]
+
+
+def time_limit(seconds: float) -> int:
+    """Return the time after which a queue may end a job of an expected processor time [s] [min]."""
+    return START + ceil(SPARE * seconds / 60)
+
+
+def unknowns(scene: Scene) -> float:
+    """Return about how many unknowns a direct simulation has."""
+    mesh, length, radius = scene.mesh, _yarn(scene), scene.yarn.radius
+    if _element(scene) is None:
+        degree = mesh.crossing_degree
+        functions = (degree + 1) * (degree + 2) / 2
+        near = 1 + MORE_SPANS * (mesh.span / mesh.crossing_span - 1)
+        return 3 * functions * near * length / (mesh.span * radius)
+    from knitstudy.knit.mesh.section import nodes_for_size
+
+    slices = UNEVEN * (1 + MORE_SLICES * (mesh.refinement - 1)) * length / (mesh.growth * mesh.size * radius)
+    nodes = slices * nodes_for_size(2, mesh.size)
+    return 3 * nodes * (NODES_OF_QUADRATIC if _element(scene) == "quadratic" else 1.0)
+
+
+def _element(scene: Scene) -> str | None:
+    element = scene.value("mesh.element")
+    return element if element in BYTES_AN_UNKNOWN else "one_point"
+
+
+def _yarn(scene: Scene) -> float:
+    """Return the length of all yarns as they are drawn [m]."""
+    if scene.specimen == "pair":
+        return 2 * scene.pair.length
+    from knitstudy.knit.geometry.lay_out import initial_loop  # with SciPy, which costs of beams do not need
+
+    pattern, cut = scene.pattern, scene.specimen == "cut_knit"
+    return initial_loop(scene).length * pattern.loops * (pattern.rows + (not cut))

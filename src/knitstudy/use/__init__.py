@@ -1,0 +1,1 @@
+"""What users take away: pictures, decks of other programs, measured curves, laws of a fabric. Removable."""

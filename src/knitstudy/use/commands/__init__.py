@@ -1,0 +1,1 @@
+"""Commands for users' own fabrics: curves, laws of a membrane, loops."""

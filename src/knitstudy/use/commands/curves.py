@@ -1,0 +1,236 @@
+"""``knitstudy compare`` and ``fit``: a measured and a simulated curve, and the yarn that fits the measured one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+import numpy as np
+import pandas as pd
+
+from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
+from knitstudy.files import read_dataset, safe_name, write_table
+from knitstudy.knit.scene.kinds import unit_of
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.run.commands import console
+from knitstudy.run.commands.console import SIZE, THERE
+from knitstudy.run.commands.run import log_on_console
+
+if TYPE_CHECKING:
+    from knitstudy.use.curve_fit import Fit
+
+FRICTION = "contact.friction"
+MODULI = ("yarn.youngs_modulus", "yarn.transverse_modulus", "yarn.axial_shear_modulus")
+# With these given, forces are not proportional to the modulus
+STIFFNESSES = ("rom.stiffness", "yarn.stretching", "yarn.bending", "yarn.twisting", "yarn.pressing")
+
+
+def _curve_options(command: Any) -> Any:
+    """Add the argument and the options that name a measured curve."""
+    pair = {"type": (str, str), "metavar": "COLUMN UNIT"}
+    for add in (
+        click.option("--length", type=SIZE, help="Length between the clamps [m], of a strain in mm."),
+        click.option("--width", type=SIZE, help="Width of the specimen [m], of a force in N."),
+        click.option("--thickness", type=SIZE, help="Thickness of the fabric [m], of a stress in MPa."),
+        click.option("--cycle", type=click.IntRange(1), default=1, help="Which of several loading cycles."),
+        click.option("--branch", type=click.Choice(("loading", "unloading")), default="loading"),
+        click.option("--skip-bad", is_flag=True, help="Leave out rows that cannot be read."),
+        click.option("--force", **pair, help="Column and unit of the force, such as Load N."),
+        click.option("--strain", **pair, help="Column and unit of the strain, such as Elongation %."),
+        click.option("--only", multiple=True, metavar="COLUMN=VALUE", help="One curve of several in a file."),
+        click.argument("measured", type=THERE),
+    ):
+        command = add(command)
+    return command
+
+
+def _stiffnesses(scene: Scene) -> list[str]:
+    """Return the keys that give stiffnesses of a scene without its modulus."""
+    return [key for key in STIFFNESSES if scene.value(key) is not None]
+
+
+def _read(measured: Path, scene: Scene, named: dict[str, Any]) -> tuple[Any, str]:
+    """Return the measured curve for the direction of a scene, and its name."""
+    from knitstudy.use.measured_curve import read_curve
+
+    direction = scene.value("load.direction") or scene.value("load.deformation")
+    if direction not in ("course", "wale") or scene.load.strain < 0:
+        wanted = "a knit or a cell that is pulled in course or wale direction"
+        raise ConfigurationError(f"scene {scene.name!r}: must be {wanted} to be compared with a curve")
+    only = dict(pair.partition("=")[::2] for pair in named.pop("only"))
+    how = {name: named.pop(name) for name in ("cycle", "branch", "skip_bad")}
+    given = {name: value for name, value in named.items() if value is not None}
+    curve = read_curve(measured, given, only, direction, **how)
+    return curve, "-".join((measured.stem, *map(safe_name, only.values())))
+
+
+def _write(stem: Path, table: pd.DataFrame, curves: dict[str, pd.Series], title: str) -> None:
+    """Write a table and a picture into one folder."""
+    from knitstudy.use.plot import draw_curves
+    from knitstudy.use.style import save
+
+    write_table(table, f"{stem}.csv")
+    save(draw_curves(curves), [f"{stem}.png"], {}, title)
+    click.echo(f"{stem}.csv, .png: {title}", err=True)
+
+
+@click.command()
+@click.argument("result", type=THERE)
+@_curve_options
+def compare(result: Path, measured: Path, **named: Any) -> None:
+    """Compare RESULT, the history of a knit or a cell (.nc), with MEASURED, a curve of force over strain (.csv).
+
+    MEASURED has the names of its columns in the first row, and a point of the curve in every other row:
+
+    \b
+        strain (%),force_per_width_N_mm
+        1.0,0.012
+        2.0,0.027
+
+    Columns and units are read from such names. Other names are given once, by options, and stored in
+    MEASURED.columns.yaml. Of several curves the command takes the curve of the result's direction; --only chooses among
+    others. Unloading is left out.
+
+    \b
+    knitstudy compare runs/simulation/jersey.nc lab.csv
+    knitstudy compare runs/simulation/jersey.nc lab.csv --only yarn=cotton
+    knitstudy compare jersey.nc lab.csv --strain Weg mm --length 0.1 --force Kraft N --width 0.05
+
+    The distance is the root mean square of the difference over that of the measured force. The nearest modulus, where
+    forces are proportional to it, is the one with which the distance is least. Points (.csv) and picture (.png) are
+    written beside the result.
+    """
+    from knitstudy.run.stages import STAGES
+    from knitstudy.use.measured_curve import at, simulated_curve, within
+
+    history = read_dataset(result)
+    scene = console.recorded(str(result), {})[0]
+    whole, name = _read(measured, scene, named)
+    if "axis" not in history.attrs:
+        raise DataFileError(f"{result}: is no history; name a file of runs/simulation")
+    simulated = simulated_curve(history, STAGES["geometry"].function(scene))
+    curve, reach = within(whole, simulated.index[-1]), f"{100 * simulated.index[-1]:.3g} % strain"
+    if curve.empty:
+        raise DataFileError(f"{measured}: has no point up to {reach}, where {result} ends: simulate more")
+    forces, norm = at(simulated, curve.index), 100 / np.linalg.norm(curve)
+    factor = curve @ forces / (forces @ forces)
+    points = {"strain [1]": curve.index, "measured [N/m]": curve, "simulated [N/m]": forces}
+    rows = [
+        ("points compared", len(curve), f"of {len(whole)}"),
+        ("largest strain of them", 100 * curve.index[-1], "%"),
+        ("force there, measured", curve.iloc[-1], "N/m"),
+        ("force there, simulated", forces[-1], "N/m"),
+        ("distance", norm * np.linalg.norm(forces - curve), "%"),
+    ]
+    if not _stiffnesses(scene):
+        distance = norm * np.linalg.norm(factor * forces - curve)
+        rows.append(("nearest Young's modulus", factor * scene.yarn.youngs_modulus, "Pa"))
+        rows.append(("distance with it", distance, "%"))
+    console.print_table(("quantity", "value", "unit"), rows)
+    if whole.index[-1] > simulated.index[-1]:
+        more = f"--set load.strain={whole.index[-1]:.3g} simulates all of the measured curve"
+        click.echo(f"{result} ends at {reach}; {more}", err=True)
+    curves = {"measured": whole, scene.name: simulated}
+    title = f"{scene.name} and {measured.name}"
+    _write(result.with_name(f"{result.stem}-{name}"), pd.DataFrame(points), curves, title)
+
+
+@click.command()
+@console.scene_argument()
+@_curve_options
+@click.option(
+    "--between", type=(SIZE, SIZE), default=(0.05, 1.0), show_default=True, help="Range of the friction."
+)
+@click.option("--check", type=console.Change(), multiple=True, help="Key of a more accurate model, as --set.")
+@console.set_option
+@console.output_option
+@console.config_option
+def fit(
+    scene: str,
+    measured: Path,
+    between: tuple,
+    check: tuple,
+    changes: tuple,
+    output: Path,
+    config: Path,
+    **named: Any,
+) -> None:
+    """Find the Young's modulus and the friction with which SCENE comes nearest to MEASURED, a curve (.csv).
+
+    Forces are proportional to the modulus; some frictions are simulated, and the best one is searched between them.
+    Intervals (95 %) come from the noise. With --check, a more accurate model simulates the best friction and the
+    ends of its interval; it corrects all curves, and intervals include the error of the model. Printed lines name
+    the properties that the curve does not determine. `knitstudy compare --help` explains the format of files.
+
+    \b
+    knitstudy fit jersey.yaml lab.csv
+    knitstudy fit jersey.yaml lab.csv --set load.strain=0.1 --between 0.1 0.6
+    knitstudy fit jersey.yaml lab.csv --check fidelity=spline_yarns
+    knitstudy fit rom3d-tie-course lab.csv       tied yarns: the modulus alone, from one simulation
+
+    A scene that leaves its model open (fidelity: auto) takes the cheapest one that is accurate enough. Points up to
+    the scene's load.strain are used. Table and picture are written to the folder fit of the results; the last line is
+    what to add to `knitstudy run`.
+    """
+    from knitstudy.knit.loading.run import Progress
+    from knitstudy.run.store import simulate
+    from knitstudy.use import curve_fit
+    from knitstudy.use.measured_curve import at, simulated_curve, within
+
+    chosen = console.changed_scene(scene, changes, config)
+    for key in _stiffnesses(chosen):
+        why = f"{key} is given in {unit_of(key)}, so that forces are not proportional to the modulus"
+        raise ConfigurationError(f"scene {chosen.name!r}: {why}; leave it out, or compare results of several")
+    whole, name = _read(measured, chosen, named)
+    curve = within(whole, chosen.load.strain)
+    counted = f"{len(curve)} of {len(whole)} points"
+    click.echo(f"{measured}: {counted}, up to load.strain, {chosen.load.strain:g}", err=True)
+    if len(curve) < curve_fit.LEAST:
+        raise DataFileError(f"{measured}: {curve_fit.LEAST} points are needed; set a larger load.strain")
+    plan, slides = console.plan_with(scene, config), chosen.value(FRICTION) is not None
+
+    def forces(frictions: Iterable[float], more: Mapping[str, Any]) -> dict[float, np.ndarray]:
+        """Return the forces of all frictions that can be simulated."""
+        curves = {}
+        for friction in map(float, frictions):
+            varied = chosen.vary({FRICTION: friction, **more} if slides else more)
+            try:
+                results = simulate(varied, output, config=config, progress=Progress, plan=plan)
+            except ConvergenceError as error:
+                if not slides:
+                    raise
+                click.echo(f"friction {friction:.3g} is left out: {error}", err=True)
+                continue
+            curves[friction] = at(simulated_curve(results.history, results.geometry), curve.index)
+        return curves
+
+    with log_on_console(verbose=False):
+        simulated = forces(np.linspace(*sorted(between), curve_fit.SIMULATED) if slides else [0.0], {})
+        if slides and len(simulated) < 3:
+            count = f"{len(simulated)} of {curve_fit.SIMULATED} frictions could be simulated"
+            raise ConvergenceError(f"scene {chosen.name!r}: {count}, and 3 are needed; change --between")
+        more_accurate = (lambda frictions: forces(frictions, dict(check))) if check else None
+        fitted = curve_fit.fit(curve.to_numpy(), simulated, more_accurate)
+    table, values = _table_of(fitted, chosen)
+    curves = {"measured": whole, "fit": pd.Series(np.append(0, fitted.forces), np.append(0, curve.index))}
+    title = f"fit of {chosen.name} to {measured.name}"
+    _write(output / "fit" / f"{chosen.name}-{name}", table, curves, title)
+    click.echo(" ".join(f"--set {key}={console.plain(value)}" for key, (value, *_) in values.items()))
+
+
+def _table_of(fitted: Fit, scene: Scene) -> tuple[pd.DataFrame, dict[str, tuple]]:
+    """Print a fit; return its table, and the values of keys with their intervals."""
+    moduli = {key: scene.value(key) for key in MODULI if scene.value(key) is not None}
+    values = {key: tuple(value * factor for factor in fitted.factor) for key, value in moduli.items()}
+    values |= {FRICTION: fitted.friction} if scene.value(FRICTION) is not None else {}
+    rows = [(key, *values[key], unit_of(key)) for key in values]
+    of = "force" if fitted.proportional else "largest force"
+    rows.append((f"deviation that remains, of the {of}", 100 * fitted.noise, "", "", "%"))
+    table = pd.DataFrame(rows, columns=["quantity", "value", "95 % from", "to", "unit"])
+    console.print_table(list(table.columns), table.to_numpy())
+    table["note"] = ["; ".join(fitted.remarks()), *[""] * (len(rows) - 1)]
+    for line in fitted.remarks():
+        click.echo(line, err=True)
+    return table, values

@@ -1,0 +1,115 @@
+"""``knitstudy membrane`` and ``strip``: the law of a fabric from its cells, and a specimen between clamps with it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+import pandas as pd
+
+from knitstudy.errors import DataFileError
+from knitstudy.files import STRAINS, read_dataset, write_dataset, write_table
+from knitstudy.run.commands import console
+from knitstudy.run.commands.console import FILE, SIZE, THERE
+
+SHARES = (0.1, 0.25, 0.5, 0.75, 1.0)  # of the largest force, at which strains are printed
+
+
+@click.command()
+@click.argument("results", type=THERE, nargs=-1, required=True)
+@click.option("-o", "--output", type=FILE, default="membrane.nc", show_default=True, help="File of the law.")
+@click.option("--error", type=SIZE, default=0.01, show_default=True, help="Error of the law that is wanted.")
+def membrane(results: tuple[Path, ...], output: Path, error: float) -> None:
+    """Fit the energy of a membrane to RESULTS, histories of cells of one fabric (.nc) on several load paths.
+
+    The law is a sum of exponentials of Green's strains, convex by its form; a linear one is fitted beside
+    it, for Abaqus and CalculiX. Paths in course, wale and shear are needed, one that strains both is wise.
+
+    \b
+    knitstudy run cell-course; knitstudy run cell-wale; knitstudy run cell-biaxial; knitstudy run cell-shear
+    knitstudy membrane runs/simulation/cell-{course,wale,biaxial,shear}.nc -o jersey.nc
+    knitstudy strip jersey.nc --length 0.0691 --width 0.0666 --strain 0.04
+
+    Written are the law (.nc), its coefficients with 95 % intervals (.csv) and both decks (.inp).
+    """
+    from knitstudy.use import membrane_fit
+    from knitstudy.use.membrane import LAWS, write_membrane
+
+    histories = {path.stem: read_dataset(path) for path in results}
+    _require_one_fabric(results)
+    fitted = membrane_fit.membrane(histories, error=error)
+    write_dataset(fitted, output)
+    table, half = fitted["value"].to_dataframe().reset_index(), fitted["half_interval"].to_numpy()
+    table = table.assign(**{"95 % from": table["value"] - half, "to": table["value"] + half})
+    write_table(table, output.with_suffix(".csv"))
+    for dialect in LAWS:
+        write_membrane(fitted, output.with_suffix(f".{dialect}.inp"), dialect, output.stem)
+    console.print_table(list(table.columns), table.to_numpy())
+    rows = [(path, *row) for path, row in zip(histories, fitted["path_error"].to_numpy(), strict=True)]
+    rows += [("all", fitted.attrs["error"], ""), ("all, a linear law", fitted.attrs["linear_error"], "")]
+    console.print_table(("error of force per width", "root mean square", "largest"), rows)
+    click.echo(f"{output}, .csv, {', '.join(f'.{law}.inp' for law in LAWS)}", err=True)
+
+
+def _require_one_fabric(results: tuple[Path, ...]) -> None:
+    """Refuse results of scenes that differ in anything but their loads and numerics."""
+    known: dict[str, Any] = {}
+    for path in results:
+        scene = console.recorded(str(path), {})[0]
+        keys = {"interaction": scene.interaction} | scene.values_of("physics")
+        for key, value in keys.items():
+            if not key.startswith("load.") and known.setdefault(key, value) != value:
+                of = "in the others: not one fabric"
+                raise DataFileError(f"{path}: {key} is {value} but {known[key]} {of}")
+
+
+@click.command()
+@click.argument("law", type=THERE)
+@click.option("--length", type=SIZE, required=True, help="Length between the clamps [m].")
+@click.option("--width", type=SIZE, required=True, help="Width of the clamped edge at rest [m].")
+@click.option("--strain", type=SIZE, required=True, help="Displacement of the clamps over the length.")
+@click.option("--direction", type=click.Choice(STRAINS[:2]), default="course", show_default=True)
+@click.option("-o", "--output", type=FILE, help="File of the curve (.csv); default: beside the law.")
+def strip(law: Path, length: float, width: float, strain: float, direction: str, output: Path | None) -> None:
+    """Pull a strip of a fabric with a LAW (.nc, of `knitstudy membrane`) between clamps that hold its edges.
+
+    The command prints strains between the clamps at some forces per width, beside the strains of the endless fabric,
+    which is free across. `knitstudy compare` takes the curve (.csv) as a measured one, and draws it.
+
+    \b
+    knitstudy strip jersey.nc --length 0.0691 --width 0.0666 --strain 0.5
+    knitstudy strip jersey.nc --length 0.0455 --width 0.0959 --strain 0.3 --direction wale
+    """
+    from knitstudy.use.membrane_fit import law_of
+    from knitstudy.use.strip import WRINKLES, strain_at, stretch_strip
+
+    fitted = read_dataset(law)
+    if not {"form", "weight", "slope", "largest_strain"} <= set(fitted.variables):
+        raise DataFileError(f"{law}: is no law of a fabric; `knitstudy membrane` makes one")
+    axis, path = STRAINS.index(direction), output or law.with_name(f"{law.stem}-{direction}.csv")
+    pulled, free = (
+        stretch_strip(law_of(fitted), length, width, strain, axis, clamped) for clamped in (True, False)
+    )
+    table = pd.DataFrame({"strain [1]": pulled["strain"], "force per width [N/m]": pulled["force_per_width"]})
+    table["width half way over width at rest [1]"] = pulled["waist"]
+    table["force per width, free across [N/m]"] = free["force_per_width"]
+    write_table(table, path)
+    forces = np.array(SHARES) * float(min(pull["force_per_width"][-1] for pull in (pulled, free)))
+    strains = [strain_at(pull, forces) for pull in (pulled, free)]
+    rows = np.column_stack([forces, *strains, 100 * (strains[0] / strains[1] - 1)])
+    columns = (
+        "force per width (N/m)",
+        "strain between clamps",
+        "strain free across",
+        "clamps change it by (%)",
+    )
+    console.print_table(columns, [tuple(f"{value:.4g}" for value in row) for row in rows])
+    known = float(fitted["largest_strain"][axis])
+    if strain > known * (1 + 1e-9):
+        click.echo(f"the law was fitted up to a strain of {known:.3g}: beyond it is extrapolated", err=True)
+    if (share := float(-pulled["least_force"][-1] / pulled["largest_force"][-1])) > WRINKLES:
+        remark = f"compressed by {100 * share:.2g} % of the largest force: a fabric wrinkles there"
+        click.echo(remark, err=True)
+    click.echo(f"{path}: {law.stem} between clamps, {length:g} x {width:g} m", err=True)

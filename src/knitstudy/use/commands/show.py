@@ -1,0 +1,212 @@
+"""``knitstudy show`` and ``export``: look at a result, hand a scene on to another program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from knitstudy.errors import DataFileError
+from knitstudy.files import read_dataset, read_table
+from knitstudy.knit.scene.kinds import unit_of
+from knitstudy.knit.scene.scene import flat
+from knitstudy.run.commands import console
+from knitstudy.run.commands.console import (
+    changed_scene,
+    config_option,
+    plain,
+    print_table,
+    scene_argument,
+    set_option,
+)
+from knitstudy.run.configuration import default_keys
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DIALECTS = ("abaqus", "calculix", "paraview")  # Programs that files are written for
+
+
+@contextmanager
+def _naming(file: Path) -> Iterator[None]:
+    """Name the file in whatever is wrong with its content."""
+    try:
+        yield
+    except DataFileError as error:
+        raise DataFileError(f"{file}: {error}") from error
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+        what = f"its variables or attributes do not fit a result ({type(error).__name__}: {error})"
+        raise DataFileError(f"{file}: {what}; make it again") from error
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("other", type=click.Path(path_type=Path), required=False)
+@click.option(
+    "--keys", is_flag=True, help="Print all keys of its scene, first the keys that differ from defaults."
+)
+@click.option(
+    "--plot",
+    type=console.FILE,
+    help="Draw as well (.png, .pdf): forces over strain, of both files, or centrelines.",
+)
+@click.option("--picture", type=console.FILE, help="Draw the deformed knit at full load (.png, .pdf).")
+@click.option("--animation", type=console.FILE, help="Draw the deformed knit at all increments (.webp).")
+@click.option(
+    "--interactive", type=console.FILE, help="Write a page that turns the knit in a browser (.html)."
+)
+@click.option(
+    "--colour",
+    default="u_z",
+    show_default=True,
+    help="Colour of these: u_z, slip or force; of solids with outputs [fields] stress or pressure.",
+)
+@config_option
+def show(
+    file: Path,
+    other: Path | None,
+    keys: bool,
+    plot: Path | None,
+    picture: Path | None,
+    animation: Path | None,
+    interactive: Path | None,
+    colour: str,
+    config: Path,
+) -> None:
+    """Show a result: its kind, its scene, the code that made it, and its main quantities with units.
+
+    FILE is a netCDF file of any stage (geometry, mesh, rest, history, contacts), or a table (.csv). With the name of
+    another file, print what differs: keys of the two scenes, then numbers side by side with their ratio.
+
+    \b
+    knitstudy show runs/simulation/dns-tie-course.nc
+    knitstudy show runs/simulation/dns-tie-course.nc --keys
+    knitstudy show runs/simulation/dns-tie-course.nc runs/simulation/rom3d-tie-course.nc
+    knitstudy show runs/simulation/dns-tie-course.nc --plot force.png
+    knitstudy show runs/simulation/dns-tie-course.nc runs/simulation/rom3d-tie-course.nc --plot both.png
+    knitstudy show runs/simulation/cell-course.nc --picture knit.png --animation knit.webp --interactive knit.html
+    knitstudy show results/tables/simulation_tie.csv
+    """
+    if file.suffix == ".csv":
+        if plot is not None or keys or other is not None:
+            raise click.UsageError("--plot draws netCDF files; tables have no keys, and are not compared")
+        table = read_table(file)
+        print_table([str(column) for column in table.columns], table.astype(object).values.tolist())
+        return
+    for path in filter(None, (file, other)):
+        if path.suffix != ".nc":
+            raise DataFileError(f"{path}: results are .nc and .csv files")
+    from knitstudy.measures.summary import kind_of, summarise
+    from knitstudy.use.plot import draw
+    from knitstudy.use.style import save
+
+    dataset = read_dataset(file)
+    if other is not None:
+        _print_differences(dataset, read_dataset(other), file, other)
+    elif keys:
+        _print_keys(dataset, file, config)
+    else:
+        with _naming(file):
+            quantities = summarise(dataset)
+        print_table(("quantity", "value", "unit"), quantities)
+    if plot is not None:
+        both = [dataset, *([read_dataset(other)] if other is not None else [])]
+        with _naming(file):
+            kind, drawing = kind_of(dataset), draw(*both)
+        save(drawing, [plot], {kind: dataset}, f"{kind} of {dataset.attrs.get('scene', file.stem)}")
+        click.echo(f"drawn: {plot}", err=True)
+    if picture or animation or interactive:
+        from knitstudy.use.pictures import write_pictures
+
+        write_pictures(file, dataset, colour, picture, animation, interactive)
+
+
+def _keys(dataset: xr.Dataset, file: Path) -> dict[str, Any]:
+    """Return the keys of a result's scene by dotted name; keys of scenes that it names as ``SCENE: key``."""
+    from knitstudy.run.record import keys_of
+
+    keys, sources = keys_of(dataset, file)
+    own = {f"{name}: {key}": value for name, part in sources.items() for key, value in flat(part).items()}
+    return flat(keys) | own
+
+
+def _print_keys(dataset: xr.Dataset, file: Path, config: Path) -> None:
+    """Print the keys of a result, first the keys that differ from defaults."""
+    defaults, rows = default_keys(config), []
+    for key, value in _keys(dataset, file).items():
+        bare = key.rpartition(": ")[2]
+        default = defaults.get(bare, "-")
+        rows.append((key, value, "" if value == default else default, unit_of(bare)))
+    print_table(("key", "value", "default", "unit"), sorted(rows, key=lambda row: row[2] == ""))
+
+
+def _print_differences(first: xr.Dataset, second: xr.Dataset, file: Path, other: Path) -> None:
+    """Print the keys that differ between two results, then their numbers."""
+    from knitstudy.measures.differences import pairs, side_by_side
+
+    try:
+        keys = _keys(first, file), _keys(second, other)
+        shared = [row for row in pairs(*keys) if ": " not in row[0] or all(row[0] in key for key in keys)]
+        print_table(("key", str(file), str(other)), [row for row in shared if row[1] != row[2]])
+        click.echo()
+    except DataFileError as error:  # the numbers of an old file can be compared all the same
+        click.echo(plain(str(error)), err=True)
+    with _naming(other):
+        rows = list(side_by_side(first, second))
+    print_table(("quantity", str(file), str(other), "ratio", "unit"), rows)
+
+
+@click.command()
+@scene_argument()
+@click.option("--dialect", type=click.Choice(DIALECTS), required=True, help="The other program.")
+@set_option
+@click.option(
+    "-o",
+    "--output",
+    type=console.FILE,
+    help="By default SCENE.DIALECT.inp; of a history, its name with .pvd.",
+)
+@config_option
+def export(scene: str, dialect: str, changes: tuple, output: Path | None, config: Path) -> None:
+    """Write a scene of hexahedra as an input deck (.inp): mesh, ties, contact, grips and load, in m, N and Pa; or the
+    history in a result file of any model as a time series for ParaView (.pvd), all increments, in m, N and Pa.
+
+    \b
+    knitstudy export dns-tie-course --dialect calculix
+    knitstudy export pair-slid-90 --dialect abaqus --set mesh.size=0.3 -o pair.inp
+    knitstudy export runs/simulation/rom3d-tie-course.nc --dialect paraview
+    """
+    if dialect == "paraview":
+        if changes or not console.is_result(scene):
+            raise click.UsageError("--dialect paraview takes the file of a history (.nc), and no --set")
+        click.echo(f"{_write_series(Path(scene), output)}: all increments of {scene}; m, N, Pa")
+        return
+    from knitstudy.knit.geometry.fabric_file import fabric_of
+    from knitstudy.knit.mesh.sweep import SweptMesh
+    from knitstudy.run.plan import Plan
+    from knitstudy.run.stages import STAGES
+    from knitstudy.use.deck import require_deck, specimen_deck
+    from knitstudy.use.inp import write_inp
+
+    wanted = changed_scene(scene, changes, config)
+    require_deck(wanted)
+    chosen = Plan.of(config).labelled(wanted)
+    geometry = STAGES["geometry"].function(chosen)
+    mesh = SweptMesh.from_dataset(STAGES["mesh"].function(chosen, geometry=geometry))
+    path = output or Path(f"{chosen.name}.{dialect}.inp")
+    deck = specimen_deck(chosen, fabric_of(geometry), mesh)
+    write_inp(deck, path, dialect)
+    click.echo(f"{path}: {len(deck.nodes)} nodes, {len(mesh.hexahedra)} hexahedra; m, N, Pa")
+
+
+def _write_series(file: Path, output: Path | None) -> Path:
+    """Write the history in a result file as a time series, and return its path."""
+    from knitstudy.use.series import write_series
+
+    history, path = read_dataset(file), output or file.with_suffix(".pvd")
+    scene, geometry, mesh = console.undeformed(file, history, solids="node_displacement" in history)
+    write_series(scene, path, geometry, history, mesh)
+    return path

@@ -1,0 +1,194 @@
+"""Input decks of other finite-element programs: mesh, ties, contact, grips and load of a scene, without keywords.
+
+Ties are linear constraints, which eliminate one node for each of a tie's moments. Contact is a pair of surfaces for
+every two yarns that cross, beside their ties, in knits that are not tied throughout.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.knit.contacts.facets import tied_crossings
+from knitstudy.knit.geometry.fabric import Fabric
+from knitstudy.knit.loading.history import load_path
+from knitstudy.knit.mesh.sweep import SweptMesh
+from knitstudy.knit.models.hexahedra.build import divide
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.yarns.interactions import STIFFNESS, Equations, penalties, tie_crossings
+from knitstudy.mechanics.contact.friction import Coulomb
+from knitstudy.mechanics.materials import Material, material_of
+
+EXACTLY_JOINED = (
+    f"ties: springs of {STIFFNESS:g} E R join the moments of two yarns in the scene, equations without any compliance "
+    "in a deck"
+)
+
+# Distance of facets that may come to touch, over the yarn's radius, besides the distance that the load moves them
+CONTACT_REACH = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Faces of hexahedra: elements (f,) from 0 and their faces (f,) from 1, as C3D8 counts them."""
+
+    elements: np.ndarray
+    faces: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class ContactPair:
+    """Two surfaces that may touch: the points of ``slave`` meet the faces of ``master``."""
+
+    name: str
+    slave: Surface
+    master: Surface
+
+
+@dataclass(frozen=True)
+class Interaction:
+    """Contact law of all pairs of surfaces."""
+
+    kind: str  # isotropic, rough or frictionless
+    law: Coulomb
+    penetration: float  # that the scene allows [m]
+
+    @property
+    def elastic_slip(self) -> float:
+        """Slip (m) at which the largest penetration's pressure makes a sticking point slide.
+
+        A program whose stick stiffness is mu p over this length has the stiffness of the law at this pressure.
+        """
+        return self.law.friction * self.law.normal / self.law.tangential * self.penetration
+
+
+@dataclass(frozen=True)
+class Step:
+    """One leg of the load, in equal increments; the node set "HELD" stays where it is."""
+
+    moves: dict[int, float]  # of the set "DRIVEN" to the end of the leg [m], by component (1 to 3)
+    increments: int
+
+
+@dataclass(frozen=True, eq=False)
+class Deck:
+    """Nonlinear static steps on a mesh of hexahedra, numbered from 0."""
+
+    title: str
+    nodes: np.ndarray  # (N, 3) [m]
+    elements: dict[str, np.ndarray]  # nodes (e, 8) or (e, 20) of every set, one set after another
+    node_sets: dict[str, np.ndarray]  # "HELD" and "DRIVEN", whose total reaction is written
+    element: str  # value of mesh.element
+    material: Material
+    hourglass: float  # stiffness over shear modulus, of elements that have one
+    steps: tuple[Step, ...]
+    equations: Equations | None = None
+    contacts: tuple[ContactPair, ...] = ()
+    interaction: Interaction | None = None  # of all pairs in contact
+    tolerance: float | None = None  # of residual and correction; by default 0.005 and 0.01 in both programs
+    fields: bool = True  # whether displacements are written; the total reaction always is
+    departures: tuple[str, ...] = ()  # limits of the deck, in sentences
+
+
+def require_deck(scene: Scene) -> None:
+    """Refuse scenes whose yarns are not divided into hexahedra; ConfigurationError."""
+    if "deck" not in scene.kind.fidelity.outputs:
+        raise ConfigurationError(
+            f"scene {scene.name!r}: fidelity is {scene.fidelity} but must be hexahedra for a deck: other programs"
+            " do not have the elements and the contact of other models"
+        )
+
+
+def specimen_deck(scene: Scene, specimen: Fabric, mesh: SweptMesh) -> Deck:
+    """Return the deck of a scene of hexahedra."""
+    parts = divide(scene, mesh, specimen)
+    tied = tied_crossings(scene, specimen.crossings)
+    tie = tie_crossings(parts, specimen, tied, scene.tie.radius, scene.yarn.youngs_modulus)
+    mesh, crossings = parts.mesh, specimen.crossings
+    free = tie.free(mesh.nodes)
+    touching = [] if tied.all() else np.unique(crossings.yarn, axis=0).tolist()
+    travel = max((float(np.linalg.norm(leg)) for leg in scene.value("load.path") or ()), default=0.0)
+    reach = CONTACT_REACH * mesh.radius + travel
+    interaction = None
+    if touching:
+        size = scene.metres("mesh.smallest")
+        law = penalties(scene, size)
+        kind = scene.interaction if law.friction else "frictionless"
+        interaction = Interaction(kind, law, scene.contact.penetration * size)
+    return Deck(
+        title=f"{scene.name}: {scene.specimen}, {scene.interaction}",
+        nodes=parts.nodes,
+        elements={f"YARN{yarn}": parts.connectivity[_elements(mesh, yarn)] for yarn in range(mesh.yarns)},
+        node_sets={"HELD": np.sort(parts.ends.held), "DRIVEN": np.sort(parts.ends.driven)},
+        element=scene.mesh.element,
+        material=material_of(scene.yarn),
+        hourglass=scene.solver.hourglass,
+        steps=_steps(scene, specimen),
+        equations=tie.equations(np.union1d(parts.ends.held, parts.ends.driven)) if tied.any() else None,
+        contacts=tuple(_contact_pair(mesh, *pair, reach, free) for pair in touching),
+        interaction=interaction,
+        departures=tuple(_departures(scene, tied)),
+    )
+
+
+def _departures(scene: Scene, tied: np.ndarray) -> Iterator[str]:
+    """Yield sentences on those keys of a scene that decks have no place for."""
+    if tied.any():
+        yield EXACTLY_JOINED
+    if tied.all():
+        return
+    if scene.is_knit:
+        yield "contact: between yarns that cross; a yarn does not touch itself in a deck, so that legs may meet"
+    if scene.value("load.stops"):
+        yield "load.stops: the increments of a deck are equal"
+    if scene.contact.augmentations:
+        yield f"contact.augmentations is {scene.contact.augmentations}: contact is by penalties alone in a deck"
+    if scene.solver.stabilisation:
+        yield f"solver.stabilisation is {scene.solver.stabilisation:g}: a deck has none"
+
+
+def _contact_pair(mesh: SweptMesh, lower: int, upper: int, reach: float, free: np.ndarray) -> ContactPair:
+    """Return the facets of two yarns within a distance (m) of the other yarn; facets of the upper yarn are slaves.
+
+    Only facets count whose nodes are all ``free`` (N,) of ties.
+    """
+    quads = [mesh.surface_quads(yarn) for yarn in (upper, lower)]
+    above, below = (mesh.nodes[facets].mean(axis=1) for facets in quads)
+    may_touch = [free[facets].all(axis=1) for facets in quads]
+    slave = (cKDTree(below).query(above)[0] < reach) & may_touch[0]
+    master = (cKDTree(above).query(below)[0] < reach) & may_touch[1]
+    name = f"YARNS{lower}_{upper}"
+    return ContactPair(name, facet_faces(mesh, upper, slave), facet_faces(mesh, lower, master))
+
+
+def facet_faces(mesh: SweptMesh, yarn: int, chosen: np.ndarray) -> Surface:
+    """Return the faces of hexahedra behind chosen facets of ``mesh.surface_quads(yarn)``."""
+    ring, quads = mesh.section.ring, mesh.section.quads
+    # Both run counter-clockwise: a surface edge is one of a quad's edges, in the same direction.
+    edges = np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1)  # (e, 4, 2)
+    wanted = np.stack([ring, np.roll(ring, -1)], axis=-1)
+    place, quad, edge = np.nonzero((edges == wanted[:, None, None]).all(axis=-1))  # by place on the ring
+    layer, j = np.divmod(np.flatnonzero(chosen), len(place))
+    elements = _elements(mesh, yarn).start + layer * len(quads) + quad[j]
+    return Surface(elements, 3 + edge[j])  # S3 to S6 stand on the four edges of the bottom quad
+
+
+def _elements(mesh: SweptMesh, yarn: int) -> slice:
+    """Return the range of the elements of one yarn."""
+    first, last = mesh.first_slice[yarn : yarn + 2] - np.arange(yarn, yarn + 2)
+    return slice(int(first) * mesh.section.quads.shape[0], int(last) * mesh.section.quads.shape[0])
+
+
+def _steps(scene: Scene, specimen: Fabric) -> tuple[Step, ...]:
+    """Return a step for every corner of the load path, with equal shares of the increments."""
+    motion = load_path(scene, specimen)
+    components = (motion.axis,) if scene.value("load.lateral") == "free" else range(3)
+    increments = math.ceil(scene.solver.increments / len(motion.displacement))
+    return tuple(
+        Step({i + 1: float(corner[i]) for i in components}, increments) for corner in motion.displacement
+    )

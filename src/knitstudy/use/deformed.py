@@ -1,0 +1,336 @@
+"""A deformed knit of any model: a picture, an animation over the load path, and a page that turns in a browser.
+
+All models record the displacement of centrelines at every increment: yarns are drawn as tubes about these. Solids with
+the output ``fields`` hold stresses and contact pressures of their surface at full load as well. A cell is drawn three
+times in both directions.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import zlib
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import xarray as xr
+from matplotlib import colormaps
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from scipy.spatial import cKDTree
+
+from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.files import replacing, write_text
+from knitstudy.knit.geometry.fabric import Fabric
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.measures.response import motion
+from knitstudy.use.picture import BAR, bounds, colour_bar, draw_rows, scale_bar, tube
+from knitstudy.use.renderer import MILLIMETRE, Picture, Surface, View
+from knitstudy.use.style import SINGLE, YARNS, resolution, styled
+from knitstudy.use.vtu import write_deformed
+
+VIEW = View.orbit(18.0, 28.0)
+COLOURS = colormaps["viridis"]
+COPIES = 3  # Copies of a cell in either direction
+BELOW = 0.17  # Room for the scale and the axes below a knit, over its width
+NEAR = 1.5  # Distance along a yarn from a crossing up to which a colour is that of the crossing, in radii
+PAUSE = 180  # Time for which a picture of an animation stands [ms]
+PRESSED = 0.01  # Least contact pressure of opaque facets, over the largest
+FRAMES = 24  # Most pictures of an animation
+
+# Variable of the crossings, label and scale of a colour of crossings, by name.
+CROSSINGS = {
+    "slip": ("crossing_slip", "slip at crossings (mm)", MILLIMETRE),
+    "force": ("crossing_force", "force at crossings (N)", 1.0),
+}
+# Field of nodes, label and scale of a colour of solids at full load, by name.
+FIELDS = {
+    "stress": ("von_mises [Pa]", "von Mises stress (MPa)", 1e-6),
+    "pressure": ("contact_pressure [Pa]", "contact pressure (MPa)", 1e-6),
+}
+NAMES = ("u_z", *CROSSINGS, *FIELDS)
+
+
+@dataclass(frozen=True, eq=False)
+class Deformed:
+    """Surfaces of a knit at some increments, with a value at every corner."""
+
+    points: np.ndarray  # (T, P, 3) corners [m]
+    faces: np.ndarray  # (F, 4) corners of the facets
+    values: np.ndarray  # (T, P)
+    label: str  # of the values, with their unit
+    strain: np.ndarray  # (T,)
+
+    @property
+    def scale(self) -> ScalarMappable:
+        """Colours of the values, the same at all increments."""
+        low, high = float(np.nanmin(self.values)), float(np.nanmax(self.values))
+        return ScalarMappable(Normalize(low, high if high > low else low + 1.0), COLOURS)
+
+
+def deformed(
+    scene: Scene,
+    geometry: xr.Dataset,
+    history: xr.Dataset,
+    mesh: xr.Dataset | None = None,
+    colour: str = "u_z",
+) -> Deformed:
+    """Return the deformed yarns of a history, coloured by one of `NAMES`.
+
+    Parameters
+    ----------
+    scene : Scene
+        Scene of the history.
+    geometry : Dataset
+        Undeformed yarns, the result of the stage geometry.
+    history : Dataset
+        History of any model.
+    mesh : Dataset, optional
+        Mesh of hexahedra, for the colours of `FIELDS`.
+    colour : str
+        "u_z" [mm], "slip" [mm] or "force" [N] of crossings at all increments; "stress" or "pressure" [MPa] of solids at
+        full load.
+
+    Raises
+    ------
+    ConfigurationError
+        When there is no such colour, or the history does not hold its values.
+    """
+    if colour not in NAMES:
+        raise ConfigurationError(f"colour is {colour!r} but must be one of {', '.join(NAMES)}")
+    fabric = fabric_of(geometry)
+    place = history["centreline"].to_numpy() + history["centreline_displacement"].to_numpy()
+    course, wale = _lattice(fabric, history, place)
+    copies = COPIES if len(fabric.periods) else 1
+    if colour in FIELDS:
+        solid = _solids(scene, geometry, history, mesh, colour)
+        return _repeated(_repeated(solid, course[-1:], copies), wale[-1:], copies)
+    values, label = _of_stations(fabric, history, colour)
+    yarn = history["yarn"].to_numpy()
+    points, faces, at, first = [], [], [], 0
+    for number in np.unique(yarn):
+        own = np.flatnonzero(yarn == number)
+        # A yarn of a cell goes on where it ends.
+        along = np.append(np.tile(own[:-1], copies), own[-1])
+        copy = np.append(np.repeat(np.arange(copies), len(own) - 1), copies - 1)
+        lines = place[:, along] + copy[:, None] * course[:, None]
+        tubes = [tube(line, scene.yarn.radius, "") for line in lines]
+        points.append(np.stack([tube.points for tube in tubes]))
+        faces.append(tubes[0].faces + first)
+        first += len(tubes[0].points)
+        around = len(tubes[0].points) // (len(along) + 2)
+        at.append(np.repeat(np.concatenate([along[:1], along, along[-1:]]), around))
+    rows = Deformed(
+        np.concatenate(points, axis=1),
+        np.concatenate(faces),
+        values[:, np.concatenate(at)],
+        label,
+        history["strain"].to_numpy(),
+    )
+    return _repeated(rows, wale, copies)
+
+
+def _of_stations(fabric: Fabric, history: xr.Dataset, colour: str) -> tuple[np.ndarray, str]:
+    """Return values (T, S) at the stations of the centrelines, and their label."""
+    if colour == "u_z":
+        return MILLIMETRE * motion(history)[:, :, 2], "out-of-plane displacement (mm)"
+    name, label, scale = CROSSINGS[colour]
+    if name not in history:
+        held = [quantity for quantity, (variable, *_) in CROSSINGS.items() if variable in history]
+        raise ConfigurationError(
+            f"colour is {colour!r} but the history holds only {', '.join(['u_z', *held])}"
+        )
+    at_crossings = history[name].to_numpy()
+    sizes = at_crossings if at_crossings.ndim == 2 else np.linalg.norm(at_crossings, axis=-1)
+    strength = scale * np.nan_to_num(sizes)
+    yarn, s = history["yarn"].to_numpy(), history["arc_length"].to_numpy()
+    crossings = fabric.crossings
+    values = np.zeros((len(strength), len(yarn)))
+    for side in (0, 1):
+        apart = np.abs(s[None] - crossings.arc_length[:, side, None])
+        near = (crossings.yarn[:, side, None] == yarn) & (apart <= NEAR * fabric.radius)
+        for crossing, stations in enumerate(near):
+            values[:, stations] = np.maximum(values[:, stations], strength[:, crossing, None])
+    return values, label
+
+
+def _lattice(fabric: Fabric, history: xr.Dataset, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the vectors (T, 3) [m] along courses and wales by which a cell repeats itself; 0 of other specimens.
+
+    `place` (T, S, 3) are the stations of the centrelines. The centreline of a yarn begins and ends at images of one
+    point, which gives the vector along the courses. The vector along the wales follows from the strains of the cell
+    and its length where the load path began: of beams an attribute of the history, since their cell may start from its
+    shape at rest.
+    """
+    if not len(fabric.periods):
+        return np.zeros((len(place), 3)), np.zeros((len(place), 3))
+    own = np.flatnonzero(history["yarn"].to_numpy() == 0)
+    strain = history["cell_strain"].to_numpy()
+    start = history.attrs.get("cell_height", fabric.periods[1, 1])
+    wale = start * np.stack([0.5 * strain[:, 2], 1 + strain[:, 1], np.zeros(len(place))], axis=1)
+    return place[:, own[-1]] - place[:, own[0]], wale
+
+
+def _repeated(cell: Deformed, vector: np.ndarray, copies: int) -> Deformed:
+    """Return a cell and its copies along a vector (T, 3) [m]."""
+    count = cell.points.shape[1]
+    return Deformed(
+        np.concatenate([cell.points + number * vector[:, None] for number in range(copies)], axis=1),
+        np.concatenate([cell.faces + number * count for number in range(copies)]),
+        np.tile(cell.values, (1, copies)),
+        cell.label,
+        cell.strain,
+    )
+
+
+def _solids(
+    scene: Scene, geometry: xr.Dataset, history: xr.Dataset, mesh: xr.Dataset | None, colour: str
+) -> Deformed:
+    """Return the surface of solids at full load with a field of their nodes."""
+    import pyvista
+
+    name, label, scale = FIELDS[colour]
+    if "node_displacement" not in history:
+        raise ConfigurationError(
+            f"colour is {colour!r} but the history holds no fields of solids: run a scene of spline yarns or hexahedra "
+            "with --set outputs=[fields]"
+        )
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "deformed.vtu"
+        write_deformed(scene, path, geometry, mesh, history)
+        grid = pyvista.read(path)
+    if colour == "pressure" and "contact_pressure" not in history:
+        raise ConfigurationError("colour is 'pressure' but no yarns of the history are in contact")
+    if name in grid.cell_data:
+        grid = grid.cell_data_to_point_data()
+    surface = grid.extract_surface(nonlinear_subdivision=1, algorithm="dataset_surface").triangulate()
+    if name not in surface.point_data:
+        surface[name] = _nearest_pressure(np.asarray(surface.points), history)
+    triangles = surface.faces.reshape(-1, 4)[:, 1:]
+    points = np.asarray(surface.points, dtype=float) + np.asarray(surface["displacement [m]"])
+    return Deformed(
+        points[None],
+        np.column_stack([triangles, triangles[:, 2]]),
+        scale * np.asarray(surface[name])[None],
+        label,
+        history["strain"].to_numpy()[-1:],
+    )
+
+
+def _nearest_pressure(points: np.ndarray, history: xr.Dataset) -> np.ndarray:
+    """Return the mean contact pressure (P,) [Pa] of the points in contact that are nearest to each point (P, 3)."""
+    last = history["contact_increment"].to_numpy() == history.sizes["increment"] - 1
+    place, pressure = (history[f"contact_{name}"].to_numpy()[last] for name in ("reference", "pressure"))
+    _, nearest = cKDTree(points).query(place)
+    total, number = (
+        np.bincount(nearest, weights, len(points)) for weights in (pressure, np.ones_like(pressure))
+    )
+    return total / np.maximum(number, 1)
+
+
+@styled
+def draw(knit: Deformed, increment: int = -1, view: View = VIEW) -> Figure:
+    """Return a figure of one increment with its bar of colours."""
+    ends = [Surface(knit.points[end], knit.faces, "") for end in (0, -1)]
+    wide = float(np.ptp(view.project(np.concatenate([end.points for end in ends]))[:, 0]))
+    picture = Picture(_surfaces(knit, increment), view, bounds(ends, view, below=BELOW * MILLIMETRE * wide))
+    drawing, (axes,) = draw_rows([[picture]], SINGLE, head=6.0, foot=BAR)
+    axes.set_title(f"{knit.strain[increment]:.1%} strain")
+    scale_bar(axes, _round_length(0.25 * float(np.ptp(axes.get_xlim()))), view)
+    colour_bar(drawing, knit.scale, knit.label, 0.15, 0.7)
+    return drawing
+
+
+def _round_length(most: float) -> float:
+    """Return the largest of 1, 2 and 5 times a power of ten that is no longer."""
+    power = 10.0 ** np.floor(np.log10(most))
+    return float(power * max(digit for digit in (1, 2, 5) if digit * power <= most))
+
+
+def _surfaces(knit: Deformed, increment: int) -> list[Surface]:
+    """Return the facets of an increment; facets without contact pressure are translucent, as they hide the contacts."""
+    points, values = knit.points[increment], knit.values[increment]
+    colours = knit.scale.to_rgba(values, bytes=True)[:, :3]
+    if knit.label != FIELDS["pressure"][1] or not values.any():
+        return [Surface(points, knit.faces, "", colours=colours)]
+    pressed = values[knit.faces].max(axis=1) > PRESSED * values.max()
+    faint = Surface(points, knit.faces[~pressed], YARNS[0], opacity=0.15)
+    return [faint, Surface(points, knit.faces[pressed], "", colours=colours)]
+
+
+def animate(knit: Deformed, path: Path) -> None:
+    """Write the increments, `FRAMES` of them at most, as an animated WebP.
+
+    Raises RenderingError when VTK cannot render on this machine.
+    """
+    from PIL import Image
+
+    frames = []
+    for increment in _spread(len(knit.strain), FRAMES):
+        drawing = FigureCanvasAgg(draw(knit, increment))
+        drawing.figure.set_dpi(resolution())
+        drawing.draw()
+        frames.append(Image.fromarray(np.asarray(drawing.buffer_rgba())[..., :3]))
+    pauses = [PAUSE] * (len(frames) - 1) + [5 * PAUSE]
+    with replacing(path) as temporary:
+        frames[0].save(
+            temporary, "WEBP", save_all=True, append_images=frames[1:], duration=pauses, loop=0, quality=80
+        )
+
+
+def _spread(count: int, most: int) -> np.ndarray:
+    """Return some of the numbers below a count, evenly, the first and the last among them."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
+
+
+MOST = 250_000  # Corners of all increments that a page holds: about 2 MB
+
+
+def write_page(knit: Deformed, path: Path, title: str) -> None:
+    """Write a page of one file that turns the knit in a browser, with a slider over the increments.
+
+    Raises DataFileError when a single increment has too many corners.
+    """
+    if (count := knit.values.shape[1]) > MOST:
+        raise DataFileError(f"{path}: the knit has {count} corners, a page holds {MOST}; show a smaller knit")
+    write_text(page_of(knit, title, MOST), path)
+
+
+def page_of(knit: Deformed, title: str, most: int) -> str:
+    """Return the page, with so many increments that there are at most so many corners of all; one at least."""
+    steps, count = knit.values.shape
+    kept = _spread(steps, most // count) if most >= 2 * count else np.array([steps - 1])
+    places, values = MILLIMETRE * knit.points[kept], knit.values[kept]
+    low, high = places.min(axis=(0, 1)), places.max(axis=(0, 1))
+    reach = float((high - low).max())
+    scaled = np.round((places - low) / reach * 65535).astype("<u2")
+    norm = knit.scale.norm
+    shade = np.round(255 * np.clip(norm(values), 0, 1)).astype("u1")
+    quads = knit.faces
+    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    distinct = (np.diff(np.sort(triangles, axis=1), axis=1) > 0).all(axis=1)
+    data = {
+        "title": title,
+        "label": knit.label,
+        "low": norm.vmin,
+        "high": norm.vmax,
+        "strain": knit.strain[kept].tolist(),
+        "count": count,
+        "middle": ((high - low) / 2 / reach).tolist(),
+        "colours": (COLOURS(np.linspace(0, 1, 256))[:, :3] * 255).astype(int).ravel().tolist(),
+        "places": _packed(scaled),
+        "values": _packed(shade),
+        "triangles": _packed(triangles[distinct].astype("<u4")),
+    }
+    template = files("knitstudy.use").joinpath("viewer.html").read_text(encoding="utf-8")
+    return template.replace("{{ data }}", json.dumps(data).replace("</", "<\\/"))
+
+
+def _packed(array: np.ndarray) -> str:
+    return base64.b64encode(zlib.compress(np.ascontiguousarray(array).tobytes(), 9)).decode()

@@ -1,0 +1,352 @@
+"""Keywords of Abaqus and CalculiX for the values of a scene's keys, in one table.
+
+A value without an entry in the table is refused. An entry that says less than the scene, or something else, has a
+departure: a sentence that the deck shows as a comment and the log as a warning.
+"""
+
+from __future__ import annotations
+
+import logging
+import textwrap
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.files import code_version, replacing, write_text
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.mesh.sweep import SweptMesh
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.yarns.interactions import Equations
+from knitstudy.use.deck import Deck, Step, Surface, specimen_deck
+
+NUMBER = "%.12e"  # at most 19 characters: CalculiX reads no more than 20 of a number
+
+# Hourglass stiffness over G in Abaqus at a scaling factor of 1; over (1 + nu) G in CalculiX, where it is fixed
+HOURGLASS_OF_C3D8R = {"abaqus": 0.005, "calculix": 0.008}
+
+ROUGH = 1e6  # friction coefficient that stands for rough contact in CalculiX
+
+
+@dataclass(frozen=True)
+class Keywords:
+    """Templates of the keywords for one value of a key, with numbers by name (`_numbers`)."""
+
+    cards: str = ""  # keyword lines
+    departure: str = ""  # how the cards differ from the scene
+    element: str = ""  # type of an element
+    section: str = ""  # parameters of the solid section
+
+    def filled(self, numbers: dict[str, float]) -> Keywords:
+        """Return the keywords with numbers in place of their names."""
+        return replace(self, cards=self.cards.format(**numbers), departure=self.departure.format(**numbers))
+
+
+E_NU = "*ELASTIC\n{E:.12e}, {nu:.12e}\n"
+
+NEO_HOOKE = Keywords(
+    "*HYPERELASTIC, NEO HOOKE\n{C10:.12e}, {D1:.12e}\n",
+    "yarn.material is neo_hookean, G/2 (tr C - 3) - G ln J + lambda/2 (ln J)^2; the other program has "
+    "C10 (J^(-2/3) tr C - 3) + (J - 1)^2 / D1 with the same G and K: equal to first order in strain",
+)
+
+HARD = "*SURFACE BEHAVIOR, PENALTY=LINEAR\n{normal:.12e}\n"
+
+# The second number belongs to contact of nodes and must be positive.
+LINEAR = "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{normal:.12e}, 1.0\n"
+
+# How contact in CalculiX differs from the scene (docs/notes/calculix.md)
+FACETS = (
+    "contact in CalculiX is of flat facets: yarns touch before the load begins, and a knit carries 5 to 30 % more at "
+    "5 % strain, and more than that at small strains (docs/notes/calculix.md)"
+)
+
+# Keywords by key and value, then by dialect
+TABLE: dict[tuple[str, str], dict[str, Keywords]] = {
+    ("mesh.element", "one_point"): {
+        "abaqus": Keywords(
+            "*SECTION CONTROLS, NAME=HOURGLASS, HOURGLASS=STIFFNESS\n{hourglass_factor:.12e}\n",
+            element="C3D8R",
+            section=", CONTROLS=HOURGLASS",
+        ),
+        "calculix": Keywords(
+            departure="solver.hourglass is {hourglass:g}, which CalculiX cannot set: the hourglass stiffness of its "
+            "C3D8R is {hourglass_of_calculix:.5g} in the same measure, with other hourglass vectors (decks.md)",
+            element="C3D8R",
+        ),
+    },
+    ("mesh.element", "quadratic"): dict.fromkeys(("abaqus", "calculix"), Keywords(element="C3D20R")),
+    ("yarn.material", "hencky"): {
+        "abaqus": Keywords(
+            E_NU,
+            "yarn.material is hencky: under NLGEOM *ELASTIC relates Cauchy stress and logarithmic strain in Abaqus, "
+            "Hencky's law Kirchhoff stress (det F times Cauchy stress) and that strain; equal to first order in strain",
+        ),
+        "calculix": Keywords(
+            E_NU,
+            "yarn.material is hencky, which CalculiX does not have: under NLGEOM *ELASTIC is St Venant-Kirchhoff's "
+            "law there; equal to first order in strain, 3 % apart at 1 % of it",
+        ),
+    },
+    ("yarn.material", "neo_hookean"): dict.fromkeys(("abaqus", "calculix"), NEO_HOOKE),
+    ("yarn.material", "st_venant_kirchhoff"): {
+        "abaqus": Keywords(
+            E_NU,
+            "yarn.material is st_venant_kirchhoff, which Abaqus does not have: under NLGEOM *ELASTIC relates Cauchy "
+            "stress and logarithmic strain; equal to first order in strain, 3 % apart at 1 % of it",
+        ),
+        "calculix": Keywords(E_NU),
+    },
+    ("interaction", "frictionless"): {"abaqus": Keywords(HARD), "calculix": Keywords(LINEAR)},
+    ("interaction", "isotropic"): {
+        "abaqus": Keywords(
+            HARD + "*FRICTION, ELASTIC SLIP={elastic_slip:.12e}\n{friction:.12e}\n",
+            "contact.tangential_stiffness: Abaqus sticks by mu p over an elastic slip, which gives the scene's "
+            "stiffness at the pressure of the largest penetration alone",
+        ),
+        "calculix": Keywords(LINEAR + "*FRICTION\n{friction:.12e}, {tangential:.12e}\n", FACETS),
+    },
+    ("interaction", "rough"): {
+        "abaqus": Keywords(HARD + "*FRICTION, ROUGH\n"),
+        "calculix": Keywords(
+            LINEAR + f"*FRICTION\n{ROUGH:.12e}, {{tangential:.12e}}\n",
+            f"interaction is rough, which CalculiX does not have: a friction coefficient of {ROUGH:g} replaces it; "
+            + FACETS,
+        ),
+    },
+}
+
+# Cards that ask for results, by dialect: energies and the reaction of the driven set in every increment; fields; and
+# fields of yarns that touch
+OUTPUTS = {
+    "abaqus": (
+        "*OUTPUT, HISTORY, FREQUENCY=1\n*ENERGY OUTPUT\nALLIE, ALLSE, ALLAE, ALLWK, ALLFD\n"
+        "*NODE PRINT, NSET=DRIVEN, TOTALS=YES, SUMMARY=NO\nRF\n",
+        "*OUTPUT, FIELD, NUMBER INTERVAL=1\n*NODE OUTPUT\nU, RF\n*ELEMENT OUTPUT\nS, LE\n",
+        "*CONTACT OUTPUT\nCSTRESS, CDISP\n",
+    ),
+    "calculix": (
+        "*NODE PRINT, NSET=DRIVEN, TOTALS=ONLY\nRF\n",
+        "*NODE FILE\nU\n",
+        "*CONTACT FILE\nCDIS, CSTR\n",
+    ),
+}
+
+
+def keywords(deck: Deck, dialect: str) -> dict[str, Keywords]:
+    """Return the keywords of a deck's element, material and interaction, by their keys.
+
+    Raises ConfigurationError if the dialect is unknown, or the program does not have one of them.
+    """
+    if dialect not in OUTPUTS:
+        raise ConfigurationError(f"unknown deck dialect {dialect!r}; allowed are {', '.join(OUTPUTS)}")
+    values = {"mesh.element": deck.element, "yarn.material": deck.material.name}
+    if deck.interaction is not None:
+        values["interaction"] = deck.interaction.kind
+    for key, value in values.items():
+        if (key, value) not in TABLE:
+            known = ", ".join(other for name, other in TABLE if name == key)
+            raise ConfigurationError(f"{key} is {value!r}, which a deck cannot say; allowed are {known}")
+    numbers = _template_numbers(deck)
+    return {key: TABLE[key, value][dialect].filled(numbers) for key, value in values.items()}
+
+
+def steps(deck: Deck, dialect: str) -> tuple[Step, ...]:
+    """Return the steps of a deck, in CalculiX with contact after a step in which nothing is driven.
+
+    In the first step CalculiX takes the penetration at the beginning of an increment for an overlap of the mesh, which
+    acts in proportion to the time that has passed: contact pressures are too small until it ends (decks.md).
+    """
+    if dialect != "calculix" or not deck.contacts:
+        return deck.steps
+    still = Step(dict.fromkeys(deck.steps[0].moves, 0.0), increments=1)
+    return (still, *deck.steps)
+
+
+def _template_numbers(deck: Deck) -> dict[str, float]:
+    """Return the numbers of the templates: moduli [Pa], penalties [Pa/m], elastic slip [m], ratios."""
+    material, touch = deck.material, deck.interaction
+    bulk = material.lame + 2 / 3 * material.shear_modulus
+    numbers = {
+        "E": material.youngs_modulus,
+        "nu": material.poisson_ratio,
+        "C10": material.shear_modulus / 2,
+        "D1": 2 / bulk,
+        "hourglass": deck.hourglass,
+        "hourglass_factor": deck.hourglass / HOURGLASS_OF_C3D8R["abaqus"],
+        "hourglass_of_calculix": HOURGLASS_OF_C3D8R["calculix"] * (1 + material.poisson_ratio),
+    }
+    if touch is not None:
+        law = touch.law
+        numbers |= {"normal": law.normal, "tangential": law.tangential, "friction": law.friction}
+        numbers["elastic_slip"] = touch.elastic_slip
+    return numbers
+
+
+COMMENT = 120  # characters a line of comments; CalculiX reads 132
+
+log = logging.getLogger(__name__)
+
+
+def write_inp(deck: Deck, path: Path | str, dialect: str) -> None:
+    """Write a deck as a keyword file of Abaqus or CalculiX, whole or not at all.
+
+    Properties of the scene that keywords cannot express are comments in the file's head, and logged as warnings.
+    Raises ConfigurationError if the dialect is unknown, or the program lacks the deck's element, material or
+    interaction; DataFileError if the file cannot be written.
+    """
+    words = keywords(deck, dialect)
+    departures = [*filter(None, (word.departure for word in words.values())), *deck.departures]
+    with replacing(path) as temporary, open(temporary, "w", encoding="ascii") as file:
+        file.writelines(_cards(deck, dialect, words, departures))
+    for sentence in departures:
+        log.warning("%s: not quite the scene: %s", path, sentence)
+
+
+def _cards(deck: Deck, dialect: str, words: dict[str, Keywords], departures: list[str]) -> Iterator[str]:
+    """Yield the cards of a deck with their data."""
+    element, material = words["mesh.element"], words["yarn.material"]
+    yield f"*HEADING\n{deck.title}\n** knitstudy {code_version()}; m, N, Pa\n"
+    for sentence in departures:
+        comment = textwrap.wrap(f"NOT QUITE THE SCENE: {sentence}", COMMENT, break_on_hyphens=False)
+        yield "".join(f"** {line}\n" for line in comment)
+    yield "*NODE, NSET=ALL\n"
+    for number, place in enumerate(deck.nodes.tolist(), 1):
+        yield lines([number, *(NUMBER % x for x in place)])
+    first = 1
+    for name, corners in deck.elements.items():
+        yield f"*ELEMENT, TYPE={element.element}, ELSET={name}\n"
+        for number, row in enumerate((corners + 1).tolist(), first):
+            yield lines([number, *row], end=",\n")  # a comma where a line is continued
+        first += len(corners)
+    yield "*ELSET, ELSET=SOLID\n" + "".join(f"{name}\n" for name in deck.elements)
+    for name, nodes in deck.node_sets.items():
+        yield f"*NSET, NSET={name}\n" + lines(nodes + 1)
+    if deck.equations is not None:
+        yield "*EQUATION\n"
+        yield from _terms(deck.equations)
+    yield f"*MATERIAL, NAME=YARN\n{material.cards}{element.cards}"
+    yield f"*SOLID SECTION, ELSET=SOLID, MATERIAL=YARN{element.section}\n"
+    for pair in deck.contacts:
+        yield _surface(f"{pair.name}_SLAVE", pair.slave) + _surface(f"{pair.name}_MASTER", pair.master)
+    if deck.interaction is not None:
+        yield "*SURFACE INTERACTION, NAME=YARNS\n" + words["interaction"].cards
+        yield "*CONTACT PAIR, INTERACTION=YARNS, TYPE=SURFACE TO SURFACE\n"
+        yield "".join(f"{pair.name}_SLAVE, {pair.name}_MASTER\n" for pair in deck.contacts)
+    for step in steps(deck, dialect):
+        yield _step(deck, step, dialect)
+
+
+def lines(entries: Iterable, count: int = 12, end: str = "\n") -> str:
+    """Return entries in lines of so many at most."""
+    texts = [str(entry) for entry in entries]
+    return end.join(", ".join(texts[i : i + count]) for i in range(0, len(texts), count)) + "\n"
+
+
+def _surface(name: str, surface: Surface) -> str:
+    """Return element sets, one for every face number that occurs, and the surface that they make up."""
+    faces = np.unique(surface.faces)
+    sets = (
+        f"*ELSET, ELSET={name}_S{face}\n" + lines(surface.elements[surface.faces == face] + 1)
+        for face in faces
+    )
+    parts = (f"{name}_S{face}, S{face}\n" for face in faces)
+    return "".join([*sets, f"*SURFACE, NAME={name}, TYPE=ELEMENT\n", *parts])
+
+
+def _terms(equations: Equations) -> Iterator[str]:
+    """Yield an equation for every slave and component; the slave's term comes first, which eliminates it."""
+    nodes = np.column_stack([equations.slave, equations.master]) + 1  # (K, 1 + c)
+    factors = np.column_stack([-np.ones(len(nodes)), equations.weight])
+    for row, factor in zip(nodes.tolist(), factors.tolist(), strict=True):
+        terms = [(node, value) for node, value in zip(row, factor, strict=True) if value]
+        for component in (1, 2, 3):
+            written = [f"{node}, {component}, {NUMBER % value}" for node, value in terms]
+            yield f"{len(terms)}\n" + lines(written, 4)
+
+
+def _step(deck: Deck, step: Step, dialect: str) -> str:
+    # Friction makes the tangent unsymmetric, which Abaqus must be told.
+    unsymmetric = ", UNSYMM=YES" if dialect == "abaqus" and deck.contacts else ""
+    controls = ""
+    if deck.tolerance is not None:
+        number = NUMBER % deck.tolerance
+        controls = f"*CONTROLS, PARAMETERS=FIELD, FIELD=DISPLACEMENT\n{number}, {number}\n"
+    moves = (f"DRIVEN, {i}, {i}, {NUMBER % value}\n" for i, value in step.moves.items())
+    outputs, fields, contact = OUTPUTS[dialect]
+    if deck.fields:
+        outputs += fields + (contact if deck.contacts else "")
+    # Whole numbers of time: increments of a rounded fraction would leave a last one of almost nothing.
+    return (
+        f"*STEP, NLGEOM, INC={100 * step.increments}{unsymmetric}\n{controls}*STATIC, DIRECT\n"
+        f"1.0, {step.increments}.0\n*BOUNDARY\nHELD, 1, 3, {NUMBER % 0.0}\n{''.join(moves)}{outputs}*END STEP\n"
+    )
+
+
+def write_abaqus(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset) -> None:
+    """Write the deck of a scene for Abaqus."""
+    write_inp(_deck(scene, geometry, mesh), path, "abaqus")
+
+
+def write_calculix(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset) -> None:
+    """Write the deck of a scene for CalculiX."""
+    write_inp(_deck(scene, geometry, mesh), path, "calculix")
+
+
+def _deck(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset) -> Deck:
+    return specimen_deck(scene, fabric_of(geometry), SweptMesh.from_dataset(mesh))
+
+
+# One square element of a fabric, to be copied into a model
+
+SQUARE = """** Local 1 is the course direction, 2 the wale direction.
+*NODE, NSET=ALL
+1, 0., 0., 0.
+2, 1., 0., 0.
+3, 1., 1., 0.
+4, 0., 1., 0.
+*ELEMENT, TYPE={element}, ELSET=FABRIC
+1, 1, 2, 3, 4
+*ORIENTATION, NAME=COURSE
+1., 0., 0., 0., 1., 0.
+"""
+
+# Stiffness of an endless knit at rest, as a shell section of Abaqus
+
+# The 21 entries of a symmetric section in their order: column by column, each down to the diagonal
+SHELL_ENTRIES = tuple(f"D{row + 1}{column + 1}" for column in range(6) for row in range(column + 1))
+
+SHELL = """*HEADING
+{name}: an endless knit as a shell
+** knitstudy {version}; m, N; the plane of reference is z = 0 of the loop.
+** Strains e1, e2, g12 and curvatures k1, k2, k12 = 2 x twist; tension at z > 0 goes with k > 0.
+** A Kirchhoff section: Abaqus estimates the transverse shear stiffness of a shear-flexible element itself.
+{square}3, 0.
+** {entries}
+*SHELL GENERAL SECTION, ELSET=FABRIC, ORIENTATION=COURSE
+{data}
+"""
+
+
+def section_matrix(history: xr.Dataset) -> np.ndarray:
+    """Return the stiffness (6, 6) of a cell at rest [N/m, N, N m], by e_x, e_y, g_xy, k_x, k_y, k_xy."""
+    membrane, coupling, bending = (
+        history[f"{name}_stiffness"].to_numpy() for name in ("membrane", "coupling", "bending")
+    )
+    return np.block([[membrane, coupling], [coupling.T, bending]])
+
+
+def shell_entries(matrix: np.ndarray) -> np.ndarray:
+    """Return the 21 numbers of a symmetric matrix (6, 6) in the order of `SHELL_ENTRIES`."""
+    return np.concatenate([matrix[: column + 1, column] for column in range(6)])
+
+
+def write_shell(scene: Scene, path: Path | str, history: xr.Dataset) -> None:
+    """Write one square shell element with the section of a cell, to be copied into a model of Abaqus."""
+    numbers = [NUMBER % value for value in shell_entries(section_matrix(history))]
+    data = lines(numbers, 8).rstrip()
+    values = {"name": scene.name, "version": code_version(), "square": SQUARE.format(element="S4R")}
+    write_text(SHELL.format(**values, entries=", ".join(SHELL_ENTRIES), data=data), path)

@@ -1,0 +1,235 @@
+"""Curves of force per width [N/m] over strain [1], measured or simulated: a series by rising strain.
+
+The caller names columns and units. Without names, a YAML file beside the CSV file has them from before; without that
+file, the names of the columns tell them, such as ``strain (%)`` or ``force_per_width_N_mm``. Of loading cycles one
+branch is taken, the first loading where nothing else is asked for; whatever is corrected or left out is printed.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+from collections.abc import Mapping
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+import yaml
+from scipy.interpolate import PchipInterpolator
+
+from knitstudy.errors import DataFileError
+from knitstudy.files import write_text
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.scene.documents import read_yaml
+from knitstudy.registry import find
+from knitstudy.use.lab_table import FORCES, LENGTHS, STRESSES, UNITS, read_lab_table
+
+WORDS = {
+    "strain": "strain|elongation|extension|displacement",
+    "force": "force|load|(?<!ex)tension|stress",
+}
+SIZES = (
+    dict.fromkeys(LENGTHS, "length") | dict.fromkeys(FORCES, "width") | dict.fromkeys(STRESSES, "thickness")
+)
+LENGTHENED = re.compile("displacement|extension", re.IGNORECASE)  # without a unit these are no ratios
+TRUE = re.compile("true|hencky|logarithmic", re.IGNORECASE)
+IN_BRACKETS = re.compile(r"[(\[]\s*([^()\[\]]+?)\s*[)\]]\s*$")
+SCATTER = re.compile(r"[\W_](sd|std|dev|error|rate)", re.IGNORECASE)
+log = logging.getLogger(__name__)
+
+LARGEST = 1.5  # a strain without a unit that exceeds this one may be meant in %
+TURNS = 0.02  # Share of the largest strain by which it falls where a branch ends; less is noise
+PRELOAD = 0.005  # Share of the largest force from which a force at no strain is a preload
+BRANCHES = ("loading", "unloading")
+
+
+def simulated_curve(history: xr.Dataset, geometry: xr.Dataset) -> pd.Series:
+    """Return the curve of a history: of a cell its force per width, of a knit the force over its width at rest."""
+    axis, strain = int(history.attrs["axis"]), history["strain"].to_numpy()
+    if "force_per_width" in history:
+        curve = pd.Series(history["force_per_width"].to_numpy()[:, axis], strain)
+    else:
+        curve = pd.Series(history["force"].to_numpy() / fabric_of(geometry).size[1 - axis], strain)
+    loading = branches(curve)[0]
+    if len(loading) < len(curve):
+        log.warning(
+            "the history turns back at a strain of %.3g: its first loading is taken", loading.index[-1]
+        )
+    return loading
+
+
+def branches(curve: pd.Series) -> list[pd.Series]:
+    """Return the branches of a curve, loading and unloading in turn; strain that falls by less than `TURNS` is noise.
+
+    Examples
+    --------
+    >>> there_and_back = pd.Series([0.0, 1, 2, 1, 0.5, 2], index=[0.0, 0.1, 0.2, 0.1, 0.05, 0.2])
+    >>> [branch.tolist() for branch in branches(there_and_back)]
+    [[0.0, 1.0, 2.0], [2.0, 1.0, 0.5], [0.5, 2.0]]
+    """
+    strain = curve.index.to_numpy(dtype=float)
+    least, turns, way, far = TURNS * np.ptp(strain), [0], 1, 0
+    for k in range(1, len(strain)):
+        if way * (strain[k] - strain[far]) > 0:
+            far = k
+        elif way * (strain[far] - strain[k]) > least:
+            turns.append(far)
+            way, far = -way, k
+    turns.append(far)
+    return [curve.iloc[low : high + 1] for low, high in pairwise(turns)]
+
+
+def at(curve: pd.Series, strain: np.ndarray) -> np.ndarray:
+    """Return the forces per width at strains on a curve, without overshoot between its points."""
+    return PchipInterpolator(curve.index, curve)(strain)
+
+
+def within(curve: pd.Series, strain: float) -> pd.Series:
+    """Return the part of a curve up to a strain, without points at rest."""
+    return curve[(curve.index > 0) & (curve.index <= strain * (1 + 1e-9))]
+
+
+def read_curve(
+    path: Path,
+    named: Mapping[str, Any],
+    only: Mapping[str, str],
+    direction: str,
+    cycle: int = 1,
+    branch: str = "loading",
+    skip_bad: bool = False,
+) -> pd.Series:
+    """Return one branch of the curve of a CSV file, by rising strain; what is corrected or left out is logged.
+
+    `named` has for ``strain`` and ``force`` a column and its unit, and ``width``, ``length`` and ``thickness`` of the
+    specimen [m]; it is kept beside the file. `only` has values of columns that tell curves apart; `direction`, "course"
+    or "wale", is chosen where a column has it.
+    Raises DataFileError where the file does not hold one curve, or not so many cycles.
+    """
+    table = _one_curve(read_lab_table(path, skip_bad), only, direction, path)
+    beside = path.with_suffix(".columns.yaml")
+    kept = read_yaml(beside) if beside.is_file() else {}
+    if any(
+        np.shape(value) != (2,) if name in WORDS else type(value) is not float for name, value in kept.items()
+    ):
+        raise DataFileError(f"{beside}: is not as knitstudy wrote it; delete it and name the columns again")
+    how = kept | {name: list(value) if name in WORDS else value for name, value in named.items()}
+    strain, force = (_values(table, name, how, path) for name in WORDS)
+    curve = pd.Series(force.to_numpy(), strain).loc[lambda values: values.notna() & values.index.notna()]
+    if (empty := len(table) - len(curve)) > 0:
+        log.warning("%s: %d rows have no strain or no force and are not used", path, empty)
+    rising = _branch(_pulled(curve, path), cycle, branch, path) if len(curve) else curve
+    if (count := len(rising)) < 3:
+        raise DataFileError(f"{path}: has {count} rows of numbers up to the largest strain; 3 are needed")
+    if count < len(curve):
+        log.warning(
+            "%s: %s of cycle %d is taken, %d rows are left out", path, branch, cycle, len(curve) - count
+        )
+    if named:
+        try:
+            write_text(f"# How knitstudy reads {path.name}; sizes in m\n{yaml.safe_dump(how)}", beside)
+        except (OSError, DataFileError) as error:
+            log.warning("%s; columns and units have to be named again next time", error)
+    return rising.sort_index(kind="stable")
+
+
+def _pulled(curve: pd.Series, path: Path) -> pd.Series:
+    """Return a curve with tension positive, and without a force that was there before any strain."""
+    strain, force = curve.index.to_numpy(dtype=float), curve.to_numpy()
+    if strain[np.argmax(np.abs(strain))] < 0:
+        log.warning("%s: the sign of the strain is turned: tension is positive here", path)
+        strain = -strain
+    if force[np.argmax(np.abs(force))] < 0:
+        log.warning("%s: the sign of the force is turned: tension is positive here", path)
+        force = -force
+    largest = np.abs(force).max()
+    if abs(strain[0]) <= 1e-9 * np.abs(strain).max() and abs(force[0]) > PRELOAD * largest:
+        log.warning(
+            "%s: begins with %.4g N/m at no strain, a preload, which is taken off all forces", path, force[0]
+        )
+        force = force - force[0]
+    if force.min() < -0.1 * np.abs(force).max():
+        raise DataFileError(
+            f"{path}: forces are from {force.min():.3g} to {force.max():.3g} N/m: no curve of tension"
+        )
+    return pd.Series(force, strain)
+
+
+def _branch(curve: pd.Series, cycle: int, branch: str, path: Path) -> pd.Series:
+    """Return one branch of a curve; the loss of its cycle is logged."""
+    every = branches(curve)
+    number = 2 * (cycle - 1) + BRANCHES.index(branch)
+    if number >= len(every):
+        raise DataFileError(
+            f"{path}: has {len(every)} branches of loading and unloading: no {branch} of cycle {cycle}"
+        )
+    up, *down = every[2 * (cycle - 1) : 2 * cycle]
+    if down and down[0].index[-1] < 0.5 * up.index[-1]:
+        work, back = (abs(float(np.trapezoid(part, part.index))) for part in (up, down[0]))
+        log.warning(
+            "%s: cycle %d loses %.0f %% of %.3g J/m2 (hysteresis)", path, cycle, 100 * (1 - back / work), work
+        )
+    chosen = every[number]
+    return chosen.iloc[: chosen.index.argmax() + 1] if branch == "loading" else chosen
+
+
+def _one_curve(table: pd.DataFrame, only: Mapping[str, str], direction: str, path: Path) -> pd.DataFrame:
+    """Return the rows of one curve."""
+    for column, value in only.items():
+        there = find("column", table, column, str(path)).astype(str)
+        find(f"{column} in --only", dict.fromkeys(there), value, str(path))
+        table = table[there == value]
+    for column in table.select_dtypes(exclude="number"):
+        names = table[column].astype(str)
+        if direction in set(names):
+            table = table[names == direction]
+        elif names.nunique() > 1:
+            has = f"has {names.nunique()} curves by {column!r} ({', '.join(names.unique()[:4])})"
+            raise DataFileError(f"{path}: {has}: add --only {column}={names.iloc[0]}")
+    return table
+
+
+def _values(table: pd.DataFrame, name: str, how: Mapping[str, Any], path: Path) -> pd.Series:
+    """Return strain [1] or force [N/m]."""
+    column, unit = how.get(name) or _recognised(table, name, path)
+    column = table.attrs["full_names"].get(column, column)
+    scale = find("unit", UNITS[name], unit, f"{path}: --{name}")
+    values = find("column", table, column, f"{path}: --{name}")
+    if not pd.api.types.is_numeric_dtype(values):
+        raise DataFileError(f"{path}: {column!r} holds words: {values.iloc[0]!r}; add --{name} COLUMN UNIT")
+    values = scale * values
+    if name == "strain" and TRUE.search(column):
+        log.warning("%s: %r is true strain; exp(strain) - 1 is taken", path, column)
+        values = np.expm1(values)
+    if (size := SIZES.get(unit)) is None:
+        return values
+    if size not in how:
+        remedy = f"add --{size} of the specimen in m, for example --{size} {0.001 if size == 'thickness' else 0.05}"
+        raise DataFileError(f"{path}: {column!r} is in {unit}: {remedy}")
+    return values * how[size] if size == "thickness" else values / how[size]
+
+
+def _recognised(table: pd.DataFrame, name: str, path: Path) -> tuple[str, str]:
+    """Return the column of strain or force, and its unit, by the names of the columns."""
+    columns = [
+        column for column in table if re.search(WORDS[name], column.lower()) and not SCATTER.search(column)
+    ]
+    add = f"add --{name} COLUMN UNIT, with a unit of {', '.join(UNITS[name])}"
+    if len(columns) != 1:
+        are = f"{len(columns) or 'no'} columns are named like a {name}: {', '.join(map(repr, columns or table))}"
+        raise DataFileError(f"{path}: {are}; {add}")
+    for unit in sorted(UNITS[name], key=len, reverse=True):  # force [N], force (N/mm), force_N_mm
+        if re.search(rf"[\s_(\[,/]{re.escape(unit).replace('/', '[/_]')}[\])]?$", columns[0]):
+            return columns[0], unit
+    if strange := IN_BRACKETS.search(columns[0]):
+        raise DataFileError(f"{path}: {columns[0]!r}: unit {strange[1]} is not known; {add}")
+    ratio = name == "strain" and not LENGTHENED.search(columns[0])
+    if (
+        ratio
+        and pd.api.types.is_numeric_dtype(table[columns[0]])
+        and table[columns[0]].abs().max() <= LARGEST
+    ):
+        return columns[0], "1"
+    raise DataFileError(f"{path}: {columns[0]!r} does not say its unit; {add}")

@@ -1,0 +1,200 @@
+"""Plain pictures of any result, in the style of the figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+
+from knitstudy.errors import DataFileError
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.geometry.specimens import plain_knit
+from knitstudy.measures.summary import kind_of, require_layout, touched
+from knitstudy.mechanics.materials import FULL
+from knitstudy.mechanics.solid import principal_axes
+from knitstudy.use import deformed
+from knitstudy.use.style import FAINT, INK, PAPER, SINGLE, YARNS, figure, styled
+
+PERCENT, MILLI, MEGA = 100.0, 1e3, 1e-6
+
+
+def plot(*results: Any, colour: str | None = None, axes: Axes | None = None) -> Figure:
+    """Return a picture of results of `knitstudy.simulate`: forces over strain, or the deformed knit in colours.
+
+    Parameters
+    ----------
+    *results : Results
+        Of several simulations the curves are drawn together.
+    colour : str, optional
+        Draws the deformed knit of one result at full load instead: "u_z", "slip", "force", "stress" or "pressure"
+        (`knitstudy.use.deformed`).
+    axes : Axes, optional
+        Axes of the caller's figure, in which the picture is one panel.
+
+    Raises
+    ------
+    ConfigurationError
+        When the history does not hold the values of the colour.
+    """
+    if colour is None:
+        drawing = draw(*(result.history for result in results))
+    else:
+        (one,) = results
+        drawing = deformed.draw(deformed.deformed(one.scene, one.geometry, one.history, one.mesh, colour))
+    if axes is not None:
+        canvas = FigureCanvasAgg(drawing)
+        canvas.draw()
+        axes.imshow(np.asarray(canvas.buffer_rgba()))
+        axes.set_axis_off()
+    return drawing
+
+
+@styled
+def draw(dataset: xr.Dataset, *others: xr.Dataset) -> Figure:
+    """Draw a result: force over strain, forces of crossings over strain, or the yarns from the front.
+
+    Histories may have `others` beside them. Raises DataFileError when a dataset is no result of this study, or results
+    of other kinds should be drawn together.
+    """
+    kind = kind_of(dataset)
+    for drawn in (dataset, *others):
+        require_layout(drawn, kind)
+    if others and kind != "history":
+        raise DataFileError(
+            f"results of the kind {kind!r} cannot be drawn in one picture; draw one after the other"
+        )
+    drawing = figure(1.35 * SINGLE, SINGLE, layout="constrained")
+    axes = drawing.subplots()
+    for drawn, colour in zip((dataset, *others), (INK, *YARNS), strict=False):
+        _DRAWN[kind](drawn, axes, **({"colour": colour, "label": _name(drawn)} if others else {}))
+    if others:
+        axes.legend()
+    else:
+        axes.set_title(_name(dataset), loc="left", wrap=True)
+    return drawing
+
+
+def _name(dataset: xr.Dataset) -> str:
+    return f"{dataset.attrs.get('scene', '')}{' (incomplete)' if 'incomplete' in dataset.attrs else ''}"
+
+
+def _history(dataset: xr.Dataset, axes: Axes, colour: str = INK, label: str = "") -> None:
+    if "smallest_gap" in dataset and not touched(dataset):
+        axes.text(0.5, 0.95, "nothing touched", transform=axes.transAxes, ha="center", va="top", color=FAINT)
+    unit = dataset["force"].attrs.get("units", "N")
+    x, labels = PERCENT * dataset["strain"], {"xlabel": "strain (%)", "ylabel": f"reaction force ({unit})"}
+    if int(dataset.attrs.get("axis", 0)) == 2:  # a pair: its way may go back and forth
+        x, labels = dataset["load"], {"xlabel": "load factor (1)", "ylabel": "force along z (N)"}
+    axes.plot(x, dataset["force"], "o-", color=colour, label=label)
+    axes.set(**labels)
+
+
+def _contacts(dataset: xr.Dataset, axes: Axes) -> None:
+    force = np.linalg.norm(dataset["force"].to_numpy(), axis=-1)
+    for zone, colour in enumerate(YARNS):
+        chosen = dataset["zone"].to_numpy() == zone
+        if chosen.any():
+            largest = force[:, chosen].max(axis=1)
+            axes.plot(PERCENT * dataset["strain"], largest, color=colour, label=f"zone {zone}")
+    axes.set(xlabel="strain (%)", ylabel="largest force at a crossing (N)")
+    axes.legend()
+
+
+def _stresses(dataset: xr.Dataset, axes: Axes) -> None:
+    value = MEGA * principal_axes(dataset["cell_stress"].to_numpy()[:, FULL])[0][:, 0]
+    order = np.argsort(value)
+    place = MILLI * dataset["cell_place"].to_numpy()[order]
+    dots = axes.scatter(*place[:, :2].T, c=value[order], s=1.0, linewidth=0, cmap="cividis", rasterized=True)
+    axes.figure.colorbar(dots, ax=axes, label="maximum principal stress (MPa)")
+    _in_the_plane(axes)
+
+
+def _mesh(dataset: xr.Dataset, axes: Axes) -> None:
+    bounds = dataset["first_slice"].to_numpy()
+    centres = MILLI * dataset["centres"].to_numpy()
+    for number, (first, end) in enumerate(pairwise(bounds)):
+        axes.plot(*centres[first:end, :2].T, ".-", color=YARNS[number % len(YARNS)], markersize=1.5)
+    _in_the_plane(axes)
+
+
+def _rest(dataset: xr.Dataset, axes: Axes) -> None:
+    axes.plot(*MILLI * dataset["centreline"].to_numpy()[:, :2].T, ".", color=INK, markersize=1.5)
+    _in_the_plane(axes)
+
+
+def _geometry(dataset: xr.Dataset, axes: Axes) -> None:
+    specimen = fabric_of(dataset)
+    for number, yarn in enumerate(specimen.centrelines):
+        place = MILLI * yarn.position(np.linspace(0, yarn.length, 400))
+        axes.plot(*place[:, :2].T, color=YARNS[number % len(YARNS)])
+    crossings = MILLI * specimen.crossings.point.mean(axis=1)
+    axes.plot(*crossings[:, :2].T, "o", color=FAINT, markerfacecolor="none")
+    _in_the_plane(axes)
+
+
+@styled
+def draw_loop(dataset: xr.Dataset) -> Figure:
+    """Draw a knit's loops, two yarns or a repeat, from the front and from the side, yarns as thick as they are."""
+    fabric = fabric_of(dataset)
+    loop, diameter = fabric.loop, 2 * MILLI * fabric.radius
+    knit = plain_knit(loop, max(2, loop.columns), loop.rows)
+    points = [MILLI * yarn.position(np.linspace(0, yarn.length, 600)) for yarn in knit.centrelines]
+    low, high = (pick(np.concatenate(points), axis=0) for pick in (np.min, np.max))
+    extent = high - low + 2 * diameter
+    drawing = figure(1.35 * SINGLE, SINGLE)
+    views = drawing.subplots(1, 2, sharey=True, width_ratios=[extent[0], extent[2]])
+    for axes, across in zip(views, (0, 2), strict=True):
+        axes.set(xlabel=f"{'xyz'[across]} (mm)", aspect="equal")
+        axes.set(
+            xlim=(low[across] - diameter, high[across] + diameter),
+            ylim=(low[1] - diameter, high[1] + diameter),
+        )
+    views[0].set_ylabel("y, wale (mm)")
+    drawing.canvas.draw()
+    for axes, (across, depth) in zip(views, ((0, 2), (2, 0)), strict=True):
+        left, right = axes.transData.transform([[0.0, 0.0], [diameter, 0.0]])[:, 0]
+        width = (right - left) * 72 / drawing.dpi  # points
+        flat = [line[:, [across, 1]] for line in points]
+        pieces = np.concatenate([np.stack([line[:-4], line[4:]], axis=1) for line in flat])
+        yarn = np.repeat(np.arange(len(points)), [len(line) - 4 for line in points])
+        # From the back to the front, each piece on a wider one, which parts it from others.
+        order = np.repeat(np.concatenate([line[2:-2, depth] for line in points]).argsort(kind="stable"), 2)
+        colours = [YARNS[yarn[piece]] if k % 2 else PAPER for k, piece in enumerate(order)]
+        widths = np.tile([1.15 * width, width], len(pieces))
+        axes.add_collection(LineCollection(pieces[order], colors=colours, linewidths=widths, capstyle="butt"))
+    views[1].set_xticks([0.0])
+    return drawing
+
+
+@styled
+def draw_curves(curves: Mapping[str, pd.Series]) -> Figure:
+    """Draw curves by their labels: the first one, which was measured, by its points."""
+    drawing = figure(1.35 * SINGLE, SINGLE, layout="constrained")
+    axes = drawing.subplots()
+    for (label, curve), colour, line in zip(curves.items(), (INK, *YARNS), ("o", "-", "-"), strict=False):
+        axes.plot(PERCENT * curve.index, curve, line, color=colour, label=label)
+    axes.set(xlabel="strain (%)", ylabel="force per width (N/m)", xlim=(0, None), ylim=(0, None))
+    axes.legend()
+    return drawing
+
+
+def _in_the_plane(axes: Axes) -> None:
+    axes.set(xlabel="x, course (mm)", ylabel="y, wale (mm)", aspect="equal")
+
+
+_DRAWN = {
+    "history": _history,
+    "contacts": _contacts,
+    "stresses": _stresses,
+    "mesh": _mesh,
+    "shape at rest": _rest,
+    "geometry": _geometry,
+}

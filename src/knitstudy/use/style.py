@@ -1,0 +1,198 @@
+"""One visual language for all figures: sizes, type, a colour for every yarn and every model, and how files are written.
+
+The colours can be told apart with any colour vision; models differ in marker and dash as well.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import pandas as pd
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.files import code_version, replacing
+from knitstudy.knit.scene.kinds import MODELS as ALL_MODELS
+from knitstudy.measures.discretisation import INTERACTIONS as INTERACTION_NAMES
+
+# It tells at length how it cuts fonts for PDF.
+logging.getLogger("fontTools").setLevel(logging.WARNING)
+
+INCH = 25.4  # millimetres
+PERCENT, MICROMETRE, MEGAPASCAL = 100.0, 1e6, 1e-6  # units of axes over those of data: 1, metre and pascal
+
+# An argument of a figure: a result, several by the names of their scenes, or a table of reference.
+Source = xr.Dataset | Mapping[str, xr.Dataset] | pd.DataFrame
+
+SINGLE, DOUBLE = 84.0, 174.0  # widths of a figure of one and of two columns [mm]
+RESOLUTION = "KNITSTUDY_DPI"  # environment variable: points an inch; with fewer, solids are drawn faster
+DPI, COARSEST, FINEST = 300, 50, 1200
+
+# Vermilion, green and blue stand for the red, green and blue of Fig. 1 (Okabe and Ito 2008).
+YARNS = ("#D55E00", "#009E73", "#0072B2", "#E69F00")
+
+INK, FAINT, PAPER = "#1A1A1A", "#8C8C8C", "#FFFFFF"
+ACCENT = "#8E1B5A"  # joints and contact points in pictures of solids
+
+RC = {
+    "font.family": "DejaVu Sans",  # comes with matplotlib: the same letters on every machine
+    "mathtext.fontset": "dejavusans",
+    "font.size": 8.0,
+    "axes.titlesize": 8.0,
+    "axes.labelsize": 8.0,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "legend.fontsize": 8.0,
+    "axes.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "xtick.direction": "out",
+    "ytick.direction": "out",
+    "lines.linewidth": 1.4,
+    "lines.markersize": 4.0,
+    "legend.frameon": False,
+    "pdf.fonttype": 42,  # letters stay letters: PDFs can be searched and edited
+}
+
+
+styled = matplotlib.rc_context(RC)  # a decorator: draw in this style whatever the caller's settings are
+
+
+def resolution() -> int:
+    """Return the points an inch of figures.
+
+    Raises ConfigurationError when the environment variable KNITSTUDY_DPI is no whole number, too small or too large.
+    """
+    text = os.environ.get(RESOLUTION, str(DPI))
+    if not text.isascii() or not text.isdigit() or not COARSEST <= int(text) <= FINEST:
+        raise ConfigurationError(
+            f"{RESOLUTION} is {text!r}: allowed are whole numbers from {COARSEST} to {FINEST} (points an inch)"
+        )
+    return int(text)
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a model or an interaction is called and drawn in every figure."""
+
+    label: str
+    colour: str
+    dash: str
+    marker: str
+
+    @property
+    def line(self) -> dict:
+        """Keywords of a matplotlib line."""
+        return {"color": self.colour, "linestyle": self.dash, "marker": self.marker}
+
+
+DIRECT = Look("DNS", INK, "-", "o")  # the direct simulation of a case, of either kind of elements
+
+MODELS = {name: Look(model.label, *model.look) for name, model in ALL_MODELS.all().items()}
+"""By fidelity."""
+
+INTERACTIONS = {
+    name: Look(INTERACTION_NAMES[name], *look)
+    for name, look in {
+        "tie": (INK, "-", "o"),
+        "rough": ("#0072B2", "--", "s"),
+        "isotropic": ("#D9740B", "-.", "^"),
+    }.items()
+}
+
+
+class Page(Figure):
+    """A figure that notebooks show by itself."""
+
+    def _repr_png_(self) -> bytes:
+        picture = BytesIO()
+        with matplotlib.rc_context(RC):
+            self.savefig(picture, format="png")
+        return picture.getvalue()
+
+
+def figure(width: float, height: float, **options: Any) -> Figure:
+    """Return an empty figure of a size in mm; no global state of pyplot is involved."""
+    return Page(figsize=(width / INCH, height / INCH), **options)
+
+
+def place(drawing: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
+    """Return new axes; `left` and `width` are shares of the figure's width, `bottom` and `height` are in mm."""
+    whole = INCH * drawing.get_figheight()
+    return drawing.add_axes((left, bottom / whole, width, height / whole))
+
+
+def shared_legend(drawing: Figure, **look: Any) -> Legend:
+    """Draw one legend of all labels in a figure, each once, at the lower edge unless a place is given."""
+    pairs = [zip(*axes.get_legend_handles_labels(), strict=True) for axes in drawing.axes]
+    unique = {label: handle for pair in pairs for handle, label in pair}
+    return drawing.legend(unique.values(), unique.keys(), **{"loc": "lower center"} | look)
+
+
+def panel_letter(axes: Axes, letter: str, title: str = "") -> None:
+    """Put the letter of a panel, and its title, above its upper left corner."""
+    axes.set_title(f"({letter})  {title}".rstrip(), loc="left", fontsize=8.5, pad=4)
+
+
+def tint(colour: str, share: float = 0.45) -> tuple[float, float, float]:
+    """Return a colour mixed with white; `share` is the share of the colour."""
+    red, green, blue = to_rgb(colour)
+    return tuple(share * part + 1 - share for part in (red, green, blue))
+
+
+def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, Source], title: str) -> None:
+    """Write a figure.
+
+    Parameters
+    ----------
+    paths : iterable of Path or str
+        Where to; the suffix chooses the format, ".png" (of `style.resolution`) or ".pdf".
+    sources : mapping of str to Source
+        Results that it was drawn from: scene and digest of each are recorded, of a kept table the physics behind it.
+
+    Raises ConfigurationError when a suffix is not known, or KNITSTUDY_DPI is no resolution, and DataFileError when a
+    folder cannot be made.
+    """
+    origin = describe(sources)
+    software = f"knitstudy {code_version()}"
+    metadata = {
+        ".png": {"Title": title, "Source": origin, "Software": software},
+        # Without a date the same data give the same file.
+        ".pdf": {"Title": title, "Subject": origin, "Creator": software, "CreationDate": None},
+    }
+    with matplotlib.rc_context(RC):
+        for path in map(Path, paths):
+            if path.suffix not in metadata:
+                raise ConfigurationError(f"{path}: figures are written as {' and '.join(metadata)}")
+            with replacing(path) as temporary:
+                figure.savefig(temporary, dpi=resolution(), metadata=metadata[path.suffix])
+
+
+def describe(sources: Mapping[str, Source]) -> str:
+    """Return the stages, scenes and digests of datasets in one line, and the physics behind kept tables."""
+    parts = []
+    for stage, source in sources.items():
+        if isinstance(source, pd.DataFrame):
+            physics = sorted(set(source["physics"].astype(str))) if "physics" in source else []
+            parts.append(f"{stage} [{', '.join(physics) or 'unknown'}]")
+            continue
+        for dataset in [source] if isinstance(source, xr.Dataset) else source.values():
+            scene, digest = (dataset.attrs.get(name, "unknown") for name in ("scene", "digest"))
+            parts.append(f"{stage} of {scene} [{digest}]")
+    return "; ".join(parts) or "drawn without data"

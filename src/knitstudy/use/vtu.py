@@ -1,0 +1,230 @@
+"""VTU files for ParaView: hexahedra as they were simulated, spline yarns as curved hexahedra of 27 nodes.
+
+Fields have their unit in the name, for instance ``displacement [m]``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.errors import MeshError
+from knitstudy.files import replacing
+from knitstudy.knit.geometry.fabric import Fabric
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.mesh.quadratic import FACE_CENTRE, QuadraticMesh, QuadraticSection, quadratic_mesh
+from knitstudy.knit.mesh.quality import scaled_jacobian
+from knitstudy.knit.mesh.section import Section
+from knitstudy.knit.mesh.sweep import SweptMesh
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.stress import hexahedral_cell_stress, stressed_points, undeformed_splines
+from knitstudy.mechanics.elements import ELEMENTS
+from knitstudy.mechanics.elements.quadratic import NODES
+from knitstudy.mechanics.materials import Material, material_of
+from knitstudy.mechanics.solid import principal_axes, von_mises
+from knitstudy.mechanics.spline_yarn.space import Space, locate
+
+# Cells by their number of nodes, as meshio calls them
+CELLS = {1: "vertex", 2: "line", 8: "hexahedron", 20: "hexahedron20", 27: "hexahedron27"}
+
+
+def write_grid(
+    path: Path | str,
+    points: np.ndarray,
+    cells: np.ndarray,
+    point_fields: Mapping[str, np.ndarray],
+    cell_fields: Mapping[str, np.ndarray] = MappingProxyType({}),
+) -> None:
+    """Write cells (C, n), in the order of VTK, with fields (P, ...) and (C, ...), whole or not at all."""
+    fields = {name: [values] for name, values in cell_fields.items()}
+    kind = CELLS[cells.shape[1]]
+    import meshio  # here: no other job needs it, and it takes a twentieth of the imports of all
+
+    grid = meshio.Mesh(points, [(kind, cells)], point_data=dict(point_fields), cell_data=fields)
+    with replacing(path) as temporary:
+        grid.write(temporary)
+
+
+def write_vtu(
+    mesh: SweptMesh | QuadraticMesh,
+    path: Path | str,
+    point_fields: Mapping[str, np.ndarray] | None = None,  # (N,) or (N, 3), such as {"displacement [m]": u}
+    cell_fields: Mapping[str, np.ndarray] = MappingProxyType({}),  # (E,)
+) -> None:
+    """Write a mesh of linear or quadratic hexahedra.
+
+    The yarn of every node and element, the arc length of every node and the scaled Jacobian of every element are
+    always among the fields.
+    Raises MeshError if a field has not one row a node; DataFileError if the file cannot be written.
+    """
+    if isinstance(mesh, QuadraticMesh):
+        hexahedra, yarn = mesh.elements, mesh.yarn
+        arc_length = np.concatenate(mesh.arc_lengths)[mesh.station]
+    else:
+        hexahedra, yarn = mesh.hexahedra, np.repeat(mesh.yarn_of_slice, mesh.section.size)
+        arc_length = np.repeat(mesh.arc_length, mesh.section.size)
+    points = {"yarn": yarn, "arc_length [m]": arc_length, **(point_fields or {})}
+    for name, values in points.items():
+        if len(values) != len(mesh.nodes):
+            raise MeshError(f"field {name!r} has {len(values)} rows; the mesh has {len(mesh.nodes)} nodes")
+    cells = {"yarn": yarn[hexahedra[:, 0]], "scaled_jacobian": scaled_jacobian(mesh.nodes, hexahedra[:, :8])}
+    # The centres of quadratic surface faces, which contact uses, belong to no element.
+    used, number = np.unique(hexahedra, return_inverse=True)
+    shown = {name: values[used] for name, values in points.items()}
+    write_grid(path, mesh.nodes[used], number.reshape(hexahedra.shape), shown, cells | dict(cell_fields))
+
+
+def write_mesh(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset) -> None:
+    """Write the mesh of a scene."""
+    write_vtu(_elements(scene, SweptMesh.from_dataset(mesh), fabric_of(geometry)), path)
+
+
+def write_deformed(
+    scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dataset
+) -> None:
+    """Write the undeformed yarns of a scene with their displacement at full load; see also `write_spline_yarns`."""
+    specimen = fabric_of(geometry)
+    if scene.fidelity == "spline_yarns":
+        write_spline_yarns(scene, path, specimen, history)
+        return
+    swept = SweptMesh.from_dataset(mesh)
+    moved = history["node_displacement"].to_numpy()
+    stress = hexahedral_cell_stress(scene, swept, specimen, moved).mean
+    cells = {"von_mises [Pa]": von_mises(stress), "principal_stress [Pa]": principal_axes(stress)[0]}
+    write_vtu(_elements(scene, swept, specimen), path, {"displacement [m]": moved}, cells)
+
+
+def _elements(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> SweptMesh | QuadraticMesh:
+    """Return the mesh that the elements of a scene make of a swept one."""
+    element = scene.value("mesh.element")
+    quadratic = element is not None and ELEMENTS.find(element).nodes == NODES
+    return quadratic_mesh(mesh, specimen.centrelines) if quadratic else mesh
+
+
+# Spline yarns. A section is an O-grid with the middles of its edges and faces, repeated at the ends and in the middle
+# of every span. A quadratic arc of 30 degrees leaves the circle by 2e-4 of the radius at most.
+
+CORE, RINGS = 3, 1  # elements along a side of the section's core, and rings of elements around it
+CHUNK = 200  # sections evaluated at once; bounds the memory of their derivatives
+
+
+@dataclass(frozen=True, eq=False)
+class CurvedCells:
+    """Hexahedra of 27 nodes in round yarns; nodes are numbered yarn by yarn, section by section."""
+
+    x: np.ndarray  # (q, 2) points of every section, over the radius
+    rim: np.ndarray  # (a,) points of a section on its circle, counter-clockwise
+    stations: tuple[np.ndarray, ...]  # (t,) of every yarn: arc lengths of ends and middles of its spans [m]
+    cells: np.ndarray  # (C, 27) in the order of VTK
+
+    @classmethod
+    def of(cls, breaks: list[np.ndarray]) -> CurvedCells:
+        """Return the cells of yarns of whose spans the ends are breaks (b,) [m], one array a yarn."""
+        shape = QuadraticSection.of(Section.butterfly(CORE, RINGS))
+        section, size = shape.section, shape.section.size
+        points = np.vstack([section.points, shape.middles])
+        quads = np.concatenate([section.quads, size + shape.quad_edges], axis=1)
+        centres = np.einsum("n,eni->ei", FACE_CENTRE, points[quads])
+        quads = np.column_stack([quads, len(points) + np.arange(len(quads))])  # (e, 9)
+        x = np.vstack([points, centres])
+        stations = tuple(np.insert(b, np.arange(1, b.size), 0.5 * (b[1:] + b[:-1])) for b in breaks)
+        first = np.cumsum([0, *(s.size for s in stations)])
+        lower = np.concatenate(
+            [low + np.arange(0, s.size - 1, 2) for low, s in zip(first, stations, strict=False)]
+        )
+        # Each (spans, e, 9)
+        bottom, middle, top = ((lower + up)[:, None, None] * len(x) + quads for up in range(3))
+        # Corners below, above; middles of edges below, above, between; of faces x, x, y, y, below, above; the centre.
+        parts = [bottom[..., :4], top[..., :4], bottom[..., 4:8], top[..., 4:8], middle[..., :4]]
+        parts += [middle[..., [7, 5, 4, 6]], bottom[..., 8:], top[..., 8:], middle[..., 8:]]
+        rim = np.stack([section.ring, size + shape.ring_edges], axis=-1).ravel()
+        return cls(x, rim, stations, np.concatenate(parts, axis=-1).reshape(-1, 27))
+
+    @cached_property
+    def yarn(self) -> np.ndarray:
+        """Yarn (P,) of every node."""
+        return np.repeat(np.arange(len(self.stations)), [s.size * len(self.x) for s in self.stations])
+
+    def surface(self, yarn: int) -> np.ndarray:
+        """Return the nodes (t, a) on the surface of a yarn, section by section."""
+        return np.flatnonzero(self.yarn == yarn).reshape(-1, len(self.x))[:, self.rim]
+
+
+def write_spline_yarns(scene: Scene, path: Path | str, specimen: Fabric, history: xr.Dataset) -> None:
+    """Write undeformed spline yarns with their fields at full load.
+
+    Fields of nodes: displacement; von Mises and principal values (the largest first) of the Cauchy stress; where
+    yarns touch, the contact pressure on the surface; yarn and arc length.
+    Raises DataFileError if the history is of another discretisation, or the file cannot be written.
+    """
+    moved = history["node_displacement"].to_numpy()
+    space, nodes = undeformed_splines(scene, specimen, moved)
+    spans = (yarn.spline.spans[yarn.own] for yarn in space.yarns)
+    cells = CurvedCells.of([np.append(own[:, 0], own[-1, 1]) for own in spans])
+    places, fields, area = _fields(space, nodes, moved, cells, material_of(scene.yarn))
+    if "contact_pressure" in history:
+        fields["contact_pressure [Pa]"] = _pressure(space, nodes, cells, area, history)
+    arc_length = np.repeat(np.concatenate(cells.stations), len(cells.x))
+    fields |= {"yarn": cells.yarn, "arc_length [m]": arc_length}
+    write_grid(path, places, cells.cells, fields, {"yarn": cells.yarn[cells.cells[:, 0]]})
+
+
+def _fields(
+    space: Space, nodes: np.ndarray, moved: np.ndarray, cells: CurvedCells, material: Material
+) -> tuple[np.ndarray, dict[str, np.ndarray], np.ndarray]:
+    """Return places (P, 3), fields by name, and undeformed surface (P,) per arc length and angle [m/rad]."""
+    turn = cells.x[:, ::-1] * [-1.0, 1.0]
+    parts = []
+    for number, (yarn, stations) in enumerate(zip(space.yarns, cells.stations, strict=True)):
+        own = slice(*space.first_node[number : number + 2].tolist())
+        for low in range(0, len(stations), CHUNK):
+            s = stations[low : low + CHUNK]
+            parts_of_yarn = stressed_points(yarn, (nodes[own], moved[own]), s, cells.x, material)
+            slope, stress = parts_of_yarn[2], parts_of_yarn[4].reshape(-1, 3, 3)
+            around = np.einsum("kqic,qc->kqi", slope[..., :2], turn)
+            area = np.linalg.norm(np.cross(around, slope[..., 2]), axis=-1).ravel()
+            places = (place.reshape(-1, 3) for place in parts_of_yarn[:2])
+            parts.append((*places, von_mises(stress), principal_axes(stress)[0], area))
+    place, displacement, mises, principal, area = (np.concatenate(part) for part in zip(*parts, strict=True))
+    fields = {"displacement [m]": displacement, "von_mises [Pa]": mises, "principal_stress [Pa]": principal}
+    return place, fields, area
+
+
+def _pressure(
+    space: Space, nodes: np.ndarray, cells: CurvedCells, area: np.ndarray, history: xr.Dataset
+) -> np.ndarray:
+    """Return the contact pressure (P,) at full load [Pa], 0 within yarns.
+
+    The force of every point of contact is shared out, bilinearly, among the four surface nodes around it.
+    """
+    last = history["contact_increment"].to_numpy() == history.sizes["increment"] - 1
+    names = ("yarn", "reference", "pressure", "area")
+    yarn, reference, pressure, share = (history[f"contact_{name}"].to_numpy()[last] for name in names)
+    x, s = locate(space, nodes, reference, yarn)
+    angles = np.unwrap(np.arctan2(*cells.x[cells.rim].T[::-1]))
+    angle = angles[0] + np.mod(np.arctan2(x[:, 1], x[:, 0]) - angles[0], 2 * np.pi)
+    width = 0.5 * (np.roll(angles, -1) - np.roll(angles, 1)) % np.pi
+    closed, count = np.append(angles, angles[0] + 2 * np.pi), len(angles)
+    pressures = np.zeros(len(cells.yarn))
+    for number in np.unique(yarn):
+        here = yarn == number
+        stations, surface = cells.stations[number], cells.surface(number)
+        row = np.interp(s[here], stations, np.arange(stations.size))
+        column = np.interp(angle[here], closed, np.arange(count + 1))
+        total = np.zeros(surface.shape)
+        first = np.minimum(np.floor(row).astype(int), len(stations) - 2), np.floor(column).astype(int)
+        for i, j in product((0, 1), repeat=2):
+            at = first[0] + i, first[1] + j
+            weight = (1 - np.abs(row - at[0])) * (1 - np.abs(column - at[1]))
+            np.add.at(total, (at[0], at[1] % count), weight * (pressure * share)[here])
+        length = np.gradient(stations)
+        length[[0, -1]] *= 0.5
+        pressures[surface] = total / (area.take(surface) * length[:, None] * width)
+    return pressures
