@@ -22,8 +22,8 @@ TITLE = f"""\
 Every key with its allowed values, its default, and where its value comes from. `{COMMAND}` writes this page; changes
 of the page itself are lost.
 
-A scene has only the keys of its kind: a line above a table says which scenes have its keys. A key of another kind is an
-error, which names the key. Values are in SI units; a unit stands behind the name of a key. The last column has the
+A scene has only the keys of its kind: the line above a table says which scenes, parentheses behind a key name others.
+A key of another kind is an error. Values are in SI units; brackets behind a key hold the unit. The last column has the
 role and the [provenance](../../config/README.md#provenance-of-inputs) of the value, the source of a physical input, and
 the range over which results were checked; `knitstudy check SCENE --sources` prints all sources. A key
 without a default on this page has its default in [config/defaults.yaml](../../config/defaults.yaml), or must be set.
@@ -60,20 +60,24 @@ def scenes_with(key: str) -> str:
 
 
 def _section_text(prefix: str, described: dict[str, type[Section]]) -> str:
-    """Return the docstrings of a section's classes, and a table of keys for every group of scenes that has them."""
+    """Return the docstrings of a section's classes, and a table of its keys with the scenes that have them."""
     own = {name: _defining(section, name) for name, section in described.items()}
     parts = [cleandoc(section.__doc__ or "") + "\n" for section in dict.fromkeys(own.values())]
-    groups: dict[str, list[tuple[str, ...]]] = {}
-    for name, section in described.items():
-        having = f"fidelity {AUTO}" if section is Requirements else scenes_with(f"{prefix}{name}")
-        groups.setdefault(having, []).append(_row(prefix, name, section))
-    for having, rows in groups.items():
-        parts.append(f"Scenes: {having}.\n\n" + _table(("key", "allowed", "default", "origin"), rows))
+    having = {name: _having(prefix, name, section) for name, section in described.items()}
+    usual = max(having.values(), key=list(having.values()).count)
+    rows = [
+        _row(prefix, name, section, having[name].replace(usual, "")) for name, section in described.items()
+    ]
+    parts.append(f"Scenes: {usual}.\n\n" + _table(("key", "allowed", "default", "origin"), rows))
     return "\n".join(parts)
 
 
-def _row(prefix: str, name: str, section: type[Section]) -> tuple[str, ...]:
-    """Return the row of a key: name with unit, allowed values, default, and origin of the value in words."""
+def _having(prefix: str, name: str, section: type[Section]) -> str:
+    return f"fidelity {AUTO}" if section is Requirements else scenes_with(f"{prefix}{name}")
+
+
+def _row(prefix: str, name: str, section: type[Section], having: str) -> tuple[str, ...]:
+    """Return the row of a key: name with unit and other scenes, allowed values, default, and origin of the value."""
     known = describe_with_source(section, name)
     unit = "" if known.unit == "1" else f" [{known.unit}]"
     about = [f"{known.role}, {known.provenance}"]
@@ -81,7 +85,13 @@ def _row(prefix: str, name: str, section: type[Section]) -> tuple[str, ...]:
         about.append(known.source)
     if known.checked not in ("none", "all"):
         about.append(f"checked: {known.checked}")
-    return f"`{prefix}{name}`{unit}", allowed_values(section, name), _default(section, name), "; ".join(about)
+    scenes = f" ({having})" if having else ""
+    return (
+        f"`{prefix}{name}`{unit}{scenes}",
+        allowed_values(section, name),
+        _default(section, name),
+        "; ".join(about),
+    )
 
 
 def _default(section: type[Section], name: str) -> str:
@@ -98,9 +108,9 @@ def _defining(section: type[Section], name: str) -> type[Section]:
 
 
 def _table(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
-    lines = [columns, tuple("---" for _ in columns), *rows]
-    cells = (" | ".join(cell.replace("|", r"\|") for cell in line) for line in lines)
-    return "".join(f"| {line} |\n" for line in cells)
+    cells = [" | ".join(cell.replace("|", r"\|") for cell in line) for line in (columns, *rows)]
+    cells = [f"| {line} |\n" for line in cells]
+    return "".join([cells[0], "|---" * len(columns), "|\n", *cells[1:]])
 
 
 if __name__ == "__main__":
