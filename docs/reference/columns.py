@@ -23,10 +23,10 @@ TABLES = {
 def markdown(columns: Columns) -> str:
     """Return the variables of a kind of file as a table; those of points in contact come last."""
     rows = [
-        f"| {row.Index}{_unit(row.unit)} | {', '.join(row.dims.split())} | {row.meaning}{_where(row.where)} |"
+        f"| {row.Index} ({', '.join(row.dims.split())}){_unit(row.unit)} | {row.meaning}{_where(row.where)} |"
         for row in columns.table.itertuples()
     ]
-    return "\n".join(["| variable | dims | meaning |", "|---|---|---|", *rows])
+    return "\n".join(["| variable (dims) [unit] | meaning |", "|---|---|", *rows]).replace(" ()", "")
 
 
 def _unit(unit: str) -> str:
