@@ -16,6 +16,8 @@ COMMAND = "python docs/reference/keys.py"
 
 PAGE = Path(__file__).with_suffix(".md")
 
+UNLIMITED = ("none", "all", "both", "all three", "all four", "all five")  # what was checked, where this bounds nothing
+
 TITLE = f"""\
 # Keys of a scene
 
@@ -83,7 +85,7 @@ def _row(prefix: str, name: str, section: type[Section], having: str) -> tuple[s
     about = [f"{known.role}, {known.provenance}"]
     if known.role == "physics":
         about.append(known.source)
-    if known.checked not in ("none", "all"):
+    if known.checked not in (*UNLIMITED, _default(section, name)):
         about.append(f"checked: {known.checked}")
     scenes = f" ({having})" if having else ""
     return (
