@@ -16,7 +16,14 @@ COMMAND = "python docs/reference/keys.py"
 
 PAGE = Path(__file__).with_suffix(".md")
 
-UNLIMITED = ("none", "all", "both", "all three", "all four", "all five")  # what was checked, where this bounds nothing
+UNLIMITED = (
+    "none",
+    "all",
+    "both",
+    "all three",
+    "all four",
+    "all five",
+)  # what was checked, where this bounds nothing
 
 TITLE = f"""\
 # Keys of a scene
