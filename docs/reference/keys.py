@@ -73,10 +73,9 @@ def _section_text(prefix: str, described: dict[str, type[Section]]) -> str:
     own = {name: _defining(section, name) for name, section in described.items()}
     parts = [cleandoc(section.__doc__ or "") + "\n" for section in dict.fromkeys(own.values())]
     having = {name: _having(prefix, name, section) for name, section in described.items()}
-    usual = max(having.values(), key=list(having.values()).count)
-    rows = [
-        _row(prefix, name, section, having[name].replace(usual, "")) for name, section in described.items()
-    ]
+    usual = max(having.values(), key=lambda scenes: (scenes == "all", list(having.values()).count(scenes)))
+    others = {name: scenes if scenes != usual else "" for name, scenes in having.items()}
+    rows = [_row(prefix, name, section, others[name]) for name, section in described.items()]
     parts.append(f"Scenes: {usual}.\n\n" + _table(("key", "allowed", "default", "origin"), rows))
     return "\n".join(parts)
 
