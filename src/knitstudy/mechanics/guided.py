@@ -53,6 +53,8 @@ class GuidedNewton(Newton):
             return [change]
         last, span = now.rates[0], target - now.load
         past = self.guide(now.load - last.increment, now.load)
+        if past is None:
+            return [change]
         return [change + span * (last.step - past / last.increment), change]
 
     def _closed(self, at: Iterate, now: Increment, target: float) -> Iterate:

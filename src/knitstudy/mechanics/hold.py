@@ -27,14 +27,14 @@ class Hold:
         [1.0, 0.0]
         """
         if response.stiffness is not None:
-            add_diagonal(response.stiffness, self.stiffness)
+            add_diagonal(response.tangent, self.stiffness)
         return replace(response, force=response.force + self.stiffness * (change - self.free))
 
 
 def typical_stiffness(model: Model, fixed: np.ndarray) -> np.ndarray:
     """Return the stiffness (size,) of a typical unknown at rest; the prescribed unknowns (k,) have none."""
     rest = model.respond(model.begin(model.start(), 1.0, 1.0), stiffness=True)
-    unit = np.median(np.abs(rest.stiffness.diagonal()) / model.scale**2) * model.scale**2
+    unit = np.median(np.abs(rest.tangent.diagonal()) / model.scale**2) * model.scale**2
     unit[fixed] = 0.0
     return unit
 

@@ -222,8 +222,9 @@ def line_search(
     tolerance: float,  # residual of a balanced state
 ) -> Trial | None:
     """Return the trial to go on with, or None if there is none that helps."""
-    low, high = (0.0, slope), None
-    share, best = 1.0, None
+    low, high = (0.0, slope), (np.inf, np.nan)  # brackets: shares, and the forces there
+    share = 1.0
+    best: Trial | None = None
     # Full steps from a balanced state may go back and forth across a kink of the force.
     enough = max(STEEP * residual, tolerance if residual > tolerance else 0.0)
     for _ in range(TRIALS):
@@ -237,7 +238,7 @@ def line_search(
         if best is None or abs(tried.along) < abs(best.along):
             best = tried
         before_root = tried.along * slope > 0
-        if before_root and (high is None or np.isnan(high[1])):
+        if before_root and np.isnan(high[1]):
             # The tangent is too stiff for the root to lie within the step, or the step leads uphill.
             if tried.residual <= residual or abs(tried.along) <= abs(slope):
                 return tried

@@ -56,7 +56,9 @@ class Section:
     slenderness: float = 0.0
 
     @classmethod
-    def circular(cls, diameter: float, youngs_modulus: float, poisson_ratio: float, count=1.0) -> Section:
+    def circular(
+        cls, diameter: float, youngs_modulus: float, poisson_ratio: float, count: float | np.ndarray = 1.0
+    ) -> Section:
         """Return the section of `count` solid circular yarns side by side, with the constants of Abaqus' B31.
 
         The shear factor 0.89 and the slenderness compensation factor 0.25 are that element's defaults. Cowper

@@ -67,3 +67,9 @@ class BeamState:
     rotation: np.ndarray  # (N, 3, 3), rotations from the reference, where they are the identity
     contact: BeamContactHistory | None = None
     released: float = 1.0  # share of the elements' natural curvature that acts
+
+    @property
+    def contact_history(self) -> BeamContactHistory:
+        """History of contact of a state that a model with contact has made."""
+        assert self.contact is not None, "this state is of a model without contact"
+        return self.contact

@@ -125,7 +125,8 @@ def local_compliance(
         for apart in APART
     )
     share = APART[0] / (APART[1] - APART[0])
-    return tuple(float(value) for value in near + share * (near - far))
+    normal, along, across = (near + share * (near - far)).tolist()
+    return normal, along, across
 
 
 def _beam_patch(radius: float, apart: float, poisson_ratio: float) -> np.ndarray:
@@ -248,10 +249,10 @@ def cylinder_patch(radius: float, apart: float, poisson_ratio: float) -> np.ndar
         cosine, sine, one = np.moveaxis(waves, 3, 1).transpose(2, 0, 1, 3)
         load[..., 0, 0], load[..., 0, 1], load[..., 1, 2] = cosine, -sine, one
         load[..., 2, 0], load[..., 2, 1] = sine, cosine
-        load = load.reshape(len(m), -1, 9, 3)
-        answer = load @ np.swapaxes(surface_compliance(m[:, None], k, poisson_ratio), 2, 3)
+        loads = load.reshape(len(m), -1, 9, 3)
+        answer = loads @ np.swapaxes(surface_compliance(m[:, None], k, poisson_ratio), 2, 3)
         share = np.where(m == 0, 0.5, 1.0)[:, None, None, None]
-        flat = np.moveaxis(share * load, 2, 0).reshape(9, -1)
+        flat = np.moveaxis(share * loads, 2, 0).reshape(9, -1)
         total += np.real(flat.conj() @ np.moveaxis(answer, 2, 0).reshape(9, -1).T)
     # Waves of -k are the conjugates of the waves of k and -m; waves of -m are their mirror images.
     mirror = np.outer(MIRROR, MIRROR).ravel()
@@ -279,7 +280,7 @@ def space_patch(
     load = np.einsum("wq,jq,qn->wnj", wave, weight, across)  # the same for each component
     (group,) = span_groups(Space((yarn,)), straight(yarn), Hencky(1.0, poisson_ratio))
     rest = np.zeros((1, group.connectivity.shape[1], 3))
-    blocks = group.elements.respond(slice(d, d + 1), rest, stiffness=True).stiffness
+    blocks = group.elements.respond(slice(d, d + 1), rest, stiffness=True).tangent
     blocks = blocks.reshape(d + 1, size // 3, d + 1, size // 3, 3, 3)
     apart = np.exp(1j * phase[:, None, None] * (offset - offset[:, None]))
     stiffness = np.einsum("wij,injmab->wnamb", apart, blocks, optimize=True).reshape(-1, size, size)

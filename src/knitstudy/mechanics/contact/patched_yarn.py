@@ -81,8 +81,8 @@ class PatchedYarn:
         displacement = weights @ moved.reshape(-1, 3)[:, direction]
         shape = np.stack([np.ones_like(x), -(x**2), -(y**2)], axis=1)
         weighted = weight[:, None] * shape
-        middle, *fall = np.linalg.solve(shape.T @ weighted, weighted.T @ displacement)
-        return PatchResponse(float(middle), tuple(map(float, fall)), float(weight @ displacement))
+        middle, *fall = np.linalg.solve(shape.T @ weighted, weighted.T @ displacement).tolist()
+        return PatchResponse(middle, (fall[0], fall[1]), float(weight @ displacement))
 
 
 @lru_cache(maxsize=32)

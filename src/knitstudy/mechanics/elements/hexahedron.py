@@ -212,7 +212,7 @@ class OnePointHexahedron(Hexahedra):
         control = np.swapaxes(hourglass[:, None, None] * gamma, 1, 2)
         answer.force[:] += control @ mode
         answer.hourglass[:] = 0.5 * hourglass * np.einsum("emi,emi->e", mode, mode)
-        if stiffness:
+        if answer.stiffness is not None:
             for diagonal in (0, 4, 8):
                 answer.stiffness[:, :, diagonal] += (control @ gamma).reshape(-1, 64)
         return answer

@@ -128,7 +128,7 @@ class Spans:
         # A span turned inside out has no energy in terms of E: the load path has to reject it.
         flux[..., dilatation.volume_ratio <= 0] = np.nan
         if out is not None:
-            moduli = answer.tangent.transpose(1, 2, 0)
+            moduli = answer.moduli.transpose(1, 2, 0)
             if step is not None:
                 change = _product(self._parent_gradient(step, spans), to_parent)
                 strain = 0.5 * _product(change.swapaxes(0, 1), change)
@@ -211,16 +211,16 @@ class Spans:
         weights = weights.reshape(e, 4 * g, d * d).swapaxes(1, 2)
         full = out if self._kept is None else SCRATCH.array("stiffness of all", e, (d * n) ** 2, 9)
         sums, few = sums.reshape(e, g, -1), max(1, CLOSE // self._entries.size)
-        for part in (slice(low, low + few) for low in range(0, e, few)):
-            here = full[part]
-            rows, flat = changes[part], here.reshape(len(here), -1)
+        for some in (slice(low, low + few) for low in range(0, e, few)):
+            here = full[some]
+            rows, flat = changes[some], here.reshape(len(here), -1)
             products = SCRATCH.array("products of dilatations", len(here), 3 * d * n, 3 * d * n)
             np.matmul(self._dilatation.lame * rows.swapaxes(1, 2), rows, out=products)
             np.take(products.reshape(flat.shape), self._order, axis=1, out=flat, mode="clip")
             every = SCRATCH.array("all section sums", len(here) * g, self._entries.size)
-            np.take(sums[part].reshape(len(every), -1), self._entries, axis=1, out=every, mode="clip")
+            np.take(sums[some].reshape(len(every), -1), self._entries, axis=1, out=every, mode="clip")
             blocks = SCRATCH.array("blocks of splines", len(here), d * d, n * n * 9)
-            np.matmul(weights[part], every.reshape(len(here), 4 * g, -1), out=blocks)
+            np.matmul(weights[some], every.reshape(len(here), 4 * g, -1), out=blocks)
             target = here.reshape(-1, d, n, d, n, 9)
             target += blocks.reshape(-1, d, d, n, n, 9).transpose(0, 1, 3, 2, 4, 5)
         if self._kept is not None:
@@ -256,7 +256,7 @@ def _material_part(deformation: np.ndarray, to_parent: np.ndarray, moduli: np.nd
     return np.matmul(strain.swapaxes(1, 2), half, out=SCRATCH.array("B C B", count, 9, 9))
 
 
-def _pair_tables(table: np.ndarray) -> tuple[list, np.ndarray]:
+def _pair_tables(table: np.ndarray) -> tuple[list[tuple[tuple[slice, slice], np.ndarray]], np.ndarray]:
     """Return pairs (alpha, beta) with products (r m, .) of functions (alpha, m, n), and where sums with them stand.
 
     Of no derivative along the yarn, of one in the column, and of two. The first and the last are as large as the
@@ -290,7 +290,7 @@ def span_groups(
 
     Raises MeshError as `Spans` does.
     """
-    rows: dict[tuple[int, ...], list] = {}
+    rows: dict[tuple[int, ...], list[tuple[np.ndarray, ...]]] = {}
     for number, yarn in enumerate(space.yarns):
         spline = yarn.spline
         d = spline.degree
