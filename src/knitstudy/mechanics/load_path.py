@@ -12,8 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.flow import Flow
-from knitstudy.mechanics.guided import Guide, GuidedNewton
+from knitstudy.mechanics.continuation import Flow, Guide, GuidedNewton
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LinearSolver
 from knitstudy.mechanics.model import Model

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.hold import Hold, typical_stiffness
 from knitstudy.mechanics.increment import (
     PHASES,
+    Hold,
     Increment,
     PrescribedDisplacement,
     Rate,
@@ -22,6 +22,7 @@ from knitstudy.mechanics.increment import (
     Trial,
     extrapolated,
     line_search,
+    typical_stiffness,
 )
 from knitstudy.mechanics.linear import LinearSolver, System
 from knitstudy.mechanics.model import Model, Response, eliminate, summed

@@ -19,7 +19,7 @@ from knitstudy.knit.loading.restart import Checkpoint
 from knitstudy.knit.loading.run import IN_MEMORY, ReportProgress, Run, silent
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.mechanics.batches import reuse_memory, serial_blas
-from knitstudy.mechanics.guided import Guide
+from knitstudy.mechanics.continuation import Guide
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU, LinearSolver
 from knitstudy.mechanics.load_path import trace

@@ -22,7 +22,7 @@ from knitstudy.knit.mesh.section import Section
 from knitstudy.knit.mesh.spacing import drawn, drawn_angles
 from knitstudy.knit.mesh.sweep import SweptMesh, rolled, rotation_minimising, tube
 from knitstudy.mechanics.batches import determinant
-from knitstudy.mechanics.elements.quadratic import GRADIENTS
+from knitstudy.mechanics.elements.hexahedron import QUADRATIC_GRADIENTS
 
 # Weights (8,) of a face's corners and of the middles of its edges at its centre.
 FACE_CENTRE = np.array([-0.25] * 4 + [0.5] * 4)
@@ -68,7 +68,7 @@ class QuadraticMesh:
     corners: SweptMesh  # of the corners alone, on the true radius
     section: QuadraticSection
     nodes: np.ndarray  # (N, 3) coordinates. [m]
-    elements: np.ndarray  # (E, 20) in the order of `knitstudy.mechanics.elements.quadratic`
+    elements: np.ndarray  # (E, 20) in the order of `knitstudy.mechanics.elements.hexahedron`
     yarn: np.ndarray  # (N,)
     station: np.ndarray  # (N,) numbered through all yarns
     corner_nodes: np.ndarray  # number of every node of ``corners``
@@ -179,7 +179,7 @@ def _middle_slices(
 def _refuse_folded(nodes: np.ndarray, elements: np.ndarray, corners: SweptMesh) -> None:
     """Refuse elements whose Jacobian is not positive at one of their Gauss points."""
     places = np.swapaxes(nodes[elements], 1, 2)
-    smallest = np.min([determinant(places @ gradient) for gradient in GRADIENTS], axis=0)
+    smallest = np.min([determinant(places @ gradient) for gradient in QUADRATIC_GRADIENTS], axis=0)
     worst = int(np.argmin(smallest))
     if not smallest[worst] > 0:
         layer = corners.slice_of_element[worst]

@@ -14,11 +14,11 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.beams.beam import BeamContactHistory, BeamState, LineHistory
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.line_contact import LineContact
 from knitstudy.mechanics.beams.line_friction import ActivePairs
 from knitstudy.mechanics.beams.pair_search import PointPairs
-from knitstudy.mechanics.beams.state import BeamContactHistory, BeamState, LineHistory
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.rotation import hat
 

@@ -11,9 +11,8 @@ import scipy.sparse as sp
 from knitstudy.mechanics.assembly import Assembly, Batch
 from knitstudy.mechanics.batches import share
 from knitstudy.mechanics.beams import beam
-from knitstudy.mechanics.beams.beam import LinearSprings
+from knitstudy.mechanics.beams.beam import BeamState, LinearSprings
 from knitstudy.mechanics.beams.beam_contact import BeamContact
-from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.model import Memoryless, Response
 from knitstudy.mechanics.rotation import exp, hat
 

@@ -34,6 +34,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.mechanics.batches import by_parts, parts, share
+from knitstudy.mechanics.beams.beam import BeamState, CommittedPoints, LineHistory
 from knitstudy.mechanics.beams.contact_points import Axes, Spread
 from knitstudy.mechanics.beams.hertz import Expansion
 from knitstudy.mechanics.beams.line_friction import (
@@ -47,7 +48,6 @@ from knitstudy.mechanics.beams.line_friction import (
 )
 from knitstudy.mechanics.beams.pair_search import PairSearch, PointPairs
 from knitstudy.mechanics.beams.repulsion import Repulsion
-from knitstudy.mechanics.beams.state import BeamState, CommittedPoints, LineHistory
 
 NEAR = 1.1  # distance up to which pairs are near each other, and have a history, over the diameter
 SPACINGS = 2.5  # length of contact from which on the law is exact in the mean, over the spacing of points
