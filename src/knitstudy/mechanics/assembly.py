@@ -187,9 +187,9 @@ class PairSum:
 
     def __init__(
         self,
-        entries: Ints,  # int (k,), entries of the pattern that the batch touches, ascending
+        entries: Ints,  # (k,), entries of the pattern that the batch touches, ascending
         weights: sp.csr_matrix,  # (k, e a^2)
-        alone: Bools,  # bool (k,), entries that no other batch touches
+        alone: Bools,  # (k,), entries that no other batch touches
     ) -> None:
         self._own, self._joint = entries[alone], entries[~alone]
         self._to_own, self._to_joint = weights[alone], weights[~alone]

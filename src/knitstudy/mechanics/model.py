@@ -125,7 +125,7 @@ class Model(Protocol):
 
 def eliminate(
     matrix: sp.bsr_matrix | sp.csr_matrix,  # (size, size), of structurally symmetric pattern
-    fixed: Ints,  # int (k,), prescribed unknowns
+    fixed: Ints,  # (k,), prescribed unknowns
     diagonal: float | None = None,  # value of their diagonal entries; by default the mean stiffness
 ) -> None:
     """Set the rows and columns of prescribed unknowns to zero, in place, and their diagonal entries to a value.
@@ -175,7 +175,7 @@ def transformation(
 def rigid_motions(
     position: Floats,  # (n, 3), nodes [m]
     unity: Floats,  # (n,), what the constant 1 has at the nodes: 1 where they are places, else coefficients
-    group: Ints,  # int (n,), group of every node, 0 to g - 1
+    group: Ints,  # (n,), group of every node, 0 to g - 1
 ) -> Floats:
     """Return the rigid motions (n, 3, 6) of groups of nodes: translations, and rotations about the group's centre.
 

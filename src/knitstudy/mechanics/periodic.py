@@ -18,7 +18,7 @@ from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.line_contact import LineContact
 from knitstudy.mechanics.beams.line_friction import ActivePairs
 from knitstudy.mechanics.linear import factorise
-from knitstudy.mechanics.model import Model, Response, summed
+from knitstudy.mechanics.model import Memoryless, Model, Response, summed
 from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.basis import Spline
 from knitstudy.mechanics.spline_yarn.space import YarnSpace
@@ -129,7 +129,7 @@ def condensed(
     stiffness: sp.spmatrix,  # (size, size), symmetric
     fields: Floats,  # (size, m)
     spread: sp.csr_matrix,  # (size, n), S
-    held: Ints,  # int (k,), of the n: they stay 0, so that nothing can move for nothing
+    held: Ints,  # (k,), of the n: they stay 0, so that nothing can move for nothing
 ) -> Floats:
     """Return the symmetric stiffness (m, m) against the amounts of fields, u = S q + fields a, with q in balance.
 
@@ -173,7 +173,7 @@ class Seam:
 
     wrapped: sp.csr_matrix  # (n, p) W: nodes of the yarn with two ends from nodes that wrap around
     beyond: sp.csr_matrix  # (n, p) S: how much of the jump of each its nodes carry
-    order: Ints  # int (p,), function over the section of every node that wraps around
+    order: Ints  # (p,), function over the section of every node that wraps around
 
     @property
     def unity(self) -> Floats:
@@ -271,7 +271,7 @@ class EndlessState:
     dragged: float = 0.0  # work of the drag before [J]
 
 
-class EndlessBeams:
+class EndlessBeams(Memoryless):
     """A model whose unknowns are six of every node of one period, and the three of the lattice.
 
     `inner` has the elements between them. Its further nodes are images: they move with their nodes and with the
@@ -283,8 +283,8 @@ class EndlessBeams:
     def __init__(
         self,
         inner: BeamModel,  # of N nodes
-        owner: Ints,  # int (N,), node of the period; the first n are themselves
-        image: Ints,  # int (N, 2), how many periods away
+        owner: Ints,  # (N,), node of the period; the first n are themselves
+        image: Ints,  # (N, 2), how many periods away
         lattice: Lattice,
         contact: LineContact,  # of points
         points: ContactPoints,
@@ -312,14 +312,10 @@ class EndlessBeams:
         period = inner.elements.length.sum() / (len(owner) - self.nodes)
         self._drag *= DRAG * bending / period**3
         self._stored: dict[str, float] = {}  # energies there
-        i = np.arange(6 * len(owner)).reshape(-1, 6)
-        own = sp.csr_matrix(
-            (np.ones(i.size), (i.ravel(), (6 * owner[:, None] + np.arange(6)).ravel())), (i.size, self.size)
-        )
-        shift = np.einsum("ka,aij->kij", image, self.moves)
-        at = np.broadcast_to(i[:, :3, None], shift.shape)
-        column = np.broadcast_to(self.lattice_unknowns, shift.shape)
-        self.spread = own + sp.csr_matrix((shift.ravel(), (at.ravel(), column.ravel())), own.shape)
+        own = sp.csr_matrix((np.ones(len(owner)), (np.arange(len(owner)), owner)))
+        shift = np.zeros((len(owner), 6, 3))
+        shift[:, :3] = np.einsum("ka,aij->kij", image, self.moves)
+        self.spread = sp.hstack([sp.kron(own, sp.identity(6)), shift.reshape(-1, 3)], format="csr")
         self._collect = sp.csr_matrix(self.spread.T)
         self._points_follow = points.spread(self.moves)
         self._placed = lru_cache(maxsize=1)(self._place)  # the tangent needs what forces have needed
@@ -362,9 +358,6 @@ class EndlessBeams:
         released = min(load / RELEASED, 1.0)
         beams = replace(state.beams, released=released) if self.ramps else state.beams
         return replace(state, beams=beams, moved=np.zeros(self.size))
-
-    def settle(self, state: EndlessState) -> None:
-        """Return None: a balanced state is a converged one."""
 
     def commit(self, state: EndlessState) -> EndlessState:
         """Return the state that a converged increment leaves."""

@@ -271,7 +271,7 @@ class LinearSprings(Chosen):
     the reference it is of second order in the stretch, otherwise of first order.
     """
 
-    ends: Ints  # int (K, 2), nodes that carry the points
+    ends: Ints  # (K, 2), nodes that carry the points
     offsets: Floats  # (K, 2, 3), from the node to its point, in the reference [m]
     # (K, 3, 3), symmetric matrices k; diagonal if the springs stand along x, y and z [N/m]
     stiffness: Floats
@@ -314,7 +314,7 @@ class CommittedPoints:
 class LineHistory(Chosen):
     """History of the pairs of points that touched at the last converged increment, and all points then."""
 
-    key: Ints  # int (m,), ascending; which pairs
+    key: Ints  # (m,), ascending; which pairs
     arm: Floats  # (m, 2, 3), from the centres to the points that met, in the sections' axes [m]
     normal: Floats  # (m, 2, 3), at the closest points of both yarns, in the axes of both sections
     share: Floats  # (m,), part of the pairs' force along it

@@ -33,9 +33,9 @@ class BeamContact:
         self,
         line: LineContact,
         points: ContactPoints,
-        node: Ints,  # int (S,), node that carries a station
+        node: Ints,  # (S,), node that carries a station
         offset: Floats,  # (S, 3), rigid arm from that node to the station, in the reference [m]
-        yarn: Ints,  # int (K, 2), of crossings
+        yarn: Ints,  # (K, 2), of crossings
         arc_length: Floats,  # (K, 2) [m]
     ) -> None:
         self.line, self.points, self.node, self.offset = line, points, node, offset

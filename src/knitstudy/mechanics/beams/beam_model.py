@@ -31,7 +31,7 @@ class BeamModel(Memoryless):
     def __init__(
         self,
         nodes: Floats,  # (N, 3), reference positions [m]
-        ends: Ints,  # int (E, 2), the nodes that the two ends of every element belong to
+        ends: Ints,  # (E, 2), the nodes that the two ends of every element belong to
         section: beam.SectionLaw,  # stiffness of the elements
         radius: float,  # length that makes rotations comparable with displacements [m]
         # (E, 2, 3), from the node to the element's end, in the reference [m]; none if left out

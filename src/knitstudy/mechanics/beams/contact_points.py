@@ -67,17 +67,17 @@ class Spread:
 class ContactPoints:
     """Points of contact of yarns with stations; the section of the nearest station turns them."""
 
-    yarn: Ints  # int (p,)
+    yarn: Ints  # (p,)
     arc_length: Floats  # (p,) [m]
     weight: Floats  # (p,), length that they stand for [m]
-    station: Ints  # int (p,), whose section it is
+    station: Ints  # (p,), whose section it is
     weights: sp.csr_matrix  # (p, n), of the positions of stations
     around: Floats  # (p,), the same of images of stations, in periods along the yarn
 
     @classmethod
     def of(
         cls,
-        yarn: Ints,  # int (n,), of the stations; stations of a yarn follow each other
+        yarn: Ints,  # (n,), of the stations; stations of a yarn follow each other
         arc_length: Floats,  # (n,), rising [m]
         per_station: int,  # points for every station
         period: Floats | None = None,  # (Y,), lengths of yarns that go on as their own images [m]
@@ -131,8 +131,8 @@ class ContactPoints:
 class Axes:
     """Derivatives of the yarns by arc length at their points."""
 
-    points: Ints  # int (n, 3), through which parabolas lead
-    image: Ints  # int (n, 3), how many periods along the yarn they are away
+    points: Ints  # (n, 3), through which parabolas lead
+    image: Ints  # (n, 3), how many periods along the yarn they are away
     first: Floats  # (n, 3), weights of the tangent [1/m]
     second: Floats  # (n, 3), weights of the second derivative [1/m2]
 

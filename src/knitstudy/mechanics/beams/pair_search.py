@@ -23,11 +23,11 @@ PIECE = 64  # points of a piece of yarn
 class PointPairs(Chosen):
     """Pairs of points in one configuration: of point i, and of the image of point j."""
 
-    i: Ints  # int (k,)
-    j: Ints  # int (k,)
-    image: Ints  # int (k, 2), how many periods away
+    i: Ints  # (k,)
+    j: Ints  # (k,)
+    image: Ints  # (k, 2), how many periods away
     way: Floats  # (k, 3), vectors from i to the image of j [m]
-    key: Ints  # int (k,), ascending
+    key: Ints  # (k,), ascending
 
     @property
     def distance(self) -> Floats:
@@ -54,9 +54,9 @@ class FoundPairs:
     position: Floats  # (n, 3), of the points then [m]
     vectors: Floats  # (2, 3), of the lattice then [m]
     distance: Floats  # (k,), of the pairs then [m]
-    pieces: Ints  # int (g, 2), pieces of yarn that pairs lie on
-    of_pieces: Ints  # int (k,), row of the pieces of a pair
-    images: Ints  # int (2,), more periods than any pair is away
+    pieces: Ints  # (g, 2), pieces of yarn that pairs lie on
+    of_pieces: Ints  # (k,), row of the pieces of a pair
+    images: Ints  # (2,), more periods than any pair is away
 
     @classmethod
     def of(cls, pairs: PointPairs, far: float, position: Floats, vectors: Floats) -> FoundPairs:
@@ -97,11 +97,11 @@ class PairSearch:
 
     def __init__(
         self,
-        yarn: Ints,  # int (n,), of every point; points of a yarn follow each other
+        yarn: Ints,  # (n,), of every point; points of a yarn follow each other
         arc_length: Floats,  # (n,) [m]
         beside: float,  # lengths along a yarn within which it does not touch itself [m]
         period: Floats | None,  # (Y,), lengths of one period of the yarns; None where nothing repeats [m]
-        # int (n,), number of the tie that joins a point to others, or -1; None where nothing does
+        # (n,), number of the tie that joins a point to others, or -1; None where nothing does
         joined: Ints | None,
     ) -> None:
         self.yarn, self.arc_length, self.beside = yarn, arc_length, beside

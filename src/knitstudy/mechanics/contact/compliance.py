@@ -50,7 +50,7 @@ def moments(rule: Floats) -> Floats:
 
 
 def surface_compliance(
-    m: Ints,  # int (...), waves around
+    m: Ints,  # (...), waves around
     k: np.ndarray,  # (...), waves along, times the radius; not 0
     poisson_ratio: float,
 ) -> np.ndarray:
@@ -170,7 +170,7 @@ def missing_tie_compliance(
     radius: float,  # of the yarns [m]
     youngs_modulus: float,
     poisson_ratio: float,
-    yarn: Ints,  # int (k,)
+    yarn: Ints,  # (k,)
     arc_length: Floats,  # (k,), where the patches lie [m]
     patch: float,  # their radius [m]
 ) -> Floats:
@@ -403,17 +403,8 @@ def far_compliance(poisson: float, direction: int = NORMAL) -> float:
 def half_space_compliance(radius: float, poisson: float, direction: int = NORMAL) -> float:
     """Return C_half: the weighted mean displacement of a half space under Hertz's distribution on a circle.
 
-    Under a force along the surface the compliance is (2 - nu) / (2 (1 - nu)) times as large (Johnson 1985,
-    section 7.2).
-
-    Parameters
-    ----------
-    radius : float
-        Radius of the circle, over the radius of the yarn.
-    poisson : float
-        Poisson's ratio.
-    direction : int
-        Direction of the force: `NORMAL`, `ALONG` or `ACROSS`.
+    The radius of the circle is over that of the yarn. Under a force along the surface, in the direction `ALONG` or
+    `ACROSS`, the compliance is (2 - nu) / (2 (1 - nu)) times as large (Johnson 1985, section 7.2).
 
     Examples
     --------

@@ -22,10 +22,10 @@ class ContactPoints:
     followed: ContactHistory  # of all pairs that are followed
     least: Floats  # (f,), lower bounds of the gaps of all pairs that are followed [m]
     carriers: Floats  # (M, 3), of the surfaces, in this configuration [m]
-    evaluated: Ints  # int (e,), which of the pairs that are followed can touch here
+    evaluated: Ints  # (e,), which of the pairs that are followed can touch here
     evaluated_xi: Floats  # (e, 2), their closest points
     evaluated_gap: Floats  # (e,), their gaps [m]; inf where there is no closest point
-    number: Ints  # int (c,), which of the pairs that are followed touch or touched
+    number: Ints  # (c,), which of the pairs that are followed touch or touched
     history: ContactHistory  # of these, in the same order
     position: Floats  # (c, 3), points [m]
     projection: Projection  # against the surfaces that they face
@@ -36,7 +36,7 @@ class ContactPoints:
     trial: Floats  # (c, 3), trial traction epsT s [Pa]
     pressure: Floats  # (c,)
     traction: Floats  # (c, 3), tangential part [Pa]
-    status: Ints  # int (c,) OPEN, STICK or SLIP
+    status: Ints  # (c,) OPEN, STICK or SLIP
     law: Coulomb  # with the stiffnesses of all pairs
     # (c,), between the first parameters' lines of both surfaces at the last converged increment, if the law
     # asks for it
@@ -65,7 +65,7 @@ class ContactStatus:
 
     # (n, M, 3), carriers of the surfaces at the last searches, the first one for all pairs [m]
     searched: Floats
-    last: Ints  # int (b,), the search that was the last one for pairs of a neighbourhood
+    last: Ints  # (b,), the search that was the last one for pairs of a neighbourhood
     seen: Floats  # (M, 3), where they were when gaps were seen last [m]
     least: Floats  # (c,), lower bounds of the gaps of all pairs there [m]
 
@@ -79,7 +79,7 @@ class TouchedPoints:
     multiplier: Floats  # (t,), pressure (negative) that augmentation has added within the increment [Pa]
     anchor: Floats  # (t, 2), convected coordinates at which the point would carry no tangential traction
     slip: Floats  # (t,), length slipped since the point first touched [m]
-    status: Ints  # int (t,) OPEN, STICK or SLIP
+    status: Ints  # (t,) OPEN, STICK or SLIP
 
     @classmethod
     @cache
@@ -97,8 +97,8 @@ class ContactHistory(Chosen):
     pairs, but not with pairs of another table.
     """
 
-    point: Ints  # int (c,), Gauss point
-    surface: Ints  # int (c,), surface that it faces
+    point: Ints  # (c,), Gauss point
+    surface: Ints  # (c,), surface that it faces
     xi: Floats  # (c, 2), its closest point
     # (c,), its gap [m]; inf where the closest point was not within the surface's edges, -inf where none was
     # looked for: it was open then, and xi is a guess
@@ -236,7 +236,7 @@ class Coulomb(Chosen):
         trial_change: Floats,  # (k, 3, 9), their derivative
         gap_change: Floats,  # (k, 9), derivative of the gap
         pressure: Floats,  # (k,)
-        status: Ints,  # int (k,)
+        status: Ints,  # (k,)
     ) -> Floats:
         """Return the derivative (k, 3, 9) of the tractions."""
         change, slips = trial_change.copy(), status == SLIP

@@ -22,7 +22,7 @@ from knitstudy.mechanics.contact.surface import ALONG, AROUND, Stencil, interpol
 class Grid:
     """Nodes that one surface goes through."""
 
-    # int (m, a), node numbers, at least 2 by 2; the normal (around x along) points outward
+    # (m, a), node numbers, at least 2 by 2; the normal (around x along) points outward
     nodes: Ints
     closed: bool = True  # whether the last column is followed by the first
     # how far inside of the interpolated surface the contact surface lies [m]: a polygon inflated to the area of

@@ -69,7 +69,7 @@ class Contact:
         surfaces: Surfaces,
         law: Coulomb | Indentation,
         *,
-        # bool (G, G), which surfaces may touch each other; by default all, themselves included
+        # (G, G), which surfaces may touch each other; by default all, themselves included
         meets: Bools | None = None,
         # which (k,) of undeformed places (k, 3) [m] on the surfaces may touch; by default all
         free: Callable[[np.ndarray], np.ndarray] | None = None,

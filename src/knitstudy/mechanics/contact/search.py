@@ -37,7 +37,7 @@ class Search:
         surfaces: Surfaces,
         quadrature: Quadrature,
         carriers: Floats,  # (M, 3), of the undeformed surfaces [m]
-        meets: Bools,  # bool (G, G), which surfaces may touch; symmetric
+        meets: Bools,  # (G, G), which surfaces may touch; symmetric
         free: Callable[[np.ndarray], np.ndarray] | None,  # which (P,) of places (P, 3) [m] may; None: all
     ) -> None:
         self.surfaces, self.quadrature, self.meets = surfaces, quadrature, meets
@@ -101,8 +101,8 @@ class Search:
 
     def closest(
         self,
-        point: Ints,  # int (c,)
-        surface: Ints,  # int (c,), that a point faces
+        point: Ints,  # (c,)
+        surface: Ints,  # (c,), that a point faces
         guess: Floats,  # (c, 2), of the closest place
         position: Floats,  # (c, 3), of the points [m]
         carriers: Floats,  # (M, 3) [m]

@@ -23,10 +23,10 @@ ALONG, AROUND = [0, 1, 0, 2, 1, 0], [0, 0, 1, 0, 1, 2]
 class Stencil:
     """The carriers that places on surfaces depend on, and their weights."""
 
-    nodes: Ints  # int (k, c), carriers
+    nodes: Ints  # (k, c), carriers
     # (k, 6, c), of the place, its derivatives along and around, and its second ones: along, mixed, around
     weights: Floats
-    key: Ints  # int (k,), places with the same key have the same carriers
+    key: Ints  # (k,), places with the same key have the same carriers
 
     @property
     def value(self) -> Floats:
@@ -56,10 +56,10 @@ class Surfaces(Protocol):
     Gauss points; rings, the edges of cells across a surface, are where the search begins.
     """
 
-    cells: Ints  # int (G, 2), cells of every surface, along and around
-    closed: Bools  # bool (G,), whether it closes around
+    cells: Ints  # (G, 2), cells of every surface, along and around
+    closed: Bools  # (G,), whether it closes around
     offset: np.ndarray  # (G,), how far inside of the interpolated surface the contact surface lies [m]
-    # bool (C,), cells that repeat others in a periodic structure: points face them, and they have none; None: no cell
+    # (C,), cells that repeat others in a periodic structure: points face them, and they have none; None: no cell
     images: Bools | None
     block: int  # carriers come in runs of so many; a run is in a stencil as a whole
     overshoot: (
@@ -179,7 +179,7 @@ class Projection(Chosen):
     """Points against the surfaces that they face."""
 
     xi: Floats  # (k, 2), parameters of the closest points
-    # bool (k,), whether the closest point lies within the surface's edges; what else is here holds only then
+    # (k,), whether the closest point lies within the surface's edges; what else is here holds only then
     found: Bools
     tangent: Floats  # (k, 2, 3), tau_a [m]
     curvature: Floats  # (k, 3, 3) y,_ab for ab = 11, 12, 22 [m]

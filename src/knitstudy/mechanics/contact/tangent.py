@@ -25,8 +25,8 @@ class Quadrature:
     have 30 million of them.
     """
 
-    cells: Ints  # int (G, 2), cells of every surface, along and around
-    first_cell: Ints  # int (G + 1,), first cell of every surface, then the number of all cells
+    cells: Ints  # (G, 2), cells of every surface, along and around
+    first_cell: Ints  # (G + 1,), first cell of every surface, then the number of all cells
     edges: tuple[np.ndarray, np.ndarray]  # parameters of edges of cells along and around, surface by surface
     local: Floats  # (p, 2), places of the points in a cell, in shares of it
     area: Floats  # (P,), undeformed area of the contact surface that a point stands for [m2]
@@ -125,8 +125,8 @@ class CellPairs:
 
     def __init__(
         self,
-        key: Ints,  # int (g, 2), keys of the stencils on both sides
-        nodes: Ints,  # int (g, c), carriers of both sides
+        key: Ints,  # (g, 2), keys of the stencils on both sides
+        nodes: Ints,  # (g, c), carriers of both sides
         block: int,  # carriers of a run; c is a multiple
         count: int,  # number of all carriers
     ) -> None:
@@ -151,7 +151,7 @@ class CellPairs:
         self,
         rows: Floats,  # (a, m, c), V of every point
         inner: Floats,  # (a, m, 9, m), B, for every entry of a block
-        pair: Ints,  # int (a,), the pair of cells that every point belongs to
+        pair: Ints,  # (a,), the pair of cells that every point belongs to
         data: Floats,  # (nnz, b b, 9)
     ) -> Floats:
         """Return `data` with the sum over points of V^T B V, as blocks of the pattern."""

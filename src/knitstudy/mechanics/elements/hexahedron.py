@@ -267,14 +267,14 @@ class InverseMap:
     """Material points of all yarns, by their places."""
 
     nodes: Floats  # (N, 3) [m]
-    elements: np.ndarray  # int (E, a), their nodes
-    yarn: Ints  # int (N,), of every node
+    elements: np.ndarray  # (E, a), their nodes
+    yarn: Ints  # (N,), of every node
     shape: Functions  # of the elements
 
     def locate(
         self,
         points: Floats,  # (k, 3), places in or next to yarns [m]
-        yarn: Ints,  # int (k,), the yarn that each belongs to
+        yarn: Ints,  # (k,), the yarn that each belongs to
     ) -> tuple[Ints, Floats]:
         """Return the nodes (k, a) and weights (k, a) whose sum a material point is.
 

@@ -37,14 +37,14 @@ class KnitStructure:
 
     position: Floats  # (n, 3), nodes [m]
     unity: Floats  # (n,), the nodes' values in the sum that is 1 everywhere: 1 for nodes of a mesh
-    yarn: Ints  # int (n,), yarn of every node, ascending
-    # int (n,), place along the yarn, ascending: nodes of one cross-section, or of one spline, have it in common
+    yarn: Ints  # (n,), yarn of every node, ascending
+    # (n,), place along the yarn, ascending: nodes of one cross-section, or of one spline, have it in common
     station: Ints
     bandwidth: int  # largest difference of node numbers within an element of one yarn
-    # int (p,), nodes where yarns are tied to each other; None if crossings are no scale of their own, touching
+    # (p,), nodes where yarns are tied to each other; None if crossings are no scale of their own, touching
     # ones neither
     patch: Ints | None
-    fixed: Ints  # int (k,), prescribed unknowns
+    fixed: Ints  # (k,), prescribed unknowns
 
     def rigid_motions(self, group: Ints, moved: Floats | None) -> Floats:
         """Return the rigid motions (n, 3, 6) of groups (n,) of nodes that have moved (n, 3) [m]; none where fixed."""

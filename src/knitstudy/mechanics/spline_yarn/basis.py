@@ -188,7 +188,7 @@ class Spline:
         self,
         s: Floats,  # (k,)
         orders: int = 0,  # highest derivative
-        span: Ints | None = None,  # int (k,), spans to evaluate; by default the spans of the places
+        span: Ints | None = None,  # (k,), spans to evaluate; by default the spans of the places
     ) -> tuple[Ints, Floats]:
         """Return the first function (k,) and all of them with derivatives (orders + 1, k, d + 1) at places (k,).
 

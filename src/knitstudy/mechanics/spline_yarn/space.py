@@ -33,7 +33,7 @@ class YarnSpace:
     """The space of one yarn."""
 
     spline: Spline  # over arc length [m]
-    degrees: Ints  # int (J,) p of every coefficient along the yarn, at least 1
+    degrees: Ints  # (J,) p of every coefficient along the yarn, at least 1
     # Spans before and after those of the yarn itself: its images, where it repeats itself
     beyond: int = 0
 
@@ -75,7 +75,7 @@ class YarnSpace:
 
     def weights(
         self,
-        first: Ints,  # int (k,), first spline
+        first: Ints,  # (k,), first spline
         along: Floats,  # (k, d + 1), values or derivatives of the splines
         across: Floats,  # (k, n_p), of the functions over the section, up to the largest degree
     ) -> tuple[Ints, Floats]:
@@ -146,7 +146,7 @@ class Space:
 
     def weights(
         self,
-        yarn: Ints,  # int (k,)
+        yarn: Ints,  # (k,)
         x: Floats,  # (k, 2), place in the section over the radius, also outside of it
         s: Floats,  # (k,), arc length [m]
         derivative: int | None = None,  # 0 or 1 across, 2 along [1/m]
@@ -265,7 +265,7 @@ def locate(
     space: Space,
     nodes: Floats,  # (N, 3), undeformed coefficients [m]
     points: Floats,  # (k, 3), places [m]
-    yarn: Ints,  # int (k,), the yarn that each belongs to
+    yarn: Ints,  # (k,), the yarn that each belongs to
 ) -> tuple[Floats, Floats]:
     """Return the coordinates x (k, 2), over the radius, and s (k,) [m] of places in or next to yarns.
 
@@ -315,7 +315,7 @@ class Sampling:
     """The map from nodes (N, ...) to the same points of many sections (S q, ...): ``sampling @ nodes``."""
 
     space: Space
-    yarn: Ints  # int (S,), of every section
+    yarn: Ints  # (S,), of every section
     s: Floats  # (S,), its arc length [m]
     points: Floats  # (q, 2), in a section, over the radius
 

@@ -122,7 +122,7 @@ class Spans:
         # (2, E, g, d + 1), splines and their derivatives [1/m] at the Gauss points along the spans
         along: Floats,
         weight: Floats,  # (E, g), weights of these points [m]
-        degrees: Ints,  # int (d + 1,), p of the splines
+        degrees: Ints,  # (d + 1,), p of the splines
         material: Material,
     ) -> None:
         self.material = material
