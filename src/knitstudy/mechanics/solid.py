@@ -281,6 +281,7 @@ class SolidModel:
             diagonal = np.zeros((len(viscosity) // 3, 3, 3))
             diagonal[:, [0, 1, 2], [0, 1, 2]] = viscosity.reshape(-1, 3)
             node = np.arange(len(diagonal) + 1)
+            # Not in place: nodes of images in a periodic cell are in no element, and have no block in the pattern.
             added = sp.bsr_matrix((diagonal, node[:-1], node), shape=stiffness.shape)
             stiffness = sp.bsr_matrix(stiffness + added)
         return replace(
