@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.contact.surface import ALONG, AROUND, Stencil
 from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.basis import Spline
@@ -42,7 +42,7 @@ class Cylinders:
             (edges[1:] <= spans[0, 0]) | (edges[:-1] >= spans[-1, 1])
             for edges, spans in zip(along, own, strict=True)
         ]
-        self.images = np.repeat(np.concatenate(beyond), angles)
+        self.images: Bools | None = np.repeat(np.concatenate(beyond), angles)
         self.unit = 2 * np.pi * radius / angles
         self._turn = 2 * np.pi / angles
         self._along = along

@@ -108,11 +108,11 @@ class Indentation:
         """Depth [m] up to which the law is computed, of axes at right angles."""
         return float(self.radius * self.deepest[-1])
 
-    def pressure(self, gap: Floats, multiplier: Floats, angle: Floats) -> Floats:
+    def pressure(self, gap: Floats, multiplier: Floats, angle: Floats | None) -> Floats:
         """Return the pressures (k,) [Pa] at gaps (k,) [m] between axes at angles (k,); there are no multipliers."""
         return self.modulus * self._derivatives(gap, angle)[1]
 
-    def at(self, gap: Floats, angle: Floats) -> Coulomb:
+    def at(self, gap: Floats, angle: Floats | None) -> Coulomb:
         """Return the stiffnesses at gaps (k,) [m] and angles (k,), with the friction."""
         _, _, first, second = self._derivatives(gap, angle)
         stick, change = self._stick(gap, angle)
@@ -121,11 +121,11 @@ class Indentation:
         slope = -self.modulus / self.radius**2 * (stick * second + change * first)
         return Coulomb(normal, stick * normal, self.friction, slope)
 
-    def stored(self, gap: Floats, pressure: Floats, angle: Floats) -> Floats:
+    def stored(self, gap: Floats, pressure: Floats, angle: Floats | None) -> Floats:
         """Return the energies (k,) of the pressure [J/m2]."""
         return self.modulus * self.radius * self._derivatives(gap, angle)[0]
 
-    def _stick(self, gap: Floats, angle: Floats) -> tuple[Floats, Floats]:
+    def _stick(self, gap: Floats, angle: Floats | None) -> tuple[Floats, Floats]:
         """Return the share of the stiffness along the surface (k,), and its derivative by the depth over R (k,)."""
         q, slope, *_ = self._root(gap)
         at = self._piece(q, angle)
@@ -143,8 +143,9 @@ class Indentation:
             -0.25 * root**5 + 2.5 * (0.25 * depth + SOFT) * root**7,
         )
 
-    def _piece(self, q: Floats, angle: Floats) -> _Piece:
+    def _piece(self, q: Floats, angle: Floats | None) -> _Piece:
         """Return where q (k,) lies in the tables of angles (k,)."""
+        assert angle is not None, "the law of indentation depends on the angle between the yarns"
         place = np.clip(np.interp(angle, ANGLES, np.arange(len(ANGLES))), 0, len(ANGLES) - 1.001)
         low = place.astype(int)
         share = place - low
@@ -153,7 +154,7 @@ class Indentation:
         number = np.minimum((x / last * PIECES).astype(int), PIECES - 1)
         return _Piece(x, last, low, share, number, x / last * PIECES - number)
 
-    def _derivatives(self, gap: Floats, angle: Floats) -> Floats:
+    def _derivatives(self, gap: Floats, angle: Floats | None) -> Floats:
         """Return F over E R and its three derivatives by the depth over R (4, k)."""
         q, q1, q2, q3 = self._root(gap)
         at = self._piece(q, angle)

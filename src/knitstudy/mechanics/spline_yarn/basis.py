@@ -142,7 +142,7 @@ class Spline:
     knots: Floats
 
     @classmethod
-    def on(cls, breaks: Floats, degree: int, sharp: Sequence[int] = ()) -> Spline:
+    def on(cls, breaks: Floats, degree: int, sharp: np.ndarray | Sequence[int] = ()) -> Spline:
         """Return the splines with knots at breaks (b,), smooth there but for the breaks of numbers `sharp`.
 
         At a sharp break the knot stands `degree` times: one function alone is 1 there, and a value that is prescribed
