@@ -12,6 +12,7 @@ import numpy as np
 from knitstudy.errors import GeometryError
 from knitstudy.knit.geometry.loop import Loop, whole_loop
 from knitstudy.knit.geometry.stitches import PLAIN, drawn_from_plain
+from knitstudy.mechanics.arrays import Floats
 
 POINTS = 16  # control points of a drawn loop
 DRAWN_SAMPLES = 1000  # of a drawn curve, between which control points are spaced evenly
@@ -62,7 +63,7 @@ class LoopTarget:
         t = np.linspace(0, 2 * np.pi, DRAWN_SAMPLES + 1)
         height, depth = self.course + OVERLAP * diameter, HEIGHT * diameter
 
-        def curve(bulge: float) -> tuple[np.ndarray, np.ndarray]:
+        def curve(bulge: float) -> tuple[Floats, Floats]:
             x = self.wale * (t / (2 * np.pi) + bulge * np.sin(2 * t))
             points = np.column_stack([x, -0.5 * height * np.cos(t), -depth * np.cos(2 * t)])
             return points, np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))

@@ -9,6 +9,7 @@ import numpy as np
 from knitstudy.errors import GeometryError
 from knitstudy.knit.geometry.spline import CatmullRom
 from knitstudy.knit.geometry.stitches import PLAIN, sides
+from knitstudy.mechanics.arrays import Floats
 
 IN_FRONT = np.array([False, False, True, True])  # the upper yarn, by zone of a knit stitch's crossings
 
@@ -22,7 +23,7 @@ class Loop:
     """
 
     # (P, 3) from the sinker's centre, x = 0, to the one before that where the row repeats itself, row after row. [m]
-    control_points: np.ndarray
+    control_points: Floats
     wale_spacing: float  # distance w of neighbouring loops along x. [m]
     course_spacing: float  # distance c of neighbouring rows along y. [m]
     radius: float  # R of the yarn. [m]
@@ -58,7 +59,7 @@ class Loop:
         return len(self.stitches[0])
 
     @property
-    def advance(self) -> np.ndarray:
+    def advance(self) -> Floats:
         """Vector from a row's first loop to the one where the row repeats itself: (3,), m."""
         return np.array([self.columns * self.wale_spacing, 0.0, 0.0])
 
@@ -79,7 +80,7 @@ class Loop:
         return CatmullRom(points + turns * (self.rows * self.rise), self.advance)
 
     @property
-    def rise(self) -> np.ndarray:
+    def rise(self) -> Floats:
         """Vector from a row to the next one: (3,), m."""
         return np.array([0.0, self.course_spacing, 0.0])
 
@@ -94,7 +95,7 @@ class Loop:
         return float(sum(curve.segment_lengths().sum() for curve in self.curves) / (self.rows * self.columns))
 
     @property
-    def upper_in_front(self) -> np.ndarray:
+    def upper_in_front(self) -> Floats:
         """Whether the upper row's yarn passes in front: (r, k, 4), by row and column of the lower loop, and zone."""
         above = np.roll(sides(self.stitches), -1, axis=0)[..., None]
         return np.where(above > 0, IN_FRONT, ~IN_FRONT)
@@ -106,7 +107,7 @@ class Loop:
         return Loop(self.control_points * factor, *spacings, 1.0, self.clearance, self.stitches)
 
 
-def whole_loop(quarter: np.ndarray, wale_spacing: float) -> np.ndarray:
+def whole_loop(quarter: Floats, wale_spacing: float) -> Floats:
     """All control points (4 k, 3) of a loop from the points of a quarter (k + 1, 3): sinker to middle of the leg.
 
     Examples

@@ -22,6 +22,7 @@ from knitstudy.knit.geometry.loop_metrics import approaches, away_from_crossings
 from knitstudy.knit.geometry.optimise import CostFunction, interlocked
 from knitstudy.knit.geometry.stitches import PLAIN
 from knitstudy.knit.geometry.symmetry import first_of_orbits, symmetric_motions, symmetries
+from knitstudy.mechanics.arrays import Floats
 
 LARGEST_CURVATURE = 0.9  # R / rho that a loop may have; sections of a yarn cut each other at 1
 BENT = 0.5  # R / rho above which pieces of mixed stitches are kept below that
@@ -34,7 +35,7 @@ LACK = 1e3  # cost of a share below 1, over the largest slope of the bending and
 ACTIVE = 0.03  # distance from a limit below which it is named as the reason why no thicker yarn fits
 ITERATIONS = 60  # of a minimisation
 
-_Valued = tuple[np.ndarray, np.ndarray, np.ndarray]
+_Valued = tuple[Floats, Floats, Floats]
 
 
 class InfeasibleLoop(GeometryError):
@@ -126,7 +127,7 @@ class Room:
         self.at_end = self.share == 1 and self.missing <= 10 * EXACT
 
     @property
-    def _start(self) -> np.ndarray:
+    def _start(self) -> Floats:
         return np.append(np.zeros(self._motions.shape[-1]), self.share)
 
     def refusal(self, what: str, reason: str, nearest: str, share: float) -> InfeasibleLoop:
@@ -150,17 +151,17 @@ class Room:
         message = f"{what}: {' and '.join(quantities.values())}" + (f". {nearest}" if nearest else "")
         return InfeasibleLoop(message, quantities, share)
 
-    def _points(self, x: np.ndarray) -> np.ndarray:
+    def _points(self, x: Floats) -> Floats:
         return self.unit.control_points + self._motions @ x[:-1]
 
-    def moved(self, x: np.ndarray) -> Room:
+    def moved(self, x: Floats) -> Room:
         """Return the room of another loop. Raises GeometryError if it is not interlocked."""
         points = self._points(x)
         first = self.crossing[0]
         at = first, self._found(points).parameter[: len(first)]
         return Room(replace(self.unit, control_points=points), self.path, x[-1], self.settings, at)
 
-    def evaluate(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def evaluate(self, x: Floats) -> tuple[Floats, Floats]:
         """Return the cost and all constraints (k,) with their gradients (k, n + 1).
 
         The last call is kept: values and slopes are asked for one after the other.
@@ -178,7 +179,7 @@ class Room:
 
     # Each of these returns values (k,), slopes along the control points (k, P, 3), and along the share (k,).
 
-    def _lack(self, points: np.ndarray, share: float) -> _Valued:
+    def _lack(self, points: Floats, share: float) -> _Valued:
         """F without its term of the distances, which are constraints here, and the cost of a share below 1."""
         value, slope = self.cost.value(points, share=0.0)
         return (
@@ -187,20 +188,20 @@ class Room:
             np.array([-LACK]),
         )
 
-    def _length(self, points: np.ndarray, share: float) -> _Valued:
+    def _length(self, points: Floats, share: float) -> _Valued:
         length, slope = self.cost.arc_length(points)
         length, slope = length[self._own_rows], slope[self._own_rows]
         start, growth = np.multiply(self.path.length or (0.0, 0.0), self.unit.columns)
         return length - start - share * growth, slope, np.full(len(length), -growth)
 
-    def _distances(self, points: np.ndarray, share: float) -> _Valued:
+    def _distances(self, points: Floats, share: float) -> _Valued:
         """Distances of the crossings and of the pairs less the wanted one."""
         near = self._found(points)
         start, growth = np.multiply(self.cost.target, self.path.radius)
         slope = self.cost.distance_slope(points, near, self._rows)
         return near.distance - start - share * growth, slope, np.full(len(slope), -growth)
 
-    def _found(self, points: np.ndarray) -> Approach:
+    def _found(self, points: Floats) -> Approach:
         """Closest points of the crossings and of the pairs. Raises GeometryError where yarns cut each other."""
         rows, unit = self._rows, self.unit
         curves = (self.cost.curves(points, shares) for shares in rows.T)  # refuses points that are not finite
@@ -210,7 +211,7 @@ class Room:
             raise GeometryError("yarns cut each other on the way to the minimum")
         return near
 
-    def _curvature(self, points: np.ndarray, share: float) -> _Valued:
+    def _curvature(self, points: Floats, share: float) -> _Valued:
         """1 - (R / rho / the largest allowed)^2 at samples of the pieces that are no images of others."""
         (first, first_offset), (second, second_offset) = self._tangent, self._bend
         d1, d2 = first @ points + first_offset, second @ points + second_offset
@@ -226,7 +227,7 @@ class Room:
     def minimise(self, reach: float) -> OptimizeResult:
         """Return scipy's result from the loop, of points that move by a reach [radii] at most."""
 
-        def of(rows: Any, slope: int) -> Callable[[np.ndarray], Any]:
+        def of(rows: Any, slope: int) -> Callable[[Floats], Any]:
             return lambda x: self.evaluate(x)[slope][rows]
 
         kinds = ((self._equal, "eq"), (self._above, "ineq"))
@@ -236,7 +237,7 @@ class Room:
         slsqp = {"method": "SLSQP", "bounds": bounds, "constraints": constraints, "options": options}
         return minimize(of(self._cost, 0), self._start, jac=of(self._cost, 1), **slsqp)
 
-    def stationary(self, x: np.ndarray) -> float:
+    def stationary(self, x: Floats) -> float:
         """Return the gradient less the forces of the active constraints."""
         value, slope = self.evaluate(x)
         met = np.abs(value) < EXACT
@@ -246,7 +247,7 @@ class Room:
         return float(np.abs(cost - forces @ np.linalg.lstsq(forces, cost, rcond=None)[0]).max())
 
 
-def _of_sides(windows: np.ndarray) -> np.ndarray:
+def _of_sides(windows: Floats) -> Floats:
     """Return windows (4 n, 2, 2) of crossings that go on to the end of that of the other one on their side."""
     of_loops = windows.reshape(-1, 4, 2, 2)
     left, right = (

@@ -17,6 +17,7 @@ from knitstudy.knit.geometry.fabric import Arcs, Fabric, Grip, of_curves, pieces
 from knitstudy.knit.geometry.loop import Loop
 from knitstudy.knit.geometry.spline import CatmullRom, Centreline
 from knitstudy.knit.geometry.stitches import PLAIN
+from knitstudy.mechanics.arrays import Bools, Floats
 
 
 def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
@@ -61,8 +62,8 @@ def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
 
 
 def rows_of_repeat(
-    curves: Sequence[CatmullRom], rise: np.ndarray, rows: int, repeats: int
-) -> tuple[list[Centreline], np.ndarray, np.ndarray]:
+    curves: Sequence[CatmullRom], rise: Floats, rows: int, repeats: int
+) -> tuple[list[Centreline], Floats, Floats]:
     """Return the yarns of `rows` interlock rows, of which the r rows of a repeat are drawn.
 
     Parameters
@@ -123,7 +124,7 @@ def _by_cells(crossings: Crossings, loop: Loop, loops: int, rows: int) -> Crossi
     return replace(crossings[order], row=row, column=column, zone=zone)
 
 
-def _places_of_loops(knit: Fabric, yarn: int) -> np.ndarray:
+def _places_of_loops(knit: Fabric, yarn: int) -> Floats:
     """Arc lengths (n, 8) at which every loop of a knit's yarn is crossed. [m]
 
     In this order: left with the row below, left with the row above, right with the row above, right with the row below,
@@ -132,7 +133,7 @@ def _places_of_loops(knit: Fabric, yarn: int) -> np.ndarray:
     return knit.places(yarn)[0].reshape(-1, 8)
 
 
-def sinker_arcs(knit: Fabric) -> np.ndarray:
+def sinker_arcs(knit: Fabric) -> Floats:
     """Return the arc lengths (n + 1, 2) between which a knit's first yarn runs along the bottom of its loops. [m]
 
     From the last crossing of a loop with the row below to the first one of the next loop; half of it at the yarn's
@@ -142,7 +143,7 @@ def sinker_arcs(knit: Fabric) -> np.ndarray:
     return np.column_stack([np.append(0.0, places[:, 7]), np.append(places[:, 0], length)])
 
 
-def head_arcs(knit: Fabric) -> np.ndarray:
+def head_arcs(knit: Fabric) -> Floats:
     """Return the arc lengths (n, 2) between which a knit's last yarn runs along the top of its loops. [m]"""
     return _places_of_loops(knit, len(knit.centrelines) - 1)[:, 3:5]
 
@@ -177,7 +178,7 @@ def cut_cells(loop: Loop, loops: int, rows: int) -> Fabric:
     lengths = arc[:, 1] - arc[:, 0]
     first, last = arc[:, 0] == 0, arc[:, 1] == whole[yarn]
 
-    def ends(begins: np.ndarray, finishes: np.ndarray) -> Grip:
+    def ends(begins: Bools, finishes: Bools) -> Grip:
         begins, finishes = np.flatnonzero(begins), np.flatnonzero(finishes)
         at = np.concatenate([np.zeros(len(begins)), lengths[finishes]])
         return Grip(np.concatenate([begins, finishes]), np.column_stack([at, at]))
@@ -194,7 +195,7 @@ def cut_cells(loop: Loop, loops: int, rows: int) -> Fabric:
 KNITS = {"knit": plain_knit, "cut_knit": cut_cells, "cell": endless_cell}
 
 
-def middles_of_legs(knit: Fabric) -> np.ndarray:
+def middles_of_legs(knit: Fabric) -> Floats:
     """Return the arc lengths (n, 2) of the middles of both legs of every loop of a knit's first yarn. [m]
 
     A leg runs from the crossings with the row below to the crossings with the row above.

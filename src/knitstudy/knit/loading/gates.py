@@ -12,6 +12,7 @@ import numpy as np
 from knitstudy.errors import CoarseIncrement, ConvergenceError, MeshError
 from knitstudy.knit.loading.history import FORMS, Motion, Recorder
 from knitstudy.knit.scene.scene import Scene
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.model import Response
 
@@ -222,7 +223,7 @@ def require_small_hourglass(scene: Scene, increment: Increment) -> None:
     )
 
 
-def require_small_viscosity(scene: Scene, increment: Increment, reaction: np.ndarray) -> None:
+def require_small_viscosity(scene: Scene, increment: Increment, reaction: Floats) -> None:
     """Refuse a state in which viscous forces carry load: those of stabilisation, or the drag of yarns that are loose.
 
     Raises ConvergenceError if their dissipation exceeds the share ``gates.stabilisation`` of the internal
@@ -348,11 +349,11 @@ BENT, SINE, SPREAD = 0.45, 0.25, 0.3
 def require_verified_law(
     scene: Scene,
     increment: Increment,
-    stored: np.ndarray,  # (k,) energies of contact [J]
+    stored: Floats,  # (k,) energies of contact [J]
     internal: float,  # energy of the yarns [J]
-    depth: np.ndarray,  # (k,) overlap over R
-    shape: np.ndarray,  # (k, 3) curvatures towards each other over 1/R, and the cosine of the angle
-    factor: np.ndarray,  # (k,) by which they multiply the force
+    depth: Floats,  # (k,) overlap over R
+    shape: Floats,  # (k, 3) curvatures towards each other over 1/R, and the cosine of the angle
+    factor: Floats,  # (k,) by which they multiply the force
     most: float,  # largest factor
     where: Callable[[int], str],  # says which pair of yarns one is
 ) -> None:

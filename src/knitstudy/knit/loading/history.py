@@ -16,11 +16,12 @@ import numpy as np
 import psutil
 import xarray as xr
 
+from knitstudy.knit.geometry.columns import HISTORY
 from knitstudy.knit.geometry.fabric import Fabric
-from knitstudy.knit.loading.columns import HISTORY
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import CellStrain, Tension
 from knitstudy.knit.scene.sections import Path as PairPath
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.increment import PHASES, Increment, PrescribedDisplacement, between_corners
 
@@ -31,13 +32,13 @@ DIRECTIONS = ("course", "wale")  # of a knit's load, along x and y
 class Motion:
     """Straight legs from rest through a number of corners."""
 
-    displacement: np.ndarray  # (m, 3) of the driven grips at the corners [m]
+    displacement: Floats  # (m, 3) of the driven grips at the corners [m]
     corners: tuple[float, ...]  # their load factors, rising to 1
     stops: tuple[float, ...]  # load factors at which an increment has to end
     axis: int  # direction of the force that is reported
     length: float  # length that strains along it refer to [m]
 
-    def at(self, load: float) -> np.ndarray:
+    def at(self, load: float) -> Floats:
         """Return the displacement (3,) at a load factor [m]."""
         return between_corners(self.displacement, self.corners, load)
 
@@ -59,7 +60,7 @@ PRESCRIBED = {"course": (1, 0, 0), "wale": (0, 1, 0), "biaxial": (1, 1, 0), "she
 
 
 def cell_path(
-    load: CellStrain, lengths: np.ndarray, held: Sequence[int] = (), size: int = 3
+    load: CellStrain, lengths: Floats, held: Sequence[int] = (), size: int = 3
 ) -> tuple[Motion, PrescribedDisplacement]:
     """Return how the lattice of a cell with edges (3,) [m] moves (`Lattice.lengths`): the last three of the unknowns.
 
@@ -144,7 +145,7 @@ class Meter:
         return times | {"memory_growth": growth, "memory_peak": highest}
 
 
-def _times() -> np.ndarray:
+def _times() -> Floats:
     return np.array([time.perf_counter(), time.process_time()])
 
 
@@ -163,11 +164,11 @@ FORMS = ("external", "internal", "hourglass", "penalty", "friction", "stabilisat
 class Stations(Chosen):
     """Points whose motion the history follows: section centres or beam nodes."""
 
-    yarn: np.ndarray  # (S,) yarn of a station
-    arc_length: np.ndarray  # (S,) its arc length along the undeformed yarn [m]
-    position: np.ndarray  # (S, 3) its undeformed position [m]
+    yarn: Ints  # (S,) yarn of a station
+    arc_length: Floats  # (S,) its arc length along the undeformed yarn [m]
+    position: Floats  # (S, 3) its undeformed position [m]
 
-    def nearest(self, yarn: np.ndarray, arc_length: np.ndarray) -> np.ndarray:
+    def nearest(self, yarn: Ints, arc_length: Floats) -> Floats:
         """Return the stations nearest to places on yarns; stations are in the order of yarns and arc lengths."""
         longest = 2 * self.arc_length.max()  # puts all yarns on one axis
         places = longest * self.yarn + self.arc_length
@@ -179,18 +180,18 @@ class Recorder:
     """Collects increments and keeps the ledger of energies."""
 
     stations: Stations  # points to follow
-    driven: np.ndarray  # (k, 3) unknowns of the driven nodes by component (x, y, z)
+    driven: Ints  # (k, 3) unknowns of the driven nodes by component (x, y, z)
     motion: Motion  # of the driven side
     meter: Meter = field(default_factory=Meter)  # begun before the model was built, so that its memory counts
     columns: dict[str, list] = field(default_factory=dict)  # one value an increment
     # One array an increment, of as many rows as points were in contact
-    flat: dict[str, list[np.ndarray]] = field(default_factory=dict)
+    flat: dict[str, list[Floats]] = field(default_factory=dict)
 
     def add(
         self,
         increment: Increment,
         observed: Mapping[str, Any],  # with `centreline_displacement` (S, 3) [m] at least
-        points: Mapping[str, np.ndarray] | None = None,  # of the points in contact, without `contact_`
+        points: Mapping[str, Floats] | None = None,  # of the points in contact, without `contact_`
     ) -> None:
         """Append a converged increment and the columns of the observer; DataFileError if `HISTORY` has no such name."""
         reaction = np.array([increment.response.force[self.driven[:, i]].sum() for i in range(3)])
@@ -221,7 +222,7 @@ class Recorder:
         for values in (*self.columns.values(), *self.flat.values()):
             values.pop()
 
-    def _ledger(self, increment: Increment, displacement: np.ndarray, reaction: np.ndarray) -> np.ndarray:
+    def _ledger(self, increment: Increment, displacement: Floats, reaction: Floats) -> Floats:
         ledger = np.array([increment.response.energy.get(form, 0.0) for form in FORMS])
         if self.columns:
             # Trapezoidal work of the reactions: independent of the potentials that it is compared with.
@@ -230,7 +231,7 @@ class Recorder:
             ledger[0] = self.columns["energy"][-1][0] + mean @ moved
         return ledger
 
-    def to_dataset(self, once: Mapping[str, np.ndarray] | None = None, **attributes) -> xr.Dataset:
+    def to_dataset(self, once: Mapping[str, Floats] | None = None, **attributes) -> xr.Dataset:
         """Return the history as a Dataset in the format of docs/reference/files.md, with further attributes.
 
         `once` are variables of `HISTORY` that are the same at all increments, or known at the last one alone.
@@ -246,7 +247,7 @@ class Recorder:
         attributes = self.meter.read() | axis | attributes
         return xr.Dataset(HISTORY.variables(values | dict(once or {})), coords=coordinates, attrs=attributes)
 
-    def _points(self) -> dict[str, np.ndarray]:
+    def _points(self) -> dict[str, Floats]:
         """Return the points in contact of all increments one after another, if there are any."""
         if not self.flat:
             return {}

@@ -18,6 +18,7 @@ from knitstudy.knit.loading.overlap import Repeats, largest_overlap
 from knitstudy.knit.loading.restart import Checkpoint
 from knitstudy.knit.loading.run import IN_MEMORY, ReportProgress, Run, silent
 from knitstudy.knit.scene.scene import Scene
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import reuse_memory, serial_blas
 from knitstudy.mechanics.guided import Guide
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
@@ -34,7 +35,7 @@ log = logging.getLogger(__name__)
 # Whether a run goes on from a restart file, for readers who do not want a line for every increment
 resumed = logging.getLogger(f"{__name__}.resumed")
 
-Reported = tuple[dict[str, Any], dict[str, np.ndarray]]
+Reported = tuple[dict[str, Any], dict[str, Floats]]
 """Columns of the history, and columns of the points in contact; see `Recorder.add`."""
 
 
@@ -61,15 +62,15 @@ class Problem:
     prescribed: PrescribedDisplacement
     motion: Motion  # of the driven side
     # (k, 3) unknowns of the driven nodes by component (x, y, z), whose forces are the reaction
-    driven: np.ndarray
+    driven: Ints
     stations: Stations  # points whose displacement the observer reports
     # Called in order after an increment has been recorded and before it is written to the restart file, so that
     # no run goes on from a refused state
     checks: tuple[Check, ...] = ()
     # Variables of the history that are the same at all increments
-    constants: dict[str, np.ndarray] = field(default_factory=dict)
+    constants: dict[str, Floats] = field(default_factory=dict)
     # Returns the variables of the history that are known at the last increment alone, from the model's state
-    fields: Callable[[Any], dict[str, np.ndarray]] | None = None
+    fields: Callable[[Any], dict[str, Floats]] | None = None
     attributes: dict[str, Any] = field(default_factory=dict)  # of the history: numbers and texts
     solver: LinearSolver = field(default_factory=LU)
     repeats: Repeats | None = None  # of an endless fabric

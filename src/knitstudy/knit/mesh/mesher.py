@@ -15,6 +15,7 @@ from knitstudy.knit.mesh.section import Section
 from knitstudy.knit.mesh.spacing import UNIFORM, Grading, Spacing, place_slices
 from knitstudy.knit.mesh.sweep import SweptMesh, Targets, sweep
 from knitstudy.knit.scene.scene import Scene
+from knitstudy.mechanics.arrays import Floats, Ints
 
 # Distances from a crossing over the yarn's radius.
 REACH = 1.0  # up to which slices stand at their closest
@@ -123,7 +124,7 @@ def check_shape(fabric: Fabric) -> None:
     check_overlap(part.centrelines, part.radius)
 
 
-def _side_by_side(meshes: list[SweptMesh], shift: np.ndarray) -> SweptMesh:
+def _side_by_side(meshes: list[SweptMesh], shift: Floats) -> SweptMesh:
     """Return meshes of one yarn each as one, moved by vectors (Y, 3) [m]."""
     nodes, centres = (
         np.concatenate([getattr(mesh, name) + by for mesh, by in zip(meshes, shift, strict=True)])
@@ -167,8 +168,8 @@ def mesh(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
 class Grips:
     """Nodes with prescribed displacements."""
 
-    held: np.ndarray
-    driven: np.ndarray
+    held: Ints
+    driven: Ints
 
 
 def load_of(scene: Scene) -> str | None:

@@ -14,6 +14,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from knitstudy.errors import MeshError
+from knitstudy.mechanics.arrays import Floats, Ints
 
 FEWEST_CORE = 3  # elements along a side of the core: 12 angles keep 91% of a circle's bending stiffness
 ROUNDING = (
@@ -29,9 +30,9 @@ class Section:
     swept yarn keeps its cross-sectional area, and nearly its bending stiffness.
     """
 
-    points: np.ndarray  # (q, 2) node positions over the radius of the yarn
-    quads: np.ndarray  # (e, 4) corner nodes, counter-clockwise
-    ring: np.ndarray  # (a,) surface nodes, counter-clockwise
+    points: Floats  # (q, 2) node positions over the radius of the yarn
+    quads: Ints  # (e, 4) corner nodes, counter-clockwise
+    ring: Ints  # (a,) surface nodes, counter-clockwise
 
     @classmethod
     def butterfly(cls, core: int, rings: int) -> Section:
@@ -74,7 +75,7 @@ class Section:
         return self.points.shape[0]
 
     @cached_property
-    def angles(self) -> np.ndarray:
+    def angles(self) -> Floats:
         """Polar angles of the surface nodes in rad, increasing, as ``ring`` (a,)."""
         x, y = self.points[self.ring].T
         return np.unwrap(np.arctan2(y, x))
@@ -108,7 +109,7 @@ def _divisions(diameter: float, size: float) -> tuple[int, int]:
     return max(FEWEST_CORE, across - 2 * rings), rings
 
 
-def _core(core: int, scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _core(core: int, scale: float) -> tuple[Floats, Floats, Floats]:
     """Rounded square grid: points ((core + 1)^2, 2), quads (core^2, 4), boundary nodes (4 core,)."""
     # Halfway between equal steps and equal angles as seen from the centre; rounding closes the rest.
     t = np.linspace(-1.0, 1.0, core + 1)
@@ -121,7 +122,7 @@ def _core(core: int, scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return points.reshape(-1, 2), quads.reshape(-1, 4), boundary
 
 
-def _layers(boundary: np.ndarray, rings: int) -> np.ndarray:
+def _layers(boundary: Floats, rings: int) -> Floats:
     """Ring nodes (rings, a, 2) on straight lines from the core's boundary (a, 2) to the inflated circle."""
     count = boundary.shape[0]
     # The core's first corner lies at -135 degrees.
@@ -133,7 +134,7 @@ def _layers(boundary: np.ndarray, rings: int) -> np.ndarray:
     return (1 - share) * boundary + share * circle
 
 
-def _narrow(points: np.ndarray, quads: np.ndarray, ring: np.ndarray) -> tuple[np.ndarray, ...]:
+def _narrow(points: Floats, quads: Ints, ring: Ints) -> tuple[Floats, ...]:
     """Renumber the nodes for a small bandwidth: the best of reverse Cuthill-McKee and straight sweeps."""
     size = points.shape[0]
     pairs = (np.repeat(quads, 4, axis=1).ravel(), np.tile(quads, (1, 4)).ravel())

@@ -17,9 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from knitstudy.errors import MeshError
+from knitstudy.mechanics.arrays import Floats, Ints
 
 
-def smooth_step(t: np.ndarray) -> np.ndarray:
+def smooth_step(t: Floats) -> Floats:
     """Return the cubic that grows from 0 at t = 0 to 1 at t = 1 with slopes of 0; constant beyond.
 
     Examples
@@ -43,11 +44,11 @@ class Grading:
         if not self.refinement >= 1:
             raise MeshError(f"mesh.refinement: {self.refinement} is not allowed; it must be at least 1")
 
-    def share(self, distance: np.ndarray) -> np.ndarray:
+    def share(self, distance: Floats) -> Floats:
         """Share of the refinement that is left at distances (k,) in m from a crossing: 1 at it, 0 far away."""
         return 1 - smooth_step((distance - self.reach) / self.ramp)
 
-    def pull(self, s: np.ndarray, crossings: np.ndarray, bearing: np.ndarray) -> np.ndarray:
+    def pull(self, s: Floats, crossings: Floats, bearing: Floats) -> Floats:
         """Return a (k, 2) of sections at arc lengths ``s`` (k,) [m]: how far, and where to, they are drawn.
 
         At crossings (c,), increasing arc lengths, the other yarn lies at a bearing (c,) from d1 towards d2, rad.
@@ -71,7 +72,7 @@ class Grading:
 UNIFORM = Grading()  # no refinement anywhere
 
 
-def drawn(points: np.ndarray, pull: np.ndarray) -> np.ndarray:
+def drawn(points: Floats, pull: Floats) -> Floats:
     """Return points (k, q, 2) of sections: points (q, 2) in the circle of the outermost ones, drawn by pull (k, 2).
 
     Examples
@@ -87,14 +88,14 @@ def drawn(points: np.ndarray, pull: np.ndarray) -> np.ndarray:
     return np.where((a == 0)[..., None], still, np.stack([image.real, image.imag], axis=-1))
 
 
-def shrinkage(points: np.ndarray, pull: np.ndarray) -> np.ndarray:
+def shrinkage(points: Floats, pull: Floats) -> Floats:
     """Return |f'| (k, q) at points (q, 2) of sections drawn by pull (k, 2): lengths there, over those not drawn."""
     z = points @ [1, 1j] / np.linalg.norm(points, axis=-1).max()
     a = (pull @ [1, 1j])[:, None]
     return (1 - np.abs(a) ** 2) / np.abs(1 + a.conj() * z) ** 2
 
 
-def drawn_angles(angles: np.ndarray, pull: np.ndarray) -> np.ndarray:
+def drawn_angles(angles: Floats, pull: Floats) -> Floats:
     """Return angles (k, a) on the circle, in rad and increasing: angles (a,) of the section, drawn by pull (k, 2).
 
     Examples
@@ -135,7 +136,7 @@ class Spacing:
             if not fits:
                 raise MeshError(f"mesh {name}: {value} is not allowed; it must be {allowed}")
 
-    def __call__(self, s: np.ndarray) -> np.ndarray:
+    def __call__(self, s: Floats) -> Floats:
         """Spacing in m at arc lengths ``s`` (k,) in m."""
         s = np.asarray(s, dtype=float)
         if not self.stations:
@@ -156,7 +157,7 @@ def place_slices(
     periods: int = 1,
     centred: Sequence[float] = (),
     ends: Sequence[float] = (),
-) -> np.ndarray:
+) -> Floats:
     """Arc lengths of the slices of one yarn, equidistributed with respect to ``spacing``.
 
     The ends of the periods, the ends of grips, and the layers of elements that have one of the ``centred`` arc lengths
@@ -200,9 +201,7 @@ def place_slices(
     return slices
 
 
-def _parts(
-    length: float, spacing: Spacing, ends: np.ndarray, centred: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def _parts(length: float, spacing: Spacing, ends: Floats, centred: Floats) -> tuple[Floats, Floats]:
     """Bounds (p + 1,) of the parts of a yarn in m, and which parts (p,) are layers about ``centred``."""
     if centred.size and not (0 < centred[0] and centred[-1] < length and (np.diff(centred) > 0).all()):
         raise MeshError(
@@ -216,7 +215,7 @@ def _parts(
     return np.insert(layers.ravel(), place, ends), np.insert(begins_layer, place, False)[:-1]
 
 
-def _element_count(length: float, spacing: Spacing, bounds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _element_count(length: float, spacing: Spacing, bounds: Floats) -> tuple[Floats, Floats]:
     """Arc lengths (k,) in m, bounds among them, and the integral (k,) of ds / spacing from 0 to them."""
     smallest = spacing(np.linspace(0.0, length, 4097)).min()
     samples = SAMPLES_PER_ELEMENT * int(np.ceil(round(length / smallest, COUNT_DIGITS)))
@@ -225,7 +224,7 @@ def _element_count(length: float, spacing: Spacing, bounds: np.ndarray) -> tuple
     return s, np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(s))])
 
 
-def _check_room(bounds: np.ndarray, number: np.ndarray) -> None:
+def _check_room(bounds: Floats, number: Ints) -> None:
     """Refuse parts (p,) of a yarn with a ``number`` of elements that is not positive."""
     tight = (number < 1) | (np.diff(bounds) <= 0)
     if tight.any():

@@ -14,9 +14,9 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError, ConvergenceError
+from knitstudy.knit.geometry.columns import REST
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.knit.loading.columns import REST
 from knitstudy.knit.loading.gates import require_fine_beams, require_sound
 from knitstudy.knit.loading.history import Recorder, Stations, cell_path
 from knitstudy.knit.loading.overlap import Repeats
