@@ -8,7 +8,6 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,7 @@ import xarray as xr
 from knitstudy.knit.geometry.columns import HISTORY
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.knit.scene.sections import CellStrain, Tension
+from knitstudy.knit.scene.sections import CellStrain
 from knitstudy.knit.scene.sections import Path as PairPath
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import Chosen
@@ -41,6 +40,26 @@ class Motion:
     def at(self, load: float) -> Floats:
         """Return the displacement (3,) at a load factor [m]."""
         return between_corners(self.displacement, self.corners, load)
+
+    def way(self, start: float, end: float) -> float:
+        """Return the length of the path between two load factors [m]."""
+        loads = [start, *(corner for corner in self.corners if start < corner < end), end]
+        return float(np.linalg.norm(np.diff([self.at(load) for load in loads], axis=0), axis=1).sum())
+
+    def place(self, load: float) -> str:
+        """Return where a load factor is on the path, in words: the strain, or the leg, or both.
+
+        Examples
+        --------
+        >>> Motion(np.array([[2e-3, 0, 0]]), (1.0,), (), axis=0, length=0.04).place(0.5)
+        'strain 2.50%'
+        """
+        # Rounding at a corner must not begin the next leg.
+        leg = f"leg {int(np.searchsorted(self.corners, load - 1e-9)) + 1} of {len(self.corners)}"
+        if self.axis == 2:  # across the plane, where a pair has no strain
+            return leg
+        strain = f"strain {self.at(load)[self.axis] / self.length:.2%}"
+        return strain if len(self.corners) == 1 else f"{strain} on {leg}"
 
 
 def load_path(scene: Scene, specimen: Fabric) -> Motion:
@@ -77,26 +96,6 @@ def cell_path(
     fixed = np.array([*held, *np.arange(size - 3, size)[chosen]])
     value = np.concatenate([np.zeros((len(turns), len(held))), motion.displacement[:, chosen]], axis=1)
     return motion, PrescribedDisplacement(fixed, value, corners, stops)
-
-
-def place_on_path(load: Tension | PairPath, factor: float) -> str:
-    """Return where a load factor is on the load path, in words: a knit's strain, the leg of a pair's path.
-
-    Examples
-    --------
-    >>> from knitstudy import load_scene
-    >>> place_on_path(load_scene("yarns-tie-course").load, factor=0.5)
-    'strain 2.50%'
-    """
-    if isinstance(load, CellStrain) and load.turns:
-        motion, _ = cell_path(load, np.ones(3))
-        leg = int(np.searchsorted(motion.corners, factor - 1e-9)) + 1
-        return f"strain {motion.at(factor)[motion.axis]:.2%} on leg {leg} of {len(motion.corners)}"
-    if isinstance(load, Tension):
-        return f"strain {factor * load.strain:.2%}"
-    legs = len(load.path)
-    # Rounding at a corner must not begin the next leg.
-    return f"leg {max(1, ceil(factor * legs - 1e-9))} of {legs}"
 
 
 _CLEAR, _STATUS = Path("/proc/self/clear_refs"), Path("/proc/self/status")

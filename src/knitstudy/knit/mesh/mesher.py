@@ -177,14 +177,13 @@ def load_of(scene: Scene) -> str | None:
     return scene.value("load.direction") or scene.value("pair.support")
 
 
-def grips(mesh: SweptMesh, scene: Scene, fabric: Fabric) -> Grips:
-    """Return the nodes of a mesh that a scene's load holds and drives.
+def grips(mesh: SweptMesh, fabric: Fabric, load: str) -> Grips:
+    """Return the nodes of a mesh that a load holds and drives, by the name of its grips.
 
     These are the nodes of all slices in gripped arcs, or of the gripped half of their surface.
     Raises MeshError if no slice stands where an arc ends: the mesh was made for another direction, and the grip
     would be shorter by a part of an element.
     """
-    load = load_of(scene)
     for yarn, ends in fabric.grip_ends(load).items():
         apart = np.abs(mesh.stations[yarn][:, None] - ends).min(axis=0)
         if apart.size and apart.max() > ROUNDING * mesh.radius:

@@ -288,7 +288,7 @@ def contact_of(scene: Scene, yarns: Discretisation, ties: Ties, meets: np.ndarra
 def contact_law(scene: Scene, yarns: Discretisation) -> Coulomb | Indentation:
     """Return the law of a scene; yarns without hexahedra may add the local indentation that they do not resolve."""
     if scene.value("mesh.crossing_degree") is not None:
-        require_integrated_contact(scene)
+        require_integrated_contact(scene.contact.points)
         modulus, poisson = material_of(scene.yarn).across
         return indentation(
             scene.mesh.crossing_degree,
@@ -299,8 +299,10 @@ def contact_law(scene: Scene, yarns: Discretisation) -> Coulomb | Indentation:
             radius=yarns.mesh.radius,
             friction=scene.kind.interaction.friction(scene.contact),
         )
-    require_seen_contact(scene, yarns.size)
-    require_stiff_contact(scene, "contact.tangential_stiffness", patch=np.pi)  # of a facet's size
+    contact, yarn = scene.contact, scene.yarn
+    require_seen_contact(contact.points, contact.penetration, yarns.size, yarn.radius)
+    key, stiffness = "contact.tangential_stiffness", contact.tangential_stiffness
+    require_stiff_contact(key, stiffness, yarn.poisson_ratio, patch=np.pi)  # of a facet's size
     return penalties(scene, yarns.size)
 
 

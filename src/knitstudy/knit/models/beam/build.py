@@ -157,7 +157,9 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
         beams.network,
         model=beams.model,
         observer=beams,
-        settings=replace(settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter), hold=HOLD),
+        settings=replace(
+            settings_of(scene.solver, touches=True, stride=STRIDE * scene.yarn.diameter), hold=HOLD
+        ),
         checks=(partial(beams.require_verified_contact, scene),),
         constants={"crossing_tied": beams.tied.astype(np.int8)},
         attributes={

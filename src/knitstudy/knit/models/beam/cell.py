@@ -137,7 +137,7 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
             f"load.start of scene {scene.name} is {scene.load.start}, but {given} is given of shapes at rest"
         )
     rows = divided(fabric, scene.metres("mesh.beam_size"))
-    require_fine_beams(scene, rows.polygon)
+    require_fine_beams(scene.gates.polygon, scene.mesh.beam_size, rows.polygon)
     vectors = fabric.periods if rest is None else rest["lattice_vectors"].to_numpy()
     model = _model(scene, rows, Lattice(vectors), scene.kind.interaction.friction(scene.contact))
     if rest is None:  # drawn yarns may touch
@@ -151,14 +151,14 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
         scene=scene,
         model=model,
         prescribed=prescribed,
-        settings=settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter),
+        settings=settings_of(scene.solver, touches=True, stride=STRIDE * scene.yarn.diameter),
         motion=motion,
         driven=model.lattice_unknowns[None],
         stations=rows.stations,
         observer=cell,
         repeats=Repeats(rows.period, vectors),
         checks=(
-            partial(require_sound, scene, None, internal=model.internal_energy),
+            partial(require_sound, gates=scene.gates, yarn=scene.yarn, internal=model.internal_energy),
             partial(cell.require_verified_contact, scene),
         ),
         attributes={
@@ -225,7 +225,9 @@ def _balanced(
     **changed: Any,
 ) -> Increment:
     """Return the last increment of a cell that finds its balance, with unknowns that are held."""
-    settings = replace(settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter), **changed)
+    settings = replace(
+        settings_of(scene.solver, touches=True, stride=STRIDE * scene.yarn.diameter), **changed
+    )
     try:
         for last in trace(model, PrescribedDisplacement(held, np.zeros(len(held))), settings, LU()):
             report(last.load)

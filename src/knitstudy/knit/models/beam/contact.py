@@ -97,7 +97,8 @@ def require_verified_contact(
         s, t = contact.arc_length[pairs.both[k]]
         return f"yarns {one} and {other} at arc lengths {s:.4g} and {t:.4g} m"
 
-    require_verified_law(scene, increment, energy, internal, depth, shape, factor, MOST_SHAPED, where)
+    limit = scene.gates.point
+    require_verified_law(increment, limit, energy, internal, depth, shape, factor, MOST_SHAPED, where)
 
 
 def pressing(scene: Scene) -> Power | CrossedCylinders:
@@ -108,7 +109,7 @@ def pressing(scene: Scene) -> Power | CrossedCylinders:
     if scene.value("beam.section") in (None, "hertz"):
         return CrossedCylinders.of(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius)
     # Of half a radius, at an approach of R / 4
-    require_stiff_contact(scene, "beam.stiffness", patch=1.5)
+    require_stiff_contact("beam.stiffness", scene.beam.stiffness, yarn.poisson_ratio, patch=1.5)
     return Power(penalty(scene) / yarn.radius**0.5, penalty=True)
 
 
