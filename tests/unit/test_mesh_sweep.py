@@ -8,8 +8,7 @@ from curves import Arc, Helix, Straight
 
 from knitstudy.errors import MeshError
 from knitstudy.knit.mesh import quality
-from knitstudy.knit.mesh.section import Section
-from knitstudy.knit.mesh.spacing import Spacing, place_slices
+from knitstudy.knit.mesh.section import Section, Spacing, place_slices
 from knitstudy.knit.mesh.sweep import Targets, roll_towards, rotation_minimising, sweep
 
 

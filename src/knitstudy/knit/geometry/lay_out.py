@@ -20,10 +20,9 @@ from scipy.optimize import brentq
 
 from knitstudy.errors import GeometryError
 from knitstudy.knit.geometry.columns import GEOMETRY
-from knitstudy.knit.geometry.drawn_loop import LoopTarget
 from knitstudy.knit.geometry.fabric_file import fabric_dataset
 from knitstudy.knit.geometry.fit import fitted_loop
-from knitstudy.knit.geometry.loop import Loop
+from knitstudy.knit.geometry.loop import Loop, LoopTarget
 from knitstudy.knit.geometry.loop_metrics import LoopMetrics, check_yarns, loop_metrics
 from knitstudy.knit.geometry.optimise import CONTACT_TOLERANCE, Optimum, optimise
 from knitstudy.knit.geometry.specimens import KNITS, plain_knit, yarn_pair

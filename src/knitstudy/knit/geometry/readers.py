@@ -16,9 +16,9 @@ import pandas as pd
 
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import read_dataset, read_table
-from knitstudy.knit.geometry.drawn_loop import TIGHT, LoopTarget
 from knitstudy.knit.geometry.fabric import Fabric, of_curves
 from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.geometry.loop import TIGHT, LoopTarget
 from knitstudy.knit.geometry.specimens import endless_cell
 from knitstudy.knit.geometry.spline import CatmullRom, Centreline
 from knitstudy.knit.geometry.stitch_mesh import endless_cell_of_stitches

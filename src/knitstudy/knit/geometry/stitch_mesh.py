@@ -4,7 +4,7 @@ A stitch has feet in its own row, and a head in the row of the stitch that is dr
 over tucks (T) or floats (-) has long legs; a tuck has no loop below it, and its head lies behind and below that of the
 loop held on the same needle; a float passes behind the loop that is held, seen from the side of its stitch. The head
 of a loop that is moved (cables, lace) lies on another needle, and its legs pass in front of or behind others.
-`drawn_loop` draws the loops, for a plain knit, and parts of them are moved (drawn "stitch meshes": Yuksel and others
+`LoopTarget` draws the loops, for a plain knit, and parts of them are moved (drawn "stitch meshes": Yuksel and others
 2012, ACM Transactions on Graphics 31). Yarns stand apart where they cross, and no force is in balance: the way to rest
 of beams (`knit.models.beam.cell.relax`) finds the shape.
 """
@@ -19,8 +19,8 @@ from itertools import product
 import numpy as np
 
 from knitstudy.errors import GeometryError
-from knitstudy.knit.geometry.drawn_loop import LoopTarget
 from knitstudy.knit.geometry.fabric import Fabric, of_curves
+from knitstudy.knit.geometry.loop import LoopTarget
 from knitstudy.knit.geometry.specimens import rows_of_repeat
 from knitstudy.knit.geometry.spline import CatmullRom
 from knitstudy.knit.scene.stitches import MARKS, STITCHES, idle_needle, knits, stitches_of_row

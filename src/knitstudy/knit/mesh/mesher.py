@@ -11,8 +11,7 @@ from knitstudy.errors import MeshError
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.mesh.quality import check_bending, check_folding, check_overlap, require_memory_to_mesh
-from knitstudy.knit.mesh.section import Section
-from knitstudy.knit.mesh.spacing import UNIFORM, Grading, Spacing, place_slices
+from knitstudy.knit.mesh.section import UNIFORM, Grading, Section, Spacing, place_slices
 from knitstudy.knit.mesh.sweep import SweptMesh, Targets, sweep
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.mechanics.arrays import Floats, Ints

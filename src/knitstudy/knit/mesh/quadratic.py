@@ -18,8 +18,7 @@ import numpy as np
 
 from knitstudy.errors import MeshError
 from knitstudy.knit.geometry.spline import Centreline
-from knitstudy.knit.mesh.section import Section
-from knitstudy.knit.mesh.spacing import drawn, drawn_angles
+from knitstudy.knit.mesh.section import Section, drawn, drawn_angles
 from knitstudy.knit.mesh.sweep import SweptMesh, rolled, rotation_minimising, tube
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import determinant

@@ -13,11 +13,11 @@ import xarray as xr
 from knitstudy.errors import DataFileError, MeshError
 from knitstudy.knit.geometry.columns import MESH
 from knitstudy.knit.geometry.spline import Centreline
-from knitstudy.knit.mesh.section import Section
-from knitstudy.knit.mesh.spacing import (
+from knitstudy.knit.mesh.section import (
     SAME,
     UNIFORM,
     Grading,
+    Section,
     Spacing,
     drawn,
     drawn_angles,
@@ -160,7 +160,7 @@ class SweptMesh:
     frames: Floats  # (S, 3, 3) rows d1, d2 and the tangent
     arc_length: Floats  # (S,) from the left end of a yarn. [m]
     first_slice: Ints  # (Y + 1,) first slice of every yarn, then S
-    # (S, 2) how far, and where to in the plane of d1 and d2, slices are drawn (`knit.mesh.spacing`); 0 if omitted
+    # (S, 2) how far, and where to in the plane of d1 and d2, slices are drawn (`knit.mesh.section`); 0 if omitted
     pull: Floats | None = None
 
     def __post_init__(self) -> None:

@@ -16,8 +16,7 @@ from knitstudy.knit.geometry.spline import Centreline
 from knitstudy.knit.loading.solve import Problem
 from knitstudy.knit.mesh.mesher import ACROSS, Grips, check_shape, load_of, sampled_sections
 from knitstudy.knit.mesh.quality import require_memory
-from knitstudy.knit.mesh.section import Section
-from knitstudy.knit.mesh.spacing import Spacing, place_slices
+from knitstudy.knit.mesh.section import Section, Spacing, place_slices
 from knitstudy.knit.mesh.sweep import SweptMesh, rotation_minimising, sweep
 from knitstudy.knit.models.spline_yarns import cell as endless
 from knitstudy.knit.models.spline_yarns.beam_guide import guide_of
