@@ -22,8 +22,7 @@ IN_FRONT = np.array([False, False, True, True])  # the upper yarn, by zone of a 
 class Loop:
     """Control points of the loops of one repeat and the spacings at which they stand.
 
-    Raises GeometryError when a length is not positive, rows or loops stand closer than a diameter, the clearance is
-    negative, or stitches are no rectangle of K and P that the control points can be divided by.
+    Raises GeometryError when stitches are no rectangle of K and P that the control points can be divided by.
     """
 
     # (P, 3) from the sinker's centre, x = 0, to the one before that where the row repeats itself, row after row. [m]
@@ -37,16 +36,6 @@ class Loop:
     def __post_init__(self) -> None:
         object.__setattr__(self, "control_points", np.array(self.control_points, dtype=float))
         self.control_points.setflags(write=False)
-        diameter = 2 * self.radius
-        wider = f"more than yarn.diameter = {diameter} m"
-        for name, value, fits, allowed in (
-            ("yarn.diameter", f"{diameter} m", self.radius > 0, "a positive number"),
-            ("pattern.clearance", f"{self.clearance} radii", self.clearance >= 0, "zero or more"),
-            ("pattern.wale_spacing", f"{self.wale_spacing} m", self.wale_spacing > diameter, wider),
-            ("pattern.course_spacing", f"{self.course_spacing} m", self.course_spacing > diameter, wider),
-        ):
-            if not fits:
-                raise GeometryError(f"{name} = {value}: allowed is {allowed}")
         count, loops = len(self.control_points), sides(self.stitches).size
         if count % loops:
             raise GeometryError(f"pattern.control_points: {count} points cannot describe {loops} loops")

@@ -26,15 +26,8 @@ def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
     In course tension it is gripped at the ends of all yarns, in wale tension at the sinker arcs of the first yarn and
     at the head arcs of the last one. Of other stitches than plain ones it has whole repeats, and the last yarn is a
     copy of the first.
-    Raises GeometryError when the numbers of loops and rows are not positive integers, or no multiples of the
-    repeat, or yarns do not cross as in a knit.
+    Raises GeometryError when yarns do not cross as in a knit.
     """
-    for name, count, repeat in (("loops", loops, loop.columns), ("rows", rows, loop.rows)):
-        if not (isinstance(count, int | np.integer) and count >= 1):
-            raise GeometryError(f"pattern.{name} = {count!r}: allowed is a whole number from 1 on")
-        if count % repeat:
-            of = f"pattern.stitches {list(loop.stitches)} repeat themselves after {repeat}"
-            raise GeometryError(f"pattern.{name} = {count}: allowed is a multiple of {repeat}, as {of}")
     repeats, every = loops // loop.columns, np.arange(rows + 1)
     copies, copy_of, shift = rows_of_repeat(loop.curves, loop.rise, rows, repeats)
     cell = np.array([loop.wale_spacing, loop.course_spacing])
@@ -213,8 +206,6 @@ def yarn_pair(radius: float, angle: float, length: float, clearance: float = 0.0
     The lower yarn lies along x below the plane z = 0; the upper one is turned from x to y by the angle [degrees] and
     lies above it, so that the gap of their surfaces is the clearance [radii]. The lower one is held and the upper one
     driven, at "ends" or at the "back", the half of the surface that is turned away from the other yarn.
-    Raises GeometryError when the radius is not positive, the clearance negative, the angle not in (0, 90] or the yarns
-    are not longer than two diameters.
 
     Examples
     --------
@@ -222,19 +213,6 @@ def yarn_pair(radius: float, angle: float, length: float, clearance: float = 0.0
     >>> len(fabric.centrelines), len(fabric.crossings.yarn)
     (2, 1)
     """
-    for name, value, fits, allowed in (
-        ("yarn.diameter", f"{2 * radius} m", radius > 0, "a positive number"),
-        ("pair.clearance", f"{clearance} radii", clearance >= 0, "zero or more"),
-        ("pair.angle", f"{angle} degrees", 0 < angle <= 90, "more than 0 and at most 90"),
-        (
-            "pair.length",
-            f"{length} m",
-            length > 4 * radius,
-            f"more than twice yarn.diameter = {2 * radius} m",
-        ),
-    ):
-        if not fits:
-            raise GeometryError(f"{name} = {value}: allowed is {allowed}")
     turn, half = np.radians(angle), 0.5 * (2 + clearance) * radius
     along = np.array([[1.0, 0.0, 0.0], [np.cos(turn), np.sin(turn), 0.0]])
     middles = np.array([[0.0, 0.0, -half], [0.0, 0.0, half]])

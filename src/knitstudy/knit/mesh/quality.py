@@ -146,8 +146,6 @@ BYTES_AN_ENTRY = 4  # of those factors, in single precision
 
 def require_memory_to_mesh(curves: Sequence[Centreline], radius: float, size: float, growth: float) -> None:
     """Refuse a mesh of yarns of a radius [m] that does not fit into memory; raises MeshError."""
-    if not (size > 0 and growth >= 1):
-        raise MeshError(f"mesh.size is {size} and mesh.growth {growth}: must be positive and at least 1")
     slices = sum(curve.length for curve in curves) / (growth * size * radius)
     nodes = slices * nodes_for_size(2, size)
     require_memory(nodes * BYTES_A_NODE, "mesh.size", size, f"a mesh of {nodes:.2g} nodes", power=3)

@@ -45,17 +45,7 @@ class Section:
 
     @classmethod
     def butterfly(cls, core: int, rings: int) -> Section:
-        """Section with a core of ``core`` by ``core`` elements and ``rings`` rings of ``4 core`` elements.
-
-        Raises MeshError if the core has fewer than three elements a side (12 angles), or there is no ring.
-        """
-        if core < FEWEST_CORE:
-            raise MeshError(
-                f"section core: {core} elements a side give {4 * core} angles; at least {FEWEST_CORE} a side "
-                f"({4 * FEWEST_CORE} angles) are allowed"
-            )
-        if rings < 1:
-            raise MeshError(f"section rings: {rings} is not allowed; at least 1")
+        """Section with a core of ``core`` by ``core`` elements and ``rings`` rings of ``4 core`` elements."""
         # From a search over cores of 3 to 8 and one or two rings: corner sines above 0.8, areas within 1.6.
         scale = 0.27 + 0.6 * core / (core + 2 * rings)
         core_points, core_quads, boundary = _core(core, scale)
@@ -74,7 +64,6 @@ class Section:
 
         ``round(diameter / size)`` elements lie across, a third of them in rings. However coarse the size, the
         section has at least 12 angles, that is, five elements across.
-        Raises MeshError if the diameter or the size is not positive.
         """
         return cls.butterfly(*_divisions(diameter, size))
 
@@ -109,9 +98,6 @@ def nodes_for_size(diameter: float, size: float) -> int:
 
 def _divisions(diameter: float, size: float) -> tuple[int, int]:
     """Return the elements along a side of the core and the rings of elements about ``size`` wide."""
-    for name, value in (("diameter", diameter), ("size", size)):
-        if not value > 0:
-            raise MeshError(f"section {name}: {value} m is not allowed; it must be positive")
     # Rounded first: the same section in whatever unit of length, halves included.
     across = round(round(diameter / size, 6))
     rings = max(1, round(across / 6))
@@ -175,10 +161,6 @@ class Grading:
     refinement: float = 1.0  # element size over the size at crossings, at least 1
     reach: float = 0.0  # distance along the yarn from a crossing up to which refinement is full. [m]
     ramp: float = 1.0  # distance over which it is then gone. [m]
-
-    def __post_init__(self) -> None:
-        if not self.refinement >= 1:
-            raise MeshError(f"mesh.refinement: {self.refinement} is not allowed; it must be at least 1")
 
     def share(self, distance: Floats) -> Floats:
         """Share of the refinement that is left at distances (k,) in m from a crossing: 1 at it, 0 far away."""
@@ -263,15 +245,6 @@ class Spacing:
     ramp: float = 1.0  # [m]
     grading: Grading = UNIFORM  # how much finer it is at the crossings
 
-    def __post_init__(self) -> None:
-        for name, value, fits, allowed in (
-            ("size", f"{self.size} m", 0 < self.size < np.inf, "positive"),
-            ("growth", f"{self.growth}", 1 <= self.growth < np.inf, "at least 1"),
-            ("ramp", f"{self.ramp} m", self.ramp > 0, "positive"),
-        ):
-            if not fits:
-                raise MeshError(f"mesh {name}: {value} is not allowed; it must be {allowed}")
-
     def __call__(self, s: Floats) -> Floats:
         """Spacing in m at arc lengths ``s`` (k,) in m."""
         s = np.asarray(s, dtype=float)
@@ -315,11 +288,9 @@ def place_slices(
     Raises
     ------
     MeshError
-        If the length is not positive and finite, or two centred arc lengths, or one and the end of a period or grip,
-        leave less than half an element between their layers.
+        If two centred arc lengths, or one and the end of a period or grip, leave less than half an element between
+        their layers.
     """
-    if not (np.isfinite(length) and length > 0):
-        raise MeshError(f"yarn length: {length} m is not allowed; it must be positive")
     ends = np.sort(np.concatenate([np.linspace(0.0, length, periods + 1), ends]))
     ends = ends[np.diff(ends, prepend=-length) > SAME * length]
     ends[[0, -1]] = 0.0, length

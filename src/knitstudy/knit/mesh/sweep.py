@@ -10,7 +10,7 @@ from itertools import accumulate
 import numpy as np
 import xarray as xr
 
-from knitstudy.errors import DataFileError, MeshError
+from knitstudy.errors import DataFileError
 from knitstudy.knit.geometry.columns import MESH
 from knitstudy.knit.geometry.spline import Centreline
 from knitstudy.knit.mesh.section import (
@@ -313,15 +313,9 @@ def sweep(
     Raises
     ------
     MeshError
-        If an argument is not allowed, or targets are too close together for the spacing or the grading.
+        If targets are too close together for the spacing or the grading.
     """
-    if not centrelines:
-        raise MeshError("no centrelines to mesh; at least 1 yarn")
-    if not radius > 0:
-        raise MeshError(f"yarn radius: {radius} m is not allowed; it must be positive")
     targets = [NO_TARGETS] * len(centrelines) if targets is None else targets
-    if len(targets) != len(centrelines):
-        raise MeshError(f"{len(targets)} targets for {len(centrelines)} centrelines; one a yarn is allowed")
     spacings = [spacing] * len(centrelines) if isinstance(spacing, Spacing) else spacing
     yarns = []
     for yarn, (curve, own, aim) in enumerate(zip(centrelines, spacings, targets, strict=True)):
