@@ -69,64 +69,79 @@ class Room:
         at: Any = None,  # crossings without images, and where they are looked for
     ) -> None:
         self.unit, self.path, self.settings = unit, path, settings
-        self.cost = cost = CostFunction(unit, settings)
+        self._plain, self._group = unit.stitches == PLAIN, symmetries(unit)
+        self.cost = CostFunction(unit, settings)
         count = len(unit.control_points)
-        cost.rest_length, cost.sigma = np.full((2, count), path.rest / POINTS)
-        group = symmetries(unit)
-        every = np.column_stack([cost.row, cost.row + 1])
+        self.cost.rest_length, self.cost.sigma = np.full((2, count), path.rest / POINTS)
+        self._motions = symmetric_motions(np.ones((count, 3), dtype=bool), self._group)
+        crossing = self._find_crossings(at)
+        share = crossing.distance.min() / unit.target if share is None else share
+        self.share = 1.0 if share > 1 - EXACT else float(share)
+        self._find_pairs(crossing.parameter)
+        self._find_bends()
+        # Rows that are no images of each other: of each the length is asked for.
+        of_row = np.min([image.row(np.arange(unit.rows)) % unit.rows for image in self._group], axis=0)
+        self._own_rows = np.unique(of_row)
+        self._unit = np.abs(self.cost.value(unit.control_points, share=0.0)[1]).max() or 1.0
+        self._kept: tuple[bytes, Any] = b"", None
+        # In the order of `evaluate`: the cost, what must vanish, and what must not be negative.
+        equal = 1 + len(crossing.distance) * self._plain
+        equal += 0 if path.length is None else len(self._own_rows)
+        self._cost, self._equal, self._above = 0, slice(1, equal), slice(equal, None)
+        start = self.evaluate(self._start)[0]
+        self.missing = max(np.abs(start[self._equal]).max(initial=0.0), -start[self._above].min())
+        self.at_end = self.share == 1 and self.missing <= 10 * EXACT
+
+    def _find_crossings(self, at: Any) -> Approach:
+        """Find the crossings that are no images of others. Raises GeometryError where yarns do not interlock."""
+        unit, cost = self.unit, self.cost
+        self._every = np.column_stack([cost.row, cost.row + 1])
         if at is None:
             crossings = crossings_of_loop(unit, cost.row, cost.windows)
-            at = np.flatnonzero(first_of_orbits(group, every, crossings.parameter)), None
+            at = np.flatnonzero(first_of_orbits(self._group, self._every, crossings.parameter)), None
         first, start = at
         crossing = crossings_of_loop(unit, cost.row[first], cost.windows[first], start=start)
         self.crossing = first, crossing.parameter
-        plain = unit.stitches == PLAIN
-        if not interlocked(cost) or (plain and not crossing.interior.all()):
+        if not interlocked(cost) or (self._plain and not crossing.interior.all()):
             raise GeometryError("an interlock loses its crossings")
-        share = crossing.distance.min() / unit.target if share is None else share
-        self.share = 1.0 if share > 1 - EXACT else float(share)
+        return crossing
+
+    def _find_pairs(self, crossing: Floats) -> None:
+        """Find the other pieces of yarn that come near each other, and windows of these and of the crossings."""
+        unit, first = self.unit, self.crossing[0]
         # The images of these crossings by the symmetries are all others.
-        images = [image.pairs(every[first], crossing.parameter) for image in group]
+        images = [image.pairs(self._every[first], crossing) for image in self._group]
         rows, images = (np.concatenate(parts) for parts in zip(*images, strict=True))
         near = away_from_crossings(approaches(unit, NEAR), rows[:, 0], images)
         near = near[near["distance"] < unit.target + WATCHED]
         pairs = near[["row", "above"]].to_numpy().astype(int).cumsum(axis=1)
         places = near[["u", "v"]].to_numpy()
-        different = first_of_orbits(group, pairs, places)  # of images by symmetry one is enough
+        different = first_of_orbits(self._group, pairs, places)  # of images by symmetry one is enough
         self.near, pairs, places = near[different], pairs[different], places[different]
-        self._motions = symmetric_motions(np.ones((count, 3), dtype=bool), group)
-        row, segment = np.divmod(np.arange(count), unit.curve.period)
-        middle = np.stack([segment + 0.5] * 2, axis=1)
-        one = first_of_orbits(group, np.stack([row] * 2, axis=1), middle)
-        u = segment[one, None] + np.linspace(0, 1 - 1e-9, CURVATURE_SAMPLES)
-        u, row = u.ravel(), np.repeat(row[one], CURVATURE_SAMPLES)
-        if not plain:  # of many loops the straight pieces would only cost time
-            bent = cost.curves(unit.control_points, row).curvature(u) > BENT
-            u, row = u[bent], row[bent]
-        curves = cost.curves(unit.control_points, row)
-        self._tangent, self._bend = curves.operator(u, 1), curves.operator(u, 2)
         # Windows of places do not overlap, lest two of them end at one.
         apart = np.abs(places[:, None] - np.concatenate([images, places])).max(axis=-1)
         alike = (pairs[:, None] == np.concatenate([rows, pairs])).all(axis=-1)
         nearest = np.where((apart > 0) & alike, apart, np.inf).min(axis=1, initial=np.inf)
         own = np.where(np.ptp(pairs, axis=1) > 0, np.inf, 0.5 * np.diff(places)[:, 0])
         reach = np.minimum(SLIDE, 0.5 * np.minimum(nearest, own))
+        of_crossings = self.cost.windows if self._plain else _of_sides(self.cost.windows)
         windows = places[:, :, None] + reach[:, None, None] * [-1, 1]
-        self._rows = np.concatenate([every[first], pairs])
-        self._places = np.concatenate([crossing.parameter, places])
-        of_crossings = cost.windows if plain else _of_sides(cost.windows)
+        self._rows = np.concatenate([self._every[first], pairs])
+        self._places = np.concatenate([crossing, places])
         self._windows = np.concatenate([of_crossings[first], windows])
-        # Rows that are no images of each other: of each the length is asked for.
-        of_row = np.min([image.row(np.arange(unit.rows)) % unit.rows for image in group], axis=0)
-        self._own_rows = np.unique(of_row)
-        self._unit = np.abs(cost.value(unit.control_points, share=0.0)[1]).max() or 1.0
-        self._kept: tuple[bytes, Any] = b"", None
-        # In the order of `evaluate`: the cost, what must vanish, and what must not be negative.
-        equal = 1 + len(first) * plain + (0 if path.length is None else len(self._own_rows))
-        self._cost, self._equal, self._above = 0, slice(1, equal), slice(equal, None)
-        start = self.evaluate(self._start)[0]
-        self.missing = max(np.abs(start[self._equal]).max(initial=0.0), -start[self._above].min())
-        self.at_end = self.share == 1 and self.missing <= 10 * EXACT
+
+    def _find_bends(self) -> None:
+        """Find the places at which the yarn's curvature is kept, of the segments that are no images of others."""
+        points, curves = self.unit.control_points, self.cost.curves
+        row, segment = np.divmod(np.arange(len(points)), self.unit.curve.period)
+        middle = np.stack([segment + 0.5] * 2, axis=1)
+        one = first_of_orbits(self._group, np.stack([row] * 2, axis=1), middle)
+        u = (segment[one, None] + np.linspace(0, 1 - 1e-9, CURVATURE_SAMPLES)).ravel()
+        row = np.repeat(row[one], CURVATURE_SAMPLES)
+        if not self._plain:  # of many loops the straight pieces would only cost time
+            bent = curves(points, row).curvature(u) > BENT
+            u, row = u[bent], row[bent]
+        self._tangent, self._bend = (curves(points, row).operator(u, order) for order in (1, 2))
 
     @property
     def _start(self) -> Floats:
