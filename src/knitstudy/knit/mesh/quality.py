@@ -47,13 +47,17 @@ def scaled_jacobian(nodes: Floats, hexahedra: Ints) -> Floats:
 
 def check_folding(mesh: SweptMesh) -> None:
     """Refuse elements whose scaled Jacobian is not positive; MeshError naming the worst element."""
-    quality = scaled_jacobian(mesh.nodes, mesh.hexahedra)
+    refuse_folded(mesh, scaled_jacobian(mesh.nodes, mesh.hexahedra), "hexahedron", "its scaled Jacobian")
+
+
+def refuse_folded(mesh: SweptMesh, quality: Floats, what: str, measure: str) -> None:
+    """Refuse elements (E,) of which a measure of quality is not positive; MeshError naming the worst element."""
     worst = int(np.argmin(quality))
     if not quality[worst] > 0:
         layer = mesh.slice_of_element[worst]
         raise MeshError(
-            f"hexahedron {worst} of yarn {mesh.yarn_of_slice[layer]} at s = {mesh.arc_length[layer]:.6g} m "
-            f"is folded: its scaled Jacobian is {quality[worst]:.3g}, and must be positive"
+            f"{what} {worst} of yarn {mesh.yarn_of_slice[layer]} at s = {mesh.arc_length[layer]:.6g} m is folded: "
+            f"{measure} is {quality[worst]:.3g}, and must be positive; use a smaller mesh.size"
         )
 
 

@@ -160,12 +160,7 @@ class SweptMesh:
     frames: Floats  # (S, 3, 3) rows d1, d2 and the tangent
     arc_length: Floats  # (S,) from the left end of a yarn. [m]
     first_slice: Ints  # (Y + 1,) first slice of every yarn, then S
-    # (S, 2) how far, and where to in the plane of d1 and d2, slices are drawn (`knit.mesh.section`); 0 if omitted
-    pull: Floats | None = None
-
-    def __post_init__(self) -> None:
-        if self.pull is None:
-            object.__setattr__(self, "pull", np.zeros((len(self.arc_length), 2)))
+    pull: Floats  # (S, 2) how far, and where to in the plane of d1 and d2, slices are drawn
 
     @property
     def yarns(self) -> int:
@@ -277,7 +272,8 @@ class SweptMesh:
         data = {name: dataset[name].to_numpy() for name in names if name != "hexahedra"}
         section = Section(*(data.pop(f"section_{name}") for name in ("points", "quads", "ring")))
         data["radius"] = float(data["radius"])
-        return cls(section=section, pull=dataset["pull"].to_numpy() if "pull" in dataset else None, **data)
+        still = np.zeros((len(data["arc_length"]), 2))
+        return cls(section=section, pull=dataset["pull"].to_numpy() if "pull" in dataset else still, **data)
 
 
 def sweep(
