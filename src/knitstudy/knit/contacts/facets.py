@@ -10,8 +10,7 @@ from scipy.sparse.csgraph import connected_components
 
 from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.mesh.sweep import SweptMesh
-from knitstudy.knit.scene.scene import Scene
-from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.contact.friction import OPEN, STICK, ContactPoints
 from knitstudy.mechanics.contact.interaction import PASS_SHARE, Contact
 
@@ -189,17 +188,23 @@ def crossing_forces(columns: dict[str, Floats], count: int) -> Floats:
 # ---- Which crossings of a specimen are tied, and which pieces of yarn hold them (Fig. 3 of the paper)
 
 
-def tied_crossings(scene: Scene, crossings: Crossings) -> Floats:
-    """Return which crossings (K,) of a scene's specimen are tied.
+def tied_crossings(crossings: Crossings, touches: bool, edges: str | None, direction: str | None) -> Bools:
+    """Return which crossings (K,) of a specimen are tied.
 
     With interaction "tie" all are. Where yarns touch, those along the free edges of a knit are, for what would slide
     off there: of the first and last interlock row in course tension, of the first and last column of loops in wale
     tension.
+
+    Parameters
+    ----------
+    touches : bool
+        Whether yarns touch where they are not tied.
+    edges, direction : str or None
+        ``contact.tied_edges`` and ``load.direction``, if the scene has them.
     """
-    if not scene.kind.interaction.touches:
+    if not touches:
         return np.ones(len(crossings), dtype=bool)
-    direction = scene.value("load.direction")
-    if direction is None or scene.contact.tied_edges == "none":
+    if direction is None or edges == "none":
         return np.zeros(len(crossings), dtype=bool)
     along = crossings.row if direction == "course" else crossings.column
     return (along == along.min()) | (along == along.max())

@@ -99,7 +99,8 @@ class BeamKnit:
 def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
     """Return the beams of a scene; errors as of `build`."""
     crossings = fabric.crossings
-    tied = tied_crossings(scene, crossings)
+    touches, edges = scene.kind.interaction.touches, scene.value("contact.tied_edges")
+    tied = tied_crossings(crossings, touches, edges, scene.load.direction)
     points = JointPoints.at_crossings(crossings, tied)
     joints = Joints.all_tied(len(points.yarn))
     if scene.beam.tie == "pinned":
