@@ -20,7 +20,7 @@ from knitstudy.mechanics.contact.interaction import PASS_SHARE, Contact
 NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 
-def count_zones(place: Floats, cell: Ints, around: int, places: int) -> Floats:
+def count_zones(place: Ints, cell: Ints, around: int, places: int) -> Ints:
     """Return the number of zones (places,) at every place, such as the sides of crossings at increments.
 
     Facets whose edges or corners meet belong to one zone; facets of different places never do.
@@ -45,7 +45,7 @@ def count_zones(place: Floats, cell: Ints, around: int, places: int) -> Floats:
     # A layer beyond the last one keeps neighbours from running into the next place.
     layers = int(cell[:, 0].max()) + 2
 
-    def number(place: Floats, layer: Floats, facet: Ints) -> Floats:
+    def number(place: Ints, layer: Floats, facet: Ints) -> Ints:
         return (place * layers + layer) * around + facet % around
 
     facets, index = np.unique(number(place, *cell.T), return_index=True)
@@ -115,7 +115,7 @@ class CrossingFacets:
         """Return the mean displacement (K, 2, 3) of the facets [m] from that of all nodes (N, 3)."""
         return displacement[self.nodes].mean(axis=2)
 
-    def nearest(self, yarn: Ints, other: Floats, arc_length: Floats) -> tuple[Floats, Floats]:
+    def nearest(self, yarn: Ints, other: Floats, arc_length: Floats) -> tuple[Ints, Ints]:
         """Return crossing and side (k,) of places where two yarns touch; crossing -1 away from all of them.
 
         The places lie on yarns (k,) at arc lengths (k,) [m] and touch other yarns (k,).

@@ -123,7 +123,8 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
     increments = problem.increments(run.progress, resume=last)
     try:
         with serial_blas():
-            increment, errors = next(increments, None), defaultdict(list)
+            increment = next(increments, None)
+            errors: defaultdict[str, list[float]] = defaultdict(list)
             while increment is not None:
                 _record(problem, recorder, increment)
                 coarse = _check(problem, increment, recorder)

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knitstudy.knit.geometry.spline import Centreline
 from knitstudy.knit.mesh.quality import refuse_folded
@@ -55,7 +56,7 @@ class QuadraticSection:
         )
 
     @cached_property
-    def place(self) -> Floats:
+    def place(self) -> Ints:
         """Place (q + m,) of every corner and then every middle in a slice: a middle between its corners."""
         key = np.concatenate([np.arange(self.section.size), self.edges.mean(axis=1)])
         return np.argsort(np.argsort(key, kind="stable"))
@@ -68,13 +69,13 @@ class QuadraticMesh:
     corners: SweptMesh  # of the corners alone, on the true radius
     section: QuadraticSection
     nodes: Floats  # (N, 3) coordinates. [m]
-    elements: Ints  # (E, 20) in the order of `knitstudy.mechanics.elements.quadratic`
+    elements: NDArray[np.int32]  # (E, 20) in the order of `knitstudy.mechanics.elements.quadratic`
     yarn: Ints  # (N,)
     station: Ints  # (N,) numbered through all yarns
     corner_nodes: Ints  # number of every node of ``corners``
     face_centres: Ints  # (F,) nodes in the middles of surface faces, which belong to no element
     faces: Ints  # (F, 8) corners of these faces, and middles of their edges, by `FACE_CENTRE`
-    grids: tuple[Floats, ...]  # surface nodes (2 s - 1, 2 a) of every yarn, station by station, by angle
+    grids: tuple[Ints, ...]  # surface nodes (2 s - 1, 2 a) of every yarn, station by station, by angle
     arc_lengths: tuple[Floats, ...]  # (2 s - 1,) of the stations of every yarn. [m]
 
     @cached_property
