@@ -21,7 +21,7 @@ from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.shared_sections import Newton
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import reuse_memory, serial_blas
-from knitstudy.mechanics.guided import Guide
+from knitstudy.mechanics.continuation import Guide
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU, LinearSolver
 from knitstudy.mechanics.load_path import trace

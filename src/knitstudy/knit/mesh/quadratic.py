@@ -23,7 +23,7 @@ from knitstudy.knit.mesh.section import Section, drawn, drawn_angles
 from knitstudy.knit.mesh.sweep import SweptMesh, rolled, rotation_minimising, tube
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import determinant
-from knitstudy.mechanics.elements.quadratic import GRADIENTS
+from knitstudy.mechanics.elements.hexahedron import QUADRATIC_GRADIENTS
 
 # Weights (8,) of a face's corners and of the middles of its edges at its centre.
 FACE_CENTRE = np.array([-0.25] * 4 + [0.5] * 4)
@@ -69,7 +69,7 @@ class QuadraticMesh:
     corners: SweptMesh  # of the corners alone, on the true radius
     section: QuadraticSection
     nodes: Floats  # (N, 3) coordinates. [m]
-    elements: NDArray[np.int32]  # (E, 20) in the order of `knitstudy.mechanics.elements.quadratic`
+    elements: NDArray[np.int32]  # (E, 20) in the order of `knitstudy.mechanics.elements.hexahedron`
     yarn: Ints  # (N,)
     station: Ints  # (N,) numbered through all yarns
     corner_nodes: Ints  # number of every node of ``corners``
@@ -136,7 +136,7 @@ def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Centreline]) -> QuadraticMe
     corner_nodes = number[of_slice, :q].ravel()
     corners = replace(mesh, section=section.section, nodes=nodes[corner_nodes])
     places = np.swapaxes(nodes[elements], 1, 2)
-    smallest = np.min([determinant(places @ gradient) for gradient in GRADIENTS], axis=0)
+    smallest = np.min([determinant(places @ gradient) for gradient in QUADRATIC_GRADIENTS], axis=0)
     refuse_folded(corners, smallest, "quadratic hexahedron", "its Jacobian at a Gauss point")
     return QuadraticMesh(
         corners=corners,

@@ -31,10 +31,10 @@ from knitstudy.knit.loading.gates import (
 )
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.yarns.discretisation import Discretisation, project_on_tube
+from knitstudy.mechanics.contact.compliance import moments, polar_rule
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.indentation import Indentation, indentation
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.contact.patch_compliance import moments, polar_rule
 from knitstudy.mechanics.materials import material_of
 from knitstudy.mechanics.model import DRAG
 from knitstudy.mechanics.solid import Penetration

@@ -15,7 +15,7 @@ from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.spline import Centreline
 from knitstudy.knit.scene.sections import Yarn
 from knitstudy.knit.yarns.contact_springs import MAIN, contact_normals, partners
-from knitstudy.mechanics.contact.patch_compliance import local_compliance
+from knitstudy.mechanics.contact.compliance import local_compliance
 
 # Joints of the 3D network: the points C1 to C4 where yarns are joined, and ties and springs (section 2.5, Fig. 5)
 #

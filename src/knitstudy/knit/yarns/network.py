@@ -32,11 +32,10 @@ from knitstudy.knit.scene.sections import Yarn
 from knitstudy.knit.scene.shared_sections import Tie
 from knitstudy.knit.yarns.discretisation import evenly
 from knitstudy.knit.yarns.joints import JointPoints, Joints, contacts_of_crossings
-from knitstudy.mechanics.beams.beam import LinearSprings, Section, SectionLaw
+from knitstudy.mechanics.beams.beam import BeamSection, BeamState, LinearSprings, SectionLaw
 from knitstudy.mechanics.beams.beam_contact import BeamContact
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.curved_rod import CurvedSection
-from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 
 SPINS = range(3, 6)  # components of the rotation among the unknowns of a node
@@ -101,7 +100,7 @@ def section_of(
     >>> round(float(section.EA / section.EI) * 1e-6, 3)  # 16 / d^2 of a solid circle [1/mm2]
     4.938
     """
-    circle = Section.circular(yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio, count)
+    circle = BeamSection.circular(yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio, count)
     own = {name: getattr(yarn, key, None) for name, key in OWN.items()}
     own = {name: value * np.asarray(count) for name, value in own.items() if value is not None}
     if "EA" in own:

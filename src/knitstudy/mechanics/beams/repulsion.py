@@ -12,7 +12,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from knitstudy.mechanics.beams.hertz import LAYERS, Expansion, Patch
-from knitstudy.mechanics.contact.patch_compliance import local_compliance
+from knitstudy.mechanics.contact.compliance import local_compliance
 
 
 @dataclass(frozen=True)

@@ -30,9 +30,9 @@ from knitstudy.knit.models.beam.contact import (
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.yarns.joints import JointPoints, Joints, contacts_of_crossings, patch_stiffness
 from knitstudy.knit.yarns.network import Network, loaded, spatial_network
+from knitstudy.mechanics.beams.beam import BeamState
 from knitstudy.mechanics.beams.beam_contact import NO_LATTICE, BeamContact
 from knitstudy.mechanics.beams.beam_model import BeamModel
-from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.increment import Increment
 
 # Stiffness of springs that hold the even stretch, over that of a typical unknown: that of bending waves of some hundred

@@ -7,11 +7,11 @@ import numpy as np
 from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.loading.gates import require_stiff_contact, require_verified_law
 from knitstudy.knit.scene.scene import Scene
+from knitstudy.mechanics.beams.beam import BeamState
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.hertz import LAYERS, Patch
 from knitstudy.mechanics.beams.line_contact import ROUGH, SPACINGS, LineContact
 from knitstudy.mechanics.beams.repulsion import CrossedCylinders, Power, Repulsion
-from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.increment import Increment
 
 # Largest displacement that one correction may make, in finite knits against neighbours, over the diameter

@@ -23,8 +23,7 @@ from knitstudy.knit.yarns import solids
 from knitstudy.knit.yarns.discretisation import Discretisation, yarn_surfaces
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
-from knitstudy.mechanics.elements.hexahedron import InverseMap, shape
-from knitstudy.mechanics.elements.quadratic import EDGES, NODES, quadratic_shape
+from knitstudy.mechanics.elements.hexahedron import EDGES, NODES, InverseMap, quadratic_shape, shape
 from knitstudy.mechanics.materials import material_of
 
 

@@ -23,7 +23,7 @@ from knitstudy.knit.models.spline_yarns.beam_guide import guide_of
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.yarns import solids
 from knitstudy.knit.yarns.discretisation import Discretisation, contact_surfaces, fitted_places
-from knitstudy.mechanics.contact.patch_compliance import missing_tie_compliance
+from knitstudy.mechanics.contact.compliance import missing_tie_compliance
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import material_of
 from knitstudy.mechanics.spline_yarn.space import Sampling, Space, YarnSpace, locate, yarn_space
