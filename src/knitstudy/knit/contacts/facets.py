@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -45,7 +47,7 @@ def count_zones(place: Ints, cell: Ints, around: int, places: int) -> Ints:
     # A layer beyond the last one keeps neighbours from running into the next place.
     layers = int(cell[:, 0].max()) + 2
 
-    def number(place: Ints, layer: Floats, facet: Ints) -> Ints:
+    def number(place: Ints, layer: Ints, facet: Ints) -> Ints:
         return (place * layers + layer) * around + facet % around
 
     facets, index = np.unique(number(place, *cell.T), return_index=True)
@@ -99,7 +101,7 @@ class CrossingFacets:
 
     crossings: Crossings
     mesh: SweptMesh
-    nodes: Floats  # (K, 2, 4) corners of the facet on each of the two yarns
+    nodes: Ints  # (K, 2, 4) corners of the facet on each of the two yarns
 
     @classmethod
     def of(cls, crossings: Crossings, mesh: SweptMesh) -> CrossingFacets:
@@ -142,7 +144,7 @@ class CrossingFacets:
 
 def touching_points(
     contact: Contact, points: ContactPoints, facets: CrossingFacets, rings: Rings
-) -> dict[str, Floats]:
+) -> dict[str, Any]:
     """Return the columns of all points that touch, by the names that `knit.geometry.columns` has after ``contact_``.
 
     The points belong to a converged increment whose history is up to date.
@@ -172,7 +174,7 @@ def touching_points(
     }
 
 
-def crossing_forces(columns: dict[str, Floats], count: int) -> Floats:
+def crossing_forces(columns: Mapping[str, Any], count: int) -> Floats:
     """Return the force (count, 3) of contact on the yarn of side 0 at every crossing [N].
 
     Each side's points carry half of the stiffness; forces on the yarn of side 1 count with the other sign.

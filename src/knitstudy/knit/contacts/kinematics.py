@@ -130,8 +130,8 @@ def kinematics(
     stretch = [np.linalg.norm(fibre, axis=-1) for fibre in fibres]
     area = np.linalg.norm(np.cross(towards, across), axis=-1)
     along, around = place_on_yarn(fabric, axes, contact)
-    touching = np.isfinite(contact).any(axis=(2, 3))
-    slid = since_first(np.where(touching[..., None], relative, np.nan))
+    touching = np.asarray(np.isfinite(contact).any(axis=(2, 3)))[..., None]
+    slid = since_first(np.where(touching, relative, np.nan))
     return {
         "section_rotation": log(rotation),
         "relative_rotation": log(rotation[:, :, 1] @ rotation[:, :, 0].swapaxes(-1, -2)),

@@ -94,13 +94,14 @@ def find_crossings(curves: Sequence[Centreline], radius: float, copy_of: Ints, s
         for key, ((first, second), *_) in alike.items()
     }
     places = _places(in_plane)
-    none = Crossings(*np.empty((3, 0), int), np.empty((0, 2), int), *map(np.empty, ((0, 2), (0, 2, 3), 0)))
+    label, places_of = np.empty(0, int), np.empty((0, 2))
+    none = Crossings(label, label, label, places_of.astype(int), places_of, np.empty((0, 2, 3)), np.empty(0))
     crossings: list[Crossings] = []
     for key, pairs in alike.items():
-        first, second = (curves[number] for number in pairs[0])
-        one = _near(first, second, in_plane[key], places[key[0]], places[key[1]])
+        one_curve, other = (curves[number] for number in pairs[0])
+        one = _near(one_curve, other, in_plane[key], places[key[0]], places[key[1]])
         one = one[one.distance <= REACH * radius]
-        if first is second:  # pieces of a yarn within half a turn are neighbours
+        if one_curve is other:  # pieces of a yarn within half a turn are neighbours
             one = one[np.diff(one.arc_length, axis=1)[:, 0] > np.pi * radius]
         for pair in pairs:
             yarn, by = np.array(pair)[one.yarn], shift[pair[0]] - shift[pairs[0][0]]
@@ -283,7 +284,7 @@ def closest_points(
     """Closest points of two curves in windows (K, 2, 2) of their parameters, from samples a Bezier segment."""
     start = np.empty(windows.shape[:2])
     for k, window in enumerate(windows):
-        u, v = (np.linspace(*limits, int(np.ceil(np.ptp(limits) * samples)) + 1) for limits in window)
+        u, v = (np.linspace(low, high, int(np.ceil((high - low) * samples)) + 1) for low, high in window)
         x, y = first.value(u), second.value(v)
         square = (x * x).sum(axis=1)[:, None] + (y * y).sum(axis=1) - 2 * x @ y.T
         i, j = np.unravel_index(square.argmin(), square.shape)
@@ -325,7 +326,7 @@ def refine(
         value, step = lower, following
     point = np.stack([first.value(u[:, 0]), second.value(u[:, 1]) + shift], axis=1)
     interior = ((u > low + 1e-9) & (u < high - 1e-9)).all(axis=1)
-    return Approach(u, point, np.linalg.norm(point[:, 1] - point[:, 0], axis=-1), interior)
+    return Approach(u, point, np.linalg.norm(point[:, 1] - point[:, 0], axis=-1), np.asarray(interior))
 
 
 def _half_square(

@@ -200,7 +200,7 @@ def _at_length(drawn: Loop, ratio: float, settings: Geometry) -> tuple[Loop, Loo
             f"{length:.4e} m: take a pattern.course_ratio nearer to 1"
         )
     across, slope = brentq(excess, *bounds, xtol=1e-6), FIRST_SLOPE
-    before = step = None
+    before = step = 0.0
     for _ in range(MOST_OPTIMISATIONS):
         initial = _stretched(drawn, across, ratio)
         loop, optimum = optimise(initial, settings)

@@ -84,7 +84,8 @@ def honeycomb_angles(contact: Floats, rise: float) -> tuple[float, float]:
     """
     interlock = contact[2, :2] - contact[0, :2]
     leg = contact[0, :2] + [0.0, rise] - contact[2, :2]
-    return tuple(float(np.degrees(np.arctan2(abs(y), abs(x)))) for x, y in (interlock, leg))
+    along, up = (float(np.degrees(np.arctan2(abs(y), abs(x)))) for x, y in (interlock, leg))
+    return along, up
 
 
 def check_yarns(metrics: LoopMetrics, loop: Loop, tolerance: float) -> None:

@@ -109,7 +109,7 @@ class CostFunction:
         """Return F_Distance, Eq. (2), summed over the crossings, and its gradient (P, 3)."""
         near = self.approach(points)
         error = near.distance - self.target
-        return error @ error, np.einsum("k,kpi->pi", 2 * error, self.distance_slope(points, near))
+        return float(error @ error), np.einsum("k,kpi->pi", 2 * error, self.distance_slope(points, near))
 
     def distance_slope(self, points: Floats, near: Approach, row: Ints | None = None) -> Floats:
         """Return the gradients (K, P, 3) of the shortest distances (K,) at points (P, 3).
@@ -275,7 +275,7 @@ def minimise(cost: CostFunction, points: Floats, motions: Floats) -> Optimum:
         return value / unit, np.einsum("kai,ka->i", motions, gradient) / unit
 
     for share in CONTINUATION:
-        result = minimize(function, q, args=(share,), jac=True, method="BFGS", options=QUASI_NEWTON)
+        result = minimize(function, q, args=(share,), jac=True, method="BFGS", options=QUASI_NEWTON)  # type: ignore[call-overload]
         q, iterations = result.x, iterations + result.nit
     q, gradient = _polish(function, q)
     if gradient > GRADIENT_TOLERANCE:

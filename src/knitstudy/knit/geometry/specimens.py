@@ -172,9 +172,9 @@ def cut_cells(loop: Loop, loops: int, rows: int) -> Fabric:
     first, last = arc[:, 0] == 0, arc[:, 1] == whole[yarn]
 
     def ends(begins: Bools, finishes: Bools) -> Grip:
-        begins, finishes = np.flatnonzero(begins), np.flatnonzero(finishes)
-        at = np.concatenate([np.zeros(len(begins)), lengths[finishes]])
-        return Grip(np.concatenate([begins, finishes]), np.column_stack([at, at]))
+        yarns = np.flatnonzero(begins), np.flatnonzero(finishes)
+        at = np.concatenate([np.zeros(len(yarns[0])), lengths[yarns[1]]])
+        return Grip(np.concatenate(yarns), np.column_stack([at, at]))
 
     none = np.zeros(len(yarn), dtype=bool)
     lowest, highest = yarn == 0, yarn == rows

@@ -11,7 +11,7 @@ of beams (`knit.models.beam.cell.relax`) finds the shape.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
@@ -67,7 +67,7 @@ def stitches_of(rows: Sequence[str]) -> list[list[Stitch]]:
     # By row and column of the stitch that is drawn through them
     stacks: dict[tuple[int, int], list[tuple[float, int, int, int]]] = {}
     for row, column in product(range(count), range(columns)):
-        letter, *marks = letters[row][column]
+        letter, marks = letters[row][column][0], letters[row][column][1:]
         way, front = MARKS[marks[0]] if marks else (0, False)
         needle = (column + way * len(marks)) % columns
         kind = STITCHES.find(letter)
@@ -155,7 +155,7 @@ def straight(drawing: Drawing, stitch: Stitch) -> Floats:
     return drawing.plain[0] + np.linspace(0, drawing.wale, 4, endpoint=False)[:, None] * [1, 0, 0]
 
 
-DRAWN = {"T": partial(loop, tuck=True), "-": straight}
+DRAWN: dict[str, Callable[[Drawing, Stitch], Floats]] = {"T": partial(loop, tuck=True), "-": straight}
 
 
 def endless_cell_of_stitches(wanted: LoopTarget, loops: int, rows: int) -> Fabric:

@@ -36,7 +36,7 @@ class Symmetry:
         """Return the matrix (3 P, 3 P) that maps displacements of control points."""
         row, u = np.divmod(np.arange(count), self.period)
         image = self.row(row) % self.rows * self.period + (self.sign[0] * u + self.by) % self.period
-        return np.kron(np.eye(count)[:, image], np.diag(self.sign.astype(float)))
+        return np.asarray(np.kron(np.eye(count)[:, image], np.diag(self.sign.astype(float))), dtype=float)
 
     def row(self, row: Ints) -> Ints:
         """Return the images of rows."""
@@ -102,7 +102,7 @@ def first_of_orbits(group: Sequence[Symmetry], row: Ints, u: Floats) -> Bools:
         rows, places = symmetry.pairs(row, u)
         alike = (rows[:, None] == here[0]).all(axis=-1)
         same |= alike & (np.abs(places[:, None] - here[1]).max(axis=-1) < SAME_PLACE)
-    return ~np.tril(same | same.T, -1).any(axis=1)
+    return np.asarray(~np.tril(same | same.T, -1).any(axis=1))
 
 
 def symmetric_motions(free: Bools, group: Sequence[Symmetry]) -> Floats:
@@ -123,7 +123,7 @@ def symmetric_motions(free: Bools, group: Sequence[Symmetry]) -> Floats:
         When nothing may move, or a component is free and its image is not.
     """
     count = len(free)
-    average = sum(symmetry.action(count) for symmetry in group) / len(group)
+    average = np.add.reduce([symmetry.action(count) for symmetry in group]) / len(group)
     moved = (np.abs(average) > 0).any(axis=1)
     reach = average[~free.ravel()][:, free.ravel()]
     if np.abs(reach).any():

@@ -42,7 +42,7 @@ class Checkpoint:
         for name, parts in recorder.flat.items():
             columns[f"flat.{name}"] = np.concatenate(parts)
             columns["flat_ends"] = np.cumsum([len(part) for part in parts])
-        scalars = {
+        scalars: dict[str, Any] = {
             "key": self.key,
             "index": increment.index,
             "load": increment.load,
@@ -56,7 +56,7 @@ class Checkpoint:
             "mean_force": increment.response.mean_force,
         } | {f"meter.{name}": value for name, value in recorder.meter.read().items()}
         with replacing(self.path) as temporary, open(temporary, "wb") as file:
-            np.savez(file, **scalars, **state, **rates, **columns)
+            np.savez(file, allow_pickle=False, **(scalars | state | rates | columns))
 
     def load(self, recorder: Recorder) -> Increment | None:
         """Return the increment to go on from and fill the recorder; None if there is no file.
@@ -146,7 +146,7 @@ def _value(hint: Any, data: dict[str, Floats], name: str) -> Any:
         if not any(entry == name or entry.startswith(f"{name}.") for entry in data):
             return None
         hint = next(part for part in get_args(hint) if part is not type(None))
-    if is_dataclass(hint):
+    if isinstance(hint, type) and is_dataclass(hint):
         hints = get_type_hints(hint)
         return hint(
             **{field.name: _value(hints[field.name], data, f"{name}.{field.name}") for field in fields(hint)}

@@ -196,12 +196,12 @@ def _record(problem: Problem, recorder: Recorder, increment: Increment) -> None:
     )
 
 
-def _history(problem: Problem, recorder: Recorder, last: Increment) -> xr.Dataset:
+def _history(problem: Problem, recorder: Recorder, last: Increment | None) -> xr.Dataset:
     """Return the history so far, with the fields of the last increment if asked for."""
     scene, solver = problem.scene, problem.solver
     refinement = scene.value("mesh.refinement")
     fewest = None if refinement is None else fewest_across(scene.specimen, refinement)
-    fields = problem.fields(last.state) if problem.fields else {}
+    fields = problem.fields(last.state) if problem.fields and last else {}
     return recorder.to_dataset(
         problem.constants | fields,
         scene=scene.name,

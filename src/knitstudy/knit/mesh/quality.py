@@ -97,11 +97,11 @@ def check_overlap(curves: Sequence[Centreline], radius: float, tolerance: float 
         apart = (yarn[first] != yarn[second]) | (np.abs(s[first] - s[second]) > np.pi * radius)
         if apart.any():
             at = np.flatnonzero(apart)[np.argmin(near["v"][apart])]
-            nearest = min(nearest, (near["v"][at], first[at], second[at]))
-    distance, first, second = nearest
-    if first >= 0:
+            nearest = min(nearest, (float(near["v"][at]), int(first[at]), int(second[at])))
+    distance, one, other = nearest
+    if one >= 0:
         raise MeshError(
-            f"yarn {yarn[first]} at s = {s[first]:.6g} m and yarn {yarn[second]} at s = {s[second]:.6g} m "
+            f"yarn {yarn[one]} at s = {s[one]:.6g} m and yarn {yarn[other]} at s = {s[other]:.6g} m "
             f"overlap: their centrelines are {distance:.4g} m apart, less than {allowed:.4g} m: use a smaller "
             "yarn.diameter or a larger clearance"
         )

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -111,8 +112,8 @@ def roll_towards(
     knots = np.stack([arc_length[layer], arc_length[layer + 1]], axis=-1).ravel()
     roll = np.repeat(roll, 2)
     part = np.clip(np.searchsorted(knots, arc_length, side="right") - 1, 0, knots.size - 2)
-    step = smooth_step((arc_length - knots[part]) / (knots[part + 1] - knots[part]))
-    return roll[part] + (roll[part + 1] - roll[part]) * step
+    share = smooth_step((arc_length - knots[part]) / (knots[part + 1] - knots[part]))
+    return roll[part] + (roll[part + 1] - roll[part]) * share
 
 
 def rolled(frames: Floats, roll: Floats) -> Floats:
@@ -270,7 +271,7 @@ class SweptMesh:
             raise DataFileError(
                 f"{source}: not a mesh; missing {', '.join(missing)}; needed are {', '.join(names)}"
             )
-        data = {name: dataset[name].to_numpy() for name in names if name != "hexahedra"}
+        data: dict[str, Any] = {name: dataset[name].to_numpy() for name in names if name != "hexahedra"}
         section = Section(*(data.pop(f"section_{name}") for name in ("points", "quads", "ring")))
         data["radius"] = float(data["radius"])
         still = np.zeros((len(data["arc_length"]), 2))
