@@ -16,6 +16,9 @@ from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.increment import Increment, Rate
 from knitstudy.mechanics.model import Response
 
+PLAIN: dict[str, Any] = {"index": int, "load": float, "size": float, "largest": float, "damped": float}
+"""Numbers of an increment, and their types."""
+
 _LEAVES = (np.ndarray, np.generic, bool, int, float, str)
 _SCALARS = (bool, int, float, str)
 # Columns that gates and tables judge
@@ -44,11 +47,7 @@ class Checkpoint:
             columns["flat_ends"] = np.cumsum([len(part) for part in parts])
         scalars: dict[str, Any] = {
             "key": self.key,
-            "index": increment.index,
-            "load": increment.load,
-            "size": increment.size,
-            "largest": increment.largest,
-            "damped": increment.damped,
+            **{name: getattr(increment, name) for name in PLAIN},
             "headway": np.array(increment.headway),
             "rate_sizes": np.array([rate.increment for rate in increment.rates]),
             "updates": np.array(increment.updates),
@@ -91,16 +90,12 @@ class Checkpoint:
         since, failed, tried = data["headway"].tolist()
         rates = (Rate(float(size), data[f"rate.{i}"]) for i, size in enumerate(data["rate_sizes"]))
         return Increment(
-            index=int(data["index"]),
-            load=float(data["load"]),
             state=_value(self.state_type, data, "state"),
             response=Response(data["force"], float(data["mean_force"])),
-            size=float(data["size"]),
-            largest=float(data["largest"]),
-            damped=float(data["damped"]),
             headway=(since, int(failed), int(tried)),
             rates=tuple(rates),
             updates=tuple(data["updates"]),
+            **{name: kind(data[name]) for name, kind in PLAIN.items()},
         )
 
 
