@@ -163,8 +163,8 @@ def _local_minima(
     if same:
         # Each pair once; nearer ones cannot overlap, with a radius of curvature above R (Schur's theorem).
         line = Centreline(curve, 3)
-        one, other = (line.arc_length(u[1:-1] + curve.period) for u in (here, around))
-        lowest &= other - one[:, None] > half_circle
+        start, end = (line.arc_length(u[1:-1] + curve.period) for u in (here, around))
+        lowest &= end - start[:, None] > half_circle
     i, j = np.nonzero(lowest)
     return np.column_stack([here[1:-1][i], around[1:-1][j]])
 
