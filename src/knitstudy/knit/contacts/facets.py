@@ -117,7 +117,7 @@ class CrossingFacets:
         """Return the mean displacement (K, 2, 3) of the facets [m] from that of all nodes (N, 3)."""
         return displacement[self.nodes].mean(axis=2)
 
-    def nearest(self, yarn: Ints, other: Floats, arc_length: Floats) -> tuple[Ints, Ints]:
+    def nearest(self, yarn: Ints, other: Ints, arc_length: Floats) -> tuple[Ints, Ints]:
         """Return crossing and side (k,) of places where two yarns touch; crossing -1 away from all of them.
 
         The places lie on yarns (k,) at arc lengths (k,) [m] and touch other yarns (k,).

@@ -73,7 +73,7 @@ class Fabric:
     grips: Mapping[str, tuple[Grip, Grip]] = field(default_factory=dict)
     repeats: int = 1  # equally long parts with the same crossings that every yarn consists of
     # Distances along x and y after which the pattern repeats itself; nan if it does not. [m]
-    cell: Ints = field(default_factory=lambda: np.full(2, np.nan))
+    cell: Floats = field(default_factory=lambda: np.full(2, np.nan))
     angle: float = 90.0  # between crossing yarns [degrees], for refined meshes; of a knit as if 90
     arcs: Arcs | None = None  # of pieces: the parts of another fabric's yarns that the yarns are
     # (p, 3) vectors by which an endless fabric repeats itself; none if it ends. [m]

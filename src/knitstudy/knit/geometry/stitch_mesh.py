@@ -24,7 +24,7 @@ from knitstudy.knit.geometry.loop import LoopTarget
 from knitstudy.knit.geometry.specimens import rows_of_repeat
 from knitstudy.knit.geometry.spline import CatmullRom
 from knitstudy.knit.scene.stitches import MARKS, STITCHES, idle_needle, knits, stitches_of_row
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.arrays import Bools, Floats
 
 BEHIND, NARROWER = 1.6, 0.1
 """Distance of a head in a stack from the head before it, over the diameter and times the heads of the highest stack,
@@ -115,7 +115,7 @@ class Drawing:
             before = stitch
         return np.concatenate(parts)
 
-    def _is_head(self, points: Floats) -> Floats:
+    def _is_head(self, points: Floats) -> Bools:
         """Whether points (n, 3) lie above the middles of the legs."""
         return points[:, 1] > self.plain[len(self.plain) // 4, 1] + 1e-9 * np.ptp(self.plain[:, 1])
 

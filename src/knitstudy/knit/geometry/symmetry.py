@@ -26,7 +26,7 @@ SAME_PLACE = 1e-3  # Bezier segments within which two places on a yarn are one
 class Symmetry:
     """A motion of space that maps a knit onto itself, as a map of rows and parameters."""
 
-    sign: Floats  # (3,) of the components: 1 or -1
+    sign: Ints  # (3,) of the components: 1 or -1
     by: int  # parameter u of a row goes to sign[0] u + by,
     up: int  # row i to sign[1] i + up
     rows: int

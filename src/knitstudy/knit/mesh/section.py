@@ -23,7 +23,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from knitstudy.errors import MeshError
-from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 
 FEWEST_CORE = 3  # elements along a side of the core: 12 angles keep 91% of a circle's bending stiffness
 ROUNDING = (
@@ -309,7 +309,7 @@ def place_slices(
     return slices
 
 
-def _parts(length: float, spacing: Spacing, ends: Floats, centred: Floats) -> tuple[Floats, Floats]:
+def _parts(length: float, spacing: Spacing, ends: Floats, centred: Floats) -> tuple[Floats, Bools]:
     """Bounds (p + 1,) of the parts of a yarn in m, and which parts (p,) are layers about ``centred``."""
     if centred.size and not (0 < centred[0] and centred[-1] < length and (np.diff(centred) > 0).all()):
         raise MeshError(
