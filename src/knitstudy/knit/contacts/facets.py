@@ -25,16 +25,9 @@ NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
 def count_zones(place: Ints, cell: Ints, around: int, places: int) -> Ints:
     """Return the number of zones (places,) at every place, such as the sides of crossings at increments.
 
-    Facets whose edges or corners meet belong to one zone; facets of different places never do.
-
-    Parameters
-    ----------
-    place : ndarray of int, shape (p,)
-        From 0 to ``places`` - 1.
-    cell : ndarray of int, shape (p, 2)
-        Layer along the yarn and facet around it of every touching point; one facet may be there several times.
-    around : int
-        Facets around a yarn: the last one is followed by the first.
+    Facets whose edges or corners meet belong to one zone; facets of different places never do. Touching points (p,)
+    have a place from 0 to `places` - 1 and a cell (p, 2), layer along the yarn and facet around it; one facet may be
+    there several times. The last of the facets around a yarn is followed by the first.
 
     Examples
     --------
@@ -197,12 +190,8 @@ def tied_crossings(crossings: Crossings, touches: bool, edges: str | None, direc
     off there: of the first and last interlock row in course tension, of the first and last column of loops in wale
     tension.
 
-    Parameters
-    ----------
-    touches : bool
-        Whether yarns touch where they are not tied.
-    edges, direction : str or None
-        ``contact.tied_edges`` and ``load.direction``, if the scene has them.
+    `touches` says whether yarns touch where they are not tied; `edges` and `direction` are ``contact.tied_edges`` and
+    ``load.direction``, if the scene has them.
     """
     if not touches:
         return np.ones(len(crossings), dtype=bool)

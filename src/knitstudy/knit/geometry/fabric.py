@@ -129,12 +129,8 @@ class Fabric:
     def places(self, yarn: int) -> tuple[Floats, Floats]:
         """Return where a yarn would be crossed if it had the neighbours of all of its copies.
 
-        Returns
-        -------
-        arc_length : ndarray (m,)
-            Ascending. [m]
-        point : ndarray (m, 3)
-            In the middle between the closest points of the two centrelines. [m]
+        These are ascending arc lengths (m,) [m] and points (m, 3) [m] in the middle between the closest points of the
+        two centrelines.
         """
         s, point = self._places[int(self.copy_of[yarn])]
         return s, point + self.shift[yarn]

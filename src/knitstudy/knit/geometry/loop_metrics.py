@@ -107,12 +107,7 @@ def check_yarns(metrics: LoopMetrics, loop: Loop, tolerance: float) -> None:
 def approaches(loop: Loop, reach: float = REACH, samples: int = APPROACH_SAMPLES) -> pd.DataFrame:
     """Return all places where a loop comes near other yarn, or itself: local minima of the distance.
 
-    Parameters
-    ----------
-    reach : float
-        Distance of centrelines, in radii, beyond which pairs are left out.
-    samples : int
-        Samples a Bezier segment.
+    Pairs of centrelines farther apart than a reach [radii] are left out; samples are those of a Bezier segment.
 
     Returns
     -------

@@ -57,16 +57,9 @@ def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
 def rows_of_repeat(
     curves: Sequence[CatmullRom], rise: Floats, rows: int, repeats: int
 ) -> tuple[list[Centreline], Ints, Floats]:
-    """Return the yarns of `rows` interlock rows, of which the r rows of a repeat are drawn.
+    """Return the yarns of `rows` interlock rows, of which the r rows of a repeat are drawn, each in its place.
 
-    Parameters
-    ----------
-    curves : sequence of CatmullRom
-        The r rows of a repeat, each in its place.
-    rise : ndarray (3,)
-        Vector from a row to the next one. [m]
-    repeats : int
-        Repeats along a row.
+    Rows lie a vector `rise` (3,) [m] apart; a row has `repeats` repeats.
 
     Returns
     -------

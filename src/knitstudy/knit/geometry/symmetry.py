@@ -57,15 +57,8 @@ class Symmetry:
 def symmetries(loop: Loop) -> list[Symmetry]:
     """Return all symmetries of the loops of a repeat, the identity among them.
 
-    Parameters
-    ----------
-    loop : Loop
-        The first control point of every loop is a sinker's centre.
-
-    Raises
-    ------
-    GeometryError
-        When the loop of a plain knit is not its own mirror image.
+    The first control point of every loop is a sinker's centre.
+    Raises GeometryError when the loop of a plain knit is not its own mirror image.
     """
     points, wale = loop.control_points, loop.wale_spacing
     count = len(points) // (loop.rows * loop.columns)
@@ -106,21 +99,10 @@ def first_of_orbits(group: Sequence[Symmetry], row: Ints, u: Floats) -> Bools:
 
 
 def symmetric_motions(free: Bools, group: Sequence[Symmetry]) -> Floats:
-    """Return a basis (P, 3, n) of the displacements of free components that keep the symmetries.
+    """Return a basis (P, 3, n) of the displacements of free components (P, 3) that keep all symmetries.
 
     The parameter of a displacement field is the displacement of one component of one point.
-
-    Parameters
-    ----------
-    free : ndarray of bool (P, 3)
-        Which components of which control points may move.
-    group : sequence of Symmetry
-        All of them.
-
-    Raises
-    ------
-    GeometryError
-        When nothing may move, or a component is free and its image is not.
+    Raises GeometryError when nothing may move, or a component is free and its image is not.
     """
     count = len(free)
     average = np.add.reduce([symmetry.action(count) for symmetry in group]) / len(group)

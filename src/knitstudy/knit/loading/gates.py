@@ -59,16 +59,9 @@ def require_sound(
             require_small_viscosity(increment, gates, solver.stabilisation, recorder.columns["reaction"][-1])
     require_hard_contact(increment, recorder, gates.penalty, stiffness)
     if increment.damped and increment.load >= FIRST:
-        what = "viscous flows, which continued where Newton's method made no progress, have dissipated"
-        energies = increment.damped, internal(increment.response)
-        require_share(
-            increment,
-            "flow",
-            gates.flow,
-            *energies,
-            what + " {} the internal energy",
-            "Use more solver.increments",
-        )
+        shares = increment.damped, internal(increment.response)
+        fact = "viscous flows, in place of Newton's method, have dissipated {} the internal energy"
+        require_share(increment, "flow", gates.flow, *shares, fact, "Use more solver.increments")
     unloaded = UNLOADED * yarn.youngs_modulus * yarn.diameter**3
     require_closed_ledger(recorder, increment.index, gates.ledger, unloaded)
 

@@ -290,21 +290,18 @@ def sweep(
 ) -> SweptMesh:
     """Sweep a section along every centreline.
 
-    Frames do not spin about the centreline, but for the roll that turns facets to the targets.
+    Frames do not spin about the centreline, but for the roll that turns facets to the targets. `periods` and the `ends`
+    of every yarn are those of `place_slices`.
 
     Parameters
     ----------
     radius : float
-        Yarn radius, m.
+        Of the yarns. [m]
     spacing : Spacing, or a sequence of them
         One a yarn, or one for all.
-    periods : int
-        Number of equally long parts of a yarn (its loops) at whose ends slices stand.
     targets : sequence of Targets, optional
         One a yarn: places that shall lie in the middle of a layer of elements, and points that the middle of
         one of its facets shall face there.
-    ends : mapping of int to ndarray, optional
-        Arc lengths (k,) by yarn at which slices stand besides, m.
     grading : Grading
         How far sections are drawn towards the targets; the spacing along the yarn is ``spacing`` alone.
 
