@@ -179,8 +179,15 @@ def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns) -> Problem:
 def sound(scene: Scene, model: SolidModel) -> Check:
     """Return the check of increments of solid yarns by the gates of a scene."""
     penalties = "contact.normal_stiffness and tangential_stiffness"
-    sections = {"gates": scene.gates, "yarn": scene.yarn, "solver": scene.solver}
-    return partial(require_sound, stiffness=penalties, loaded=model.loaded, **sections)
+    return partial(
+        require_sound,
+        gates=scene.gates,
+        yarn=scene.yarn,
+        stiffness=penalties,
+        hourglass=scene.value("solver.hourglass"),
+        stabilisation=scene.value("solver.stabilisation"),
+        loaded=model.loaded,
+    )
 
 
 def stations_of(mesh: SweptMesh) -> Stations:
