@@ -77,6 +77,7 @@ class Room:
         crossing = self._find_crossings(at)
         share = crossing.distance.min() / unit.target if share is None else share
         self.share = 1.0 if share > 1 - EXACT else float(share)
+        self._start = np.append(np.zeros(self._motions.shape[-1]), self.share)
         self._find_pairs(crossing.parameter)
         self._find_bends()
         # Rows that are no images of each other: of each the length is asked for.
@@ -142,10 +143,6 @@ class Room:
             bent = curves(points, row).curvature(u) > BENT
             u, row = u[bent], row[bent]
         self._tangent, self._bend = (curves(points, row).operator(u, order) for order in (1, 2))
-
-    @property
-    def _start(self) -> Floats:
-        return np.append(np.zeros(self._motions.shape[-1]), self.share)
 
     def refusal(self, what: str, reason: str, nearest: str, share: float) -> InfeasibleLoop:
         """Return the error of a loop beyond this one, the last with room: by the limits it has reached, or a reason.

@@ -18,7 +18,7 @@ import xarray as xr
 from knitstudy.knit.geometry.columns import HISTORY
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.knit.scene.sections import CellStrain
+from knitstudy.knit.scene.sections import DrawnCellStrain
 from knitstudy.knit.scene.sections import Path as PairPath
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import Chosen
@@ -68,10 +68,10 @@ def load_path(scene: Scene, specimen: Fabric) -> Motion:
         legs = np.array(scene.load.path)
         corners = tuple((np.arange(len(legs)) + 1) / len(legs))
         return Motion(legs, corners, (), axis=2, length=float(specimen.size[2]))
-    axis = DIRECTIONS.index(scene.load.direction)
-    length = float(specimen.size[axis])
-    stops = tuple(stop / scene.load.strain for stop in scene.load.stops)
-    return Motion(scene.load.strain * length * np.eye(3)[[axis]], (1.0,), stops, axis, length)
+    axis = DIRECTIONS.index(scene.value("load.direction"))
+    length, strain = float(specimen.size[axis]), scene.load.strain
+    stops = tuple(stop / strain for stop in scene.load.stops)
+    return Motion(strain * length * np.eye(3)[[axis]], (1.0,), stops, axis, length)
 
 
 # Which strains of a cell a deformation prescribes, by `load.deformation`
@@ -79,7 +79,7 @@ PRESCRIBED = {"course": (1, 0, 0), "wale": (0, 1, 0), "biaxial": (1, 1, 0), "she
 
 
 def cell_path(
-    load: CellStrain, lengths: Floats, held: Sequence[int] = (), size: int = 3
+    load: DrawnCellStrain, lengths: Floats, held: Sequence[int] = (), size: int = 3
 ) -> tuple[Motion, PrescribedDisplacement]:
     """Return how the lattice of a cell with edges (3,) [m] moves (`Lattice.lengths`): the last three of the unknowns.
 

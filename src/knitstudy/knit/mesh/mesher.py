@@ -140,7 +140,7 @@ def _side_by_side(meshes: list[SweptMesh], shift: Floats) -> SweptMesh:
 
 def mesh_scene(scene: Scene, fabric: Fabric) -> SweptMesh:
     """Mesh a scene's fabric with hexahedra, as its keys say."""
-    keys = scene.mesh
+    keys = scene.value("mesh")
     return mesh_fabric(fabric, keys.size, keys.growth, keys.refinement, load_of(scene))
 
 

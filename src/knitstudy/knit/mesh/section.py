@@ -295,7 +295,7 @@ def place_slices(
     ends = np.sort(np.concatenate([np.linspace(0.0, length, periods + 1), ends]))
     ends = ends[np.diff(ends, prepend=-length) > SAME * length]
     ends[[0, -1]] = 0.0, length
-    bounds, is_layer = _parts(length, spacing, ends, centred)
+    bounds, is_layer = _parts(spacing, ends, centred)
     s, count = _element_count(length, spacing, bounds)
     at_bounds = np.interp(bounds, s, count)
     # Rounded first: the same numbers in whatever unit of length, halves included.
@@ -309,13 +309,8 @@ def place_slices(
     return slices
 
 
-def _parts(length: float, spacing: Spacing, ends: Floats, centred: Floats) -> tuple[Floats, Bools]:
+def _parts(spacing: Spacing, ends: Floats, centred: Floats) -> tuple[Floats, Bools]:
     """Bounds (p + 1,) of the parts of a yarn in m, and which parts (p,) are layers about ``centred``."""
-    if centred.size and not (0 < centred[0] and centred[-1] < length and (np.diff(centred) > 0).all()):
-        raise MeshError(
-            f"mesh spacing: centred arc lengths {centred.tolist()} m are not allowed; they must increase and "
-            f"lie between 0 and {length:.6g} m"
-        )
     half = 0.5 * spacing(centred)
     layers = np.stack([centred - half, centred + half], axis=-1)  # (c, 2)
     place = 2 * np.searchsorted(centred, ends)
