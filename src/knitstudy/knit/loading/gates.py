@@ -133,16 +133,15 @@ def require_fine_beams(scene: Scene, stiffer: float) -> None:
         )
 
 
-def require_stiff_contact(scene: Scene, key: str, patch: float) -> None:
-    """Refuse a penalty that is softer than the yarns: MeshError that names the least value of its key.
+def require_stiff_contact(key: str, value: float, poisson_ratio: float, patch: float) -> None:
+    """Refuse a penalty, the value of a key, that is softer than the yarns; MeshError that names the least value.
 
     Two half spaces give way along a round patch of radius a by (2 - nu) / (4 G a) (Mindlin 1949), a penalty k E / h by
     h / (k E pi a^2), and k E sqrt(R) delta^1.5 of beams, of which delta = a^2 / R, by 1 / (1.5 k E a): `patch` is
     pi a / h or 1.5.
     """
-    poisson = scene.yarn.poisson_ratio
-    least = 2 / ((2 - poisson) * (1 + poisson) * patch)
-    if (value := scene.value(key)) is not None and value < least:
+    least = 2 / ((2 - poisson_ratio) * (1 + poisson_ratio) * patch)
+    if value < least:
         raise MeshError(
             f"{key} is {value:g}: contact would be softer than yarns are there; use {least:.2g} or more"
         )

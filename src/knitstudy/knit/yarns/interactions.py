@@ -300,7 +300,8 @@ def contact_law(scene: Scene, yarns: Discretisation) -> Coulomb | Indentation:
             friction=scene.kind.interaction.friction(scene.contact),
         )
     require_seen_contact(scene, yarns.size)
-    require_stiff_contact(scene, "contact.tangential_stiffness", patch=np.pi)  # of a facet's size
+    key, value = "contact.tangential_stiffness", scene.contact.tangential_stiffness
+    require_stiff_contact(key, value, scene.yarn.poisson_ratio, patch=np.pi)  # of a facet's size
     return penalties(scene, yarns.size)
 
 

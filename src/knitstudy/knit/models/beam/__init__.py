@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from knitstudy.knit.scene.keys import Positive, Section, numerics
+from knitstudy.knit.scene.keys import OneOf, Positive, Section, numerics
 from knitstudy.knit.scene.kinds import MODELS, Model
 from knitstudy.knit.scene.sections import BeamYarn
 from knitstudy.knit.scene.shared_sections import BeamGates, BeamMesh, Newton, Tie, TiedEdges
+from knitstudy.mechanics.beams.laws import LAWS
 from knitstudy.registry import later
 
 
@@ -25,9 +26,7 @@ class Beam(Section):
     Rigid sections press each other with `stiffness` E sqrt(R) approach^1.5; pinned ties have `stiffness` E R.
     """
 
-    section: Literal["rigid", "hertz"] = numerics(
-        "choice", allowed="rigid (a penalty) or hertz (the approach of two crossed cylinders)"
-    )
+    section: Annotated[str, OneOf(LAWS.all)] = numerics("choice")
     """Section 3.3 ignores the deformation of the cross-section: rigid, a third more force in cells that slide.
     Checked: rigid and hertz (scenes beam-*)."""
     tie: Literal["rigid", "pinned", "patch"] = numerics(

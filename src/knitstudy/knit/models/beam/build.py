@@ -21,10 +21,9 @@ from knitstudy.knit.loading.solve import Problem, Reported, settings_of
 from knitstudy.knit.models.beam import cell as endless_beams
 from knitstudy.knit.models.beam.contact import (
     STRIDE,
+    YarnContact,
     contact_of,
     nearest_crossing,
-    penalty,
-    pressed,
     require_verified_contact,
 )
 from knitstudy.knit.scene.scene import Scene
@@ -46,6 +45,7 @@ class BeamKnit:
 
     network: Network
     model: BeamModel
+    contact: YarnContact
     tied: np.ndarray  # (K,) crossings that are joined
     # Yarns without ties: the internal force at a tied station equals the force of the tie and of contact there
     apart: BeamModel
@@ -98,38 +98,32 @@ class BeamKnit:
 
 def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
     """Return the beams of a scene; errors as of `build`."""
-    crossings = fabric.crossings
+    crossings, yarn, beam, law = fabric.crossings, scene.yarn, scene.beam, scene.mesh.section_law
+    contact = contact_of(scene)
     tied = tied_crossings(scene, crossings)
     points = JointPoints.at_crossings(crossings, tied)
     joints = Joints.all_tied(len(points.yarn))
-    if scene.beam.tie == "pinned":
+    if beam.tie == "pinned":
         # As stiff as contact that sticks, and never open.
-        joints = joints.pinned(penalty(scene))
-    elif scene.beam.tie == "patch" and tied.any():
+        joints = joints.pinned(beam.stiffness * yarn.youngs_modulus * yarn.radius)
+    elif beam.tie == "patch" and tied.any():
         discs = contacts_of_crossings(fabric, scene.tie.radius).isel(crossing=tied)
-        joints = joints.pinned(patch_stiffness(fabric, points, discs, scene.yarn))
+        joints = joints.pinned(patch_stiffness(fabric, points, discs, yarn))
     stops = fabric.grip_ends(scene.load.direction)
     beams = spatial_network(fabric, points, scene.mesh.beam_size, joints=joints, stops=stops)
-    stations, law, yarn = beams.stations, scene.mesh.section_law, scene.yarn
+    stations = beams.stations
     first = np.flatnonzero(stations.yarn[1:] == stations.yarn[:-1])
     # Contact loads the beams from half the way to a tie on.
     middle = 0.5 * (stations.arc_length[first] + stations.arc_length[first + 1])
     nearest, _ = nearest_crossing(stations.yarn[first], middle, crossings)
-    beams = replace(beams, pressed=~np.append(tied, False)[nearest] * pressed(scene))
-    model = beams.model(yarn, law, beam_contact(scene, beams, stations.yarn, crossings, tied))
+    beams = replace(beams, pressed=~np.append(tied, False)[nearest] * contact.pressed)
+    reach = 2 * scene.tie.radius * yarn.radius
+    line = contact.along(stations.yarn, stations.arc_length, tied=crossings[tied], reach=reach)
+    carriers = beams.station_node, beams.station_offset
+    touching = BeamContact(*line, *carriers, crossings.yarn, crossings.arc_length)
     elements = np.column_stack([first, first + 1])
     apart = BeamModel(stations.position, elements, beams.section(yarn, law), yarn.radius)
-    return BeamKnit(beams, model, tied, apart, crossings)
-
-
-def beam_contact(
-    scene: Scene, beams: Network, yarn: np.ndarray, crossings: Crossings, tied: np.ndarray
-) -> BeamContact:
-    """Return the contact of beams whose stations belong to yarns (S,), of whose crossings some are tied (K,)."""
-    friction, s = scene.kind.interaction.friction(scene.contact), beams.stations.arc_length
-    line, points = contact_of(scene, yarn, s, friction, tied=crossings[tied])
-    carriers = beams.station_node, beams.station_offset
-    return BeamContact(line, points, *carriers, crossings.yarn, crossings.arc_length)
+    return BeamKnit(beams, beams.model(yarn, law, touching), contact, tied, apart, crossings)
 
 
 def even_stretch(problem: Problem, load: float, target: float) -> np.ndarray | None:
@@ -163,12 +157,9 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
         attributes={
             "beam_section": scene.beam.section,
             "beam_ties": scene.beam.tie,
-            "contact_coefficient": line.repulsion.law.coefficient,
-            "contact_exponent": line.repulsion.law.exponent,
-            "contact_onset": line.repulsion.onset,
-            "contact_stick_share": line.repulsion.law.share,
-            "friction": scene.kind.interaction.friction(scene.contact),
+            "contact_stick_share": beams.contact.law.share,
             "contact_points": len(line.yarn),
+            **beams.contact.attributes(line.repulsion.onset),
         },
     )
     return replace(problem, guide=lambda report: partial(even_stretch, problem))
