@@ -26,7 +26,7 @@ from knitstudy.knit.loading.columns import STRESSES
 from knitstudy.knit.mesh.section import Section
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.models.hexahedra.build import divide
-from knitstudy.knit.models.spline_yarns.build import undeformed_yarns, yarn_spans
+from knitstudy.knit.models.spline_yarns.build import undeformed_yarns
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import VOIGT, Material, axes_along, material_of
@@ -93,7 +93,7 @@ def undeformed_splines(scene: Scene, specimen: Fabric, displacement: np.ndarray)
 
     Raises DataFileError if coefficients of a displacement belong to another discretisation.
     """
-    space, nodes = undeformed_yarns(scene, specimen, yarn_spans(scene, specimen))
+    space, nodes, _ = undeformed_yarns(scene, specimen)
     if displacement.shape != nodes.shape:
         raise DataFileError(
             f"node_displacement has the shape {displacement.shape}, but the yarns of scene {scene.name!r} have "

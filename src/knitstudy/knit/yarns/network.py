@@ -28,7 +28,7 @@ from knitstudy.knit.loading.solve import Check, Problem, Reported, settings_of
 from knitstudy.knit.mesh.mesher import Grips
 from knitstudy.knit.mesh.quality import require_memory
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.knit.scene.sections import Yarn
+from knitstudy.knit.scene.sections import BeamYarn, Yarn
 from knitstudy.knit.scene.shared_sections import Tie
 from knitstudy.knit.yarns.discretisation import evenly
 from knitstudy.knit.yarns.joints import JointPoints, Joints, contacts_of_crossings
@@ -101,17 +101,16 @@ def section_of(
     >>> round(float(section.EA / section.EI) * 1e-6, 3)  # 16 / d^2 of a solid circle [1/mm2]
     4.938
     """
-    circle = Section.circular(yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio, count)
-    own = {name: getattr(yarn, key, None) for name, key in OWN.items()}
-    own = {name: value * np.asarray(count) for name, value in own.items() if value is not None}
-    if "EA" in own:
-        own["kGA"] = circle.kGA / circle.EA * own["EA"]
     if law == "curved" and curvature is not None:
         return CurvedSection(yarn.radius, yarn.youngs_modulus, yarn.poisson_ratio, curvature, pressed=pressed)
+    circle = Section.circular(yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio, count)
+    if not isinstance(yarn, BeamYarn):
+        return circle
+    given = {"EA": yarn.stretching, "EI": yarn.bending, "GJ": yarn.twisting}
+    own = {name: value * np.asarray(count) for name, value in given.items() if value is not None}
+    if "EA" in own:
+        own["kGA"] = circle.kGA / circle.EA * own["EA"]
     return replace(circle, **own)
-
-
-OWN = {"EA": "stretching", "EI": "bending", "GJ": "twisting"}  # keys of the yarn
 
 
 def grips(network: Network, fabric: Fabric, direction: str) -> Grips:
@@ -140,12 +139,11 @@ def tension(grips: Grips, motion: Motion, lateral: str) -> PrescribedDisplacemen
     return PrescribedDisplacement(fixed, value, motion.corners, motion.stops)
 
 
-def require_named(scene: Scene, key: str, what: str, given: xr.Dataset | None) -> None:
-    """Refuse results of another simulation unless a key of the scene names it, and the other way round."""
-    wanted = scene.value(key)
-    if (wanted is None) != (given is None):
+def require_named(key: str, named: str | None, what: str, given: xr.Dataset | None) -> None:
+    """Refuse results of another simulation unless a key names it, and the other way round; ConfigurationError."""
+    if (named is None) != (given is None):
         raise ConfigurationError(
-            f"{key} of scene {scene.name} is {wanted or 'empty'}, and {what} are {'not ' if given is None else ''}"
+            f"{key} is {named or 'empty'}, and {what} are {'not ' if given is None else ''}"
             "given: they must be given where it names one, and only there"
         )
 
@@ -223,15 +221,13 @@ class NetworkObserver:
 BYTES_A_NODE = 8_200  # of a simulation of beams; measured were 7.9 to 8.2 kB, from 0.5 to 0.02 mm
 
 
-def contacts_of(scene: Scene, fabric: Fabric, contacts: xr.Dataset | None) -> xr.Dataset:
-    """Return the contacts that are given, or else predicted by the geometry.
+def contacts_of(fabric: Fabric, contacts: xr.Dataset | None, tie: Tie | None = None) -> xr.Dataset:
+    """Return the contacts that are given, or else predicted by the geometry with areas of ties, or of usual ones.
 
     Raises DataFileError if they do not describe every crossing of the fabric.
     """
     if contacts is None:
-        # Networks whose yarns slide have no key of ties; those of solids that slide have areas of the default radius.
-        radius = scene.value("tie.radius") or Tie.model_fields["radius"].default
-        return contacts_of_crossings(fabric, radius)
+        return contacts_of_crossings(fabric, (tie or Tie()).radius)
     crossings, count = fabric.crossings, contacts.sizes["crossing"]
     same = count == len(crossings.row) and all(
         np.array_equal(contacts[name], getattr(crossings, name)) for name in ("row", "column", "zone", "yarn")

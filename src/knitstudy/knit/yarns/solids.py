@@ -33,6 +33,7 @@ from knitstudy.knit.yarns.interactions import (
     penetration_of,
     tie_crossings,
 )
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 from knitstudy.mechanics.linear import LU, LinearSolver
 from knitstudy.mechanics.linear.krylov import Krylov
@@ -52,10 +53,10 @@ class SolidYarns:
     model: SolidModel
     ties: Ties
     facets: CrossingFacets
-    retained: np.ndarray  # (n,) nodes that depend on no others, ascending
+    retained: Ints  # (n,) nodes that depend on no others, ascending
 
     @cached_property
-    def unknown(self) -> np.ndarray:
+    def unknown(self) -> Ints:
         """Position of every node (N,) among those retained, -1 where it depends on others."""
         position = np.full(len(self.parts.nodes), -1)
         position[self.retained] = np.arange(len(self.retained))
@@ -80,7 +81,7 @@ class SolidYarns:
             attributes |= {"friction": contact.law.friction, "penetration_limit": limit}
         return attributes
 
-    def fields(self, state: SolidState) -> dict[str, np.ndarray]:
+    def fields(self, state: SolidState) -> dict[str, Floats]:
         """Return the variables of a history that are known at its last increment alone."""
         return {"node_displacement": self.model.node_displacement(state)}
 
@@ -116,10 +117,10 @@ def assemble(
     scene: Scene,
     fabric: Fabric,
     parts: Discretisation,
-    tied: np.ndarray | None = None,  # (K,) crossings that are tied; by default as the scene says
+    tied: Bools | None = None,  # (K,) crossings that are tied; by default as the scene says
     spread: sp.csr_matrix | None = None,  # (N, n) nodes as sums of the retained ones, where all are retained
     # bool (Y, Y), which yarns may touch; by default all, themselves included
-    meets: np.ndarray | None = None,
+    meets: Bools | None = None,
 ) -> SolidYarns:
     """Return the solid yarns of a scene: tied at some crossings, in contact elsewhere if the scene says so.
 
@@ -138,14 +139,16 @@ def assemble(
         own = volume if spread is None else spread.T @ volume
         stabilisation = Stabilisation.of(viscosity, scene.yarn.youngs_modulus, parts.size, own)
     solids = (parts.nodes, groups, parts.size, spread, stabilisation, ties.links)
-    if not scene.kind.interaction.touches:
+    if parts.law is None:
         return SolidYarns(parts, SolidModel(*solids), ties, facets, retained)
-    contact = contact_of(scene, parts, ties, meets)
+    # A driven grip that is free across the load holds no yarn.
+    grips = [parts.ends.held] + [parts.ends.driven] * (scene.load.lateral == "fixed")
+    fixed = np.concatenate([*grips, ties.joined])
     model = SolidModel(
         *solids,
-        contact=contact,
-        penetration=penetration_of(scene, contact.law, parts.size),
-        drag=None if viscosity else drag_of(scene, parts, ties, volume),
+        contact=contact_of(parts, ties, scene.contact, meets),
+        penetration=penetration_of(parts.law, scene.contact, parts.size),
+        drag=None if viscosity else drag_of(parts, fixed, volume, scene.yarn.youngs_modulus),
     )
     return SolidYarns(parts, model, ties, facets, retained)
 
@@ -154,7 +157,7 @@ def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns) -> Problem:
     """Return solid yarns with the load of a scene, observers and checks."""
     model = yarns.model
     motion = load_path(scene, fabric)
-    prescribed, driven = _prescribed(yarns, scene, motion)
+    prescribed, driven = _prescribed(yarns, motion, scene.load.lateral)
     # No correction may exceed the distance within which contact is searched.
     stride = model.contact.margin if yarns.touches else np.inf
     return Problem(
@@ -179,11 +182,11 @@ def stations_of(mesh: SweptMesh) -> Stations:
     return Stations(mesh.yarn_of_slice, mesh.arc_length, mesh.centres)
 
 
-def _prescribed(yarns: SolidYarns, scene: Scene, motion: Motion) -> tuple[PrescribedDisplacement, np.ndarray]:
+def _prescribed(yarns: SolidYarns, motion: Motion, lateral: str) -> tuple[PrescribedDisplacement, Ints]:
     """Return prescribed unknowns, and the unknowns of driven nodes (k, 3) whose forces add up to the reaction."""
     ends, unity = yarns.parts.ends, yarns.parts.unity
     held, driven = (3 * yarns.unknown[nodes][:, None] + np.arange(3) for nodes in (ends.held, ends.driven))
-    axes = range(3) if scene.load.lateral == "fixed" else [motion.axis]
+    axes = range(3) if lateral == "fixed" else [motion.axis]
     components, moved = driven[:, axes], motion.displacement[:, axes]
     fixed = np.concatenate([held.ravel(), components.ravel()])
     value = np.zeros((len(moved), len(fixed)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -12,7 +13,7 @@ import scipy.sparse as sp
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.contacts.facets import Rings
 from knitstudy.knit.geometry.fabric import Fabric
-from knitstudy.knit.loading.gates import require_elements_across
+from knitstudy.knit.loading.gates import require_elements_across, require_seen_contact, require_stiff_contact
 from knitstudy.knit.loading.solve import Problem
 from knitstudy.knit.mesh.mesher import Grips, grips
 from knitstudy.knit.mesh.quadratic import FACE_CENTRE, QuadraticMesh, quadratic_mesh
@@ -21,26 +22,20 @@ from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.yarns import solids
 from knitstudy.knit.yarns.discretisation import Discretisation, yarn_surfaces
+from knitstudy.knit.yarns.interactions import penalties
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
 from knitstudy.mechanics.elements.hexahedron import InverseMap, shape
 from knitstudy.mechanics.elements.quadratic import EDGES, NODES, quadratic_shape
 from knitstudy.mechanics.materials import material_of
 
-
-def _elements(scene: Scene, connectivity: np.ndarray, nodes: np.ndarray) -> tuple[ElementGroup, ...]:
-    """Return the hexahedra (E, a) of a scene with nodes (N, 3) [m]; MeshError if one is folded."""
-    material = material_of(scene.yarn)
-    kind = ELEMENTS.find(scene.mesh.element)
-    return (ElementGroup(connectivity, kind(nodes[connectivity], material, scene.solver.hourglass)),)
-
-
 # Shares of an element's volume by its number of nodes; of quadratic ones in proportion to the squares of the functions,
 # whose own integrals are negative at corners (Hinton, Rock and Zienkiewicz 1976)
 LUMPED = {8: np.full(8, 1 / 8), 20: np.repeat([7 / 248, 2 / 31], [8, 12])}
 
 
-def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
+def _volume(count: int, groups: tuple[ElementGroup, ...]) -> Floats:
     """Return the volume (N,) of every node [m3], from the elements around it."""
     (group,) = groups
     elements = group.connectivity
@@ -86,13 +81,19 @@ def build(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Problem:
 def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Discretisation:
     """Return the yarns of a scene as hexahedra that are fit to be simulated.
 
-    Raises MeshError if elements are too large for the yarn, or too many for the memory.
+    Raises MeshError if elements are too large for the yarn, or too many for the memory; or if penalties of contact are
+    softer than the yarns, or penetrations unseen.
     """
     require_elements_across(scene)
     parts = divide(scene, mesh, fabric)
     nodes_an_element = parts.connectivity.shape[1]
     require_memory_to_simulate(parts.nodes.size, parts.bandwidth, scene.mesh.size, nodes_an_element)
-    return parts
+    if not scene.kind.interaction.touches:
+        return parts
+    require_seen_contact(scene, parts.size)
+    key, value = "contact.tangential_stiffness", scene.contact.tangential_stiffness
+    require_stiff_contact(key, value, scene.yarn.poisson_ratio, patch=np.pi)  # of a facet's size
+    return replace(parts, law=penalties(scene, parts.size))
 
 
 def divide(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
@@ -139,14 +140,19 @@ def divide(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
 
 
 def _discretisation(
-    scene: Scene, nodes: np.ndarray, elements: np.ndarray, yarn: np.ndarray, function: Callable, **parts: Any
+    scene: Scene, nodes: Floats, elements: Ints, yarn: Ints, function: Callable[[Floats], Any], **parts: Any
 ) -> Discretisation:
     """Return the parts that linear and quadratic hexahedra share: nodes are places."""
+    kind, material = ELEMENTS.find(scene.mesh.element), material_of(scene.yarn)
+
+    def groups(places: Floats) -> tuple[ElementGroup, ...]:
+        return (ElementGroup(elements, kind(places[elements], material, scene.solver.hourglass)),)
+
     return Discretisation(
         nodes=nodes,
         unity=np.ones(len(nodes)),
         yarn=yarn,
-        groups=partial(_elements, scene, elements),
+        groups=groups,
         volume=partial(_volume, len(nodes)),
         locate=InverseMap(nodes, elements, yarn, function).locate,
         size=scene.metres("mesh.smallest"),

@@ -110,8 +110,8 @@ def build(
     Raises ConfigurationError if the scene names stresses that are not given; DataFileError if the contacts belong to
     another fabric; GeometryError if the stresses make no honeycomb.
     """
-    contacts = contacts_of(scene, fabric, contacts)
-    require_named(scene, "rom.stress_from", "stresses", stresses)
+    contacts = contacts_of(fabric, contacts)
+    require_named(f"rom.stress_from of scene {scene.name}", scene.rom.stress_from, "stresses", stresses)
     beams = planar_network(fabric, contacts, scene.rom.section == "doubled", stresses)
     return problem(scene, fabric, beams)
 

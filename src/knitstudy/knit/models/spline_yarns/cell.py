@@ -29,6 +29,7 @@ from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.yarns import solids
 from knitstudy.knit.yarns.discretisation import Discretisation, fitted_places
 from knitstudy.knit.yarns.solids import SolidYarns
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.materials import Material
@@ -85,7 +86,7 @@ class Cell:
     yarns: SolidYarns  # all rows and the image of the first
     model: PeriodicModel
     spread: sp.csr_matrix  # (3 N, 3 n) displacements of all nodes from the n nodes that repeat themselves
-    jumps: np.ndarray  # (3 N, 6) displacements added for each generalised strain of `mechanics.periodic`
+    jumps: Floats  # (3 N, 6) displacements added for each generalised strain of `mechanics.periodic`
     lattice: Lattice
 
     def record(self, increment: Increment) -> Reported:
@@ -99,7 +100,7 @@ class Cell:
             columns["tangent_per_width"] = self.stiffness(replace(state, step=None), slice(3))
         return columns, points
 
-    def stiffness(self, state: Any, chosen: slice) -> np.ndarray:
+    def stiffness(self, state: Any, chosen: slice) -> Floats:
         """Return the stiffness of a tied knit by chosen strains of `mechanics.periodic`, with all nodes in balance.
 
         In N/m where two strains meet, in N where a strain meets a curvature, in N m where two curvatures do.
@@ -107,7 +108,7 @@ class Cell:
         tangent = self.yarns.model.respond(state, stiffness=True).stiffness
         return condensed(tangent, self.jumps[:, chosen], self.spread, FIXED) / self.lattice.area
 
-    def shell(self) -> dict[str, np.ndarray]:
+    def shell(self) -> dict[str, Floats]:
         """Return the parts of the stiffness at rest by their names in the history."""
         whole = self.stiffness(self.yarns.model.start(), slice(6))
         parts = {"membrane": whole[:3, :3], "coupling": whole[:3, 3:], "bending": whole[3:, 3:]}
@@ -133,7 +134,7 @@ def rows_of(fabric: Fabric) -> int:
     return len(fabric.centrelines) - 1
 
 
-def rows_and_images(fabric: Fabric, touches: bool) -> np.ndarray:
+def rows_and_images(fabric: Fabric, touches: bool) -> Ints:
     """Return the row (Y,) that every yarn is or is an image of: all rows, then the images above them.
 
     Where yarns touch there are images of all rows that come nearer to the rows than half a row when nothing is
@@ -147,7 +148,7 @@ def rows_and_images(fabric: Fabric, touches: bool) -> np.ndarray:
     return np.arange(rows + images) % rows
 
 
-def wrapped_nodes(space: Space, fabric: Fabric) -> np.ndarray:
+def wrapped_nodes(space: Space, fabric: Fabric) -> Floats:
     """Return the undeformed nodes (N, 3) of all yarns of an endless fabric, images included [m]."""
     rows, lattice = _wrapped(space, fabric)
     nodes = [row.seam.nodes(row.start, lattice.vectors[0]) for row in rows]
@@ -169,7 +170,7 @@ def without_images(parts: Discretisation, fabric: Fabric, material: Material) ->
     )
 
 
-def _volume(every: Callable, rows: Space, groups: tuple[ElementGroup, ...]) -> np.ndarray:
+def _volume(every: Callable, rows: Space, groups: tuple[ElementGroup, ...]) -> Floats:
     """Return the volume (N,) of every node [m3], of the image above the rows as of the first yarn."""
     total, first = every(groups), rows.yarns[0].size
     total[rows.size : rows.size + first] = total[:first]
@@ -181,7 +182,7 @@ class WrappedYarn:
     """A yarn that wraps around."""
 
     seam: Seam
-    start: np.ndarray  # (p, 3) its undeformed nodes that wrap around [m]
+    start: Floats  # (p, 3) its undeformed nodes that wrap around [m]
 
 
 def _wrapped(space: Space, fabric: Fabric) -> tuple[list[WrappedYarn], Lattice]:
@@ -203,8 +204,8 @@ def periodic_map(
     space: Space,  # of all yarns, copies of a yarn share theirs
     rows: list[WrappedYarn],
     lattice: Lattice,  # its second vector is the way of all rows
-    nodes: np.ndarray,  # (N, 3), undeformed [m]
-) -> tuple[sp.csr_matrix, np.ndarray]:
+    nodes: Floats,  # (N, 3), undeformed [m]
+) -> tuple[sp.csr_matrix, Floats]:
     """Return S (3 N, 3 n) and the jumps (3 N, 6) of all yarns, images of the rows after these."""
     every = sp.block_diag([row.seam.wrapped for row in rows], format="csr")
     copies = -(-len(space.yarns) // len(rows))
@@ -220,9 +221,7 @@ def periodic_map(
     return spread, np.concatenate(jumps).reshape(3 * space.size, 6)
 
 
-def wrapped_shape(
-    own: YarnSpace, around: Seam, curve: Centreline, radius: float, period: np.ndarray
-) -> np.ndarray:
+def wrapped_shape(own: YarnSpace, around: Seam, curve: Centreline, radius: float, period: Floats) -> Floats:
     """Return the undeformed nodes (p, 3) of a round yarn that wrap around [m].
 
     Frames without twist need not meet themselves where the yarn goes on: the angle that they miss is spread over the
