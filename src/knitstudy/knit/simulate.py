@@ -11,7 +11,7 @@ import xarray as xr
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.specimens import plain_knit
-from knitstudy.knit.loading.gates import require_elements_across, require_fine_beams
+from knitstudy.knit.loading.gates import fewest_across, require_elements_across, require_fine_beams
 from knitstudy.knit.loading.history import Meter
 from knitstudy.knit.loading.run import IN_MEMORY, Run
 from knitstudy.knit.loading.solve import Problem, solve_load_path
@@ -59,10 +59,11 @@ def require_resolution(scene: Scene, fabric: Fabric) -> str:
         every = np.ones(len(fabric.crossings.row), dtype=bool)
         points = JointPoints.at_crossings(fabric.crossings, every)
         stiffer = spatial_network(fabric, points, size).polygon
-        require_fine_beams(scene, stiffer)
+        require_fine_beams(scene.gates.polygon, size, stiffer)
         return f"straight beams in bent yarns are some {stiffer:.1%} too stiff"
     if (size := scene.value("mesh.size")) is not None and fabric.loop is not None:
-        require_elements_across(scene)
+        fewest = scene.gates.elements_across or fewest_across(scene.specimen, scene.mesh.refinement)
+        require_elements_across(size, fewest)
         one = plain_knit(fabric.loop, fabric.loop.columns, fabric.loop.rows)
         mesh_fabric(one, size, scene.mesh.growth, scene.mesh.refinement)
         return f"{2 / size:.3g} elements across a yarn"

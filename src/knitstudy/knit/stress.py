@@ -20,9 +20,9 @@ from scipy.interpolate import make_interp_spline
 
 from knitstudy.errors import DataFileError
 from knitstudy.knit.contacts.segments import KINDS, NO_SEGMENT, Segments, segments
+from knitstudy.knit.geometry.columns import STRESSES
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.knit.loading.columns import STRESSES
 from knitstudy.knit.mesh.section import Section
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.models.hexahedra.build import divide

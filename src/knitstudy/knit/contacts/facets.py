@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import connected_components
 from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.scene.scene import Scene
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.contact.friction import OPEN, STICK, ContactPoints
 from knitstudy.mechanics.contact.interaction import PASS_SHARE, Contact
 
@@ -20,7 +21,7 @@ from knitstudy.mechanics.contact.interaction import PASS_SHARE, Contact
 NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 
-def count_zones(place: np.ndarray, cell: np.ndarray, around: int, places: int) -> np.ndarray:
+def count_zones(place: Floats, cell: Ints, around: int, places: int) -> Floats:
     """Return the number of zones (places,) at every place, such as the sides of crossings at increments.
 
     Facets whose edges or corners meet belong to one zone; facets of different places never do.
@@ -45,7 +46,7 @@ def count_zones(place: np.ndarray, cell: np.ndarray, around: int, places: int) -
     # A layer beyond the last one keeps neighbours from running into the next place.
     layers = int(cell[:, 0].max()) + 2
 
-    def number(place: np.ndarray, layer: np.ndarray, facet: np.ndarray) -> np.ndarray:
+    def number(place: Floats, layer: Floats, facet: Ints) -> Floats:
         return (place * layers + layer) * around + facet % around
 
     facets, index = np.unique(number(place, *cell.T), return_index=True)
@@ -70,15 +71,15 @@ def count_zones(place: np.ndarray, cell: np.ndarray, around: int, places: int) -
 class Rings:
     """Rings of all yarns."""
 
-    along: tuple[np.ndarray, ...]  # of every yarn: the parameters of its rings, ascending
-    arc_length: tuple[np.ndarray, ...]  # their arc lengths, m
+    along: tuple[Floats, ...]  # of every yarn: the parameters of its rings, ascending
+    arc_length: tuple[Floats, ...]  # their arc lengths, m
 
     @classmethod
-    def of_rows(cls, arc_length: tuple[np.ndarray, ...]) -> Rings:
+    def of_rows(cls, arc_length: tuple[Floats, ...]) -> Rings:
         """Return the rings of grids whose rows of nodes, which count as parameters, lie at arc lengths in m."""
         return cls(tuple(np.arange(float(len(s))) for s in arc_length), arc_length)
 
-    def arc_length_at(self, yarn: np.ndarray, along: np.ndarray) -> np.ndarray:
+    def arc_length_at(self, yarn: Ints, along: Floats) -> Floats:
         """Return arc lengths (k,) in m of places with parameters (k,) on yarns (k,)."""
         values = np.empty(len(yarn))
         for number in np.unique(yarn):
@@ -99,7 +100,7 @@ class CrossingFacets:
 
     crossings: Crossings
     mesh: SweptMesh
-    nodes: np.ndarray  # (K, 2, 4) corners of the facet on each of the two yarns
+    nodes: Floats  # (K, 2, 4) corners of the facet on each of the two yarns
 
     @classmethod
     def of(cls, crossings: Crossings, mesh: SweptMesh) -> CrossingFacets:
@@ -111,13 +112,11 @@ class CrossingFacets:
         facet = mesh.facet_at(below.ravel(), np.arctan2(y, x).ravel()).reshape(below.shape)
         return cls(crossings, mesh, mesh.facet_nodes(below, facet))
 
-    def displacement(self, displacement: np.ndarray) -> np.ndarray:
+    def displacement(self, displacement: Floats) -> Floats:
         """Return the mean displacement (K, 2, 3) of the facets [m] from that of all nodes (N, 3)."""
         return displacement[self.nodes].mean(axis=2)
 
-    def nearest(
-        self, yarn: np.ndarray, other: np.ndarray, arc_length: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def nearest(self, yarn: Ints, other: Floats, arc_length: Floats) -> tuple[Floats, Floats]:
         """Return crossing and side (k,) of places where two yarns touch; crossing -1 away from all of them.
 
         The places lie on yarns (k,) at arc lengths (k,) [m] and touch other yarns (k,).
@@ -144,8 +143,8 @@ class CrossingFacets:
 
 def touching_points(
     contact: Contact, points: ContactPoints, facets: CrossingFacets, rings: Rings
-) -> dict[str, np.ndarray]:
-    """Return the columns of all points that touch, by the names that `knit.loading.columns` has after ``contact_``.
+) -> dict[str, Floats]:
+    """Return the columns of all points that touch, by the names that `knit.geometry.columns` has after ``contact_``.
 
     The points belong to a converged increment whose history is up to date.
     """
@@ -174,7 +173,7 @@ def touching_points(
     }
 
 
-def crossing_forces(columns: dict[str, np.ndarray], count: int) -> np.ndarray:
+def crossing_forces(columns: dict[str, Floats], count: int) -> Floats:
     """Return the force (count, 3) of contact on the yarn of side 0 at every crossing [N].
 
     Each side's points carry half of the stiffness; forces on the yarn of side 1 count with the other sign.
@@ -190,7 +189,7 @@ def crossing_forces(columns: dict[str, np.ndarray], count: int) -> np.ndarray:
 # ---- Which crossings of a specimen are tied, and which pieces of yarn hold them (Fig. 3 of the paper)
 
 
-def tied_crossings(scene: Scene, crossings: Crossings) -> np.ndarray:
+def tied_crossings(scene: Scene, crossings: Crossings) -> Floats:
     """Return which crossings (K,) of a scene's specimen are tied.
 
     With interaction "tie" all are. Where yarns touch, those along the free edges of a knit are, for what would slide

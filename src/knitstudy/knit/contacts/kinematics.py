@@ -14,6 +14,7 @@ from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.spline import Centreline
 from knitstudy.knit.mesh.sweep import SweptMesh
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.rotation import log
 
 # Layers of elements that a section is: the one that the crossing lies in, and its neighbours on either side. Where the
@@ -25,12 +26,12 @@ LAYERS = 3
 class SectionMotion:
     """Affine maps of the sections at K crossings, on both sides."""
 
-    gradient: np.ndarray  # (K, 2, 3, 3) deformation gradient: the last axis is of the undeformed section
-    displacement: np.ndarray  # (K, 2, 3) of the centreline's point at the crossing [m]
+    gradient: Floats  # (K, 2, 3, 3) deformation gradient: the last axis is of the undeformed section
+    displacement: Floats  # (K, 2, 3) of the centreline's point at the crossing [m]
 
 
 def section_motion(
-    crossings: Crossings, mesh: SweptMesh, nodes: np.ndarray, displacement: np.ndarray
+    crossings: Crossings, mesh: SweptMesh, nodes: Floats, displacement: Floats
 ) -> SectionMotion:
     """Fit the affine maps of the sections at all crossings, by least squares.
 
@@ -56,7 +57,7 @@ def section_motion(
     return SectionMotion(np.eye(3) + slope, mean + offset)
 
 
-def _nodes_around(crossings: Crossings, mesh: SweptMesh) -> np.ndarray:
+def _nodes_around(crossings: Crossings, mesh: SweptMesh) -> Floats:
     """Nodes (K, 2, n) of the slices around every crossing; no slices lie beyond the end of a yarn."""
     pull = np.linalg.norm(mesh.pull, axis=1).max()
     layers = LAYERS + 2 * round(0.5 * LAYERS * ((1 + pull) / (1 - pull) - 1))
@@ -83,9 +84,9 @@ def _nodes_around(crossings: Crossings, mesh: SweptMesh) -> np.ndarray:
 class Axes:
     """Axes of the undeformed yarns at K crossings, on both sides: orthogonal unit vectors."""
 
-    tangent: np.ndarray  # (K, 2, 3) t
-    towards: np.ndarray  # (K, 2, 3) n, to the other yarn
-    across: np.ndarray  # (K, 2, 3) t x n
+    tangent: Floats  # (K, 2, 3) t
+    towards: Floats  # (K, 2, 3) n, to the other yarn
+    across: Floats  # (K, 2, 3) t x n
 
     @classmethod
     def of(cls, fabric: Fabric) -> Axes:
@@ -101,12 +102,12 @@ class Axes:
 
 def kinematics(
     fabric: Fabric,
-    gradient: np.ndarray,
-    displacement: np.ndarray,
-    relative: np.ndarray,
-    contact: np.ndarray,
-) -> dict[str, np.ndarray]:
-    """Return the derived quantities, by names of `knit.loading.columns.CONTACTS`.
+    gradient: Floats,
+    displacement: Floats,
+    relative: Floats,
+    contact: Floats,
+) -> dict[str, Floats]:
+    """Return the derived quantities, by names of `knit.geometry.columns.CONTACTS`.
 
     Parameters
     ----------
@@ -148,7 +149,7 @@ def kinematics(
     }
 
 
-def twist(rotation: np.ndarray, axis: np.ndarray) -> np.ndarray:
+def twist(rotation: Floats, axis: Floats) -> Floats:
     """Return the angles (...) about unit axes (..., 3) by which rotations (..., 3, 3) turn, in (-pi, pi] [rad].
 
     A rotation is a turn about the axis, and then the shortest way to where it takes the axis (swing and twist). With
@@ -167,7 +168,7 @@ def twist(rotation: np.ndarray, axis: np.ndarray) -> np.ndarray:
     return 2 * np.arctan2(np.sum(vector * axis, axis=-1), scalar)
 
 
-def angle_between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+def angle_between(first: Ints, second: Floats) -> Floats:
     """Return the angles (...) between vectors (..., 3) [rad], accurate for small ones too.
 
     Examples
@@ -179,7 +180,7 @@ def angle_between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return np.arctan2(sine, np.sum(first * second, axis=-1))
 
 
-def segment_contraction(crossings: Crossings, displacement: np.ndarray) -> np.ndarray:
+def segment_contraction(crossings: Crossings, displacement: Floats) -> Floats:
     """Return by how much the chords from each crossing to its neighbours on the yarn shrink, (I, K, 2, 2).
 
     The last axis is the neighbour before it and the one after it; nan where there is none. The displacement
@@ -197,7 +198,7 @@ def segment_contraction(crossings: Crossings, displacement: np.ndarray) -> np.nd
     return contraction.reshape(*displacement.shape[:-1], 2)
 
 
-def place_on_yarn(fabric: Fabric, axes: Axes, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def place_on_yarn(fabric: Fabric, axes: Axes, place: Floats) -> tuple[Floats, Floats]:
     """Return where places near crossings lie on their undeformed yarns: along [m] and around them [rad].
 
     Both (I, K, 2) count from the crossing and the line of its closest points. Along the yarn the axes turn with the
@@ -221,7 +222,7 @@ def place_on_yarn(fabric: Fabric, axes: Axes, place: np.ndarray) -> tuple[np.nda
 FOOT_STEPS = 40  # each leaves of the error the distance over the radius of curvature
 
 
-def foot(curve: Centreline, place: np.ndarray, start: np.ndarray) -> np.ndarray:
+def foot(curve: Centreline, place: Floats, start: Floats) -> Floats:
     """Return the arc lengths (k,) of the points of a curve nearest to places (k, 3), from a start (k,) [m].
 
     The places must be nearer to the curve than its radius of curvature.
@@ -235,7 +236,7 @@ def foot(curve: Centreline, place: np.ndarray, start: np.ndarray) -> np.ndarray:
     return s
 
 
-def since_first(values: np.ndarray) -> np.ndarray:
+def since_first(values: Floats) -> Floats:
     """Return values (I, ...) minus the first along I that is not nan.
 
     Examples

@@ -19,11 +19,10 @@ import xarray as xr
 from scipy.optimize import brentq
 
 from knitstudy.errors import GeometryError
-from knitstudy.knit.geometry.crossings import metre
-from knitstudy.knit.geometry.drawn_loop import LoopTarget
+from knitstudy.knit.geometry.columns import GEOMETRY
 from knitstudy.knit.geometry.fabric_file import fabric_dataset
 from knitstudy.knit.geometry.fit import fitted_loop
-from knitstudy.knit.geometry.loop import Loop
+from knitstudy.knit.geometry.loop import Loop, LoopTarget
 from knitstudy.knit.geometry.loop_metrics import LoopMetrics, check_yarns, loop_metrics
 from knitstudy.knit.geometry.optimise import CONTACT_TOLERANCE, Optimum, optimise
 from knitstudy.knit.geometry.specimens import KNITS, plain_knit, yarn_pair
@@ -153,33 +152,17 @@ def _described(scene: Scene) -> str:
 def _report(initial: Loop, optimum: Optimum, metrics: Sequence[LoopMetrics]) -> xr.Dataset:
     """Return the changes by the optimisation, over the states "before" and "after"."""
     terms = list(optimum.after)
-    values = [[state[term] for term in terms] for state in (optimum.before, optimum.after)]
-    one, degrees = {"units": "1"}, {"units": "degree", "long_name": "angle to x in the plane"}
-    measured = {
-        "radius_of_curvature": metre("the smallest one"),
-        "penetration": metre("deepest penetration of two pieces of yarn"),
-        "gap": metre("smallest gap of pieces that are not neighbours along a yarn"),
-        "other_gap": metre("the same, away from the crossings"),
-        "interlock_angle": degrees,
-        "leg_angle": degrees,
+    measured = "radius_of_curvature penetration gap other_gap interlock_angle leg_angle".split()
+    values = {
+        "control_points_before": initial.control_points,
+        "cost": [[state[term] for term in terms] for state in (optimum.before, optimum.after)],
+        "loop_length": [state.length for state in metrics],
+        "crossing_distance": [state.distance for state in metrics],
+        "iterations": optimum.iterations,
+        "gradient": optimum.gradient,
+        **{name: [getattr(state, name) for state in metrics] for name in measured},
     }
-    points, lengths = metre("before the optimisation"), metre("arc length of yarn in a loop")
-    distances = [metrics.distance for metrics in metrics]
-    return xr.Dataset(
-        {
-            "control_points_before": (("point", "xyz"), initial.control_points, points),
-            "cost": (("state", "term"), values, one | {"long_name": "terms of F, unweighted, and F"}),
-            "loop_length": ("state", [metrics.length for metrics in metrics], lengths),
-            "crossing_distance": (("state", "cell_zone"), distances, metre("of centrelines")),
-            "iterations": ((), optimum.iterations, one | {"long_name": "of the quasi-Newton method"}),
-            "gradient": ((), optimum.gradient, one | {"long_name": "remaining gradient of F, relative"}),
-        }
-        | {
-            name: ("state", [getattr(state, name) for state in metrics], attributes)
-            for name, attributes in measured.items()
-        },
-        coords={"state": ["before", "after"], "term": terms},
-    )
+    return xr.Dataset(GEOMETRY.variables(values), {"state": ["before", "after"], "term": terms})
 
 
 # ---- Loops at another course spacing

@@ -17,6 +17,7 @@ from knitstudy.errors import GeometryError
 from knitstudy.knit.geometry.crossings import crossings_of_loop, refine, windows_of_loop
 from knitstudy.knit.geometry.loop import Loop
 from knitstudy.knit.geometry.spline import CatmullRom
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 
 APPROACH_SAMPLES = 12  # a Bezier segment in which other local minima are looked for, before these are refined
 REACH = 8.0  # distance of centrelines in radii up to which local minima are listed
@@ -29,7 +30,7 @@ class LoopMetrics:
 
     length: float  # arc length of yarn in a loop. [m]
     radius_of_curvature: float  # the smallest one. [m]
-    distance: np.ndarray  # (4 r k,) shortest distance of the centrelines at each crossing. [m]
+    distance: Floats  # (4 r k,) shortest distance of the centrelines at each crossing. [m]
     gap: float  # smallest between pieces that are no neighbours along a yarn; negative where yarns penetrate. [m]
     other_gap: float  # smallest away from the closest points of the crossings. [m]
     # Angles to x, in the plane: of the segment between the two contact points of one side of an interlock, and of the
@@ -71,7 +72,7 @@ def loop_metrics(loop: Loop) -> LoopMetrics:
     )
 
 
-def honeycomb_angles(contact: np.ndarray, rise: float) -> tuple[float, float]:
+def honeycomb_angles(contact: Floats, rise: float) -> tuple[float, float]:
     """Return the angles to x [deg] of the segments of Fig. 4 (interlock, leg), from the contact points (4, 3).
 
     Examples
@@ -137,7 +138,7 @@ def approaches(loop: Loop, reach: float = REACH, samples: int = APPROACH_SAMPLES
     return places[~places[["row", "above", "u", "v"]].round(6).duplicated()]
 
 
-def away_from_crossings(near: pd.DataFrame, row: np.ndarray, crossings: np.ndarray) -> pd.DataFrame:
+def away_from_crossings(near: pd.DataFrame, row: Ints, crossings: Floats) -> pd.DataFrame:
     """Return the approaches that are not crossings of rows (K,) with the next row at parameters (K, 2)."""
     apart = np.abs(near[["u", "v"]].to_numpy()[:, None] - crossings).max(axis=-1)
     elsewhere = (apart > 1e-3) | (near["row"].to_numpy()[:, None] != row)
@@ -146,7 +147,7 @@ def away_from_crossings(near: pd.DataFrame, row: np.ndarray, crossings: np.ndarr
 
 def _local_minima(
     curve: CatmullRom, other: CatmullRom, same: bool, reach: float, samples: int, half_circle: float
-) -> np.ndarray:
+) -> Floats:
     """Return parameters (k, 2) of pairs of samples on two curves that are nearer than their eight neighbours."""
     # One more sample at both ends of the period, so that minima at its ends are seen as such.
     here = np.arange(-1, curve.period * samples + 2) / samples
@@ -164,9 +165,7 @@ def _local_minima(
     return np.column_stack([here[1:-1][i], around[1:-1][j]])
 
 
-def _beyond_half_circle(
-    curve: CatmullRom, here: np.ndarray, around: np.ndarray, half_circle: float
-) -> np.ndarray:
+def _beyond_half_circle(curve: CatmullRom, here: Bools, around: Floats, half_circle: float) -> Floats:
     """Return which pairs on one yarn, each pair once, are farther apart along the yarn than half a circle of radius R.
 
     Nearer ones cannot overlap, with a radius of curvature above R (Schur's theorem).
@@ -174,7 +173,7 @@ def _beyond_half_circle(
     knots = np.concatenate([[0.0], np.cumsum(curve.segment_lengths())])
     u = np.arange(curve.period + 1)
 
-    def along(parameter: np.ndarray) -> np.ndarray:
+    def along(parameter: Floats) -> Floats:
         turns, rest = np.divmod(parameter, curve.period)
         return turns * knots[-1] + np.interp(rest, u, knots)
 

@@ -16,6 +16,7 @@ import numpy as np
 from knitstudy.errors import GeometryError
 from knitstudy.knit.geometry.loop import Loop
 from knitstudy.knit.geometry.stitches import PLAIN
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 
 SYMMETRY_TOLERANCE = 1e-9  # distance over the wale spacing by which an image may miss its point
 SAME_PLACE = 1e-3  # Bezier segments within which two places on a yarn are one
@@ -25,23 +26,23 @@ SAME_PLACE = 1e-3  # Bezier segments within which two places on a yarn are one
 class Symmetry:
     """A motion of space that maps a knit onto itself, as a map of rows and parameters."""
 
-    sign: np.ndarray  # (3,) of the components: 1 or -1
+    sign: Floats  # (3,) of the components: 1 or -1
     by: int  # parameter u of a row goes to sign[0] u + by,
     up: int  # row i to sign[1] i + up
     rows: int
     period: int  # control points of a row in one period
 
-    def action(self, count: int) -> np.ndarray:
+    def action(self, count: int) -> Floats:
         """Return the matrix (3 P, 3 P) that maps displacements of control points."""
         row, u = np.divmod(np.arange(count), self.period)
         image = self.row(row) % self.rows * self.period + (self.sign[0] * u + self.by) % self.period
         return np.kron(np.eye(count)[:, image], np.diag(self.sign.astype(float)))
 
-    def row(self, row: np.ndarray) -> np.ndarray:
+    def row(self, row: Ints) -> Floats:
         """Return the images of rows."""
         return self.sign[1] * row + self.up
 
-    def pairs(self, row: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def pairs(self, row: Ints, u: Floats) -> tuple[Floats, Floats]:
         """Return the images of pairs of places, rows (n, 2) and parameters (n, 2), alike for a pair and its shifts.
 
         The first place lies in the first repeat, on the lower row, or to the left if both lie on one row.
@@ -93,7 +94,7 @@ def symmetries(loop: Loop) -> list[Symmetry]:
     return group
 
 
-def first_of_orbits(group: Sequence[Symmetry], row: np.ndarray, u: np.ndarray) -> np.ndarray:
+def first_of_orbits(group: Sequence[Symmetry], row: Ints, u: Floats) -> Floats:
     """Return which pairs of places, rows (n, 2) and parameters (n, 2), are no image of an earlier pair: (n,)."""
     here = group[0].pairs(row, u)
     same = np.zeros((len(u), len(u)), dtype=bool)
@@ -104,7 +105,7 @@ def first_of_orbits(group: Sequence[Symmetry], row: np.ndarray, u: np.ndarray) -
     return ~np.tril(same | same.T, -1).any(axis=1)
 
 
-def symmetric_motions(free: np.ndarray, group: Sequence[Symmetry]) -> np.ndarray:
+def symmetric_motions(free: Bools, group: Sequence[Symmetry]) -> Floats:
     """Return a basis (P, 3, n) of the displacements of free components that keep the symmetries.
 
     The parameter of a displacement field is the displacement of one component of one point.

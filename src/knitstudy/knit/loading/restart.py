@@ -12,6 +12,7 @@ import numpy as np
 from knitstudy.errors import DataFileError
 from knitstudy.files import replacing
 from knitstudy.knit.loading.history import Recorder
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.increment import Increment, Rate
 from knitstudy.mechanics.model import Response
 
@@ -75,7 +76,7 @@ class Checkpoint:
                 "the scene anew"
             ) from None
 
-    def _restore(self, data: dict[str, np.ndarray], recorder: Recorder) -> Increment:
+    def _restore(self, data: dict[str, Floats], recorder: Recorder) -> Increment:
         if str(data["key"]) != self.key:
             raise ValueError("it belongs to another scene or another version of the input")
         _require_whole(data)
@@ -106,7 +107,7 @@ class Checkpoint:
 _NUMBERS = ("state.", "rate", "updates", "force", "mean_force", "load", "size", "largest", "damped")
 
 
-def _require_whole(data: dict[str, np.ndarray]) -> None:
+def _require_whole(data: dict[str, Floats]) -> None:
     """Refuse values that are not numbers, and arrays whose lengths do not fit; gaps may be infinite or nan."""
     increments = int(data["index"]) + 1
     for name, values in data.items():
@@ -123,7 +124,7 @@ def _require_whole(data: dict[str, np.ndarray]) -> None:
         raise ValueError(f"load is {float(data['load'])} and must lie between 0 and 1")
 
 
-def _arrays(value: Any, name: str) -> dict[str, np.ndarray]:
+def _arrays(value: Any, name: str) -> dict[str, Floats]:
     """Return all arrays, numbers and texts in a value by dotted names; None is left out."""
     if value is None:
         return {}
@@ -139,7 +140,7 @@ def _arrays(value: Any, name: str) -> dict[str, np.ndarray]:
     return {key: array for part in parts for key, array in part.items()}
 
 
-def _value(hint: Any, data: dict[str, np.ndarray], name: str) -> Any:
+def _value(hint: Any, data: dict[str, Floats], name: str) -> Any:
     """Return the value of a type that `_arrays` took apart."""
     if get_origin(hint) in (Union, UnionType):
         if not any(entry == name or entry.startswith(f"{name}.") for entry in data):

@@ -18,9 +18,9 @@ import numpy as np
 
 from knitstudy.errors import MeshError
 from knitstudy.knit.geometry.spline import Centreline
-from knitstudy.knit.mesh.section import Section
-from knitstudy.knit.mesh.spacing import drawn, drawn_angles
+from knitstudy.knit.mesh.section import Section, drawn, drawn_angles
 from knitstudy.knit.mesh.sweep import SweptMesh, rolled, rotation_minimising, tube
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import determinant
 from knitstudy.mechanics.elements.quadratic import GRADIENTS
 
@@ -33,10 +33,10 @@ class QuadraticSection:
     """A section with the middles of its edges, on the unit disc."""
 
     section: Section  # corners and quads, the ring on the unit circle
-    edges: np.ndarray  # (m, 2) corners of every edge
-    middles: np.ndarray  # (m, 2) places of their middles over the radius, on the ring on the circle
-    quad_edges: np.ndarray  # (e, 4) edges of every quad, the first one from its first corner to its second
-    ring_edges: np.ndarray  # (a,) edges from every surface node to the next one
+    edges: Ints  # (m, 2) corners of every edge
+    middles: Floats  # (m, 2) places of their middles over the radius, on the ring on the circle
+    quad_edges: Ints  # (e, 4) edges of every quad, the first one from its first corner to its second
+    ring_edges: Ints  # (a,) edges from every surface node to the next one
 
     @classmethod
     def of(cls, section: Section) -> QuadraticSection:
@@ -55,7 +55,7 @@ class QuadraticSection:
         )
 
     @cached_property
-    def place(self) -> np.ndarray:
+    def place(self) -> Floats:
         """Place (q + m,) of every corner and then every middle in a slice: a middle between its corners."""
         key = np.concatenate([np.arange(self.section.size), self.edges.mean(axis=1)])
         return np.argsort(np.argsort(key, kind="stable"))
@@ -67,18 +67,18 @@ class QuadraticMesh:
 
     corners: SweptMesh  # of the corners alone, on the true radius
     section: QuadraticSection
-    nodes: np.ndarray  # (N, 3) coordinates. [m]
-    elements: np.ndarray  # (E, 20) in the order of `knitstudy.mechanics.elements.quadratic`
-    yarn: np.ndarray  # (N,)
-    station: np.ndarray  # (N,) numbered through all yarns
-    corner_nodes: np.ndarray  # number of every node of ``corners``
-    face_centres: np.ndarray  # (F,) nodes in the middles of surface faces, which belong to no element
-    faces: np.ndarray  # (F, 8) corners of these faces, and middles of their edges, by `FACE_CENTRE`
-    grids: tuple[np.ndarray, ...]  # surface nodes (2 s - 1, 2 a) of every yarn, station by station, by angle
-    arc_lengths: tuple[np.ndarray, ...]  # (2 s - 1,) of the stations of every yarn. [m]
+    nodes: Floats  # (N, 3) coordinates. [m]
+    elements: Ints  # (E, 20) in the order of `knitstudy.mechanics.elements.quadratic`
+    yarn: Ints  # (N,)
+    station: Ints  # (N,) numbered through all yarns
+    corner_nodes: Ints  # number of every node of ``corners``
+    face_centres: Ints  # (F,) nodes in the middles of surface faces, which belong to no element
+    faces: Ints  # (F, 8) corners of these faces, and middles of their edges, by `FACE_CENTRE`
+    grids: tuple[Floats, ...]  # surface nodes (2 s - 1, 2 a) of every yarn, station by station, by angle
+    arc_lengths: tuple[Floats, ...]  # (2 s - 1,) of the stations of every yarn. [m]
 
     @cached_property
-    def angles(self) -> tuple[np.ndarray, ...]:
+    def angles(self) -> tuple[Floats, ...]:
         """Angles (2 s - 1, 2 a) of the nodes of every grid, from d1 towards d2, rad."""
         ring = self.corners.section.angles
         around = np.stack([ring, ring + np.pi / ring.size], axis=-1).ravel()
@@ -155,14 +155,14 @@ def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Centreline]) -> QuadraticMe
     )
 
 
-def _with_middles(s: np.ndarray) -> np.ndarray:
+def _with_middles(s: Floats) -> Floats:
     """Values (s, ...) at the slices of a yarn, such as arc lengths, with the means between them (2 s - 1, ...)."""
     return np.insert(s, np.arange(1, len(s)), 0.5 * (s[1:] + s[:-1]), axis=0)
 
 
 def _middle_slices(
-    mesh: SweptMesh, curves: Sequence[Centreline], arc_lengths: Sequence[np.ndarray]
-) -> tuple[np.ndarray, np.ndarray]:
+    mesh: SweptMesh, curves: Sequence[Centreline], arc_lengths: Sequence[Floats]
+) -> tuple[Floats, Floats]:
     """Centres (L, 3) and frames (L, 3, 3) halfway between all slices of every yarn."""
     centres, frames = [], []
     for curve, s, d1 in zip(curves, arc_lengths, mesh.by_yarn(mesh.frames[:, 0]), strict=True):
@@ -176,7 +176,7 @@ def _middle_slices(
     return np.concatenate(centres), np.concatenate(frames)
 
 
-def _refuse_folded(nodes: np.ndarray, elements: np.ndarray, corners: SweptMesh) -> None:
+def _refuse_folded(nodes: Floats, elements: Ints, corners: SweptMesh) -> None:
     """Refuse elements whose Jacobian is not positive at one of their Gauss points."""
     places = np.swapaxes(nodes[elements], 1, 2)
     smallest = np.min([determinant(places @ gradient) for gradient in GRADIENTS], axis=0)

@@ -12,6 +12,7 @@ from knitstudy.errors import MeshError
 from knitstudy.knit.geometry.spline import Centreline
 from knitstudy.knit.mesh.section import nodes_for_size
 from knitstudy.knit.mesh.sweep import SweptMesh
+from knitstudy.mechanics.arrays import Floats, Ints
 
 OVERLAP_TOLERANCE = 0.01  # share of the diameter; the optimised geometry is twenty times as exact
 SAMPLES_PER_DIAMETER = 50  # along yarn in the search for overlaps: distances are then exact to 1e-4
@@ -21,7 +22,7 @@ AT_ONCE = 16_384  # elements, or points whose neighbours are held, at a time
 _EDGES = np.array([[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]])
 
 
-def scaled_jacobian(nodes: np.ndarray, hexahedra: np.ndarray) -> np.ndarray:
+def scaled_jacobian(nodes: Floats, hexahedra: Ints) -> Floats:
     """Smallest scaled Jacobian (E,) of hexahedra (E, 8) in VTK order: 1 with right angles, 0 or less if folded.
 
     At each corner it is the triple product of the edge vectors over the product of their lengths (Knupp 2000,
@@ -101,7 +102,7 @@ def check_overlap(curves: Sequence[Centreline], radius: float, tolerance: float 
         )
 
 
-def _stations(curve: Centreline, radius: float) -> np.ndarray:
+def _stations(curve: Centreline, radius: float) -> Floats:
     """Arc lengths in m that are close together compared with the diameter."""
     parts = int(np.ceil(curve.length * SAMPLES_PER_DIAMETER / (2 * radius)))
     return np.linspace(0.0, curve.length, 1 + parts)
@@ -145,8 +146,6 @@ BYTES_AN_ENTRY = 4  # of those factors, in single precision
 
 def require_memory_to_mesh(curves: Sequence[Centreline], radius: float, size: float, growth: float) -> None:
     """Refuse a mesh of yarns of a radius [m] that does not fit into memory; raises MeshError."""
-    if not (size > 0 and growth >= 1):
-        raise MeshError(f"mesh.size is {size} and mesh.growth {growth}: must be positive and at least 1")
     slices = sum(curve.length for curve in curves) / (growth * size * radius)
     nodes = slices * nodes_for_size(2, size)
     require_memory(nodes * BYTES_A_NODE, "mesh.size", size, f"a mesh of {nodes:.2g} nodes", power=3)

@@ -12,10 +12,10 @@ import xarray as xr
 from scipy.optimize import elementwise
 
 from knitstudy.errors import DataFileError, GeometryError
+from knitstudy.knit.geometry.columns import CONTACTS
 from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.spline import Centreline
-from knitstudy.knit.loading.columns import CONTACTS
 from knitstudy.knit.scene.sections import Yarn
 from knitstudy.mechanics.contact.patch_compliance import local_compliance
 

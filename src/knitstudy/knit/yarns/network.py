@@ -160,7 +160,7 @@ def problem(
         network,
         model=model,
         observer=NetworkObserver(network, model),
-        settings=settings_of(scene, touches=False),
+        settings=settings_of(scene.solver, touches=False),
         constants={"joint_stiffness": joints.stiffness, **(constants or {})} if joints else {},
         attributes={"open_crossings": int(joints.open.sum())} if joints else {},
     )
@@ -178,7 +178,7 @@ def loaded(
 
     Raises MeshError if its beams are too long for the bends of the yarns.
     """
-    require_fine_beams(scene, network.polygon)
+    require_fine_beams(scene.value("gates.polygon"), scene.value("mesh.beam_size"), network.polygon)
     motion = load_path(scene, fabric)
     if network.height is not None and scene.load.direction == "wale":
         # Strains refer to the height of the network.
@@ -191,7 +191,7 @@ def loaded(
         motion=motion,
         driven=6 * ends.driven[:, None] + np.arange(3),
         stations=network.stations,
-        checks=(*checks, partial(require_sound, scene, None)),
+        checks=(*checks, partial(require_sound, gates=scene.gates, yarn=scene.yarn)),
         attributes={"dof": 6 * network.beam_nodes, "elements": len(network.ends)} | attributes,
         **given,
     )

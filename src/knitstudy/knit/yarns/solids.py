@@ -22,7 +22,7 @@ from knitstudy.knit.contacts.kinematics import section_motion
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.loading.gates import require_sound
 from knitstudy.knit.loading.history import Motion, Stations, load_path
-from knitstudy.knit.loading.solve import Problem, Reported, settings_of
+from knitstudy.knit.loading.solve import Check, Problem, Reported, settings_of
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.yarns.discretisation import Discretisation
@@ -165,16 +165,23 @@ def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns) -> Problem:
         model=model,
         prescribed=prescribed,
         solver=linear_solver(scene.solver.linear, yarns, prescribed),
-        settings=settings_of(scene, yarns.touches, stride),
+        settings=settings_of(scene.solver, yarns.touches, stride),
         motion=motion,
         driven=driven,
         stations=stations_of(yarns.parts.mesh),
         observer=SolidObserver(yarns),
-        checks=(partial(require_sound, scene, model.loaded),),
+        checks=(sound(scene, model),),
         constants=yarns.ties.constants(),
         fields=yarns.fields if "fields" in scene.outputs else None,
         attributes={"dof": yarns.parts.nodes.size, "elements": yarns.elements, **yarns.attributes()},
     )
+
+
+def sound(scene: Scene, model: SolidModel) -> Check:
+    """Return the check of increments of solid yarns by the gates of a scene."""
+    penalties = "contact.normal_stiffness and tangential_stiffness"
+    sections = {"gates": scene.gates, "yarn": scene.yarn, "solver": scene.solver}
+    return partial(require_sound, stiffness=penalties, loaded=model.loaded, **sections)
 
 
 def stations_of(mesh: SweptMesh) -> Stations:

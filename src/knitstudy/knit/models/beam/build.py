@@ -89,11 +89,11 @@ class BeamKnit:
             "crossing_slip": np.where(tied, np.nan, past.slip),
         }
 
-    def require_verified_contact(self, scene: Scene, increment: Increment, recorder: Recorder) -> None:
+    def require_verified_contact(self, limit: float, increment: Increment, recorder: Recorder) -> None:
         """Refuse a state beyond the verified law of contact; raises as `require_verified_law`."""
         contact, internal = self.model.contact, increment.response.energy["internal"]
         points = contact.at_points(increment.state)
-        require_verified_contact(scene, increment, contact.line, points, NO_LATTICE, internal)
+        require_verified_contact(limit, increment, contact.line, points, NO_LATTICE, internal)
 
 
 def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
@@ -151,8 +151,10 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
         beams.network,
         model=beams.model,
         observer=beams,
-        settings=replace(settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter), hold=HOLD),
-        checks=(partial(beams.require_verified_contact, scene),),
+        settings=replace(
+            settings_of(scene.solver, touches=True, stride=STRIDE * scene.yarn.diameter), hold=HOLD
+        ),
+        checks=(partial(beams.require_verified_contact, scene.gates.point),),
         constants={"crossing_tied": beams.tied.astype(np.int8)},
         attributes={
             "beam_section": scene.beam.section,

@@ -14,9 +14,9 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError, ConvergenceError
+from knitstudy.knit.geometry.columns import REST
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.knit.loading.columns import REST
 from knitstudy.knit.loading.gates import require_fine_beams, require_sound
 from knitstudy.knit.loading.history import Recorder, Stations, cell_path
 from knitstudy.knit.loading.overlap import Repeats
@@ -117,12 +117,12 @@ class BeamCell:
             "smallest_gap": nearest if np.isfinite(nearest) else np.nan,
         }, {}
 
-    def require_verified_contact(self, scene: Scene, increment: Increment, recorder: Recorder) -> None:
+    def require_verified_contact(self, limit: float, increment: Increment, recorder: Recorder) -> None:
         """Refuse a state beyond the verified law of contact; raises as `require_verified_law`."""
         model, state = self.model, increment.state
         internal = model.internal_energy(increment.response)
         require_verified_contact(
-            scene, increment, model.contact, model.at_points(state), model.vectors(state), internal
+            limit, increment, model.contact, model.at_points(state), model.vectors(state), internal
         )
 
 
@@ -138,8 +138,8 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
             f"load.start of scene {scene.name} is {scene.load.start}, but {given} is given of shapes at rest"
         )
     rows, contact = divided(fabric, scene.metres("mesh.beam_size")), contact_of(scene)
-    require_fine_beams(scene, rows.polygon)
-    settings = settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter)
+    require_fine_beams(scene.gates.polygon, scene.mesh.beam_size, rows.polygon)
+    settings = settings_of(scene.solver, touches=True, stride=STRIDE * scene.yarn.diameter)
     vectors = fabric.periods if rest is None else rest["lattice_vectors"].to_numpy()
     model = _model(rows, Lattice(vectors), contact, scene.mesh.section_law)
     if rest is None:  # drawn yarns may touch
@@ -160,8 +160,8 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
         observer=cell,
         repeats=Repeats(rows.period, vectors),
         checks=(
-            partial(require_sound, scene, None, internal=model.internal_energy),
-            partial(cell.require_verified_contact, scene),
+            partial(require_sound, gates=scene.gates, yarn=scene.yarn, internal=model.internal_energy),
+            partial(cell.require_verified_contact, scene.gates.point),
         ),
         attributes={
             "dof": model.size,
@@ -188,7 +188,7 @@ def relax(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Datase
     rows, contact = divided(fabric, scene.metres("mesh.beam_size")), contact_of(scene)
     lattice, law, of = Lattice(fabric.periods), scene.mesh.section_law, f"of scene {scene.name}"
     model = _model(rows, lattice, contact, law, drawn_for=2 * fabric.radius)
-    settings = settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter)
+    settings = settings_of(scene.solver, touches=True, stride=STRIDE * scene.yarn.diameter)
     # Yarns that did not touch have come far in an increment for nothing: the next one begins where they are.
     settings = replace(settings, predictor=0, increments=RELAXATION, waste=WASTE, remedy=NEARER)
     loosened = contact.friction and scene.load.start == "rest"

@@ -122,7 +122,7 @@ def nearest_crossing(yarn: Ints, arc_length: Floats, crossings: Crossings) -> tu
 
 
 def require_verified_contact(
-    scene: Scene,
+    limit: float,  # share of the internal energy, `gates.point`
     increment: Increment,
     contact: LineContact,
     points: BeamState,
@@ -142,4 +142,4 @@ def require_verified_contact(
         s, t = contact.arc_length[pairs.both[k]]
         return f"yarns {one} and {other} at arc lengths {s:.4g} and {t:.4g} m"
 
-    require_verified_law(scene, increment, energy, internal, depth, shape, factor, MOST_SHAPED, where)
+    require_verified_law(increment, limit, energy, internal, depth, shape, factor, MOST_SHAPED, where)

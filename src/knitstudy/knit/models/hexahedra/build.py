@@ -13,9 +13,14 @@ import scipy.sparse as sp
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.contacts.facets import Rings
 from knitstudy.knit.geometry.fabric import Fabric
-from knitstudy.knit.loading.gates import require_elements_across, require_seen_contact, require_stiff_contact
+from knitstudy.knit.loading.gates import (
+    fewest_across,
+    require_elements_across,
+    require_seen_contact,
+    require_stiff_contact,
+)
 from knitstudy.knit.loading.solve import Problem
-from knitstudy.knit.mesh.mesher import Grips, grips
+from knitstudy.knit.mesh.mesher import Grips, grips, load_of
 from knitstudy.knit.mesh.quadratic import FACE_CENTRE, QuadraticMesh, quadratic_mesh
 from knitstudy.knit.mesh.quality import require_memory_to_simulate
 from knitstudy.knit.mesh.sweep import SweptMesh
@@ -84,15 +89,17 @@ def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Discretisation:
     Raises MeshError if elements are too large for the yarn, or too many for the memory; or if penalties of contact are
     softer than the yarns, or penetrations unseen.
     """
-    require_elements_across(scene)
+    fewest = scene.gates.elements_across or fewest_across(scene.specimen, scene.mesh.refinement)
+    require_elements_across(scene.mesh.size, fewest)
     parts = divide(scene, mesh, fabric)
     nodes_an_element = parts.connectivity.shape[1]
     require_memory_to_simulate(parts.nodes.size, parts.bandwidth, scene.mesh.size, nodes_an_element)
     if not scene.kind.interaction.touches:
         return parts
-    require_seen_contact(scene, parts.size)
-    key, value = "contact.tangential_stiffness", scene.contact.tangential_stiffness
-    require_stiff_contact(key, value, scene.yarn.poisson_ratio, patch=np.pi)  # of a facet's size
+    contact, yarn = scene.contact, scene.yarn
+    require_seen_contact(contact.points, contact.penetration, parts.size, yarn.radius)
+    key, stiffness = "contact.tangential_stiffness", contact.tangential_stiffness
+    require_stiff_contact(key, stiffness, yarn.poisson_ratio, patch=np.pi)  # of a facet's size
     return replace(parts, law=penalties(scene, parts.size))
 
 
@@ -119,7 +126,7 @@ def divide(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
                 ]
             ),
             rings=Rings.of_rows(quadratic.arc_lengths),
-            ends=_ends(quadratic, grips(quadratic.corners, scene, fabric)),
+            ends=_ends(quadratic, grips(quadratic.corners, fabric, load_of(scene))),
             sampling=sp.identity(len(quadratic.nodes), format="csr")[quadratic.corner_nodes],
             dependence=_dependence(quadratic),
         )
@@ -135,7 +142,7 @@ def divide(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
         bandwidth=mesh.section.size + mesh.section.bandwidth,
         surfaces=Grids(yarn_surfaces(mesh)),
         rings=Rings.of_rows(mesh.stations),
-        ends=grips(mesh, scene, fabric),
+        ends=grips(mesh, fabric, load_of(scene)),
     )
 
 

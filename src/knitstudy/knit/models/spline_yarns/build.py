@@ -22,8 +22,7 @@ from knitstudy.knit.loading.run import ReportProgress, silent
 from knitstudy.knit.loading.solve import Problem
 from knitstudy.knit.mesh.mesher import ACROSS, Grips, check_shape, load_of, sampled_sections
 from knitstudy.knit.mesh.quality import require_memory
-from knitstudy.knit.mesh.section import Section
-from knitstudy.knit.mesh.spacing import Spacing, place_slices
+from knitstudy.knit.mesh.section import Section, Spacing, place_slices
 from knitstudy.knit.mesh.sweep import SweptMesh, rotation_minimising, sweep
 from knitstudy.knit.models.spline_yarns import PolynomialMesh
 from knitstudy.knit.models.spline_yarns import cell as endless
@@ -132,7 +131,7 @@ def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh | None = None) -> D
     mesh, material = mesh or _sections(fabric), material_of(scene.yarn)
     cells, law = {}, None
     if scene.kind.interaction.touches:
-        require_integrated_contact(scene)
+        require_integrated_contact(scene.contact.points)
         cells = {"cell": scene.contact.cell, "window": scene.contact.window}
         friction = scene.kind.interaction.friction(scene.contact)
         law = law_of(scene.mesh, material, mesh.radius, friction)

@@ -19,7 +19,6 @@ from scipy.sparse.linalg import splu
 
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.spline import Centreline
-from knitstudy.knit.loading.gates import require_sound
 from knitstudy.knit.loading.history import cell_path
 from knitstudy.knit.loading.overlap import Repeats
 from knitstudy.knit.loading.solve import Problem, Reported, settings_of
@@ -59,7 +58,7 @@ def problem(scene: Scene, fabric: Fabric, parts: Discretisation) -> Problem:
         scene=scene,
         model=model,
         prescribed=prescribed,
-        settings=settings_of(scene, yarns.touches),
+        settings=settings_of(scene.solver, yarns.touches),
         motion=motion,
         driven=model.lattice[None],
         stations=solids.stations_of(parts.mesh),
@@ -68,7 +67,7 @@ def problem(scene: Scene, fabric: Fabric, parts: Discretisation) -> Problem:
             np.array([line.length for line in fabric.centrelines[: rows_of(fabric)]]), fabric.periods
         ),
         fields=yarns.fields if "fields" in scene.outputs else None,
-        checks=(partial(require_sound, scene, yarns.model.loaded),),
+        checks=(solids.sound(scene, yarns.model),),
         constants=yarns.ties.constants() | ({} if yarns.touches else cell.shell()),
         attributes={
             "dof": model.size,
