@@ -15,11 +15,11 @@ from knitstudy.run.configuration import load_scene
 from knitstudy.use.style import Look
 
 PLUGIN = """
-from knitstudy.mechanics.beams.laws import LAWS, Power
+from knitstudy.mechanics.beams.laws import LAWS, Law
 
 
 @LAWS.register
-class Foam(Power):
+class Foam(Law):
     name, meaning, label = "foam", "a soft power", "foamy"
     look = ("#333333", ":", "x")
 

@@ -27,7 +27,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -168,59 +168,18 @@ def _surfaces(k_a: Expansion, k_b: Expansion, cos: Expansion) -> tuple[Expansion
 LAYERS = Patch()
 
 
-class CrossingForce(Protocol):
-    """Force of two yarns that cross at a right angle over their approach: their overlap as beams."""
-
-    @property
-    def coefficient(self) -> float:
-        """Of the force over the approach to the exponent, while the approach is small."""
-
-    @property
-    def exponent(self) -> float:
-        """Of the approach."""
-
-    @property
-    def share(self) -> float:
-        """Stiffness against elastic slip over that against approach."""
-
-    @property
-    def penalty(self) -> bool:
-        """Whether the stiffness is a numerical penalty."""
-
-    @property
-    def patch(self) -> Patch:
-        """Effect of the shape of the contact."""
-
-    def force(self, approach: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return the force (k,) [N] at approaches (k,) [m] and its two derivatives; zero where open."""
-
-
-class Law(CrossingForce, Protocol):
-    """A law that a scene can name."""
-
-    name: ClassVar[str]  # value of the key `beam.section`, and one line on it
-    meaning: ClassVar[str]
-    label: ClassVar[str]  # in figures and tables
-    look: ClassVar[tuple[str, str, str]]  # colour, dash and marker of its lines in figures
-
-    @classmethod
-    def of(cls, yarn: Any, beam: Any) -> Self:
-        """Return the law of a scene with the sections `yarn` and `beam`."""
-
-
-LAWS: Registry[type[Law]] = Registry("beam.section")
-"""Laws by the value of the key `beam.section`."""
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Power:
-    """Force of two yarns that cross at a right angle: coefficient approach^exponent [N]."""
+    """Force of two yarns that cross at a right angle over their approach, which is their overlap as beams.
 
-    coefficient: float  # of force over approach to the exponent
+    It is coefficient approach^exponent [N], or becomes so as the approach vanishes.
+    """
+
+    coefficient: float
     # Above 1: under a linear law, pieces would touch with their full stiffness, and later pieces would not rub.
     exponent: float = 1.5
     share: float = 1.0  # stiffness against elastic slip over that against approach
-    patch: Patch = LAYERS
+    patch: Patch = LAYERS  # effect of the shape of the contact
     penalty: bool = False  # whether the stiffness is a numerical penalty
 
     def force(self, approach: Floats) -> tuple[Floats, Floats, Floats]:
@@ -235,23 +194,34 @@ class Power:
         c, n = self.coefficient, self.exponent
         depth = np.where(approach > 0, approach, 1.0)
         values = c * depth**n, n * c * depth ** (n - 1.0), n * (n - 1.0) * c * depth ** (n - 2.0)
-        return _where_closed(approach, *values)
+        force, first, second = (np.where(approach > 0, value, 0.0) for value in values)
+        return force, first, second
 
 
-def _where_closed(approach: Floats, *values: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return a force and its two derivatives (k,), zero where the yarns are apart."""
-    force, first, second = (np.where(approach > 0, value, 0.0) for value in values)
-    return force, first, second
+class Law(Power):
+    """A law that a scene can name; one that is no power of the approach has a `force` of its own."""
+
+    name: ClassVar[str]  # value of the key `beam.section`, and one line on it
+    meaning: ClassVar[str]
+    label: ClassVar[str]  # in figures and tables
+    look: ClassVar[tuple[str, str, str]]  # colour, dash and marker of its lines in figures
+
+    @classmethod
+    def of(cls, yarn: Any, beam: Any) -> Self:
+        """Return the law of a scene with the sections `yarn` and `beam`."""
+        raise NotImplementedError
+
+
+LAWS: Registry[type[Law]] = Registry("beam.section")
+"""Laws by the value of the key `beam.section`."""
 
 
 @LAWS.register
-class Rigid(Power):
+class Rigid(Law):
     """Sections that do not deform: a penalty of `beam.stiffness` E sqrt(R) approach^1.5."""
 
-    name: ClassVar = "rigid"
-    meaning: ClassVar = "a penalty"
-    label: ClassVar = "rigid"
-    look: ClassVar = ("#0072B2", "-", "v")
+    name, meaning, label = "rigid", "a penalty", "rigid"
+    look = ("#0072B2", "-", "v")
 
     @classmethod
     def of(cls, yarn: Any, beam: Any) -> Self:
@@ -273,22 +243,15 @@ UNIFORM = 16 / (3 * np.pi**2)
 
 
 @LAWS.register
-@dataclass(frozen=True, eq=False)
-class CrossedCylinders:
-    """Force of two equal elastic cylinders at a right angle over the approach of their axes as beams."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CrossedCylinders(Law):
+    """Force of two equal elastic cylinders: Hertz's law F = coefficient delta^1.5 times a tabulated factor."""
 
-    name: ClassVar = "hertz"
-    meaning: ClassVar = "the approach of two crossed cylinders"
-    label: ClassVar = "Hertzian"
-    look: ClassVar = ("#56B4E9", "--", "^")
+    name, meaning, label = "hertz", "the approach of two crossed cylinders", "Hertzian"
+    look = ("#56B4E9", "--", "^")
 
-    coefficient: float  # of Hertz's law F = coefficient delta^1.5 [N/m^1.5]
     radius: float  # R [m]
-    share: float  # stiffness against elastic slip over that against approach
     table: CubicSpline  # F over Hertz's, by sqrt(delta / R)
-    patch: Patch
-    exponent: ClassVar[float] = 1.5
-    penalty: ClassVar[bool] = False
 
     @classmethod
     def of(cls, yarn: Any, beam: Any) -> Self:
@@ -300,8 +263,13 @@ class CrossedCylinders:
         """Return the law of cylinders of a modulus [Pa] and a radius [m]."""
         nu = poisson_ratio
         modulus = youngs_modulus / (2 * (1 - nu**2))
-        share = 2 * (1 - nu) / (2 - nu)  # Mindlin 1949, of a circle
-        return cls(4 / 3 * modulus * np.sqrt(radius), radius, share, _finite_thickness(nu), Patch(nu))
+        return cls(
+            coefficient=4 / 3 * modulus * np.sqrt(radius),
+            share=2 * (1 - nu) / (2 - nu),  # Mindlin 1949, of a circle
+            patch=Patch(nu),
+            radius=radius,
+            table=_finite_thickness(nu),
+        )
 
     def force(self, approach: Floats) -> tuple[Floats, Floats, Floats]:
         """Return the force (k,) [N] at approaches (k,) [m] and its two derivatives; zero where open.
@@ -316,7 +284,8 @@ class CrossedCylinders:
         by_x, by_xx = k * (3 * x**2 * f + x**3 * f1), k * (6 * x * f + 6 * x**2 * f1 + x**3 * f2)
         per = 1 / (2 * x * self.radius)  # dx / d delta
         values = k * x**3 * f, by_x * per, by_xx * per**2 - by_x * per**2 / x
-        return _where_closed(approach, *values)
+        force, first, second = (np.where(approach > 0, value, 0.0) for value in values)
+        return force, first, second
 
 
 @cache
@@ -338,7 +307,7 @@ def _finite_thickness(poisson_ratio: float) -> CubicSpline:
 class Repulsion:
     """The potential of two short pieces, from the force of two yarns that cross."""
 
-    law: CrossingForce
+    law: Power
     diameter: float  # distance at which it begins, D [m]
     onset: float  # e [m]
 

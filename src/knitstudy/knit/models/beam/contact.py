@@ -13,7 +13,7 @@ from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import BeamYarn
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.contact_points import ContactPoints
-from knitstudy.mechanics.beams.laws import LAWS, CrossingForce, Power, Repulsion
+from knitstudy.mechanics.beams.laws import LAWS, Power, Repulsion
 from knitstudy.mechanics.beams.line_contact import ROUGH, SPACINGS, LineContact
 from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.increment import Increment
@@ -33,7 +33,7 @@ class YarnContact:
     """Contact of the yarns of a scene as beams."""
 
     yarn: BeamYarn
-    law: CrossingForce
+    law: Power
     friction: float  # inf: no slip
 
     @classmethod
