@@ -10,12 +10,12 @@ from scipy.spatial import cKDTree
 
 from knitstudy.errors import ConvergenceError, GeometryError
 from knitstudy.knit.models.beam.contact import joined
+from knitstudy.mechanics.beams.beam import BeamState
 from knitstudy.mechanics.beams.beam_contact import NO_LATTICE, BeamContact
 from knitstudy.mechanics.beams.contact_points import Axes, ContactPoints
 from knitstudy.mechanics.beams.laws import CrossedCylinders, Power, Repulsion
 from knitstudy.mechanics.beams.line_contact import LineContact
 from knitstudy.mechanics.beams.pair_search import PairSearch
-from knitstudy.mechanics.beams.state import BeamState
 
 UNEVEN = np.array([0.0, 1.0, 1.6, 2.9, 4.0, 4.5, 6.0])
 TWO = np.repeat([0, 1], len(UNEVEN))

@@ -10,7 +10,7 @@ from knitstudy.errors import MeshError
 from knitstudy.knit.mesh.quadratic import quadratic_mesh
 from knitstudy.knit.mesh.section import Section, Spacing
 from knitstudy.knit.mesh.sweep import sweep
-from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
+from knitstudy.mechanics.elements.hexahedron import QuadraticHexahedron
 from knitstudy.mechanics.materials.isotropic import Hencky
 
 RADIUS = 0.9

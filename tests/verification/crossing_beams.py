@@ -7,7 +7,7 @@ from half_spaces import hertz
 
 from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.models.beam.contact import joined
-from knitstudy.mechanics.beams.beam import Section
+from knitstudy.mechanics.beams.beam import BeamSection
 from knitstudy.mechanics.beams.beam_contact import BeamContact
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
@@ -19,7 +19,7 @@ from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.rotation import exp
 
 RADIUS, MODULUS, POISSON = 0.9e-3, 1.3e9, 0.42
-SECTION = Section.circular(2 * RADIUS, MODULUS, POISSON)
+SECTION = BeamSection.circular(2 * RADIUS, MODULUS, POISSON)
 LAWS = {"rigid": Power(10 * MODULUS * RADIUS**0.5), "hertz": hertz(MODULUS, POISSON, RADIUS)}
 
 

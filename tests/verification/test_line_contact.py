@@ -9,14 +9,12 @@ from half_spaces import curvatures, hertz, hertz_ellipse, stick_stiffness, surfa
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 
-from knitstudy.mechanics.beams.beam import Section
+from knitstudy.mechanics.beams.beam import BeamSection, BeamState, LineHistory
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
-from knitstudy.mechanics.beams.endless_beams import EndlessBeams
 from knitstudy.mechanics.beams.laws import LAYERS, Patch, Power, Repulsion
 from knitstudy.mechanics.beams.line_contact import LineContact
-from knitstudy.mechanics.beams.state import BeamState, LineHistory
-from knitstudy.mechanics.periodic import Lattice
+from knitstudy.mechanics.periodic import EndlessBeams, Lattice
 from knitstudy.mechanics.rotation import exp
 
 D = 1.0
@@ -84,7 +82,7 @@ def two_rows(friction, ramps=False, per_node=1):
     )
     ends[n - 1, 1], ends[-1, 1] = 2 * n, 2 * n + 1
     natural = np.random.default_rng(3).standard_normal((2 * n, 3)) * 0.1
-    inner = BeamModel(nodes, ends, Section(50.0, 20.0, 1.0, 0.7), D / 2, natural=natural)
+    inner = BeamModel(nodes, ends, BeamSection(50.0, 20.0, 1.0, 0.7), D / 2, natural=natural)
     yarn = np.repeat([0, 1], n)
     law = Repulsion(Power(3.0, 1.5), D, 0.02)
     period = np.full(2, own)

@@ -23,7 +23,7 @@ from knitstudy.knit.geometry.columns import CONTACTS
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.mechanics.arrays import Bools, Floats
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.contact.indentation import Crossing
 from knitstudy.mechanics.contact.interaction import PASS_SHARE
 
@@ -126,7 +126,7 @@ class _Touch:
     """Gauss points under pressure that belong to a crossing, of all increments one after another."""
 
     shape: tuple[int, int]  # increments I and crossings K
-    place: Floats  # (p,) increment times K plus crossing
+    place: Ints  # (p,) increment times K plus crossing
     around: int  # facets around a yarn
     points: SimpleNamespace  # their columns
 
@@ -204,13 +204,13 @@ class _Touch:
         with np.errstate(invalid="ignore"):  # nothing touches: 0 / 0
             return moment / self._sum(self.load, by_side=True)[..., None]
 
-    def _zones(self) -> Floats:
+    def _zones(self) -> Ints:
         """Numbers of zones (I, K): facets of the two sides differ, and the larger count stands."""
         place, shape = self._at(by_side=True)
         zones = count_zones(place, self.points.cell, self.around, int(np.prod(shape)))
         return zones.reshape(shape).max(axis=-1)
 
-    def _at(self, by_side: bool) -> tuple[Floats, tuple[int, ...]]:
+    def _at(self, by_side: bool) -> tuple[Ints, tuple[int, ...]]:
         """Places (p,) of the points among crossings (I, K), or among the sides of these (I, K, 2)."""
         return (2 * self.place + self.points.side, (*self.shape, 2)) if by_side else (self.place, self.shape)
 

@@ -10,8 +10,7 @@ from scipy.sparse.csgraph import connected_components
 
 from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.mesh.sweep import SweptMesh
-from knitstudy.knit.scene.scene import Scene
-from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.contact.friction import OPEN, STICK, ContactPoints
 from knitstudy.mechanics.contact.interaction import PASS_SHARE, Contact
 
@@ -21,7 +20,7 @@ from knitstudy.mechanics.contact.interaction import PASS_SHARE, Contact
 NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 
-def count_zones(place: Floats, cell: Ints, around: int, places: int) -> Floats:
+def count_zones(place: Ints, cell: Ints, around: int, places: int) -> Ints:
     """Return the number of zones (places,) at every place, such as the sides of crossings at increments.
 
     Facets whose edges or corners meet belong to one zone; facets of different places never do.
@@ -46,7 +45,7 @@ def count_zones(place: Floats, cell: Ints, around: int, places: int) -> Floats:
     # A layer beyond the last one keeps neighbours from running into the next place.
     layers = int(cell[:, 0].max()) + 2
 
-    def number(place: Floats, layer: Floats, facet: Ints) -> Floats:
+    def number(place: Ints, layer: Floats, facet: Ints) -> Ints:
         return (place * layers + layer) * around + facet % around
 
     facets, index = np.unique(number(place, *cell.T), return_index=True)
@@ -116,7 +115,7 @@ class CrossingFacets:
         """Return the mean displacement (K, 2, 3) of the facets [m] from that of all nodes (N, 3)."""
         return displacement[self.nodes].mean(axis=2)
 
-    def nearest(self, yarn: Ints, other: Floats, arc_length: Floats) -> tuple[Floats, Floats]:
+    def nearest(self, yarn: Ints, other: Floats, arc_length: Floats) -> tuple[Ints, Ints]:
         """Return crossing and side (k,) of places where two yarns touch; crossing -1 away from all of them.
 
         The places lie on yarns (k,) at arc lengths (k,) [m] and touch other yarns (k,).
@@ -189,17 +188,23 @@ def crossing_forces(columns: dict[str, Floats], count: int) -> Floats:
 # ---- Which crossings of a specimen are tied, and which pieces of yarn hold them (Fig. 3 of the paper)
 
 
-def tied_crossings(scene: Scene, crossings: Crossings) -> Floats:
-    """Return which crossings (K,) of a scene's specimen are tied.
+def tied_crossings(crossings: Crossings, touches: bool, edges: str | None, direction: str | None) -> Bools:
+    """Return which crossings (K,) of a specimen are tied.
 
     With interaction "tie" all are. Where yarns touch, those along the free edges of a knit are, for what would slide
     off there: of the first and last interlock row in course tension, of the first and last column of loops in wale
     tension.
+
+    Parameters
+    ----------
+    touches : bool
+        Whether yarns touch where they are not tied.
+    edges, direction : str or None
+        ``contact.tied_edges`` and ``load.direction``, if the scene has them.
     """
-    if not scene.kind.interaction.touches:
+    if not touches:
         return np.ones(len(crossings), dtype=bool)
-    direction = scene.value("load.direction")
-    if direction is None or scene.contact.tied_edges == "none":
+    if direction is None or edges == "none":
         return np.zeros(len(crossings), dtype=bool)
     along = crossings.row if direction == "course" else crossings.column
     return (along == along.min()) | (along == along.max())

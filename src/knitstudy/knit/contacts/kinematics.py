@@ -57,7 +57,7 @@ def section_motion(
     return SectionMotion(np.eye(3) + slope, mean + offset)
 
 
-def _nodes_around(crossings: Crossings, mesh: SweptMesh) -> Floats:
+def _nodes_around(crossings: Crossings, mesh: SweptMesh) -> Ints:
     """Nodes (K, 2, n) of the slices around every crossing; no slices lie beyond the end of a yarn."""
     pull = np.linalg.norm(mesh.pull, axis=1).max()
     layers = LAYERS + 2 * round(0.5 * LAYERS * ((1 + pull) / (1 - pull) - 1))
@@ -168,7 +168,7 @@ def twist(rotation: Floats, axis: Floats) -> Floats:
     return 2 * np.arctan2(np.sum(vector * axis, axis=-1), scalar)
 
 
-def angle_between(first: Ints, second: Floats) -> Floats:
+def angle_between(first: Floats, second: Floats) -> Floats:
     """Return the angles (...) between vectors (..., 3) [rad], accurate for small ones too.
 
     Examples

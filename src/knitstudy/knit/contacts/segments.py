@@ -44,7 +44,7 @@ class Segments:
     central: Bools  # (Q,) whether a segment begins or ends at the centre cell's crossings
 
 
-def centre(place: Floats) -> int:
+def centre(place: Ints) -> int:
     """Return the row, or column, in the middle of those (k,) that count from 0.
 
     Examples
@@ -77,7 +77,7 @@ def segments(crossings: Crossings, lengths: Floats) -> Segments:
     return Segments(yarn, arc_length, of_piece, *named[first].T, central)
 
 
-def _pieces(crossings: Crossings, lengths: Floats) -> tuple[Floats, Floats, Floats]:
+def _pieces(crossings: Crossings, lengths: Floats) -> tuple[Ints, Floats, Ints]:
     """Yarn (P,), arc lengths (P, 2) and crossings (P, 2) at the ends of all pieces, -1 at the ends of yarns."""
     every, none = np.arange(len(lengths)), np.full(len(lengths), -1)
     yarn = np.concatenate([every, crossings.yarn.T.ravel(), every])

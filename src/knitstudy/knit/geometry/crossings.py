@@ -151,7 +151,7 @@ def _half_way(u: Floats, places: Floats, ends: tuple[float, float]) -> Floats:
 
 
 def plane_crossings(
-    first: tuple[Ints, Floats], second: tuple[Floats, Floats], apart: int | None = None
+    first: tuple[Floats, Floats], second: tuple[Floats, Floats], apart: int | None = None
 ) -> Floats:
     """Parameters (k, 2) at which two polylines cross in the plane.
 
@@ -195,7 +195,7 @@ def _cross(a: Floats, b: Floats) -> Floats:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def windows_of_loop(loop: Any) -> tuple[Floats, Floats, Floats]:
+def windows_of_loop(loop: Any) -> tuple[Ints, Floats, Floats]:
     """Rows of the crossings of a repeat's loops in the plane, their parameters, and windows for the closest points.
 
     In a loop the yarns of a row and of the row above cross four times in the plane: zones 0 left lower, 1 right lower,

@@ -16,7 +16,7 @@ import numpy as np
 from knitstudy.knit.geometry.crossings import SAME, Crossings, find_crossings
 from knitstudy.knit.geometry.loop import Loop
 from knitstudy.knit.geometry.spline import Centreline
-from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 
 NO_ARCS = np.empty((0, 2))
 
@@ -33,7 +33,7 @@ class Grip:
         """Return the gripped arcs (k, 2) of a yarn. [m]"""
         return self.arc[self.yarn == yarn]
 
-    def holds(self, yarn: Ints, arc_length: Floats) -> Floats:
+    def holds(self, yarn: Ints, arc_length: Floats) -> Bools:
         """Return whether places (k,) on yarns (k,) are gripped; the ends of arcs are, whatever rounding says."""
         rounding = 1e-9 * self.arc.max(initial=0.0)
         s = np.asarray(arc_length)[:, None]
@@ -49,7 +49,7 @@ class Arcs:
     yarn: Ints  # (A,) of every arc, ascending
     arc: Floats  # (A, 2) where it begins and ends; of a yarn ascending. [m]
 
-    def piece(self, yarn: Ints, arc_length: Floats) -> Floats:
+    def piece(self, yarn: Ints, arc_length: Floats) -> Ints:
         """Return the arcs (k,) that places on yarns (k,) lie in, -1 where there is none."""
         inside = (yarn[:, None] == self.yarn) & (arc_length[:, None] > self.arc[:, 0])
         inside &= arc_length[:, None] < self.arc[:, 1]

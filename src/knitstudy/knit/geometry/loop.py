@@ -13,7 +13,7 @@ import numpy as np
 from knitstudy.errors import GeometryError
 from knitstudy.knit.geometry.spline import CatmullRom
 from knitstudy.knit.geometry.stitches import PLAIN, drawn_from_plain, sides
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.arrays import Bools, Floats
 
 IN_FRONT = np.array([False, False, True, True])  # the upper yarn, by zone of a knit stitch's crossings
 
@@ -88,7 +88,7 @@ class Loop:
         return float(sum(curve.segment_lengths().sum() for curve in self.curves) / (self.rows * self.columns))
 
     @property
-    def upper_in_front(self) -> Floats:
+    def upper_in_front(self) -> Bools:
         """Whether the upper row's yarn passes in front: (r, k, 4), by row and column of the lower loop, and zone."""
         above = np.roll(sides(self.stitches), -1, axis=0)[..., None]
         return np.where(above > 0, IN_FRONT, ~IN_FRONT)

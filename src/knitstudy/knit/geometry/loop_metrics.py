@@ -165,7 +165,7 @@ def _local_minima(
     return np.column_stack([here[1:-1][i], around[1:-1][j]])
 
 
-def _beyond_half_circle(curve: CatmullRom, here: Bools, around: Floats, half_circle: float) -> Floats:
+def _beyond_half_circle(curve: CatmullRom, here: Floats, around: Floats, half_circle: float) -> Bools:
     """Return which pairs on one yarn, each pair once, are farther apart along the yarn than half a circle of radius R.
 
     Nearer ones cannot overlap, with a radius of curvature above R (Schur's theorem).

@@ -26,7 +26,7 @@ from knitstudy.knit.geometry.crossings import Approach, crossings_of_loop, windo
 from knitstudy.knit.geometry.loop import Loop
 from knitstudy.knit.geometry.spline import GAUSS_POINTS, GAUSS_WEIGHTS, Rows
 from knitstudy.knit.geometry.symmetry import symmetric_motions, symmetries
-from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 
 # Two-point Gauss rule: exact for the square of C'', which is linear on a segment.
 CURVATURE_POINTS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
@@ -207,8 +207,8 @@ class Optimum:
     """Outcome of an optimisation, in units of the radius."""
 
     points: Floats  # (P, 3)
-    before: dict  # the terms of F without their weights, and F, at the start
-    after: dict  # and at the end
+    before: dict[str, float]  # the terms of F without their weights, and F, at the start
+    after: dict[str, float]  # and at the end
     iterations: int  # of the quasi-Newton method
     gradient: float  # largest component that remains, over the largest of the bending terms' at the start
 
@@ -241,7 +241,7 @@ def optimise(loop: Loop, settings: Any) -> tuple[Loop, Optimum]:
     return replace(loop, control_points=optimum.points * loop.radius), optimum
 
 
-def free_components(free: Sequence[str], count: int) -> Floats:
+def free_components(free: Sequence[str], count: int) -> Bools:
     """Return which components (count, 3) may move, from one text of the letters x, y and z a control point.
 
     Examples

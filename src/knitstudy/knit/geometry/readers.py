@@ -87,7 +87,8 @@ def read_centrelines(path: Path) -> Fabric:
     table = read_table(path)
     unit, scale = ("mm", 1e-3) if "x [mm]" in table else ("m", 1.0)
     names = [name.replace("[m]", f"[{unit}]") for name in COLUMNS]
-    table = read_table(path, needs=names)
+    if missing := [name for name in names if name not in table]:
+        raise DataFileError(f"{path}: has no column {missing[0]!r}, only {', '.join(map(repr, table))}")
     numbers = table[names[1:]].apply(pd.to_numeric, errors="coerce")
     for row, column in np.argwhere(~np.isfinite(numbers.to_numpy()))[:1]:
         found = table[names[1 + column]].iloc[row]

@@ -17,7 +17,7 @@ from knitstudy.knit.geometry.fabric import Arcs, Fabric, Grip, of_curves, pieces
 from knitstudy.knit.geometry.loop import Loop
 from knitstudy.knit.geometry.spline import CatmullRom, Centreline
 from knitstudy.knit.geometry.stitches import PLAIN
-from knitstudy.mechanics.arrays import Bools, Floats
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 
 
 def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
@@ -56,7 +56,7 @@ def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
 
 def rows_of_repeat(
     curves: Sequence[CatmullRom], rise: Floats, rows: int, repeats: int
-) -> tuple[list[Centreline], Floats, Floats]:
+) -> tuple[list[Centreline], Ints, Floats]:
     """Return the yarns of `rows` interlock rows, of which the r rows of a repeat are drawn.
 
     Parameters

@@ -160,7 +160,7 @@ class Rows(CatmullRom):
         return turns, k + self._first
 
 
-def stencil(u: ArrayLike, order: int) -> tuple[Floats, Floats]:
+def stencil(u: ArrayLike, order: int) -> tuple[Ints, Floats]:
     """Return indices and weights (..., 4) of the control points behind a derivative (order 0 to 2) at u (...).
 
     Examples
@@ -254,7 +254,7 @@ class _Lengths:
         segment = np.clip(np.floor(u), 0, len(self.knots) - 2).astype(int)
         return self.knots[segment] + self._partial(self._speed[segment % len(self._speed)], u - segment)
 
-    def parameter(self, s: ArrayLike) -> Floats:
+    def parameter(self, s: Floats) -> Floats:
         """Newton's method on the length of the part of a segment, in a bracket that is halved where Newton leaves it.
 
         Places, tangents and the images of a yarn ask for the same arc lengths one after the other: the last are kept.

@@ -65,7 +65,7 @@ def stitches_of(rows: Sequence[str]) -> list[list[Stitch]]:
     count, columns = len(rows), len(letters[0])
     every: list[list[Stitch]] = []
     # By row and column of the stitch that is drawn through them
-    stacks: dict[tuple[int, int], list[tuple]] = {}
+    stacks: dict[tuple[int, int], list[tuple[float, int, int, int]]] = {}
     for row, column in product(range(count), range(columns)):
         letter, *marks = letters[row][column]
         way, front = MARKS[marks[0]] if marks else (0, False)

@@ -20,7 +20,7 @@ KNIT, PURL = "K", "P"
 PLAIN = (KNIT,)
 
 
-def sides(stitches: Sequence[str]) -> Floats:
+def sides(stitches: Sequence[str]) -> Ints:
     """Return 1 for every knit and -1 for every purl stitch: (r, k). Raises GeometryError for other letters.
 
     Examples

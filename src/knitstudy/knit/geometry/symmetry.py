@@ -38,11 +38,11 @@ class Symmetry:
         image = self.row(row) % self.rows * self.period + (self.sign[0] * u + self.by) % self.period
         return np.kron(np.eye(count)[:, image], np.diag(self.sign.astype(float)))
 
-    def row(self, row: Ints) -> Floats:
+    def row(self, row: Ints) -> Ints:
         """Return the images of rows."""
         return self.sign[1] * row + self.up
 
-    def pairs(self, row: Ints, u: Floats) -> tuple[Floats, Floats]:
+    def pairs(self, row: Ints, u: Floats) -> tuple[Ints, Floats]:
         """Return the images of pairs of places, rows (n, 2) and parameters (n, 2), alike for a pair and its shifts.
 
         The first place lies in the first repeat, on the lower row, or to the left if both lie on one row.
@@ -94,7 +94,7 @@ def symmetries(loop: Loop) -> list[Symmetry]:
     return group
 
 
-def first_of_orbits(group: Sequence[Symmetry], row: Ints, u: Floats) -> Floats:
+def first_of_orbits(group: Sequence[Symmetry], row: Ints, u: Floats) -> Bools:
     """Return which pairs of places, rows (n, 2) and parameters (n, 2), are no image of an earlier pair: (n,)."""
     here = group[0].pairs(row, u)
     same = np.zeros((len(u), len(u)), dtype=bool)

@@ -114,7 +114,7 @@ class Meter:
             self.has_own_peak = _peak_since() > 0
         except OSError:
             self.has_own_peak = False
-        self._started, self._most = _times(), (0, 0)
+        self._started, self._most = _times(), (0.0, 0.0)
 
     @contextmanager
     def paused(self) -> Iterator[None]:
@@ -167,7 +167,7 @@ class Stations(Chosen):
     arc_length: Floats  # (S,) its arc length along the undeformed yarn [m]
     position: Floats  # (S, 3) its undeformed position [m]
 
-    def nearest(self, yarn: Ints, arc_length: Floats) -> Floats:
+    def nearest(self, yarn: Ints, arc_length: Floats) -> Ints:
         """Return the stations nearest to places on yarns; stations are in the order of yarns and arc lengths."""
         longest = 2 * self.arc_length.max()  # puts all yarns on one axis
         places = longest * self.yarn + self.arc_length
@@ -182,7 +182,7 @@ class Recorder:
     driven: Ints  # (k, 3) unknowns of the driven nodes by component (x, y, z)
     motion: Motion  # of the driven side
     meter: Meter = field(default_factory=Meter)  # begun before the model was built, so that its memory counts
-    columns: dict[str, list] = field(default_factory=dict)  # one value an increment
+    columns: dict[str, list[Any]] = field(default_factory=dict)  # one value an increment
     # One array an increment, of as many rows as points were in contact
     flat: dict[str, list[Floats]] = field(default_factory=dict)
 
@@ -230,7 +230,7 @@ class Recorder:
             ledger[0] = self.columns["energy"][-1][0] + mean @ moved
         return ledger
 
-    def to_dataset(self, once: Mapping[str, Floats] | None = None, **attributes) -> xr.Dataset:
+    def to_dataset(self, once: Mapping[str, Any] | None = None, **attributes: Any) -> xr.Dataset:
         """Return the history as a Dataset in the format of docs/reference/files.md, with further attributes.
 
         `once` are variables of `HISTORY` that are the same at all increments, or known at the last one alone.
@@ -246,7 +246,7 @@ class Recorder:
         attributes = self.meter.read() | axis | attributes
         return xr.Dataset(HISTORY.variables(values | dict(once or {})), coords=coordinates, attrs=attributes)
 
-    def _points(self) -> dict[str, Floats]:
+    def _points(self) -> dict[str, Any]:
         """Return the points in contact of all increments one after another, if there are any."""
         if not self.flat:
             return {}

@@ -21,7 +21,7 @@ from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.shared_sections import Newton
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import reuse_memory, serial_blas
-from knitstudy.mechanics.guided import Guide
+from knitstudy.mechanics.continuation import Guide
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU, LinearSolver
 from knitstudy.mechanics.load_path import trace
@@ -123,7 +123,8 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
     increments = problem.increments(run.progress, resume=last)
     try:
         with serial_blas():
-            increment, errors = next(increments, None), defaultdict(list)
+            increment = next(increments, None)
+            errors: defaultdict[str, list[float]] = defaultdict(list)
             while increment is not None:
                 _record(problem, recorder, increment)
                 coarse = _check(problem, increment, recorder)

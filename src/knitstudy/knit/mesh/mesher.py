@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -129,11 +129,10 @@ def _side_by_side(meshes: list[SweptMesh], shift: Floats) -> SweptMesh:
         np.concatenate([getattr(mesh, name) + by for mesh, by in zip(meshes, shift, strict=True)])
         for name in ("nodes", "centres")
     )
-    frames, s = (
-        np.concatenate([getattr(mesh, name) for mesh in meshes]) for name in ("frames", "arc_length")
-    )
+    names = ("frames", "arc_length", "pull")
+    joined = {name: np.concatenate([getattr(mesh, name) for mesh in meshes]) for name in names}
     first = np.cumsum([0, *(mesh.slices for mesh in meshes)])
-    return SweptMesh(nodes, meshes[0].section, meshes[0].radius, centres, frames, s, first)
+    return replace(meshes[0], nodes=nodes, centres=centres, first_slice=first, **joined)
 
 
 def mesh_scene(scene: Scene, fabric: Fabric) -> SweptMesh:

@@ -6,13 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 import psutil
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import MeshError
 from knitstudy.knit.geometry.spline import Centreline
 from knitstudy.knit.mesh.section import nodes_for_size
 from knitstudy.knit.mesh.sweep import SweptMesh
-from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.arrays import Floats
 
 OVERLAP_TOLERANCE = 0.01  # share of the diameter; the optimised geometry is twenty times as exact
 SAMPLES_PER_DIAMETER = 50  # along yarn in the search for overlaps: distances are then exact to 1e-4
@@ -22,7 +23,7 @@ AT_ONCE = 16_384  # elements, or points whose neighbours are held, at a time
 _EDGES = np.array([[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]])
 
 
-def scaled_jacobian(nodes: Floats, hexahedra: Ints) -> Floats:
+def scaled_jacobian(nodes: Floats, hexahedra: NDArray[np.integer]) -> Floats:
     """Smallest scaled Jacobian (E,) of hexahedra (E, 8) in VTK order: 1 with right angles, 0 or less if folded.
 
     At each corner it is the triple product of the edge vectors over the product of their lengths (Knupp 2000,
@@ -47,13 +48,17 @@ def scaled_jacobian(nodes: Floats, hexahedra: Ints) -> Floats:
 
 def check_folding(mesh: SweptMesh) -> None:
     """Refuse elements whose scaled Jacobian is not positive; MeshError naming the worst element."""
-    quality = scaled_jacobian(mesh.nodes, mesh.hexahedra)
+    refuse_folded(mesh, scaled_jacobian(mesh.nodes, mesh.hexahedra), "hexahedron", "its scaled Jacobian")
+
+
+def refuse_folded(mesh: SweptMesh, quality: Floats, what: str, measure: str) -> None:
+    """Refuse elements (E,) of which a measure of quality is not positive; MeshError naming the worst element."""
     worst = int(np.argmin(quality))
     if not quality[worst] > 0:
         layer = mesh.slice_of_element[worst]
         raise MeshError(
-            f"hexahedron {worst} of yarn {mesh.yarn_of_slice[layer]} at s = {mesh.arc_length[layer]:.6g} m "
-            f"is folded: its scaled Jacobian is {quality[worst]:.3g}, and must be positive"
+            f"{what} {worst} of yarn {mesh.yarn_of_slice[layer]} at s = {mesh.arc_length[layer]:.6g} m is folded: "
+            f"{measure} is {quality[worst]:.3g}, and must be positive; use a smaller mesh.size"
         )
 
 

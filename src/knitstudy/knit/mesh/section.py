@@ -14,11 +14,11 @@ Elements are m times as small at a / |a|, angles and rings alike, and m times as
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
@@ -104,7 +104,7 @@ def _divisions(diameter: float, size: float) -> tuple[int, int]:
     return max(FEWEST_CORE, across - 2 * rings), rings
 
 
-def _core(core: int, scale: float) -> tuple[Floats, Floats, Floats]:
+def _core(core: int, scale: float) -> tuple[Floats, Ints, Ints]:
     """Rounded square grid: points ((core + 1)^2, 2), quads (core^2, 4), boundary nodes (4 core,)."""
     # Halfway between equal steps and equal angles as seen from the centre; rounding closes the rest.
     t = np.linspace(-1.0, 1.0, core + 1)
@@ -129,7 +129,7 @@ def _layers(boundary: Floats, rings: int) -> Floats:
     return (1 - share) * boundary + share * circle
 
 
-def _narrow(points: Floats, quads: Ints, ring: Ints) -> tuple[Floats, ...]:
+def _narrow(points: Floats, quads: Ints, ring: Ints) -> tuple[Floats, Ints, Ints]:
     """Renumber the nodes for a small bandwidth: the best of reverse Cuthill-McKee and straight sweeps."""
     size = points.shape[0]
     pairs = (np.repeat(quads, 4, axis=1).ravel(), np.tile(quads, (1, 4)).ravel())
@@ -264,8 +264,8 @@ def place_slices(
     length: float,
     spacing: Spacing,
     periods: int = 1,
-    centred: Sequence[float] = (),
-    ends: Sequence[float] = (),
+    centred: ArrayLike = (),
+    ends: ArrayLike = (),
 ) -> Floats:
     """Arc lengths of the slices of one yarn, equidistributed with respect to ``spacing``.
 
@@ -331,7 +331,7 @@ def _element_count(length: float, spacing: Spacing, bounds: Floats) -> tuple[Flo
     return s, np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(s))])
 
 
-def _check_room(bounds: Floats, number: Ints) -> None:
+def _check_room(bounds: Floats, number: Floats) -> None:
     """Refuse parts (p,) of a yarn with a ``number`` of elements that is not positive."""
     tight = (number < 1) | (np.diff(bounds) <= 0)
     if tight.any():

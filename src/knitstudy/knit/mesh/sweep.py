@@ -9,6 +9,7 @@ from itertools import accumulate
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from knitstudy.errors import DataFileError
 from knitstudy.knit.geometry.columns import MESH
@@ -127,7 +128,7 @@ def rolled(frames: Floats, roll: Floats) -> Floats:
     return np.stack([cosine * d1 + sine * d2, cosine * d2 - sine * d1, tangent], axis=1)
 
 
-def _layers(targets: Targets, arc_length: Floats) -> Floats:
+def _layers(targets: Targets, arc_length: Floats) -> Ints:
     """Lower slices (T,) of the layers that the targets lie in the middle of."""
     return np.searchsorted(arc_length, targets.arc_length) - 1
 
@@ -160,12 +161,7 @@ class SweptMesh:
     frames: Floats  # (S, 3, 3) rows d1, d2 and the tangent
     arc_length: Floats  # (S,) from the left end of a yarn. [m]
     first_slice: Ints  # (Y + 1,) first slice of every yarn, then S
-    # (S, 2) how far, and where to in the plane of d1 and d2, slices are drawn (`knit.mesh.section`); 0 if omitted
-    pull: Floats | None = None
-
-    def __post_init__(self) -> None:
-        if self.pull is None:
-            object.__setattr__(self, "pull", np.zeros((len(self.arc_length), 2)))
+    pull: Floats  # (S, 2) how far, and where to in the plane of d1 and d2, slices are drawn
 
     @property
     def yarns(self) -> int:
@@ -178,22 +174,22 @@ class SweptMesh:
         return self.arc_length.size
 
     @cached_property
-    def yarn_of_slice(self) -> Floats:
+    def yarn_of_slice(self) -> Ints:
         """Yarn of every slice (S,)."""
         return np.repeat(np.arange(self.yarns), np.diff(self.first_slice))
 
     @cached_property
-    def lower_slices(self) -> Floats:
+    def lower_slices(self) -> Ints:
         """Slices (L,) that a layer of elements begins with: all but the last one of every yarn."""
         return np.setdiff1d(np.arange(self.slices), self.first_slice[1:] - 1)
 
     @cached_property
-    def hexahedra(self) -> Floats:
+    def hexahedra(self) -> NDArray[np.int32]:
         """Corner nodes (E, 8) in VTK order; within a yarn layer by layer, in a layer as ``section.quads``."""
         lower = self.lower_slices[:, None, None] * self.section.size + self.section.quads  # (L, e, 4)
         return np.concatenate([lower, lower + self.section.size], axis=-1).reshape(-1, 8).astype(np.int32)
 
-    def slice_below(self, yarn: Ints, arc_length: Floats) -> Floats:
+    def slice_below(self, yarn: Ints, arc_length: Floats) -> Ints:
         """Return the slices (...) that layers begin with in which arc lengths (...) [m] on yarns (...) lie."""
         slices = np.empty(yarn.shape, dtype=np.int64)
         for number, stations in enumerate(self.stations):
@@ -228,32 +224,32 @@ class SweptMesh:
         on_ring = values[self.slice_nodes(np.arange(self.slices))[:, ring]]
         return np.einsum("sa,sa...->s...", weight / weight.sum(axis=1, keepdims=True), on_ring)
 
-    def facet_at(self, slices: Ints, angle: Floats) -> Floats:
+    def facet_at(self, slices: Ints, angle: Floats) -> Ints:
         """Facets (k,) at angles (k,) in rad, counted midway from slices (k,) to the next ones."""
         begin = 0.5 * self.angles[slices] + 0.5 * self.angles[slices + 1]
         turned = begin[:, 0] + np.mod(angle - begin[:, 0], 2 * np.pi)
         return (begin <= turned[:, None]).sum(axis=1) - 1
 
     @cached_property
-    def slice_of_element(self) -> Floats:
+    def slice_of_element(self) -> Ints:
         """Lower slice of every hexahedron (E,)."""
         return np.repeat(self.lower_slices, self.section.quads.shape[0])
 
-    def slice_nodes(self, slices: Ints | int) -> Floats:
+    def slice_nodes(self, slices: Ints | int) -> Ints:
         """Node numbers (..., q) of the given slices (...)."""
         return np.asarray(slices)[..., None] * self.section.size + np.arange(self.section.size)
 
-    def surface_nodes(self, yarn: int) -> Floats:
+    def surface_nodes(self, yarn: int) -> Ints:
         """Grid (slices, angles) of the surface nodes of one yarn."""
         slices = np.arange(*self.first_slice[yarn : yarn + 2])
         return self.slice_nodes(slices)[:, self.section.ring]
 
-    def facet_nodes(self, slices: Ints, facet: Ints) -> Floats:
+    def facet_nodes(self, slices: Ints, facet: Ints) -> Ints:
         """Corners (..., 4) of facets (...) between slices (...) and the next ones."""
         corner = np.stack([facet, facet + 1, facet + 1, facet], axis=-1) % self.section.ring.size
         return (slices[..., None] + [0, 0, 1, 1]) * self.section.size + self.section.ring[corner]
 
-    def surface_quads(self, yarn: int) -> Floats:
+    def surface_quads(self, yarn: int) -> Ints:
         """Facets ((slices - 1) angles, 4) of one yarn's lateral surface, layer by layer, normals outward."""
         facets = np.indices((int(np.diff(self.first_slice)[yarn]) - 1, self.section.ring.size))
         return self.facet_nodes(self.first_slice[yarn] + facets[0], facets[1]).reshape(-1, 4)
@@ -277,7 +273,8 @@ class SweptMesh:
         data = {name: dataset[name].to_numpy() for name in names if name != "hexahedra"}
         section = Section(*(data.pop(f"section_{name}") for name in ("points", "quads", "ring")))
         data["radius"] = float(data["radius"])
-        return cls(section=section, pull=dataset["pull"].to_numpy() if "pull" in dataset else None, **data)
+        still = np.zeros((len(data["arc_length"]), 2))
+        return cls(section=section, pull=dataset["pull"].to_numpy() if "pull" in dataset else still, **data)
 
 
 def sweep(

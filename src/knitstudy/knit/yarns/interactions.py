@@ -28,10 +28,10 @@ from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.shared_sections import SolidContact
 from knitstudy.knit.yarns.discretisation import Discretisation, project_on_tube
 from knitstudy.mechanics.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.contact.compliance import moments, polar_rule
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.indentation import Indentation
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.contact.patch_compliance import moments, polar_rule
 from knitstudy.mechanics.model import DRAG
 from knitstudy.mechanics.solid import Penetration
 

@@ -32,11 +32,10 @@ from knitstudy.knit.scene.sections import BeamYarn, Yarn
 from knitstudy.knit.scene.shared_sections import Tie
 from knitstudy.knit.yarns.discretisation import evenly
 from knitstudy.knit.yarns.joints import JointPoints, Joints, contacts_of_crossings
-from knitstudy.mechanics.beams.beam import LinearSprings, Section, SectionLaw
+from knitstudy.mechanics.beams.beam import BeamSection, BeamState, LinearSprings, SectionLaw
 from knitstudy.mechanics.beams.beam_contact import BeamContact
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.curved_rod import CurvedSection
-from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 
 SPINS = range(3, 6)  # components of the rotation among the unknowns of a node
@@ -103,7 +102,7 @@ def section_of(
     """
     if law == "curved" and curvature is not None:
         return CurvedSection(yarn.radius, yarn.youngs_modulus, yarn.poisson_ratio, curvature, pressed=pressed)
-    circle = Section.circular(yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio, count)
+    circle = BeamSection.circular(yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio, count)
     if not isinstance(yarn, BeamYarn):
         return circle
     given = {"EA": yarn.stretching, "EI": yarn.bending, "GJ": yarn.twisting}

@@ -126,7 +126,9 @@ def assemble(
 
     Raises MeshError if an element is folded, a crossing cannot be tied, or yarns overlap.
     """
-    tied = tied_crossings(scene, fabric.crossings) if tied is None else tied
+    if tied is None:
+        edges, direction = scene.value("contact.tied_edges"), scene.value("load.direction")
+        tied = tied_crossings(fabric.crossings, scene.kind.interaction.touches, edges, direction)
     ties = tie_crossings(parts, fabric, tied, scene.tie.radius, scene.yarn.youngs_modulus)
     facets = CrossingFacets.of(fabric.crossings, parts.mesh)
     groups = parts.groups(parts.nodes)

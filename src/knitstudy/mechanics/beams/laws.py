@@ -293,7 +293,7 @@ def _finite_thickness(poisson_ratio: float) -> CubicSpline:
     """Return F over Hertz's by sqrt(delta / R)."""
     from scipy.interpolate import CubicSpline
 
-    from knitstudy.mechanics.contact.patch_compliance import local_compliance
+    from knitstudy.mechanics.contact.compliance import local_compliance
 
     nu = poisson_ratio
     C = [local_compliance(a, nu)[0] - UNIFORM * (1 - nu**2) / a for a in PATCHES]

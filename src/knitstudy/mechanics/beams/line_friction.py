@@ -30,9 +30,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from knitstudy.mechanics.batches import Chosen, by_parts
+from knitstudy.mechanics.beams.beam import BeamState, CommittedPoints, LineHistory
 from knitstudy.mechanics.beams.laws import Repulsion
 from knitstudy.mechanics.beams.pair_search import PointPairs
-from knitstudy.mechanics.beams.state import BeamState, CommittedPoints, LineHistory
 from knitstudy.mechanics.rotation import hat
 
 # Yarns along each other have no closest points: smallest second derivative of r^2 / 2 along them

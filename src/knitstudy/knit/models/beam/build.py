@@ -29,9 +29,9 @@ from knitstudy.knit.models.beam.contact import (
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.yarns.joints import JointPoints, Joints, contacts_of_crossings, patch_stiffness
 from knitstudy.knit.yarns.network import Network, loaded, spatial_network
+from knitstudy.mechanics.beams.beam import BeamState
 from knitstudy.mechanics.beams.beam_contact import NO_LATTICE, BeamContact
 from knitstudy.mechanics.beams.beam_model import BeamModel
-from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.increment import Increment
 
 # Stiffness of springs that hold the even stretch, over that of a typical unknown: that of bending waves of some hundred
@@ -100,7 +100,7 @@ def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
     """Return the beams of a scene; errors as of `build`."""
     crossings, yarn, beam, law = fabric.crossings, scene.yarn, scene.beam, scene.mesh.section_law
     contact = contact_of(scene)
-    tied = tied_crossings(scene, crossings)
+    tied = tied_crossings(crossings, True, scene.contact.tied_edges, scene.load.direction)
     points = JointPoints.at_crossings(crossings, tied)
     joints = Joints.all_tied(len(points.yarn))
     if beam.tie == "pinned":

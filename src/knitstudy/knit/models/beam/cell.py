@@ -26,13 +26,12 @@ from knitstudy.knit.models.beam.contact import STRIDE, YarnContact, contact_of, 
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.yarns.network import RING, section_of, turns
 from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.beams.beam import BeamState, LineHistory
 from knitstudy.mechanics.beams.beam_model import BeamModel
-from knitstudy.mechanics.beams.endless_beams import EndlessBeams, EndlessState
-from knitstudy.mechanics.beams.state import BeamState, LineHistory
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
-from knitstudy.mechanics.periodic import Lattice
+from knitstudy.mechanics.periodic import EndlessBeams, EndlessState, Lattice
 
 HELD = np.arange(3)  # the displacements of the first node: nothing else holds the whole in its place
 

@@ -12,10 +12,10 @@ from knitstudy.knit.models.beam import Beam
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import BeamYarn
 from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.beams.beam import BeamState
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.laws import LAWS, Power, Repulsion
 from knitstudy.mechanics.beams.line_contact import ROUGH, SPACINGS, LineContact
-from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.increment import Increment
 
 # Largest displacement that one correction may make, in finite knits against neighbours, over the diameter

@@ -31,8 +31,7 @@ from knitstudy.knit.yarns.interactions import penalties
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
-from knitstudy.mechanics.elements.hexahedron import InverseMap, shape
-from knitstudy.mechanics.elements.quadratic import EDGES, NODES, quadratic_shape
+from knitstudy.mechanics.elements.hexahedron import EDGES, NODES, InverseMap, quadratic_shape, shape
 from knitstudy.mechanics.materials import material_of
 
 # Shares of an element's volume by its number of nodes; of quadratic ones in proportion to the squares of the functions,

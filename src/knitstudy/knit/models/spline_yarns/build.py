@@ -31,8 +31,8 @@ from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.yarns import solids
 from knitstudy.knit.yarns.discretisation import Discretisation, contact_surfaces, fitted_places
 from knitstudy.mechanics.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.contact.compliance import missing_tie_compliance
 from knitstudy.mechanics.contact.indentation import Indentation, indentation
-from knitstudy.mechanics.contact.patch_compliance import missing_tie_compliance
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import Material, material_of
 from knitstudy.mechanics.rotation import exp, log
