@@ -6,7 +6,7 @@ import pytest
 
 from knitstudy import registry, simulate
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.models.beam import Beam
+from knitstudy.knit.models.beam import BeamSection
 from knitstudy.knit.models.beam.contact import contact_of
 from knitstudy.knit.scene.keys import allowed_values
 from knitstudy.mechanics.beams.laws import LAWS
@@ -35,7 +35,7 @@ def test_a_plugin_adds_a_law_in_one_file(tmp_path, monkeypatch):
     monkeypatch.setattr(registry, "_imported", {})
     monkeypatch.setattr(LAWS, "_entries", dict(LAWS.all()))
     registry.load_plugins(["foam_of_a_test"])
-    assert "foam (a soft power)" in allowed_values(Beam, "section")
+    assert "foam (a soft power)" in allowed_values(BeamSection, "section")
     changes = {"beam.section": "foam", "load.strain": 1e-3, "load.stops": [], "solver.increments": 1}
     scene = load_scene("beam-isotropic-course").vary(changes)
     assert contact_of(scene).law.coefficient == pytest.approx(0.1 * 1.3e9 * 0.9e-3**0.5)

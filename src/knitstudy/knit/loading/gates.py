@@ -41,7 +41,8 @@ def require_sound(
     gates: Any,
     yarn: Yarn,
     stiffness: str = "beam.stiffness",  # keys of the stiffness of contact
-    solver: Any = None,  # of solids
+    hourglass: float = 0.0,  # of solids: coefficients of hourglass stiffness and of viscosity
+    stabilisation: float = 0.0,
     loaded: Callable[[Response], bool] | None = None,  # of solids: whether forces are more than rounding
     # energy of the yarns in a response [J]: of cells that begin at rest, with what they store there
     internal: Callable[[Response], float] = lambda response: response.energy["internal"],
@@ -54,9 +55,9 @@ def require_sound(
     if loaded is not None and increment.load >= FIRST:
         resists = loaded(increment.response)
         if increment.response.energy.get("hourglass") and (resists or stores_work(recorder)):
-            require_small_hourglass(increment, gates.hourglass, solver.hourglass)
+            require_small_hourglass(increment, gates.hourglass, hourglass)
         if resists:
-            require_small_viscosity(increment, gates, solver.stabilisation, recorder.columns["reaction"][-1])
+            require_small_viscosity(increment, gates, stabilisation, recorder.columns["reaction"][-1])
     require_hard_contact(increment, recorder, gates.penalty, stiffness)
     if increment.damped and increment.load >= FIRST:
         what = "viscous flows, which continued where Newton's method made no progress, have dissipated"

@@ -18,7 +18,7 @@ import xarray as xr
 from knitstudy.knit.geometry.columns import HISTORY
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.knit.scene.sections import CellStrain
+from knitstudy.knit.scene.sections import DrawnCellStrain
 from knitstudy.knit.scene.sections import Path as PairPath
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import Chosen
@@ -79,7 +79,7 @@ PRESCRIBED = {"course": (1, 0, 0), "wale": (0, 1, 0), "biaxial": (1, 1, 0), "she
 
 
 def cell_path(
-    load: CellStrain, lengths: Floats, held: Sequence[int] = (), size: int = 3
+    load: DrawnCellStrain, lengths: Floats, held: Ints | Sequence[int] = (), size: int = 3
 ) -> tuple[Motion, PrescribedDisplacement]:
     """Return how the lattice of a cell with edges (3,) [m] moves (`Lattice.lengths`): the last three of the unknowns.
 

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.contacts.facets import Rings
@@ -24,7 +26,8 @@ from knitstudy.mechanics.contact.grids import Grid, circular_chords
 from knitstudy.mechanics.contact.indentation import Indentation
 from knitstudy.mechanics.contact.surface import Surfaces
 from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace
+from knitstudy.mechanics.solid import Penetration
+from knitstudy.mechanics.spline_yarn.space import Sampling, Space, YarnSpace
 
 
 def project_on_tube(
@@ -65,6 +68,16 @@ def yarn_surfaces(mesh: SweptMesh) -> list[Grid]:
 
 
 @dataclass(frozen=True, eq=False)
+class YarnContact:
+    """Law and limits of the contact of yarns that are divided in one way."""
+
+    law: Coulomb | Indentation
+    points: int  # Gauss points along each side of a cell
+    overlap: float  # largest penetration of undeformed yarns [m]
+    penetration: Penetration
+
+
+@dataclass(frozen=True, eq=False)
 class Discretisation:
     """Yarns of a specimen, divided.
 
@@ -86,21 +99,26 @@ class Discretisation:
     ends: Grips  # nodes that are held and driven
     # Nodes (k, a) and weights (k, a) whose sum a material point is, from places (k, 3) [m] in or near yarns (k,)
     locate: Callable[[Floats, Ints], tuple[Ints, Floats]]
+    rings: Rings  # where the edges of the surfaces' cells across lie along the yarns
     size: float  # length h of an element [m]
     # (M, N) nodes of `mesh` as weighted sums of nodes; None where they are the nodes
-    sampling: sp.csr_matrix | None = None
+    sampling: sp.csr_matrix | Sampling | None = None
     # (N, N) nodes as weighted sums of nodes that depend on no others; the identity if None
     dependence: sp.csr_matrix | None = None
     # (E, a) nodes of hexahedra, in the order of `mesh`, where the elements are hexahedra
-    connectivity: Ints | None = None
-    # Where the edges of the surfaces' cells across lie along the yarns, of surfaces in contact
-    rings: Rings | None = None
-    law: Coulomb | Indentation | None = None  # of contact; None where all crossings are tied
+    connectivity: NDArray[np.integer[Any]] | None = None
+    contact: YarnContact | None = None  # None where all crossings are tied
     # Compliance (k, 2) [m/N] of the mean and of the linear moments of a patch that the nodes cannot show, one
     # yarn's alone: from yarns (k,), arc lengths (k,) [m] and the patch's radius [m]. None where refinement
     # shows it all
     missing_compliance: Callable[[Ints, Floats, float], Floats] | None = None
     space: Space | None = None  # of polynomials and splines
+
+    @property
+    def splines(self) -> Space:
+        """Space of polynomials and splines, of yarns that have one."""
+        assert self.space is not None
+        return self.space
 
     def sampled(self, values: Floats) -> Floats:
         """Return values at the nodes of `mesh` (M, ...) from values of the nodes (N, ...)."""
@@ -117,8 +135,8 @@ COARSE = 3.0  # length of cells away from crossings, over that near them
 def contact_surfaces(
     space: Space,
     specimen: Fabric,
-    cell: float = 1.0,  # length of cells near crossings, over the yarn's radius
-    window: float = 0.0,  # distance from a crossing up to which they have it, over the yarn's radius
+    cell: float,  # length of cells near crossings, over the yarn's radius
+    window: float,  # distance from a crossing up to which they have it, over the yarn's radius; 0 if nothing touches
 ) -> tuple[Cylinders, Rings]:
     """Return the surfaces of yarns for contact, and where their rings lie; coarse where nothing touches.
 

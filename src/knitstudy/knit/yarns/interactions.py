@@ -24,16 +24,13 @@ from scipy.spatial import cKDTree
 
 from knitstudy.errors import MeshError
 from knitstudy.knit.geometry.fabric import Fabric
-from knitstudy.knit.scene.scene import Scene
-from knitstudy.knit.scene.shared_sections import SolidContact
-from knitstudy.knit.yarns.discretisation import Discretisation, project_on_tube
+from knitstudy.knit.scene.shared_sections import FacetContact
+from knitstudy.knit.yarns.discretisation import Discretisation, YarnContact, project_on_tube
 from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.contact.compliance import moments, polar_rule
 from knitstudy.mechanics.contact.friction import Coulomb
-from knitstudy.mechanics.contact.indentation import Indentation
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.model import DRAG
-from knitstudy.mechanics.solid import Penetration
 
 
 @dataclass(frozen=True)
@@ -251,11 +248,11 @@ def _require_room(fabric: Fabric, discs: Discs, radius: float) -> None:
         )
     if len(discs.crossing) > 1:
         apart, other = cKDTree(discs.centre).query(discs.centre, k=2)
-        worst = int(np.argmin(apart[:, 1]))
-        if apart[worst, 1] < 2 * discs.radius:
+        closest = int(np.argmin(apart[:, 1]))
+        if apart[closest, 1] < 2 * discs.radius:
             raise MeshError(
-                f"tie.radius is {radius:g} radii, but crossings {discs.crossing[worst]} and "
-                f"{discs.crossing[other[worst, 1]]} lie {apart[worst, 1] / fabric.radius:.3g} radii apart: use "
+                f"tie.radius is {radius:g} radii, but crossings {discs.crossing[closest]} and "
+                f"{discs.crossing[other[closest, 1]]} lie {apart[closest, 1] / fabric.radius:.3g} radii apart: use "
                 "less than half of that"
             )
 
@@ -264,7 +261,7 @@ def _require_room(fabric: Fabric, discs: Discs, radius: float) -> None:
 MARGIN = 0.3
 
 
-def contact_of(yarns: Discretisation, ties: Ties, keys: SolidContact, meets: Bools | None) -> Contact:
+def contact_of(yarns: Discretisation, keys: YarnContact, ties: Ties, meets: Bools | None) -> Contact:
     """Return the contact of those yarns that meet, as `Contact` has it, outside of their ties.
 
     Raises MeshError if yarns overlap before anything moves.
@@ -272,43 +269,19 @@ def contact_of(yarns: Discretisation, ties: Ties, keys: SolidContact, meets: Boo
     return Contact(
         yarns.nodes,
         yarns.surfaces,
-        yarns.law,
+        keys.law,
         meets=meets,
         free=ties.free,
         points=keys.points,
         margin=MARGIN * yarns.mesh.radius,
-        overlap=keys.penetration * yarns.size,
+        overlap=keys.overlap,
     )
 
 
-def penalties(scene: Scene, size: float) -> Coulomb:
-    """Return stiffnesses as ratios to E / h (Table 1), h = `size` [m], with no slip at all where contact is rough."""
-    unit = scene.yarn.youngs_modulus / size
-    return Coulomb(
-        normal=scene.contact.normal_stiffness * unit,
-        tangential=scene.contact.tangential_stiffness * unit,
-        friction=scene.kind.interaction.friction(scene.contact),
-    )
-
-
-# Depth up to which the parabola beyond the tables of the law serves, over theirs: jerseys at 30 % wale strain carry the
-# same within 0.01 % with tables of degree 3, at 1.8 times their depth, and of degree 4, at 2.5 times theirs
-FURTHER = 2.5
-
-
-def penetration_of(law: Coulomb | Indentation, keys: SolidContact, size: float) -> Penetration:
-    """Return the penetration limit of a law between yarns with elements of a size [m]."""
-    if isinstance(law, Indentation):
-        return Penetration(
-            FURTHER * law.end,
-            remedy="the law of indentation is not verified beyond: use a smaller load, a smaller "
-            "mesh.crossing_degree, or hexahedra",
-        )
-    return Penetration(
-        keys.penetration * size,
-        keys.augmentations,
-        "Use a larger contact.normal_stiffness or contact.augmentations",
-    )
+def penalties(keys: FacetContact, youngs_modulus: float, friction: float, size: float) -> Coulomb:
+    """Return stiffnesses as ratios to E / h (Table 1), h = `size` [m]; no slip at all with infinite friction."""
+    unit = youngs_modulus / size
+    return Coulomb(keys.normal_stiffness * unit, keys.tangential_stiffness * unit, friction)
 
 
 def drag_of(yarns: Discretisation, fixed: Ints, volume: Floats, youngs_modulus: float) -> Floats | None:

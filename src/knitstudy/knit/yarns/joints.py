@@ -17,6 +17,7 @@ from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.spline import Centreline
 from knitstudy.knit.scene.sections import Yarn
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.contact.compliance import local_compliance
 
 # The normal of a contact (section 2.5): "a contact normal vector was defined in the direction of the resultant contact
@@ -38,7 +39,7 @@ NORMALS = {
 }
 
 
-def contact_normals(contacts: xr.Dataset, reading: str = MAIN) -> np.ndarray:
+def contact_normals(contacts: xr.Dataset, reading: str = MAIN) -> Floats:
     """Return unit normals (K, 3) by a reading of `NORMALS`, at the last increment.
 
     Contacts without a force have the line of the closest points, and so do contacts that geometry alone predicts.
@@ -58,7 +59,7 @@ def contact_normals(contacts: xr.Dataset, reading: str = MAIN) -> np.ndarray:
     return normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
 
-def partners(contacts: xr.Dataset) -> np.ndarray:
+def partners(contacts: xr.Dataset) -> Ints:
     """Return the other contact (K,) on the side of the interlock of every contact.
 
     Raises GeometryError if a contact has none.
@@ -92,14 +93,14 @@ SAMPLES = 40  # intervals of the search for the cut, over a diameter to either s
 class JointPoints:
     """Where two yarns touch and where their centrelines belong to that touch, for K crossings."""
 
-    yarn: np.ndarray  # (K, 2) the lower row's yarn and the upper row's yarn
-    arc_length: np.ndarray  # (K, 2) of the points C on their centrelines [m]
-    point: np.ndarray  # (K, 2, 3) the points C [m]
-    centroid: np.ndarray  # (K, 3) the points P [m]
-    off_plane: np.ndarray  # (K, 2) distance of the points C from their contact normal plane [m]
+    yarn: Ints  # (K, 2) the lower row's yarn and the upper row's yarn
+    arc_length: Floats  # (K, 2) of the points C on their centrelines [m]
+    point: Floats  # (K, 2, 3) the points C [m]
+    centroid: Floats  # (K, 3) the points P [m]
+    off_plane: Floats  # (K, 2) distance of the points C from their contact normal plane [m]
 
     @classmethod
-    def at_crossings(cls, crossings: Crossings, chosen: np.ndarray) -> JointPoints:
+    def at_crossings(cls, crossings: Crossings, chosen: Bools) -> JointPoints:
         """Return the closest points of chosen crossings as C, and their middles as P."""
         some = crossings[chosen]
         off = np.zeros(some.yarn.shape)
@@ -124,7 +125,7 @@ def joint_points(fabric: Fabric, contacts: xr.Dataset, reading: str = MAIN) -> J
     return JointPoints(yarn, arc_length, point, centroid, off)
 
 
-def contact_normal_planes(contacts: xr.Dataset, reading: str = MAIN) -> np.ndarray:
+def contact_normal_planes(contacts: xr.Dataset, reading: str = MAIN) -> Floats:
     """Return the unit normals (K, 3) of the contact normal planes, which hold P1, P2 and the contact normal.
 
     They are nan where the contact normal lies along the line P1 P2.
@@ -136,16 +137,14 @@ def contact_normal_planes(contacts: xr.Dataset, reading: str = MAIN) -> np.ndarr
     return across / np.where(sine > 1e-3, sine, np.nan)
 
 
-def _cut(
-    centreline: Centreline, start: np.ndarray, plane: np.ndarray, centroid: np.ndarray, reach: float
-) -> np.ndarray:
+def _cut(centreline: Centreline, start: Floats, plane: Floats, centroid: Floats, reach: float) -> Floats:
     """Return the arc lengths (k,) nearest to `start` where a centreline cuts planes (k, 3) through centroids (k, 3).
 
     They are `start` where it does not do so within a `reach` [m], or a plane is nan.
     """
     curve = centreline.curve
 
-    def height(u: np.ndarray, *plane_and_level: np.ndarray) -> np.ndarray:
+    def height(u: Floats, *plane_and_level: Floats) -> Floats:
         """Return the heights of the curve over the planes."""
         *across, level = plane_and_level
         return np.einsum("ki,ki->k", curve.value(u), np.column_stack(across)) - level
@@ -153,7 +152,8 @@ def _cut(
     level = np.einsum("ki,ki->k", plane, centroid)
     # In the curve's own parameter u, whose unit is a segment: arc lengths would be inverted at every point.
     limits = np.clip(start + np.array([[-reach], [reach]]), 0.0, centreline.length)
-    u = np.linspace(*centreline.parameter(limits), SAMPLES + 1, axis=1)
+    low, high = centreline.parameter(limits)
+    u = np.linspace(low, high, SAMPLES + 1, axis=1)
     above = np.einsum("kqi,ki->kq", curve.value(u), plane) > level[:, None]
     changes = above[:, 1:] != above[:, :-1]
     middle = centreline.arc_length(0.5 * (u[:, 1:] + u[:, :-1]))
@@ -194,7 +194,7 @@ def contacts_of_crossings(fabric: Fabric, tied: float = 0.0) -> xr.Dataset:
 SMALLEST, LARGEST = 0.1, 0.6
 
 
-def patch_stiffness(fabric: Fabric, points: JointPoints, contacts: xr.Dataset, yarn: Yarn) -> np.ndarray:
+def patch_stiffness(fabric: Fabric, points: JointPoints, contacts: xr.Dataset, yarn: Yarn) -> Floats:
     """Return the stiffness matrices (K, 3, 3) [N/m] of the tied patches of all crossings.
 
     Tied areas are alike in size: their mean is taken. The two yarns yield one after the other, each along the contact
@@ -227,20 +227,20 @@ def patch_stiffness(fabric: Fabric, points: JointPoints, contacts: xr.Dataset, y
 class Joints:
     """Joints of K crossings; a crossing without a spring that is not open is tied."""
 
-    open: np.ndarray  # (K,) crossings without a joint
-    stiffness: np.ndarray  # (K, 3, 3) symmetric matrices of the springs [N/m]; nan where there is none
+    open: Bools  # (K,) crossings without a joint
+    stiffness: Floats  # (K, 3, 3) symmetric matrices of the springs [N/m]; nan where there is none
 
     @property
-    def sprung(self) -> np.ndarray:
+    def sprung(self) -> Bools:
         """Crossings with a spring (K,)."""
         return np.isfinite(self.stiffness[:, 0, 0])
 
     @property
-    def tied(self) -> np.ndarray:
+    def tied(self) -> Bools:
         """Crossings that are tied (K,)."""
         return ~self.sprung & ~self.open
 
-    def pinned(self, stiffness: float | np.ndarray) -> Joints:
+    def pinned(self, stiffness: float | Floats) -> Joints:
         """Return these joints with pins for ties: they hold the two points together and leave sections free to turn.
 
         The stiffness of the pins is the same in all directions, or a matrix (3, 3) each [N/m].
@@ -284,7 +284,7 @@ AXES = {
 STEEP = 0.1  # length of that projection below which the wale direction is projected instead
 
 
-def spring_axes(normal: np.ndarray, axes: str) -> np.ndarray:
+def spring_axes(normal: Floats, axes: str) -> Floats:
     """Return the unit vectors x, y and z (K, 3, 3) of springs at contacts with normals (K, 3).
 
     Examples
@@ -307,20 +307,20 @@ def spring_axes(normal: np.ndarray, axes: str) -> np.ndarray:
 class Springs:
     """Secants of K crossings along x, y and z; nan where there is none."""
 
-    axes: np.ndarray  # (K, 3, 3) unit vectors x, y and z
-    tied: np.ndarray  # (K,) crossings that are tied instead
-    open: np.ndarray  # (K,) crossings that are neither tied nor in contact at the last increment
-    force: np.ndarray  # (K, 3) net force on the lower row's yarn at the last increment, along the axes [N]
+    axes: Floats  # (K, 3, 3) unit vectors x, y and z
+    tied: Bools  # (K,) crossings that are tied instead
+    open: Bools  # (K,) crossings that are neither tied nor in contact at the last increment
+    force: Floats  # (K, 3) net force on the lower row's yarn at the last increment, along the axes [N]
     # (K, 3) of the upper row's side to the lower row's since first contact, along them [m]
-    displacement: np.ndarray
+    displacement: Floats
 
     @property
-    def stiffness(self) -> np.ndarray:
+    def stiffness(self) -> Floats:
         """Secants (K, 3) [N/m]; nan as well where the displacement along an axis is zero."""
         return self.force / np.where(self.displacement == 0, np.nan, self.displacement)
 
     @property
-    def averaged(self) -> np.ndarray:
+    def averaged(self) -> Floats:
         """The stiffness (3,) [N/m] of all crossings that comes nearest to their forces."""
         return _nearest(self.force, self.displacement, axis=0)
 
@@ -330,27 +330,27 @@ class Springs:
         return float(_nearest(self.force[:, :2], self.displacement[:, :2]))
 
     @property
-    def bridged(self) -> np.ndarray:
+    def bridged(self) -> Bools:
         """Crossings (K,) in contact without a tie."""
         return ~self.tied & ~self.open
 
     @property
-    def used(self) -> np.ndarray:
+    def used(self) -> Ints:
         """Number (3,) of crossings with a secant."""
         return np.isfinite(self.stiffness).sum(axis=0)
 
     @property
-    def negative(self) -> np.ndarray:
+    def negative(self) -> Ints:
         """Number (3,) of crossings whose secant is negative."""
         return (self.stiffness < 0).sum(axis=0)
 
     @property
-    def undefined(self) -> np.ndarray:
+    def undefined(self) -> Ints:
         """Number (3,) of crossings in contact without a secant."""
         return np.count_nonzero(self.bridged) - self.used
 
 
-def _nearest(force: np.ndarray, displacement: np.ndarray, axis: int | None = None) -> np.ndarray:
+def _nearest(force: Floats, displacement: Floats, axis: int | None = None) -> Floats:
     """Return the stiffness nearest to forces by least squares; nan where nothing is in contact."""
     with np.errstate(invalid="ignore"):
         return np.nansum(force * displacement, axis) / np.nansum(displacement**2, axis)

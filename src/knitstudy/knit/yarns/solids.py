@@ -25,12 +25,12 @@ from knitstudy.knit.loading.history import Motion, Stations, load_path
 from knitstudy.knit.loading.solve import Check, Problem, Reported, settings_of
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.scene.shared_sections import Tie
 from knitstudy.knit.yarns.discretisation import Discretisation
 from knitstudy.knit.yarns.interactions import (
     Ties,
     contact_of,
     drag_of,
-    penetration_of,
     tie_crossings,
 )
 from knitstudy.mechanics.arrays import Bools, Floats, Ints
@@ -74,9 +74,9 @@ class SolidYarns:
 
     def attributes(self) -> dict[str, float]:
         """Return the attributes of a history for ties and contact."""
-        attributes = self.ties.attributes()
-        if self.touches:
-            contact, limit = self.model.contact, self.model.penetration.limit
+        attributes, contact = self.ties.attributes(), self.model.contact
+        if contact is not None:
+            limit = self.model.penetration.limit
             attributes |= {"facets_around": int(contact.surfaces.cells[0, 1]), **contact.law.attributes()}
             attributes |= {"friction": contact.law.friction, "penetration_limit": limit}
         return attributes
@@ -91,14 +91,14 @@ class SolidYarns:
         moved = self.model.node_displacement(state)
         displacement = parts.sampled(moved)
         force = self.ties.resultants(moved)
-        contact, points = {}, {}
-        if self.touches:
+        touching, points, contact = {}, {}, self.model.contact
+        if contact is not None:
             near = self.model.contact_points(state)
-            points = touching_points(self.model.contact, near, facets, parts.rings)
+            points = touching_points(contact, near, facets, parts.rings)
             force += crossing_forces(points, len(force))
-            gap = self.model.contact.smallest_gap(near)
+            gap = contact.smallest_gap(near)
             # Where nothing is near there is no gap.
-            contact = {
+            touching = {
                 "smallest_gap": gap if np.isfinite(gap) else np.nan,
                 "augmentations": state.augmentations,
             }
@@ -110,11 +110,12 @@ class SolidYarns:
             "section_gradient": sections.gradient,
             "section_displacement": sections.displacement,
         }
-        return columns | contact, points
+        return columns | touching, points
 
 
 def assemble(
     scene: Scene,
+    tie: Tie,
     fabric: Fabric,
     parts: Discretisation,
     tied: Bools | None = None,  # (K,) crossings that are tied; by default as the scene says
@@ -129,7 +130,7 @@ def assemble(
     if tied is None:
         edges, direction = scene.value("contact.tied_edges"), scene.value("load.direction")
         tied = tied_crossings(fabric.crossings, scene.kind.interaction.touches, edges, direction)
-    ties = tie_crossings(parts, fabric, tied, scene.tie.radius, scene.yarn.youngs_modulus)
+    ties = tie_crossings(parts, fabric, tied, tie.radius, scene.yarn.youngs_modulus)
     facets = CrossingFacets.of(fabric.crossings, parts.mesh)
     groups = parts.groups(parts.nodes)
     volume = parts.volume(groups)
@@ -141,15 +142,15 @@ def assemble(
         own = volume if spread is None else spread.T @ volume
         stabilisation = Stabilisation.of(viscosity, scene.yarn.youngs_modulus, parts.size, own)
     solids = (parts.nodes, groups, parts.size, spread, stabilisation, ties.links)
-    if parts.law is None:
+    if parts.contact is None:
         return SolidYarns(parts, SolidModel(*solids), ties, facets, retained)
     # A driven grip that is free across the load holds no yarn.
     grips = [parts.ends.held] + [parts.ends.driven] * (scene.load.lateral == "fixed")
     fixed = np.concatenate([*grips, ties.joined])
     model = SolidModel(
         *solids,
-        contact=contact_of(parts, ties, scene.contact, meets),
-        penetration=penetration_of(parts.law, scene.contact, parts.size),
+        contact=contact_of(parts, parts.contact, ties, meets),
+        penetration=parts.contact.penetration,
         drag=None if viscosity else drag_of(parts, fixed, volume, scene.yarn.youngs_modulus),
     )
     return SolidYarns(parts, model, ties, facets, retained)
@@ -161,12 +162,12 @@ def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns) -> Problem:
     motion = load_path(scene, fabric)
     prescribed, driven = _prescribed(yarns, motion, scene.load.lateral)
     # No correction may exceed the distance within which contact is searched.
-    stride = model.contact.margin if yarns.touches else np.inf
+    stride = np.inf if model.contact is None else model.contact.margin
     return Problem(
         scene=scene,
         model=model,
         prescribed=prescribed,
-        solver=linear_solver(scene.solver.linear, yarns, prescribed),
+        solver=linear_solver(scene.value("solver.linear"), yarns, prescribed),
         settings=settings_of(scene.solver, yarns.touches, stride),
         motion=motion,
         driven=driven,
@@ -182,8 +183,15 @@ def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns) -> Problem:
 def sound(scene: Scene, model: SolidModel) -> Check:
     """Return the check of increments of solid yarns by the gates of a scene."""
     penalties = "contact.normal_stiffness and tangential_stiffness"
-    sections = {"gates": scene.gates, "yarn": scene.yarn, "solver": scene.solver}
-    return partial(require_sound, stiffness=penalties, loaded=model.loaded, **sections)
+    return partial(
+        require_sound,
+        gates=scene.gates,
+        yarn=scene.yarn,
+        stiffness=penalties,
+        hourglass=scene.value("solver.hourglass") or 0.0,
+        stabilisation=scene.value("solver.stabilisation") or 0.0,
+        loaded=model.loaded,
+    )
 
 
 def stations_of(mesh: SweptMesh) -> Stations:

@@ -290,8 +290,7 @@ def same_knit(scene: Scene) -> str:
 def endless(scene: Scene) -> Scene:
     """Return a cell of the endless fabric of the same loops under the same strain."""
     size = {"pattern.loops": 1, "pattern.rows": 1, "load.deformation": scene.load.direction, "outputs": []}
-    tied = {"contact.tied_edges": "none"} if scene.kind.interaction.touches else {}
-    return scene.vary({"specimen": "cell", "fidelity": ANY} | size | tied)
+    return scene.vary({"specimen": "cell", "fidelity": ANY} | size)
 
 
 def _others(scene: Scene) -> dict[str, Any]:

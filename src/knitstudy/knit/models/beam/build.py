@@ -18,6 +18,7 @@ from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.loading.history import Recorder
 from knitstudy.knit.loading.solve import Problem, Reported, settings_of
+from knitstudy.knit.models.beam import Beams, CellOfBeams
 from knitstudy.knit.models.beam import cell as endless_beams
 from knitstudy.knit.models.beam.contact import (
     STRIDE,
@@ -26,13 +27,13 @@ from knitstudy.knit.models.beam.contact import (
     nearest_crossing,
     require_verified_contact,
 )
-from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.yarns.joints import JointPoints, Joints, contacts_of_crossings, patch_stiffness
 from knitstudy.knit.yarns.network import Network, loaded, spatial_network
+from knitstudy.mechanics.arrays import Bools, Floats
 from knitstudy.mechanics.beams.beam import BeamState
 from knitstudy.mechanics.beams.beam_contact import NO_LATTICE, BeamContact
 from knitstudy.mechanics.beams.beam_model import BeamModel
-from knitstudy.mechanics.increment import Increment
+from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 
 # Stiffness of springs that hold the even stretch, over that of a typical unknown: that of bending waves of some hundred
 # elements, a few loops
@@ -45,8 +46,9 @@ class BeamKnit:
 
     network: Network
     model: BeamModel
-    contact: YarnContact
-    tied: np.ndarray  # (K,) crossings that are joined
+    contact: BeamContact
+    law: YarnContact
+    tied: Bools  # (K,) crossings that are joined
     # Yarns without ties: the internal force at a tied station equals the force of the tie and of contact there
     apart: BeamModel
     crossings: Crossings
@@ -70,12 +72,13 @@ class BeamKnit:
         }
         return columns, {}
 
-    def at_crossings(self, state: BeamState) -> dict[str, np.ndarray]:
+    def at_crossings(self, state: BeamState) -> dict[str, Floats]:
         """Return forces, displacements, gaps and slip at crossings, as columns of the history.
 
         All that is of contact has been committed with the state.
         """
-        contact, tied, past = self.model.contact, self.tied, state.contact
+        contact, tied, past = self.contact, self.tied, state.contact
+        assert past is not None  # of a model in contact
         places, force = contact.places(state), past.force.copy()
         station_force = self.apart.respond(places, stiffness=False).force.reshape(-1, 6)[:, :3]
         force[tied] += (station_force + past.on_stations)[self._lower]
@@ -91,12 +94,12 @@ class BeamKnit:
 
     def require_verified_contact(self, limit: float, increment: Increment, recorder: Recorder) -> None:
         """Refuse a state beyond the verified law of contact; raises as `require_verified_law`."""
-        contact, internal = self.model.contact, increment.response.energy["internal"]
+        contact, internal = self.contact, increment.response.energy["internal"]
         points = contact.at_points(increment.state)
         require_verified_contact(limit, increment, contact.line, points, NO_LATTICE, internal)
 
 
-def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
+def beam_knit(scene: Beams, fabric: Fabric) -> BeamKnit:
     """Return the beams of a scene; errors as of `build`."""
     crossings, yarn, beam, law = fabric.crossings, scene.yarn, scene.beam, scene.mesh.section_law
     contact = contact_of(scene)
@@ -123,28 +126,30 @@ def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
     touching = BeamContact(*line, *carriers, crossings.yarn, crossings.arc_length)
     elements = np.column_stack([first, first + 1])
     apart = BeamModel(stations.position, elements, beams.section(yarn, law), yarn.radius)
-    return BeamKnit(beams, beams.model(yarn, law, touching), contact, tied, apart, crossings)
+    return BeamKnit(beams, beams.model(yarn, law, touching), touching, contact, tied, apart, crossings)
 
 
-def even_stretch(problem: Problem, load: float, target: float) -> np.ndarray | None:
+def even_stretch(
+    prescribed: PrescribedDisplacement, model: BeamModel, load: float, target: float
+) -> Floats | None:
     """Return the first guess (size,) of the first increment, which ends at a load factor `target`; None for later ones.
 
     The knit as a whole is stretched evenly. Loops hang loose before they touch: the tangent at rest would take them
     through each other.
     """
-    return problem.prescribed.affine(problem.model.nodes, problem.model.block, target) if load == 0 else None
+    return prescribed.affine(model.nodes, model.block, target) if load == 0 else None
 
 
-def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Problem:
+def build(scene: Beams | CellOfBeams, fabric: Fabric, rest: xr.Dataset | None = None) -> Problem:
     """Return a scene with beams in contact as a problem; a cell of an endless fabric may begin with a shape at rest.
 
     Raises DataFileError if ties yield and no compliance is known for their size; GeometryError if two ties of a yarn
     coincide, or a yarn has too few nodes for a smooth centreline.
     """
-    if len(fabric.periods):
+    if isinstance(scene, CellOfBeams):
         return endless_beams.build(scene, fabric, rest)
     beams = beam_knit(scene, fabric)
-    line = beams.model.contact.line
+    line = beams.contact.line
     problem = loaded(
         scene,
         fabric,
@@ -159,9 +164,9 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
         attributes={
             "beam_section": scene.beam.section,
             "beam_ties": scene.beam.tie,
-            "contact_stick_share": beams.contact.law.share,
+            "contact_stick_share": beams.law.law.share,
             "contact_points": len(line.yarn),
-            **beams.contact.attributes(line.repulsion.onset),
+            **beams.law.attributes(line.repulsion.onset),
         },
     )
-    return replace(problem, guide=lambda report: partial(even_stretch, problem))
+    return replace(problem, guide=lambda report: partial(even_stretch, problem.prescribed, beams.model))

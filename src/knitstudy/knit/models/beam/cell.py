@@ -22,8 +22,8 @@ from knitstudy.knit.loading.history import Recorder, Stations, cell_path
 from knitstudy.knit.loading.overlap import Repeats
 from knitstudy.knit.loading.run import IN_MEMORY, Run
 from knitstudy.knit.loading.solve import Problem, Reported, settings_of
+from knitstudy.knit.models.beam import CellOfBeams
 from knitstudy.knit.models.beam.contact import STRIDE, YarnContact, contact_of, require_verified_contact
-from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.yarns.network import RING, section_of, turns
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.beam import BeamState, LineHistory
@@ -33,7 +33,7 @@ from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.periodic import EndlessBeams, EndlessState, Lattice
 
-HELD = np.arange(3)  # the displacements of the first node: nothing else holds the whole in its place
+HELD: Ints = np.arange(3)  # the displacements of the first node: nothing else holds the whole in its place
 
 # Variables of a shape at rest that do not follow from it: fields of `LineHistory`
 KEPT = {"touching": "key", "touching_friction": "traction", "touching_stored": "stored"}
@@ -125,7 +125,7 @@ class BeamCell:
         )
 
 
-def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Problem:
+def build(scene: CellOfBeams, fabric: Fabric, rest: xr.Dataset | None = None) -> Problem:
     """Return the cell of a scene as a problem, from a shape at rest if one is given.
 
     Raises ConfigurationError if the scene starts from a shape that is not given; MeshError if beams are too long for
@@ -136,11 +136,11 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
         raise ConfigurationError(
             f"load.start of scene {scene.name} is {scene.load.start}, but {given} is given of shapes at rest"
         )
-    rows, contact = divided(fabric, scene.metres("mesh.beam_size")), contact_of(scene)
+    rows, contact = divided(fabric, scene.mesh.beam_size * scene.yarn.radius), contact_of(scene)
     require_fine_beams(scene.gates.polygon, scene.mesh.beam_size, rows.polygon)
     settings = settings_of(scene.solver, touches=True, stride=STRIDE * scene.yarn.diameter)
     vectors = fabric.periods if rest is None else rest["lattice_vectors"].to_numpy()
-    model = _model(rows, Lattice(vectors), contact, scene.mesh.section_law)
+    model = _model(rows, Lattice(vectors), contact, scene.mesh.section_law, scene.yarn.set)
     if rest is None:  # drawn yarns may touch
         held, what = np.append(HELD, model.lattice_unknowns), f"the drawn cell of scene {scene.name}"
         model = model.starting_at(_balanced(what, model, held, replace(settings, increments=1)).state)
@@ -173,7 +173,7 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
     )
 
 
-def relax(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dataset:
+def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dataset:
     """Return the shape in which no force acts on the edges of the cell, and the friction that holds it there.
 
     A `run` reports its progress, and has no restart file.
@@ -184,20 +184,23 @@ def relax(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Datase
     Raises ConvergenceError if there is no way to rest; other errors as of `build`.
     """
     fabric = fabric_of(geometry)
-    rows, contact = divided(fabric, scene.metres("mesh.beam_size")), contact_of(scene)
-    lattice, law, of = Lattice(fabric.periods), scene.mesh.section_law, f"of scene {scene.name}"
-    model = _model(rows, lattice, contact, law, drawn_for=2 * fabric.radius)
+    rows, contact = divided(fabric, scene.mesh.beam_size * scene.yarn.radius), contact_of(scene)
+    lattice, of = Lattice(fabric.periods), f"of scene {scene.name}"
+    law, share = scene.mesh.section_law, scene.yarn.set
+    model = _model(rows, lattice, contact, law, share, drawn_for=2 * fabric.radius)
     settings = settings_of(scene.solver, touches=True, stride=STRIDE * scene.yarn.diameter)
     # Yarns that did not touch have come far in an increment for nothing: the next one begins where they are.
     settings = replace(settings, predictor=0, increments=RELAXATION, waste=WASTE, remedy=NEARER)
     loosened = contact.friction and scene.load.start == "rest"
     ways = 2 if loosened else 1
-    last = _balanced(f"the way to rest {of}", model, HELD, settings, lambda load: run.progress(load / ways))
+    last = _balanced(
+        f"the way to rest {of}", model, HELD, settings, lambda load: run.progress(load / ways, "")
+    )
     if loosened:
-        free = _model(rows, lattice, replace(contact, friction=0.0), law)
+        free = _model(rows, lattice, replace(contact, friction=0.0), law, share)
         free = free.starting_at(replace(last.state, contact=LineHistory.none()))
         what = f"the rest without friction {of}"
-        last = _balanced(what, free, HELD, settings, lambda load: run.progress((1 + load) / ways))
+        last = _balanced(what, free, HELD, settings, lambda load: run.progress((1 + load) / ways, ""))
     state = last.state
     vectors, kept = model.vectors(state), state.contact
     values = {
@@ -248,11 +251,12 @@ def _model(
     lattice: Lattice,
     contact: YarnContact,
     section_law: str,
+    share: float,  # of the curvature of the drawn loop that is free of stress
     drawn_for: float | None = None,  # diameter with which a way to rest begins [m]
 ) -> EndlessBeams:
     """Return the beams of the rows and their contact."""
     yarn, stations = contact.yarn, rows.stations
-    natural = (yarn.set - 1.0) * rows.curvature if yarn.set != 1 else 0.0
+    natural = (share - 1.0) * rows.curvature if share != 1 else 0.0
     section = section_of(yarn, section_law, rows.curvature, pressed=contact.pressed)
     inner = BeamModel(rows.nodes, rows.ends, section, yarn.radius, natural=natural)
     line = contact.along(stations.yarn, stations.arc_length, rows.period)

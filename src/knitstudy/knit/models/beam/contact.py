@@ -8,8 +8,7 @@ import numpy as np
 
 from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.loading.gates import require_stiff_contact, require_verified_law
-from knitstudy.knit.models.beam import Beam
-from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.models.beam import Beams, BeamSection, CellOfBeams
 from knitstudy.knit.scene.sections import BeamYarn
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.beam import BeamState
@@ -37,7 +36,7 @@ class YarnContact:
     friction: float  # inf: no slip
 
     @classmethod
-    def of(cls, yarn: BeamYarn, beam: Beam, friction: float) -> YarnContact:
+    def of(cls, yarn: BeamYarn, beam: BeamSection, friction: float) -> YarnContact:
         """Return contact by ``yarn.pressing`` where it is set, else by ``beam.section``.
 
         Raises MeshError if a penalty is softer than the yarns.
@@ -95,9 +94,9 @@ class YarnContact:
         return known | {"friction": self.friction}
 
 
-def contact_of(scene: Scene) -> YarnContact:
+def contact_of(scene: Beams | CellOfBeams) -> YarnContact:
     """Return the contact of the yarns of a scene."""
-    return YarnContact.of(scene.yarn, scene.beam, scene.kind.interaction.friction(scene.contact))
+    return YarnContact.of(scene.yarn, scene.beam, scene.friction)
 
 
 def joined(points: ContactPoints, tied: Crossings, reach: float) -> Ints:

@@ -24,7 +24,7 @@ from knitstudy.knit.loading.overlap import Repeats
 from knitstudy.knit.loading.solve import Problem, Reported, settings_of
 from knitstudy.knit.mesh.mesher import Grips
 from knitstudy.knit.mesh.sweep import rotation_minimising
-from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.models.spline_yarns import CellOfSplineYarns, TiedCellOfSplineYarns
 from knitstudy.knit.yarns import solids
 from knitstudy.knit.yarns.discretisation import Discretisation, fitted_places
 from knitstudy.knit.yarns.solids import SolidYarns
@@ -38,13 +38,15 @@ from knitstudy.mechanics.spline_yarn.span import span_groups
 
 # The first node is held: without it all of a cell could move freely. The first that repeats itself is the first of all.
 HELD = np.zeros(1, dtype=np.int64)
-FIXED = np.arange(3)  # its unknowns
+FIXED: Ints = np.arange(3)  # its unknowns
 
 FARTHEST = 3  # periods up to which images of rows are looked for
 SAMPLES = 200  # places along a yarn at which its extent is taken
 
 
-def problem(scene: Scene, fabric: Fabric, parts: Discretisation) -> Problem:
+def problem(
+    scene: TiedCellOfSplineYarns | CellOfSplineYarns, fabric: Fabric, parts: Discretisation
+) -> Problem:
     """Return a scene whose fabric is endless as a problem, from its discretisation (`spline_yarns`).
 
     The driven side is the lattice: its displacement along x, y and in shear is the strain times the edge of the cell,
@@ -114,15 +116,15 @@ class Cell:
         return {f"{name}_stiffness": part for name, part in parts.items()}
 
 
-def assemble(scene: Scene, fabric: Fabric, parts: Discretisation) -> Cell:
+def assemble(scene: TiedCellOfSplineYarns | CellOfSplineYarns, fabric: Fabric, parts: Discretisation) -> Cell:
     """Return the cell of a scene; errors as of `problem`."""
     # Two images touch as the yarns do that they are images of.
-    row = np.arange(len(parts.space.yarns)) < rows_of(fabric)
+    row = np.arange(len(parts.splines.yarns)) < rows_of(fabric)
     # Elements leave out images, which ties and contact reach: an explicit identity makes room for those.
     every = sp.identity(len(parts.nodes), format="csr")
-    yarns = solids.assemble(scene, fabric, parts, spread=every, meets=row[:, None] | row)
-    rows, lattice = _wrapped(parts.space, fabric)
-    spread, jumps = periodic_map(parts.space, rows, lattice, parts.nodes)
+    yarns = solids.assemble(scene, scene.tie, fabric, parts, spread=every, meets=row[:, None] | row)
+    rows, lattice = _wrapped(parts.splines, fabric)
+    spread, jumps = periodic_map(parts.splines, rows, lattice, parts.nodes)
     stretch = sp.csr_matrix(jumps[:, :3] / lattice.lengths)
     model = PeriodicModel(yarns.model, sp.csr_matrix(sp.hstack([spread, stretch])))
     return Cell(yarns, model, spread, jumps, lattice)
@@ -160,7 +162,7 @@ def wrapped_nodes(space: Space, fabric: Fabric) -> Floats:
 
 def without_images(parts: Discretisation, fabric: Fabric, material: Material) -> Discretisation:
     """Return yarns of which rows alone have elements; one node is held and none is driven."""
-    rows = Space(parts.space.yarns[: rows_of(fabric)])
+    rows = Space(parts.splines.yarns[: rows_of(fabric)])
     return replace(
         parts,
         groups=lambda nodes: span_groups(rows, nodes[: rows.size], material),
@@ -169,7 +171,7 @@ def without_images(parts: Discretisation, fabric: Fabric, material: Material) ->
     )
 
 
-def _volume(every: Callable, rows: Space, groups: tuple[ElementGroup, ...]) -> Floats:
+def _volume(every: Callable[..., Floats], rows: Space, groups: tuple[ElementGroup, ...]) -> Floats:
     """Return the volume (N,) of every node [m3], of the image above the rows as of the first yarn."""
     total, first = every(groups), rows.yarns[0].size
     total[rows.size : rows.size + first] = total[:first]
