@@ -27,8 +27,8 @@ from knitstudy.knit.mesh.section import Section
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.models.hexahedra import HexahedralScene
 from knitstudy.knit.models.hexahedra.build import divide
+from knitstudy.knit.models.spline_yarns import SplineScene
 from knitstudy.knit.models.spline_yarns.build import undeformed_yarns
-from knitstudy.knit.scene.scene import Scene
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import VOIGT, Material, axes_along, material_of
@@ -62,7 +62,7 @@ EXTENTS = {
 
 
 def hexahedral_cell_stress(
-    scene: Scene, mesh: SweptMesh, specimen: Fabric, displacement: Floats
+    scene: HexahedralScene, mesh: SweptMesh, specimen: Fabric, displacement: Floats
 ) -> CellStress:
     """Return the stress in every element from the displacement (N, 3) of the nodes [m]."""
     parts = divide(scene, mesh, specimen)
@@ -90,7 +90,7 @@ def _stress_integral(group: ElementGroup, nodes: Floats, displacement: Floats) -
     return 0.5 * (integral + np.swapaxes(integral, 1, 2))  # symmetric but for rounding
 
 
-def undeformed_splines(scene: Scene, specimen: Fabric, displacement: Floats) -> tuple[Space, Floats]:
+def undeformed_splines(scene: SplineScene, specimen: Fabric, displacement: Floats) -> tuple[Space, Floats]:
     """Return the space of a scene's spline yarns and their undeformed nodes (N, 3) [m].
 
     Raises DataFileError if coefficients of a displacement belong to another discretisation.
@@ -119,7 +119,9 @@ def stressed_points(
     return place, displacement, slope, gradient, stress
 
 
-def spline_cell_stress(scene: Scene, mesh: SweptMesh, specimen: Fabric, displacement: Floats) -> CellStress:
+def spline_cell_stress(
+    scene: SplineScene, mesh: SweptMesh, specimen: Fabric, displacement: Floats
+) -> CellStress:
     """Return the stress in every cell from the coefficients (N, 3) of the displacement [m].
 
     Raises DataFileError if the displacement is of another discretisation.
@@ -175,7 +177,9 @@ def _section_points(section: Section) -> tuple[Floats, Floats]:
     return np.einsum("eni,np->epi", corner, 0.25 * one * other).reshape(-1, 2), area.ravel()
 
 
-def stress(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
+def stress(
+    scene: HexahedralScene | SplineScene, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dataset
+) -> xr.Dataset:
     """Return the stresses of a scene, in the format of docs/reference/files.md.
 
     Raises DataFileError if the history holds no displacement of nodes, or that of another discretisation.
@@ -186,8 +190,10 @@ def stress(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dat
         )
     fabric, swept = fabric_of(geometry), SweptMesh.from_dataset(mesh)
     moved = history["node_displacement"].to_numpy()
-    hexahedra = isinstance(scene, HexahedralScene)
-    cells = (hexahedral_cell_stress if hexahedra else spline_cell_stress)(scene, swept, fabric, moved)
+    if isinstance(scene, HexahedralScene):
+        cells = hexahedral_cell_stress(scene, swept, fabric, moved)
+    else:
+        cells = spline_cell_stress(scene, swept, fabric, moved)
     parts = segments(fabric.crossings, np.array([centreline.length for centreline in fabric.centrelines]))
     values = {
         "cell_stress": cells.mean[:, VOIGT[:, 0], VOIGT[:, 1]],

@@ -150,7 +150,8 @@ class Ties:
     def free(self, places: Floats) -> Bools:
         """Return which (k,) of undeformed places (k, 3) [m] lie outside of all ties."""
         within = BESIDE * self.discs.radius
-        return cKDTree(self.discs.centre).query(places, distance_upper_bound=within)[0] >= within  # inf: none
+        nearest = cKDTree(self.discs.centre).query(places, distance_upper_bound=within)[0]  # inf: none
+        return np.asarray(nearest) >= within
 
     def constants(self) -> dict[str, Floats]:
         """Return whether crossings (K,) are tied, area [m2] and centroid [m] of ties, as variables of a history."""
@@ -181,7 +182,7 @@ class Ties:
         The three nodes of a disc that its moments weigh most are the slaves; discs that share nodes are solved
         together, so that no slave is in another's sum.
         """
-        touched = (self.moments != 0).astype(np.int8)
+        touched = sp.csr_matrix(abs(self.moments) > 0, dtype=np.int8)
         count, group = connected_components(touched @ touched.T, directed=False)
         slaves, sums = [], []
         for number in range(count):
@@ -247,7 +248,7 @@ def _require_room(fabric: Fabric, discs: Discs, radius: float) -> None:
             f"{room[worst, side] / fabric.radius:.3g} radii from the end of yarn {yarn[worst, side]}: use a smaller one"
         )
     if len(discs.crossing) > 1:
-        apart, other = cKDTree(discs.centre).query(discs.centre, k=2)
+        apart, other = map(np.asarray, cKDTree(discs.centre).query(discs.centre, k=2))
         closest = int(np.argmin(apart[:, 1]))
         if apart[closest, 1] < 2 * discs.radius:
             raise MeshError(

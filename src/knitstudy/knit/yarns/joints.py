@@ -220,7 +220,7 @@ def patch_stiffness(fabric: Fabric, points: JointPoints, contacts: xr.Dataset, y
         frame = np.stack([normal[crossing], np.cross(across, normal[crossing]), across], axis=1)
         own = frame.swapaxes(1, 2) @ (np.array(local_compliance(size, yarn.poisson_ratio))[:, None] * frame)
         np.add.at(compliance, crossing, own)
-    return yarn.youngs_modulus * yarn.radius * np.linalg.inv(compliance)
+    return np.asarray(yarn.youngs_modulus * yarn.radius * np.linalg.inv(compliance), dtype=float)
 
 
 @dataclass(frozen=True)
@@ -353,7 +353,7 @@ class Springs:
 def _nearest(force: Floats, displacement: Floats, axis: int | None = None) -> Floats:
     """Return the stiffness nearest to forces by least squares; nan where nothing is in contact."""
     with np.errstate(invalid="ignore"):
-        return np.nansum(force * displacement, axis) / np.nansum(displacement**2, axis)
+        return np.asarray(np.nansum(force * displacement, axis) / np.nansum(displacement**2, axis))
 
 
 def springs(

@@ -85,7 +85,7 @@ def section_of(
     yarn: Yarn,
     law: str,
     curvature: Floats | None,
-    count: float | Floats = 1.0,
+    count: float | Floats | Ints = 1.0,
     pressed: float | Floats = 0.0,
 ) -> SectionLaw:
     """Return the section of beams that stand for `count` yarns each, bent as `curvature` (E, 3) [1/m] as drawn.

@@ -226,7 +226,9 @@ class SolidObserver:
         """
         parts, mesh = self.yarns.parts, self.yarns.parts.mesh
         columns, points = self.yarns.record(increment.state)
-        force = increment.response.node_force.copy()
+        node_force = increment.response.node_force
+        assert node_force is not None  # of solids
+        force = node_force.copy()
         force[np.concatenate([parts.ends.held, parts.ends.driven])] = 0
         position = parts.nodes + self.yarns.model.node_displacement(increment.state)
         stations = mesh.centres + columns["centreline_displacement"]

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.contacts.facets import Rings
@@ -46,8 +47,7 @@ def _volume(count: int, groups: tuple[ElementGroup, ...]) -> Floats:
     elements = group.connectivity
     volume = group.elements.volume.reshape(-1, len(elements)).sum(axis=0)  # of its integration points
     shares = volume[:, None] * LUMPED[elements.shape[1]]
-    volumes: Floats = np.bincount(elements.ravel(), shares.ravel(), count)
-    return volumes
+    return np.bincount(elements.ravel(), shares.ravel(), count).astype(float)
 
 
 def _ends(mesh: QuadraticMesh, corners: Grips) -> Grips:
@@ -161,7 +161,7 @@ def divide(scene: HexahedralScene, mesh: SweptMesh, fabric: Fabric) -> Discretis
 def _discretisation(
     scene: HexahedralScene,
     nodes: Floats,
-    elements: Ints,
+    elements: NDArray[np.integer[Any]],
     yarn: Ints,
     function: Callable[[Floats], Any],
     **parts: Any,

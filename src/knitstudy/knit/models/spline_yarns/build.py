@@ -31,10 +31,10 @@ from knitstudy.knit.models.spline_yarns import (
     PolynomialMesh,
     SplineScene,
     SplineYarns,
+    TiedCellOfSplineYarns,
 )
 from knitstudy.knit.models.spline_yarns import cell as endless
 from knitstudy.knit.scene.kinds import MODELS
-from knitstudy.knit.scene.scene import Cell
 from knitstudy.knit.yarns import solids
 from knitstudy.knit.yarns.discretisation import Discretisation, YarnContact, contact_surfaces, fitted_places
 from knitstudy.mechanics.arrays import Bools, Floats, Ints
@@ -118,7 +118,7 @@ def build(scene: SplineScene, fabric: Fabric, mesh: SweptMesh | None = None) -> 
     radius, crossings cannot be tied, yarns overlap, or the simulation does not fit into memory.
     """
     parts = discretise(scene, fabric, mesh)
-    if isinstance(scene, Cell):
+    if isinstance(scene, TiedCellOfSplineYarns | CellOfSplineYarns):
         return endless.problem(scene, fabric, parts)
     yarns = solids.assemble(scene, scene.tie, fabric, parts)
     guide = partial(guide_of, scene, fabric, parts.splines, yarns.retained)

@@ -107,6 +107,7 @@ class Cell:
         In N/m where two strains meet, in N where a strain meets a curvature, in N m where two curvatures do.
         """
         tangent = self.yarns.model.respond(state, stiffness=True).stiffness
+        assert isinstance(tangent, sp.spmatrix)  # as asked for
         return condensed(tangent, self.jumps[:, chosen], self.spread, FIXED) / self.lattice.area
 
     def shell(self) -> dict[str, Floats]:
