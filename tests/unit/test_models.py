@@ -36,7 +36,7 @@ from knitstudy.knit.yarns.network import problem, spatial_network
 from knitstudy.knit.yarns.joints import contacts_of_crossings
 from knitstudy.knit.scene.keys import Section, key, section
 from knitstudy.knit.scene.kinds import MODELS, Model
-from knitstudy.knit.scene.scene import Knit
+from knitstudy.knit.scene.specimens import Knit
 from knitstudy.knit.scene.shared_sections import BeamMesh, BeamGates
 
 

@@ -12,9 +12,10 @@ from knitstudy.knit.models.spline_yarns import SplineYarns
 from knitstudy.knit.scene.defaults import packaged_defaults
 from knitstudy.knit.scene.keys import Section, key, section
 from knitstudy.knit.scene.kinds import MODELS, Model
-from knitstudy.knit.scene.scene import Knit, Scene, flat
+from knitstudy.knit.scene.scene import Scene, flat
 from knitstudy.knit.scene.sections import CellStrain, KnitTension, Pattern, SetYarn
 from knitstudy.knit.scene.shared_sections import Newton, Sliding
+from knitstudy.knit.scene.specimens import Knit
 from knitstudy.run.configuration import load_scene, load_scenes
 
 
@@ -309,3 +310,12 @@ def test_a_stiffness_of_its_own_goes_with_straight_sections(key):
         beams.vary({key: 1e-8})
     beams.vary({key: 1e-8, "mesh.section_law": "straight"})
     assert load_scene("fabric-acrylic-rib-course-free").mesh.section_law == "straight"
+
+
+@pytest.mark.parametrize("key", ["yarn.youngs_modulus", "beam.section", "beam.stiffness"])
+def test_a_key_that_others_make_idle_is_refused(key):
+    fabric = load_scene("fabric-acrylic-rib-course-free")
+    with pytest.raises(ConfigurationError, match=rf"{key} is not read where .*yarn\.pressing (is|are) given"):
+        fabric.replace(key, fabric.value(key))
+    fabric.vary({key: fabric.value(key), "yarn.pressing": None})
+    assert fabric.scaled(stiffness=1e-6).yarn.pressing == pytest.approx(1e-6 * fabric.yarn.pressing)

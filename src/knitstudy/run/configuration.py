@@ -226,7 +226,9 @@ def _scene(member: Member, defaults: dict) -> Scene:
             wanted = f"left out where fidelity is not {AUTO}"
             raise ConfigurationError(f"{member.where}: {name} is {value!r} but must be {wanted}")
         set_dotted(own, name, value, member.where)
-    return Scene.from_dict({"name": member.name} | own, member.where, defaults)
+    scene = Scene.from_dict({"name": member.name} | own, member.where, defaults)
+    scene.require_read(member.keys, member.where)
+    return scene
 
 
 def default_keys(config: Path = CONFIG) -> dict[str, Any]:

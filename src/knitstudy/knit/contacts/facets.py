@@ -204,7 +204,7 @@ def tied_crossings(crossings: Crossings, touches: bool, edges: str | None, direc
     """
     if not touches:
         return np.ones(len(crossings), dtype=bool)
-    if direction is None or edges == "none":
+    if direction is None or edges != "outer":
         return np.zeros(len(crossings), dtype=bool)
     along = crossings.row if direction == "course" else crossings.column
     return (along == along.min()) | (along == along.max())

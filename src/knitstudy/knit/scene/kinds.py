@@ -68,6 +68,8 @@ class Part(Labels):
     """Of a model: the repeats of stitches that its loops may have."""
     slips: ClassVar[bool] = False
     """Of a model: whether yarns in contact have to be able to slip."""
+    idle_beside: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """Of a model: dotted keys that it does not read where other keys are all given."""
     retired: ClassVar[Mapping[str, Any]] = {}
     """Values by dotted key that results were made with before the key was taken from these scenes: a key that nothing
     reads. They keep digests of results, and problems, what they were."""
@@ -143,7 +145,7 @@ class Model:
         return None
 
 
-SPECIMENS: Registry[Specimen] = Registry("specimen", "knitstudy.knit.scene.scene")
+SPECIMENS: Registry[Specimen] = Registry("specimen", "knitstudy.knit.scene.specimens")
 INTERACTIONS: Registry[Interaction] = Registry("interaction")
 MODELS: Registry[Model] = Registry("fidelity", "knitstudy.knit.models")
 """The models by the value of the key `fidelity`; every one is registered in a folder of its own."""

@@ -27,9 +27,9 @@ from knitstudy.knit.loading.history import Motion, Stations, load_path
 from knitstudy.knit.loading.solve import Check, Problem, Reported, settings_of
 from knitstudy.knit.mesh.mesher import Grips
 from knitstudy.knit.mesh.quality import require_memory
-from knitstudy.knit.scene.scene import Knit
 from knitstudy.knit.scene.sections import BeamYarn, Yarn
 from knitstudy.knit.scene.shared_sections import Tie
+from knitstudy.knit.scene.specimens import Knit
 from knitstudy.knit.yarns.discretisation import evenly
 from knitstudy.knit.yarns.joints import JointPoints, Joints, contacts_of_crossings
 from knitstudy.mechanics.arrays import Floats, Ints

@@ -270,6 +270,7 @@ class Trade(Section):
         keys |= {KEYS[of]: value for of, value in values.items() if of not in lacks}
         if endless:
             keys["load.deformation"] = keys.pop("load.direction")
+            keys.pop(KEYS["edges"], None)
         document: dict = {"name": name, "knit": name, "fidelity": ANY, "outputs": []}
         document |= {"specimen": case.specimen, "interaction": interaction}
         for key, value in keys.items():

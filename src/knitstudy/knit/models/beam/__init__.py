@@ -8,9 +8,10 @@ from pydantic import model_validator
 
 from knitstudy.knit.scene.keys import OneOf, Positive, Section, numerics, section
 from knitstudy.knit.scene.kinds import MODELS, Model
-from knitstudy.knit.scene.scene import Cell, Knit, Scene
+from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import OF_SOLIDS, BeamYarn, CellStrain, SetYarn
 from knitstudy.knit.scene.shared_sections import BeamGates, BeamMesh, Tie, TiedEdges
+from knitstudy.knit.scene.specimens import Cell, Knit
 from knitstudy.knit.scene.yarns import STIFFNESSES
 from knitstudy.mechanics.beams.laws import LAWS
 from knitstudy.registry import later
@@ -91,6 +92,11 @@ class CellOfBeams(_Beams, Cell):
     specimens = ("cell",)
     slips = True
     takes: ClassVar = "all stitches"
+    idle_beside: ClassVar = {
+        "beam.section": ("yarn.pressing",),
+        "beam.stiffness": ("yarn.pressing",),
+        "yarn.youngs_modulus": (*STIFFNESSES, "yarn.pressing"),
+    }
     retired: ClassVar = OF_SOLIDS | {
         "contact.tied_edges": "none",
         "tie.radius": 0.183,

@@ -6,9 +6,10 @@ from typing import Annotated, ClassVar
 
 from knitstudy.knit.scene.keys import OneOf, Section, numerics, resolution, section
 from knitstudy.knit.scene.kinds import MODELS, Model
-from knitstudy.knit.scene.scene import Crossing, Knit, Scene
+from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import SolidYarn
 from knitstudy.knit.scene.shared_sections import FacetContact, Size, SolidGates, SolidNewton, Tie, TiedEdges
+from knitstudy.knit.scene.specimens import Crossing, Knit
 from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.registry import later
 

@@ -8,9 +8,9 @@ from pydantic import model_validator
 
 from knitstudy.knit.scene.keys import SceneName, numerics, section
 from knitstudy.knit.scene.kinds import MODELS, Model
-from knitstudy.knit.scene.scene import Knit
 from knitstudy.knit.scene.sections import OF_SOLIDS
 from knitstudy.knit.scene.shared_sections import Joints
+from knitstudy.knit.scene.specimens import Knit
 from knitstudy.registry import later
 
 

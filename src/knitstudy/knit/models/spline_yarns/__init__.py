@@ -8,9 +8,10 @@ from pydantic import Field, model_validator
 
 from knitstudy.knit.scene.keys import Section, numerics, resolution, section
 from knitstudy.knit.scene.kinds import MODELS, Model
-from knitstudy.knit.scene.scene import Cell, Crossing, Knit, Scene
+from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import SolidYarn
 from knitstudy.knit.scene.shared_sections import SolidContact, SolidGates, SolidNewton, Tie, TiedEdges
+from knitstudy.knit.scene.specimens import Cell, Crossing, Knit
 from knitstudy.mechanics.spline_yarn import LARGEST_DEGREE
 from knitstudy.registry import later
 
