@@ -7,7 +7,7 @@ from knitstudy.knit.contacts.segments import KINDS, segments
 from knitstudy.knit.geometry.columns import STRESSES
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_dataset
-from knitstudy.knit.yarns.contact_springs import spring_axes
+from knitstudy.knit.yarns.joints import spring_axes
 
 TERMS = ("distance", "continuous", "join", "bending", "length", "total")
 

@@ -17,6 +17,7 @@ from knitstudy.knit.loading.run import IN_MEMORY, Run
 from knitstudy.knit.loading.solve import Problem, solve_load_path
 from knitstudy.knit.mesh.mesher import check_shape, mesh_fabric
 from knitstudy.knit.mesh.sweep import SweptMesh
+from knitstudy.knit.models.hexahedra import HexahedralScene
 from knitstudy.knit.scene.kinds import MODELS
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.yarns.joints import JointPoints
@@ -59,9 +60,10 @@ def require_resolution(scene: Scene, fabric: Fabric) -> str:
         every = np.ones(len(fabric.crossings.row), dtype=bool)
         points = JointPoints.at_crossings(fabric.crossings, every)
         stiffer = spatial_network(fabric, points, size).polygon
-        require_fine_beams(scene.gates.polygon, size, stiffer)
+        require_fine_beams(scene.value("gates.polygon"), size, stiffer)
         return f"straight beams in bent yarns are some {stiffer:.1%} too stiff"
-    if (size := scene.value("mesh.size")) is not None and fabric.loop is not None:
+    if isinstance(scene, HexahedralScene) and fabric.loop is not None:
+        size = scene.mesh.size
         fewest = scene.gates.elements_across or fewest_across(scene.specimen, scene.mesh.refinement)
         require_elements_across(size, fewest)
         one = plain_knit(fabric.loop, fabric.loop.columns, fabric.loop.rows)

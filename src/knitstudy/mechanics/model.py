@@ -100,12 +100,6 @@ class Model(Protocol):
     def begin(self, state: Any, load: float, change: float) -> Any:
         """Return the state in which an increment of the load factor by `change` to `load` starts."""
 
-    def motion_of_neighbours(self, state: Any, step: np.ndarray) -> float:
-        """Return the largest relative motion of bodies that are near each other [m], over a step (size,).
-
-        Newton's method limits this motion; of a model without this method it limits the largest displacement.
-        """
-
     def respond(self, state: Any, stiffness: bool) -> Response:
         """Return force, energies and, if asked, the tangent of a state; earlier calls do not change it."""
 

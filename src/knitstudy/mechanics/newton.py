@@ -371,7 +371,8 @@ class Newton:
     def _longest(self, state: Any, step: np.ndarray) -> float:
         """Return the motion of a step that `Settings.stride` limits [m].
 
-        Of models with neighbours it is their relative motion, which is at most twice the largest displacement.
+        Of models with `motion_of_neighbours`, bodies that are near each other, it is their largest relative motion over
+        the step, which is at most twice the largest displacement.
         """
         size, of_neighbours = self.largest(step), getattr(self.model, "motion_of_neighbours", None)
         if of_neighbours is None or 2 * size <= self.settings.stride:

@@ -118,7 +118,7 @@ def specimen_deck(scene: Scene, specimen: Fabric, mesh: SweptMesh) -> Deck:
     interaction = None
     if touching:
         size = scene.metres("mesh.smallest")
-        law = penalties(scene, size)
+        law = penalties(scene.contact, scene.yarn.youngs_modulus, scene.friction, size)
         kind = scene.interaction if law.friction else "frictionless"
         interaction = Interaction(kind, law, scene.contact.penetration * size)
     return Deck(

@@ -79,7 +79,7 @@ PRESCRIBED = {"course": (1, 0, 0), "wale": (0, 1, 0), "biaxial": (1, 1, 0), "she
 
 
 def cell_path(
-    load: DrawnCellStrain, lengths: Floats, held: Sequence[int] = (), size: int = 3
+    load: DrawnCellStrain, lengths: Floats, held: Ints | Sequence[int] = (), size: int = 3
 ) -> tuple[Motion, PrescribedDisplacement]:
     """Return how the lattice of a cell with edges (3,) [m] moves (`Lattice.lengths`): the last three of the unknowns.
 
