@@ -199,15 +199,10 @@ def require_small_hourglass(increment: Increment, limit: float, coefficient: flo
     energy = increment.response.energy
     at = f", taken at the usual {USUAL_HOURGLASS}," if coefficient < USUAL_HOURGLASS else ""
     usual = "" if coefficient == USUAL_HOURGLASS else f"solver.hourglass {USUAL_HOURGLASS}, "
-    require_share(
-        increment,
-        "hourglass",
-        limit,
-        energy["hourglass"] * max(1.0, USUAL_HOURGLASS / coefficient),
-        energy["internal"],
-        f"hourglass energy{at} is {{}} the internal energy with solver.hourglass = {coefficient:g}",
-        f"Use {usual}a smaller mesh.size, or mesh.element 'quadratic'",
-    )
+    part = energy["hourglass"] * max(1.0, USUAL_HOURGLASS / coefficient)
+    fact = f"hourglass energy{at} is {{}} the internal energy with solver.hourglass = {coefficient:g}"
+    remedy = f"Use {usual}a smaller mesh.size, or mesh.element 'quadratic'"
+    require_share(increment, "hourglass", limit, part, energy["internal"], fact, remedy)
 
 
 def require_small_viscosity(
