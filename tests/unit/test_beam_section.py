@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import GeometryError
-from knitstudy.knit.models.beam.contact import pressed
+from knitstudy.knit.models.beam.contact import contact_of
 from knitstudy.mechanics.beams import beam
 from knitstudy.mechanics.beams.beam import BeamSection, Elements
 from knitstudy.mechanics.beams.curved_rod import CurvedSection
@@ -68,5 +68,5 @@ def test_rod_bent_too_tightly_is_refused(bend):
 def test_friction_takes_the_place_of_normal_forces(friction, share):
     """Sticking yarns pull in all directions; nu R^2 / c is 1.645 at nu = 0.42."""
     scene = load_scene("beam-hertz-patch-isotropic-course").vary({"contact.friction": friction})
-    assert pressed(scene) == pytest.approx(share, abs=2e-3)
-    assert pressed(scene.vary({"interaction": "rough"})) == 0.0
+    assert contact_of(scene).pressed == pytest.approx(share, abs=2e-3)
+    assert contact_of(scene.vary({"interaction": "rough"})).pressed == 0.0

@@ -12,7 +12,7 @@ V follows from the force F of two straight yarns that cross at a right angle. A 
     U(d) = 2 pi int_d^D V(r) r dr,   F = 2 pi d V(d),   V(r) = F(r) / (2 pi r).
 
 Without c, yarns at an angle would carry F / sin(angle), and yarns that bend towards each other far too much. The
-density c of `hertz.Patch` makes of it the force of two curved surfaces. It depends on the tangents of both pieces and
+density c of `laws.Patch` makes of it the force of two curved surfaces. It depends on the tangents of both pieces and
 on their curvatures along the way between them, which are differences of neighbouring points; forces and tangent are the
 first and second derivatives of U with all of that. Parallel yarns have a force per length that grows with the approach
 to the exponent less a half: for F of Hertz's exponent 1.5 it is linear, as that of cylinders nearly is.
@@ -36,7 +36,8 @@ import scipy.sparse as sp
 from knitstudy.mechanics.batches import by_parts, parts, share
 from knitstudy.mechanics.beams.beam import BeamState, CommittedPoints, LineHistory
 from knitstudy.mechanics.beams.contact_points import Axes, Spread
-from knitstudy.mechanics.beams.hertz import Expansion
+from knitstudy.mechanics.beams.expansion import Expansion
+from knitstudy.mechanics.beams.laws import Repulsion
 from knitstudy.mechanics.beams.line_friction import (
     ActivePairs,
     PairFriction,
@@ -47,7 +48,6 @@ from knitstudy.mechanics.beams.line_friction import (
     unslipped_history,
 )
 from knitstudy.mechanics.beams.pair_search import PairSearch, PointPairs
-from knitstudy.mechanics.beams.repulsion import Repulsion
 
 NEAR = 1.1  # distance up to which pairs are near each other, and have a history, over the diameter
 SPACINGS = 2.5  # length of contact from which on the law is exact in the mean, over the spacing of points
