@@ -82,8 +82,9 @@ def extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:
     values["centroid"] = touch.undeformed_centroid(crossings.point.mean(axis=1))
     values["area"] = values["contact_area"][-1].copy()
     if "section_gradient" in history:
-        sections = (history[name].to_numpy() for name in ("section_gradient", "section_displacement"))
-        values |= kinematics(fabric, *sections, values["relative_displacement"], touch.reference_centroid())
+        gradient, moved = history["section_gradient"].to_numpy(), history["section_displacement"].to_numpy()
+        relative, centroid = values["relative_displacement"], touch.reference_centroid()
+        values |= kinematics(fabric, gradient, moved, relative, centroid)
     _put_ties(values, history, tied)
     with np.errstate(invalid="ignore"):  # an open crossing has no direction: 0 / 0
         values["resultant_direction"] = -values["force"] / np.linalg.norm(
@@ -114,11 +115,11 @@ def indented(fabric: Fabric, force: Floats, modulus: float) -> dict[str, Floats]
 
 
 # Columns of contact points (`knit.geometry.columns`), and the shape of one entry.
-_POINT_COLUMNS: dict[str, tuple[int, ...]] = (
-    dict.fromkeys(("side", "area", "cell_area", "pressure", "slip", "sticks"), ())
-    | dict.fromkeys(("position", "reference", "normal", "traction"), (3,))
-    | {"cell": (2,)}
-)
+_POINT_COLUMNS: dict[str, tuple[int, ...]] = {
+    **dict.fromkeys(("side", "area", "cell_area", "pressure", "slip", "sticks"), ()),
+    **dict.fromkeys(("position", "reference", "normal", "traction"), (3,)),
+    "cell": (2,),
+}
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -23,16 +25,9 @@ NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
 def count_zones(place: Ints, cell: Ints, around: int, places: int) -> Ints:
     """Return the number of zones (places,) at every place, such as the sides of crossings at increments.
 
-    Facets whose edges or corners meet belong to one zone; facets of different places never do.
-
-    Parameters
-    ----------
-    place : ndarray of int, shape (p,)
-        From 0 to ``places`` - 1.
-    cell : ndarray of int, shape (p, 2)
-        Layer along the yarn and facet around it of every touching point; one facet may be there several times.
-    around : int
-        Facets around a yarn: the last one is followed by the first.
+    Facets whose edges or corners meet belong to one zone; facets of different places never do. Touching points (p,)
+    have a place from 0 to `places` - 1 and a cell (p, 2), layer along the yarn and facet around it; one facet may be
+    there several times. The last of the facets around a yarn is followed by the first.
 
     Examples
     --------
@@ -45,7 +40,7 @@ def count_zones(place: Ints, cell: Ints, around: int, places: int) -> Ints:
     # A layer beyond the last one keeps neighbours from running into the next place.
     layers = int(cell[:, 0].max()) + 2
 
-    def number(place: Ints, layer: Floats, facet: Ints) -> Ints:
+    def number(place: Ints, layer: Ints, facet: Ints) -> Ints:
         return (place * layers + layer) * around + facet % around
 
     facets, index = np.unique(number(place, *cell.T), return_index=True)
@@ -99,7 +94,7 @@ class CrossingFacets:
 
     crossings: Crossings
     mesh: SweptMesh
-    nodes: Floats  # (K, 2, 4) corners of the facet on each of the two yarns
+    nodes: Ints  # (K, 2, 4) corners of the facet on each of the two yarns
 
     @classmethod
     def of(cls, crossings: Crossings, mesh: SweptMesh) -> CrossingFacets:
@@ -115,7 +110,7 @@ class CrossingFacets:
         """Return the mean displacement (K, 2, 3) of the facets [m] from that of all nodes (N, 3)."""
         return displacement[self.nodes].mean(axis=2)
 
-    def nearest(self, yarn: Ints, other: Floats, arc_length: Floats) -> tuple[Ints, Ints]:
+    def nearest(self, yarn: Ints, other: Ints, arc_length: Floats) -> tuple[Ints, Ints]:
         """Return crossing and side (k,) of places where two yarns touch; crossing -1 away from all of them.
 
         The places lie on yarns (k,) at arc lengths (k,) [m] and touch other yarns (k,).
@@ -142,7 +137,7 @@ class CrossingFacets:
 
 def touching_points(
     contact: Contact, points: ContactPoints, facets: CrossingFacets, rings: Rings
-) -> dict[str, Floats]:
+) -> dict[str, Any]:
     """Return the columns of all points that touch, by the names that `knit.geometry.columns` has after ``contact_``.
 
     The points belong to a converged increment whose history is up to date.
@@ -172,7 +167,7 @@ def touching_points(
     }
 
 
-def crossing_forces(columns: dict[str, Floats], count: int) -> Floats:
+def crossing_forces(columns: Mapping[str, Any], count: int) -> Floats:
     """Return the force (count, 3) of contact on the yarn of side 0 at every crossing [N].
 
     Each side's points carry half of the stiffness; forces on the yarn of side 1 count with the other sign.
@@ -195,12 +190,8 @@ def tied_crossings(crossings: Crossings, touches: bool, edges: str | None, direc
     off there: of the first and last interlock row in course tension, of the first and last column of loops in wale
     tension.
 
-    Parameters
-    ----------
-    touches : bool
-        Whether yarns touch where they are not tied.
-    edges, direction : str or None
-        ``contact.tied_edges`` and ``load.direction``, if the scene has them.
+    `touches` says whether yarns touch where they are not tied; `edges` and `direction` are ``contact.tied_edges`` and
+    ``load.direction``, if the scene has them.
     """
     if not touches:
         return np.ones(len(crossings), dtype=bool)

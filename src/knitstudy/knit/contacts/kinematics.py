@@ -35,14 +35,8 @@ def section_motion(
 ) -> SectionMotion:
     """Fit the affine maps of the sections at all crossings, by least squares.
 
-    Exact for a rigid motion and for a homogeneous deformation.
-
-    Parameters
-    ----------
-    nodes : ndarray, shape (N, 3)
-        Undeformed positions, in the mesh or where ties have put them [m].
-    displacement : ndarray, shape (N, 3)
-        Of the nodes [m].
+    Exact for a rigid motion and for a homogeneous deformation. The nodes (N, 3) [m] are where the mesh or ties have put
+    them, the displacements (N, 3) [m] are theirs.
     """
     around = _nodes_around(crossings, mesh)
     weight = mesh.shrinkage.ravel()[around] ** 2
@@ -109,16 +103,9 @@ def kinematics(
 ) -> dict[str, Floats]:
     """Return the derived quantities, by names of `knit.geometry.columns.CONTACTS`.
 
-    Parameters
-    ----------
-    gradient : ndarray, shape (I, K, 2, 3, 3)
-        Deformation gradients of the sections; see `section_motion`.
-    displacement : ndarray, shape (I, K, 2, 3)
-        Of the centrelines' points at the crossings [m].
-    relative : ndarray, shape (I, K, 3)
-        Displacement of the surface of side 1 to that of side 0 at the crossings [m].
-    contact : ndarray, shape (I, K, 2, 3)
-        Centroids of the contact areas on the undeformed yarns, nan where open [m].
+    At I increments: deformation gradients (I, K, 2, 3, 3) of the sections and displacements (I, K, 2, 3) [m] of the
+    centrelines' points at the crossings (`section_motion`); the displacement (I, K, 3) [m] of the surface of side 1
+    relative to that of side 0; centroids (I, K, 2, 3) [m] of the contact areas on the undeformed yarns, nan where open.
     """
     axes = Axes.of(fabric)
     left, _, right = np.linalg.svd(gradient)
@@ -130,8 +117,8 @@ def kinematics(
     stretch = [np.linalg.norm(fibre, axis=-1) for fibre in fibres]
     area = np.linalg.norm(np.cross(towards, across), axis=-1)
     along, around = place_on_yarn(fabric, axes, contact)
-    touching = np.isfinite(contact).any(axis=(2, 3))
-    slid = since_first(np.where(touching[..., None], relative, np.nan))
+    touching = np.asarray(np.isfinite(contact).any(axis=(2, 3)))[..., None]
+    slid = since_first(np.where(touching, relative, np.nan))
     return {
         "section_rotation": log(rotation),
         "relative_rotation": log(rotation[:, :, 1] @ rotation[:, :, 0].swapaxes(-1, -2)),

@@ -68,13 +68,14 @@ def segments(crossings: Crossings, lengths: Floats) -> Segments:
             here = (between == wanted).all(axis=1) & np.isin(side, sides)
             named[inner[here]] = np.insert(labels[k[here], 1:], 0, kind, axis=1)
     some = np.flatnonzero(named[:, 0] >= 0)
-    number, _ = pd.factorize(pd.MultiIndex.from_arrays(named[some].T))
+    number, _ = pd.factorize(pd.MultiIndex.from_arrays(list(named[some].T)))
     of_piece = np.full(len(yarn), NO_SEGMENT)
     of_piece[some] = number
     first = some[np.unique(number, return_index=True)[1]]
     middle = centre(crossings.row), centre(crossings.column)
     central = (labels[ends[first], 1:] == middle).all(axis=-1).any(axis=1)
-    return Segments(yarn, arc_length, of_piece, *named[first].T, central)
+    kind, row, column = named[first].T
+    return Segments(yarn, arc_length, of_piece, kind, row, column, central)
 
 
 def _pieces(crossings: Crossings, lengths: Floats) -> tuple[Ints, Floats, Ints]:

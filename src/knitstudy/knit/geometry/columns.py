@@ -37,16 +37,15 @@ class Columns:
     def variables(self, values: Mapping[str, Any]) -> dict[str, tuple[Any, ...]]:
         """Return arrays as variables of a dataset, in the order of the table; DataFileError as `require`."""
         self.require(values)
+        rows: Iterable[Any] = self.table.itertuples()
         return {
             row.Index: (row.dims.split(), values[row.Index], {"units": row.unit, "long_name": row.meaning})
-            for row in self.table.itertuples()
+            for row in rows
             if row.Index in values
         }
 
 
-_LISTED = pd.read_csv(
-    LIST, sep="\t", quoting=csv.QUOTE_NONE, keep_default_na=False, index_col=["file", "name"]
-)
+_LISTED = pd.read_csv(LIST, sep="\t", quoting=csv.QUOTE_NONE, keep_default_na=False, index_col="name")
 KINDS = {
     "history": "history",  # of all models; `contact_...` has a row for every point in contact at every increment
     "contacts": "file of contacts",  # at the crossings of solid yarns
@@ -57,5 +56,5 @@ KINDS = {
     "coordinates": "file",  # names of entries along a dimension, in all files
 }
 HISTORY, CONTACTS, STRESSES, GEOMETRY, MESH, REST, COORDINATES = (
-    Columns(kind, _LISTED.loc[name]) for name, kind in KINDS.items()
+    Columns(kind, _LISTED[_LISTED["file"] == name]) for name, kind in KINDS.items()
 )

@@ -70,15 +70,9 @@ class Crossings(Chosen):
 def find_crossings(curves: Sequence[Centreline], radius: float, copy_of: Ints, shift: Floats) -> Crossings:
     """Return the crossings of yarns of a radius [m], also of a yarn with itself.
 
-    Labels are the number of the first yarn, 0, and the number along it.
-
-    Parameters
-    ----------
-    copy_of : ndarray of int (Y,)
-        The yarn that each yarn is a moved copy of. Copies share their places: pairs that stand alike are looked at
-        once, and where one copy is crossed, a window ends on all of them.
-    shift : ndarray (Y, 3)
-        Vector from that yarn to the copy. [m]
+    Labels are the number of the first yarn, 0, and the number along it. Each yarn (Y,) is the copy of a yarn, itself or
+    another one, moved by a shift (Y, 3) [m]. Copies share their places: pairs that stand alike are looked at once, and
+    where one copy is crossed, a window ends on all of them.
     """
     polylines = [_polyline(curve) for curve in curves]
     low, high = (np.array([bound(points, axis=0) for _, points in polylines]) for bound in (np.min, np.max))
@@ -94,13 +88,14 @@ def find_crossings(curves: Sequence[Centreline], radius: float, copy_of: Ints, s
         for key, ((first, second), *_) in alike.items()
     }
     places = _places(in_plane)
-    none = Crossings(*np.empty((3, 0), int), np.empty((0, 2), int), *map(np.empty, ((0, 2), (0, 2, 3), 0)))
+    label, places_of = np.empty(0, int), np.empty((0, 2))
+    none = Crossings(label, label, label, places_of.astype(int), places_of, np.empty((0, 2, 3)), np.empty(0))
     crossings: list[Crossings] = []
     for key, pairs in alike.items():
-        first, second = (curves[number] for number in pairs[0])
-        one = _near(first, second, in_plane[key], places[key[0]], places[key[1]])
+        one_curve, other = (curves[number] for number in pairs[0])
+        one = _near(one_curve, other, in_plane[key], places[key[0]], places[key[1]])
         one = one[one.distance <= REACH * radius]
-        if first is second:  # pieces of a yarn within half a turn are neighbours
+        if one_curve is other:  # pieces of a yarn within half a turn are neighbours
             one = one[np.diff(one.arc_length, axis=1)[:, 0] > np.pi * radius]
         for pair in pairs:
             yarn, by = np.array(pair)[one.yarn], shift[pair[0]] - shift[pairs[0][0]]
@@ -153,14 +148,9 @@ def _half_way(u: Floats, places: Floats, ends: tuple[float, float]) -> Floats:
 def plane_crossings(
     first: tuple[Floats, Floats], second: tuple[Floats, Floats], apart: int | None = None
 ) -> Floats:
-    """Parameters (k, 2) at which two polylines cross in the plane.
+    """Parameters (k, 2) at which two polylines, parameters (n,) and samples (n, 2), cross in the plane.
 
-    Parameters
-    ----------
-    first, second : tuple of ndarray (n,), (n, 2)
-        Parameters and samples.
-    apart : int, optional
-        Where both are the same line: how many segments the two that cross are apart at least, the second one ahead.
+    Where both are the same line, the two segments that cross are so many `apart` at least, the second one ahead.
 
     Examples
     --------
@@ -201,15 +191,10 @@ def windows_of_loop(loop: Any) -> tuple[Ints, Floats, Floats]:
     In a loop the yarns of a row and of the row above cross four times in the plane: zones 0 left lower, 1 right lower,
     2 left upper, 3 right upper; along both yarns 0, 2, 3, 1. Crossings are ordered by row, column and zone.
 
-    Parameters
-    ----------
-    loop : Loop
-        Of r rows and k columns.
-
     Returns
     -------
     row : ndarray of int (4 r k,)
-        Lower row of every crossing.
+        Lower row of every crossing, of r rows of k loops.
     place : ndarray (4 r k, 2)
         Parameters on the lower and the upper row.
     windows : ndarray (4 r k, 2, 2)
@@ -283,7 +268,7 @@ def closest_points(
     """Closest points of two curves in windows (K, 2, 2) of their parameters, from samples a Bezier segment."""
     start = np.empty(windows.shape[:2])
     for k, window in enumerate(windows):
-        u, v = (np.linspace(*limits, int(np.ceil(np.ptp(limits) * samples)) + 1) for limits in window)
+        u, v = (np.linspace(low, high, int(np.ceil((high - low) * samples)) + 1) for low, high in window)
         x, y = first.value(u), second.value(v)
         square = (x * x).sum(axis=1)[:, None] + (y * y).sum(axis=1) - 2 * x @ y.T
         i, j = np.unravel_index(square.argmin(), square.shape)
@@ -296,14 +281,8 @@ def refine(
 ) -> Approach:
     """Newton's method for local minima of the distance of two curves.
 
-    Parameters
-    ----------
-    start : ndarray (K, 2)
-        Parameters to start from.
-    windows : ndarray (K, 2, 2)
-        First and last parameter allowed.
-    shift : ndarray (K, 3), optional
-        Vectors by which the second curve is moved. [m]
+    From parameters (K, 2) it finds minima in windows (K, 2, 2), first and last parameter allowed. The second curve may
+    be moved by shifts (K, 3) [m].
     """
     curves, u = (first, second), start.copy()
     low, high = windows[..., 0], windows[..., 1]
@@ -325,7 +304,7 @@ def refine(
         value, step = lower, following
     point = np.stack([first.value(u[:, 0]), second.value(u[:, 1]) + shift], axis=1)
     interior = ((u > low + 1e-9) & (u < high - 1e-9)).all(axis=1)
-    return Approach(u, point, np.linalg.norm(point[:, 1] - point[:, 0], axis=-1), interior)
+    return Approach(u, point, np.linalg.norm(point[:, 1] - point[:, 0], axis=-1), np.asarray(interior))
 
 
 def _half_square(

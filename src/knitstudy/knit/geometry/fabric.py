@@ -73,7 +73,7 @@ class Fabric:
     grips: Mapping[str, tuple[Grip, Grip]] = field(default_factory=dict)
     repeats: int = 1  # equally long parts with the same crossings that every yarn consists of
     # Distances along x and y after which the pattern repeats itself; nan if it does not. [m]
-    cell: Ints = field(default_factory=lambda: np.full(2, np.nan))
+    cell: Floats = field(default_factory=lambda: np.full(2, np.nan))
     angle: float = 90.0  # between crossing yarns [degrees], for refined meshes; of a knit as if 90
     arcs: Arcs | None = None  # of pieces: the parts of another fabric's yarns that the yarns are
     # (p, 3) vectors by which an endless fabric repeats itself; none if it ends. [m]
@@ -129,12 +129,8 @@ class Fabric:
     def places(self, yarn: int) -> tuple[Floats, Floats]:
         """Return where a yarn would be crossed if it had the neighbours of all of its copies.
 
-        Returns
-        -------
-        arc_length : ndarray (m,)
-            Ascending. [m]
-        point : ndarray (m, 3)
-            In the middle between the closest points of the two centrelines. [m]
+        These are ascending arc lengths (m,) [m] and points (m, 3) [m] in the middle between the closest points of the
+        two centrelines.
         """
         s, point = self._places[int(self.copy_of[yarn])]
         return s, point + self.shift[yarn]

@@ -117,8 +117,9 @@ def _recipe(dataset: xr.Dataset, data: Mapping[str, Any]) -> tuple[Loop | None, 
     if "control_points" not in data:
         return None, None
     stitches = tuple(dataset.attrs["stitches"].split()) if "stitches" in dataset.attrs else PLAIN
-    lengths = (float(data[name]) for name in ("wale_spacing", "course_spacing", "radius", "clearance"))
-    loop = Loop(data["control_points"], *lengths, stitches)
+    names = ("wale_spacing", "course_spacing", "radius", "clearance")
+    lengths = {name: float(data[name]) for name in names}
+    loop = Loop(data["control_points"], **lengths, stitches=stitches)
     return loop, sample_of(loop, int(data["loops"]), int(data["rows"]), dataset.attrs["specimen"])
 
 

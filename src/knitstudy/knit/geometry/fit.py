@@ -77,6 +77,7 @@ class Room:
         crossing = self._find_crossings(at)
         share = crossing.distance.min() / unit.target if share is None else share
         self.share = 1.0 if share > 1 - EXACT else float(share)
+        self._start = np.append(np.zeros(self._motions.shape[-1]), self.share)
         self._find_pairs(crossing.parameter)
         self._find_bends()
         # Rows that are no images of each other: of each the length is asked for.
@@ -110,8 +111,8 @@ class Room:
         """Find the other pieces of yarn that come near each other, and windows of these and of the crossings."""
         unit, first = self.unit, self.crossing[0]
         # The images of these crossings by the symmetries are all others.
-        images = [image.pairs(self._every[first], crossing) for image in self._group]
-        rows, images = (np.concatenate(parts) for parts in zip(*images, strict=True))
+        of_images = zip(*(image.pairs(self._every[first], crossing) for image in self._group), strict=True)
+        rows, images = (np.concatenate(parts) for parts in of_images)
         near = away_from_crossings(approaches(unit, NEAR), rows[:, 0], images)
         near = near[near["distance"] < unit.target + WATCHED]
         pairs = near[["row", "above"]].to_numpy().astype(int).cumsum(axis=1)
@@ -142,10 +143,6 @@ class Room:
             bent = curves(points, row).curvature(u) > BENT
             u, row = u[bent], row[bent]
         self._tangent, self._bend = (curves(points, row).operator(u, order) for order in (1, 2))
-
-    @property
-    def _start(self) -> Floats:
-        return np.append(np.zeros(self._motions.shape[-1]), self.share)
 
     def refusal(self, what: str, reason: str, nearest: str, share: float) -> InfeasibleLoop:
         """Return the error of a loop beyond this one, the last with room: by the limits it has reached, or a reason.
@@ -190,7 +187,7 @@ class Room:
                 parts.insert(1, self._length)
             values = zip(*(part(points, share) for part in parts), strict=True)
             value, slope, by_share = (np.concatenate(parts) for parts in values)
-            along = np.tensordot(slope, self._motions, axes=[[1, 2], [0, 1]])
+            along = np.tensordot(slope, self._motions, axes=([1, 2], [0, 1]))
             self._kept = x.tobytes(), (value, np.column_stack([along, by_share]))
         return self._kept[1]
 
@@ -221,9 +218,9 @@ class Room:
     def _found(self, points: Floats) -> Approach:
         """Closest points of the crossings and of the pairs. Raises GeometryError where yarns cut each other."""
         rows, unit = self._rows, self.unit
-        curves = (self.cost.curves(points, shares) for shares in rows.T)  # refuses points that are not finite
+        lower, upper = (self.cost.curves(points, of) for of in rows.T)  # refuses points that are not finite
         over = (rows[:, 1:] // unit.rows * unit.rows) * unit.rise
-        near = refine(*curves, self._places, self._windows, over)
+        near = refine(lower, upper, self._places, self._windows, over)
         if not near.distance.min() > 0:
             raise GeometryError("yarns cut each other on the way to the minimum")
         return near
@@ -251,7 +248,12 @@ class Room:
         constraints = [{"type": kind, "fun": of(rows, 0), "jac": of(rows, 1)} for rows, kind in kinds]
         bounds = [*[(-reach, reach)] * self._motions.shape[-1], (1.0 if self.at_end else 0.0, 1.0)]
         options = {"ftol": 1e-9, "maxiter": ITERATIONS}
-        slsqp = {"method": "SLSQP", "bounds": bounds, "constraints": constraints, "options": options}
+        slsqp: dict[str, Any] = {
+            "method": "SLSQP",
+            "bounds": bounds,
+            "constraints": constraints,
+            "options": options,
+        }
         return minimize(of(self._cost, 0), self._start, jac=of(self._cost, 1), **slsqp)
 
     def stationary(self, x: Floats) -> float:
@@ -356,8 +358,8 @@ def _millimetres(length: float) -> str:
 def _of_spacings(wanted: LoopTarget, settings: Any) -> _End:
     """Return the end of the path to the loop of free length; InfeasibleLoop where the drawn one does not interlock."""
     # A problem of another scale is the same one to the last bit, and so is its solution.
-    spacings = (float(f"{spacing / wanted.radius:.12g}") for spacing in (wanted.course, wanted.wale))
-    unit = LoopTarget(*spacings, 1.0, wanted.clearance, stitches=standard(wanted.stitches)[0])
+    course, wale = (float(f"{spacing / wanted.radius:.12g}") for spacing in (wanted.course, wanted.wale))
+    unit = LoopTarget(course, wale, 1.0, wanted.clearance, stitches=standard(wanted.stitches)[0])
     try:
         start = Room(unit.drawn(), Path(unit.rest_length, (0.0, 1.0)), None, settings)
     except GeometryError as error:

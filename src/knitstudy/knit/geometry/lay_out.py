@@ -30,6 +30,7 @@ from knitstudy.knit.geometry.stitch_mesh import endless_cell_of_stitches
 from knitstudy.knit.geometry.stitches import PLAIN, images_of_standard
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import Geometry, Pattern, Yarn
+from knitstudy.knit.scene.specimens import Crossing, Looped
 from knitstudy.knit.scene.stitches import is_plain
 
 LENGTH_TOLERANCE = 1e-4  # relative error of the length that is kept
@@ -59,15 +60,15 @@ def lay_out(scene: Scene) -> xr.Dataset:
     >>> knit.sizes["fabric_yarn"], knit.sizes["crossing"]
     (9, 36)
     """
-    if scene.specimen == "pair":
+    if isinstance(scene, Crossing):
         pair = scene.pair
         return fabric_dataset(yarn_pair(scene.yarn.radius, pair.angle, pair.length, pair.clearance))
-    pattern, settings = scene.pattern, scene.value("geometry")
+    pattern: Pattern = scene.value("pattern")
     radius = drawn_radius(scene.yarn, scene.value("geometry.diameter_share"))
     if not is_plain(pattern.stitches):
         return fabric_dataset(endless_cell_of_stitches(_target(pattern, radius), pattern.loops, pattern.rows))
     try:
-        initial, loop, optimum = loop_of(pattern, radius, settings)
+        initial, loop, optimum = loop_of(pattern, radius, scene.value("geometry"))
         metrics = loop_metrics(initial), loop_metrics(loop)
         check_yarns(metrics[1], loop, CONTACT_TOLERANCE)
     except GeometryError as error:
@@ -83,7 +84,7 @@ def lay_out(scene: Scene) -> xr.Dataset:
     return fabric_dataset(knit).merge(_report(initial, optimum, metrics))
 
 
-def initial_loop(scene: Scene) -> Loop:
+def initial_loop(scene: Looped) -> Loop:
     """Return the loop of a scene as it is drawn, before its optimisation."""
     return _drawn(scene.pattern, drawn_radius(scene.yarn, scene.value("geometry.diameter_share")))
 
@@ -200,7 +201,7 @@ def _at_length(drawn: Loop, ratio: float, settings: Geometry) -> tuple[Loop, Loo
             f"{length:.4e} m: take a pattern.course_ratio nearer to 1"
         )
     across, slope = brentq(excess, *bounds, xtol=1e-6), FIRST_SLOPE
-    before = step = None
+    before = step = 0.0
     for _ in range(MOST_OPTIMISATIONS):
         initial = _stretched(drawn, across, ratio)
         loop, optimum = optimise(initial, settings)

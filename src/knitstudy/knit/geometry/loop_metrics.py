@@ -16,8 +16,8 @@ import pandas as pd
 from knitstudy.errors import GeometryError
 from knitstudy.knit.geometry.crossings import crossings_of_loop, refine, windows_of_loop
 from knitstudy.knit.geometry.loop import Loop
-from knitstudy.knit.geometry.spline import CatmullRom
-from knitstudy.mechanics.arrays import Bools, Floats, Ints
+from knitstudy.knit.geometry.spline import CatmullRom, Centreline
+from knitstudy.mechanics.arrays import Floats, Ints
 
 APPROACH_SAMPLES = 12  # a Bezier segment in which other local minima are looked for, before these are refined
 REACH = 8.0  # distance of centrelines in radii up to which local minima are listed
@@ -84,7 +84,8 @@ def honeycomb_angles(contact: Floats, rise: float) -> tuple[float, float]:
     """
     interlock = contact[2, :2] - contact[0, :2]
     leg = contact[0, :2] + [0.0, rise] - contact[2, :2]
-    return tuple(float(np.degrees(np.arctan2(abs(y), abs(x)))) for x, y in (interlock, leg))
+    along, up = (float(np.degrees(np.arctan2(abs(y), abs(x)))) for x, y in (interlock, leg))
+    return along, up
 
 
 def check_yarns(metrics: LoopMetrics, loop: Loop, tolerance: float) -> None:
@@ -106,12 +107,7 @@ def check_yarns(metrics: LoopMetrics, loop: Loop, tolerance: float) -> None:
 def approaches(loop: Loop, reach: float = REACH, samples: int = APPROACH_SAMPLES) -> pd.DataFrame:
     """Return all places where a loop comes near other yarn, or itself: local minima of the distance.
 
-    Parameters
-    ----------
-    reach : float
-        Distance of centrelines, in radii, beyond which pairs are left out.
-    samples : int
-        Samples a Bezier segment.
+    Pairs of centrelines farther apart than a reach [radii] are left out; samples are those of a Bezier segment.
 
     Returns
     -------
@@ -160,24 +156,12 @@ def _local_minima(
     for i, j in np.ndindex(3, 3):
         lowest &= centre <= square[i : i + centre.shape[0], j : j + centre.shape[1]]
     if same:
-        lowest &= _beyond_half_circle(curve, here[1:-1], around[1:-1], half_circle)
+        # Each pair once; nearer ones cannot overlap, with a radius of curvature above R (Schur's theorem).
+        line = Centreline(curve, 3)
+        start, end = (line.arc_length(u[1:-1] + curve.period) for u in (here, around))
+        lowest &= end - start[:, None] > half_circle
     i, j = np.nonzero(lowest)
     return np.column_stack([here[1:-1][i], around[1:-1][j]])
-
-
-def _beyond_half_circle(curve: CatmullRom, here: Floats, around: Floats, half_circle: float) -> Bools:
-    """Return which pairs on one yarn, each pair once, are farther apart along the yarn than half a circle of radius R.
-
-    Nearer ones cannot overlap, with a radius of curvature above R (Schur's theorem).
-    """
-    knots = np.concatenate([[0.0], np.cumsum(curve.segment_lengths())])
-    u = np.arange(curve.period + 1)
-
-    def along(parameter: Floats) -> Floats:
-        turns, rest = np.divmod(parameter, curve.period)
-        return turns * knots[-1] + np.interp(rest, u, knots)
-
-    return along(around) - along(here)[:, None] > half_circle
 
 
 def smallest_radius_of_curvature(*curves: CatmullRom) -> float:

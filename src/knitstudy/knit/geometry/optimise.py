@@ -35,12 +35,8 @@ CURVATURE_POINTS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
 class CostFunction:
     """F of Eq. (1) for the loops of a repeat of a periodic knit, in units of the radius.
 
-    Parameters
-    ----------
-    loop : Loop
-        At the start, in radii; it gives the rest lengths, sigma, and the windows in which crossings are looked for.
-    settings : object
-        Its weights and samples; see `optimise`.
+    The loop at the start, in radii, gives the rest lengths, sigma, and the windows in which crossings are looked for;
+    for the weights and samples see `optimise`.
     """
 
     def __init__(self, loop: Loop, settings: Any) -> None:
@@ -109,7 +105,7 @@ class CostFunction:
         """Return F_Distance, Eq. (2), summed over the crossings, and its gradient (P, 3)."""
         near = self.approach(points)
         error = near.distance - self.target
-        return error @ error, np.einsum("k,kpi->pi", 2 * error, self.distance_slope(points, near))
+        return float(error @ error), np.einsum("k,kpi->pi", 2 * error, self.distance_slope(points, near))
 
     def distance_slope(self, points: Floats, near: Approach, row: Ints | None = None) -> Floats:
         """Return the gradients (K, P, 3) of the shortest distances (K,) at points (P, 3).
@@ -216,14 +212,9 @@ class Optimum:
 def optimise(loop: Loop, settings: Any) -> tuple[Loop, Optimum]:
     """Return the loop whose free components minimise F, and the outcome of the minimisation.
 
-    Parameters
-    ----------
-    loop : Loop
-        The initial loop, whose arc lengths are the rest lengths.
-    settings : object
-        alpha, beta, gamma, beta_0 : float, weights of Eqs. (1) and (3); free : sequence of P strings, the
-        components ("", "z", "yz", "xyz", ...) of each control point that may move; samples : int, samples a
-        Bezier segment in the search of closest points.
+    Arc lengths of the initial loop are the rest lengths. `settings` are the section ``geometry`` of a scene: the
+    weights alpha, beta, gamma and beta_0 of Eqs. (1) and (3); `free`, the components ("", "z", "yz", "xyz", ...) of
+    each of the P control points that may move; `samples` a Bezier segment in the search of closest points.
 
     Raises
     ------
@@ -275,7 +266,7 @@ def minimise(cost: CostFunction, points: Floats, motions: Floats) -> Optimum:
         return value / unit, np.einsum("kai,ka->i", motions, gradient) / unit
 
     for share in CONTINUATION:
-        result = minimize(function, q, args=(share,), jac=True, method="BFGS", options=QUASI_NEWTON)
+        result = minimize(function, q, args=(share,), jac=True, method="BFGS", options=QUASI_NEWTON)  # type: ignore[call-overload]
         q, iterations = result.x, iterations + result.nit
     q, gradient = _polish(function, q)
     if gradient > GRADIENT_TOLERANCE:

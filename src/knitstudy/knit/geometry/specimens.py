@@ -57,16 +57,9 @@ def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
 def rows_of_repeat(
     curves: Sequence[CatmullRom], rise: Floats, rows: int, repeats: int
 ) -> tuple[list[Centreline], Ints, Floats]:
-    """Return the yarns of `rows` interlock rows, of which the r rows of a repeat are drawn.
+    """Return the yarns of `rows` interlock rows, of which the r rows of a repeat are drawn, each in its place.
 
-    Parameters
-    ----------
-    curves : sequence of CatmullRom
-        The r rows of a repeat, each in its place.
-    rise : ndarray (3,)
-        Vector from a row to the next one. [m]
-    repeats : int
-        Repeats along a row.
+    Rows lie a vector `rise` (3,) [m] apart; a row has `repeats` repeats.
 
     Returns
     -------
@@ -172,9 +165,9 @@ def cut_cells(loop: Loop, loops: int, rows: int) -> Fabric:
     first, last = arc[:, 0] == 0, arc[:, 1] == whole[yarn]
 
     def ends(begins: Bools, finishes: Bools) -> Grip:
-        begins, finishes = np.flatnonzero(begins), np.flatnonzero(finishes)
-        at = np.concatenate([np.zeros(len(begins)), lengths[finishes]])
-        return Grip(np.concatenate([begins, finishes]), np.column_stack([at, at]))
+        yarns = np.flatnonzero(begins), np.flatnonzero(finishes)
+        at = np.concatenate([np.zeros(len(yarns[0])), lengths[yarns[1]]])
+        return Grip(np.concatenate(yarns), np.column_stack([at, at]))
 
     none = np.zeros(len(yarn), dtype=bool)
     lowest, highest = yarn == 0, yarn == rows

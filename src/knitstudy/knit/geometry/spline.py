@@ -97,7 +97,7 @@ class CatmullRom:
         turns, k = self._numbers(index)
         return self.control_points[k] + turns[..., None] * self.advance
 
-    def _numbers(self, index: Ints) -> tuple[Floats, Floats]:
+    def _numbers(self, index: Ints) -> tuple[Ints, Ints]:
         """Return the number of periods passed (...), and the number of the control point (...)."""
         return np.divmod(index, self.period)
 
@@ -155,7 +155,7 @@ class Rows(CatmullRom):
         """Number of control points of one curve in one period."""
         return self._period
 
-    def _numbers(self, index: Ints) -> tuple[Floats, Floats]:
+    def _numbers(self, index: Ints) -> tuple[Ints, Ints]:
         turns, k = np.divmod(index, self._period)
         return turns, k + self._first
 
@@ -202,7 +202,7 @@ class Centreline:
 
     def __init__(self, curve: CatmullRom, loops: int, like: Centreline | None = None) -> None:
         self.curve, self.loops = curve, loops
-        self._lengths = _Lengths(curve, loops) if like is None else like._lengths
+        self._lengths: _Lengths = _Lengths(curve, loops) if like is None else like._lengths
         self.start, self.length = 0.0, float(self._lengths.knots[-1])
 
     def part(self, start: float, end: float) -> Centreline:

@@ -11,7 +11,7 @@ of beams (`knit.models.beam.cell.relax`) finds the shape.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
@@ -24,7 +24,7 @@ from knitstudy.knit.geometry.loop import LoopTarget
 from knitstudy.knit.geometry.specimens import rows_of_repeat
 from knitstudy.knit.geometry.spline import CatmullRom
 from knitstudy.knit.scene.stitches import MARKS, STITCHES, idle_needle, knits, stitches_of_row
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.arrays import Bools, Floats
 
 BEHIND, NARROWER = 1.6, 0.1
 """Distance of a head in a stack from the head before it, over the diameter and times the heads of the highest stack,
@@ -67,7 +67,7 @@ def stitches_of(rows: Sequence[str]) -> list[list[Stitch]]:
     # By row and column of the stitch that is drawn through them
     stacks: dict[tuple[int, int], list[tuple[float, int, int, int]]] = {}
     for row, column in product(range(count), range(columns)):
-        letter, *marks = letters[row][column]
+        letter, marks = letters[row][column][0], letters[row][column][1:]
         way, front = MARKS[marks[0]] if marks else (0, False)
         needle = (column + way * len(marks)) % columns
         kind = STITCHES.find(letter)
@@ -115,7 +115,7 @@ class Drawing:
             before = stitch
         return np.concatenate(parts)
 
-    def _is_head(self, points: Floats) -> Floats:
+    def _is_head(self, points: Floats) -> Bools:
         """Whether points (n, 3) lie above the middles of the legs."""
         return points[:, 1] > self.plain[len(self.plain) // 4, 1] + 1e-9 * np.ptp(self.plain[:, 1])
 
@@ -155,7 +155,7 @@ def straight(drawing: Drawing, stitch: Stitch) -> Floats:
     return drawing.plain[0] + np.linspace(0, drawing.wale, 4, endpoint=False)[:, None] * [1, 0, 0]
 
 
-DRAWN = {"T": partial(loop, tuck=True), "-": straight}
+DRAWN: dict[str, Callable[[Drawing, Stitch], Floats]] = {"T": partial(loop, tuck=True), "-": straight}
 
 
 def endless_cell_of_stitches(wanted: LoopTarget, loops: int, rows: int) -> Fabric:

@@ -26,7 +26,7 @@ SAME_PLACE = 1e-3  # Bezier segments within which two places on a yarn are one
 class Symmetry:
     """A motion of space that maps a knit onto itself, as a map of rows and parameters."""
 
-    sign: Floats  # (3,) of the components: 1 or -1
+    sign: Ints  # (3,) of the components: 1 or -1
     by: int  # parameter u of a row goes to sign[0] u + by,
     up: int  # row i to sign[1] i + up
     rows: int
@@ -36,7 +36,7 @@ class Symmetry:
         """Return the matrix (3 P, 3 P) that maps displacements of control points."""
         row, u = np.divmod(np.arange(count), self.period)
         image = self.row(row) % self.rows * self.period + (self.sign[0] * u + self.by) % self.period
-        return np.kron(np.eye(count)[:, image], np.diag(self.sign.astype(float)))
+        return np.asarray(np.kron(np.eye(count)[:, image], np.diag(self.sign.astype(float))), dtype=float)
 
     def row(self, row: Ints) -> Ints:
         """Return the images of rows."""
@@ -57,15 +57,8 @@ class Symmetry:
 def symmetries(loop: Loop) -> list[Symmetry]:
     """Return all symmetries of the loops of a repeat, the identity among them.
 
-    Parameters
-    ----------
-    loop : Loop
-        The first control point of every loop is a sinker's centre.
-
-    Raises
-    ------
-    GeometryError
-        When the loop of a plain knit is not its own mirror image.
+    The first control point of every loop is a sinker's centre.
+    Raises GeometryError when the loop of a plain knit is not its own mirror image.
     """
     points, wale = loop.control_points, loop.wale_spacing
     count = len(points) // (loop.rows * loop.columns)
@@ -102,28 +95,17 @@ def first_of_orbits(group: Sequence[Symmetry], row: Ints, u: Floats) -> Bools:
         rows, places = symmetry.pairs(row, u)
         alike = (rows[:, None] == here[0]).all(axis=-1)
         same |= alike & (np.abs(places[:, None] - here[1]).max(axis=-1) < SAME_PLACE)
-    return ~np.tril(same | same.T, -1).any(axis=1)
+    return np.asarray(~np.tril(same | same.T, -1).any(axis=1))
 
 
 def symmetric_motions(free: Bools, group: Sequence[Symmetry]) -> Floats:
-    """Return a basis (P, 3, n) of the displacements of free components that keep the symmetries.
+    """Return a basis (P, 3, n) of the displacements of free components (P, 3) that keep all symmetries.
 
     The parameter of a displacement field is the displacement of one component of one point.
-
-    Parameters
-    ----------
-    free : ndarray of bool (P, 3)
-        Which components of which control points may move.
-    group : sequence of Symmetry
-        All of them.
-
-    Raises
-    ------
-    GeometryError
-        When nothing may move, or a component is free and its image is not.
+    Raises GeometryError when nothing may move, or a component is free and its image is not.
     """
     count = len(free)
-    average = sum(symmetry.action(count) for symmetry in group) / len(group)
+    average = np.add.reduce([symmetry.action(count) for symmetry in group]) / len(group)
     moved = (np.abs(average) > 0).any(axis=1)
     reach = average[~free.ravel()][:, free.ravel()]
     if np.abs(reach).any():

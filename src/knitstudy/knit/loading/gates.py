@@ -14,6 +14,7 @@ from knitstudy.errors import CoarseIncrement, ConvergenceError, MeshError
 from knitstudy.knit.loading.history import FORMS, Recorder
 from knitstudy.knit.scene.keys import Section
 from knitstudy.knit.scene.sections import Yarn
+from knitstudy.knit.scene.shared_sections import SolidGates
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.model import Response
@@ -41,8 +42,8 @@ def require_sound(
     gates: Any,
     yarn: Yarn,
     stiffness: str = "beam.stiffness",  # keys of the stiffness of contact
-    hourglass: float = 0.0,  # of solids: coefficients of hourglass stiffness and of viscosity
-    stabilisation: float = 0.0,
+    hourglass: float | None = None,  # coefficient of hexahedra
+    stabilisation: float | None = None,  # viscosity of solids
     loaded: Callable[[Response], bool] | None = None,  # of solids: whether forces are more than rounding
     # energy of the yarns in a response [J]: of cells that begin at rest, with what they store there
     internal: Callable[[Response], float] = lambda response: response.energy["internal"],
@@ -54,22 +55,15 @@ def require_sound(
     """
     if loaded is not None and increment.load >= FIRST:
         resists = loaded(increment.response)
-        if increment.response.energy.get("hourglass") and (resists or stores_work(recorder)):
+        if hourglass and increment.response.energy.get("hourglass") and (resists or stores_work(recorder)):
             require_small_hourglass(increment, gates.hourglass, hourglass)
         if resists:
             require_small_viscosity(increment, gates, stabilisation, recorder.columns["reaction"][-1])
     require_hard_contact(increment, recorder, gates.penalty, stiffness)
     if increment.damped and increment.load >= FIRST:
-        what = "viscous flows, which continued where Newton's method made no progress, have dissipated"
-        energies = increment.damped, internal(increment.response)
-        require_share(
-            increment,
-            "flow",
-            gates.flow,
-            *energies,
-            what + " {} the internal energy",
-            "Use more solver.increments",
-        )
+        shares = increment.damped, internal(increment.response)
+        fact = "viscous flows, in place of Newton's method, have dissipated {} the internal energy"
+        require_share(increment, "flow", gates.flow, *shares, fact, "Use more solver.increments")
     unloaded = UNLOADED * yarn.youngs_modulus * yarn.diameter**3
     require_closed_ledger(recorder, increment.index, gates.ledger, unloaded)
 
@@ -216,7 +210,9 @@ def require_small_hourglass(increment: Increment, limit: float, coefficient: flo
     )
 
 
-def require_small_viscosity(increment: Increment, gates: Any, stabilisation: float, reaction: Floats) -> None:
+def require_small_viscosity(
+    increment: Increment, gates: SolidGates, stabilisation: float | None, reaction: Floats
+) -> None:
     """Refuse a state in which viscous forces carry load: those of stabilisation, or the drag of yarns that are loose.
 
     Raises ConvergenceError if their dissipation exceeds the share ``gates.stabilisation`` of the internal
@@ -228,10 +224,8 @@ def require_small_viscosity(increment: Increment, gates: Any, stabilisation: flo
         what = f"the viscous force of solver.stabilisation = {stabilisation:g}"
         remedy = "Use a smaller solver.stabilisation, or none"
     # without flows, which have a gate of their own
-    lost, fact = (
-        energy.get("stabilisation", 0.0) - increment.damped,
-        what + " has dissipated {} the internal energy",
-    )
+    lost = energy.get("stabilisation", 0.0) - increment.damped
+    fact = what + " has dissipated {} the internal energy"
     require_share(increment, "stabilisation", gates.stabilisation, lost, energy["internal"], fact, remedy)
     force, fact = increment.response.viscous_force, f"{what} is {{}} the reaction, {pull:.3g} N"
     require_share(increment, "viscous_force", gates.viscous_force, force, pull, fact, remedy)

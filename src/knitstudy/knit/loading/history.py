@@ -68,10 +68,10 @@ def load_path(scene: Scene, specimen: Fabric) -> Motion:
         legs = np.array(scene.load.path)
         corners = tuple((np.arange(len(legs)) + 1) / len(legs))
         return Motion(legs, corners, (), axis=2, length=float(specimen.size[2]))
-    axis = DIRECTIONS.index(scene.load.direction)
-    length = float(specimen.size[axis])
-    stops = tuple(stop / scene.load.strain for stop in scene.load.stops)
-    return Motion(scene.load.strain * length * np.eye(3)[[axis]], (1.0,), stops, axis, length)
+    axis = DIRECTIONS.index(scene.value("load.direction"))
+    length, strain = float(specimen.size[axis]), scene.load.strain
+    stops = tuple(stop / strain for stop in scene.load.stops)
+    return Motion(strain * length * np.eye(3)[[axis]], (1.0,), stops, axis, length)
 
 
 # Which strains of a cell a deformation prescribes, by `load.deformation`

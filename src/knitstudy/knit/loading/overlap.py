@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
 from knitstudy.knit.loading.history import Stations
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.arrays import Floats, Ints
 
 # Distance of the places that are compared, over the radius: an overlap comes out smaller by at most a hundredth
 SPACING = 0.25
@@ -71,14 +71,15 @@ def _fine(
     radius: float,
     length: Floats | None,
     vectors: Floats | None,
-) -> tuple[Floats, Floats, Floats]:
+) -> tuple[Floats, Ints, Floats]:
     """Return places (k, 3) close together along all yarns that are no images, their yarns and arc lengths (k,)."""
     parts = []
     for number in range(int(stations.yarn.max()) + 1 if length is None else len(length)):
         here = stations.yarn == number
         s, x = stations.arc_length[here], places[here]
-        if length is not None and s[-1] < (1 - 1e-9) * length[number]:
+        if length is not None and vectors is not None and s[-1] < (1 - 1e-9) * length[number]:
             s, x = np.append(s, length[number]), np.concatenate([x, x[:1] + vectors[0]])
         fine = np.linspace(s[0], s[-1], 1 + int(np.ceil((s[-1] - s[0]) / (SPACING * radius))))
         parts.append((CubicSpline(s, x)(fine), np.full(len(fine), number), fine))
-    return tuple(np.concatenate(values) for values in zip(*parts, strict=True))
+    points, yarns, s = (np.concatenate(values) for values in zip(*parts, strict=True))
+    return points, yarns, s

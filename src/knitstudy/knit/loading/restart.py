@@ -16,6 +16,9 @@ from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.increment import Increment, Rate
 from knitstudy.mechanics.model import Response
 
+PLAIN: dict[str, Any] = {"index": int, "load": float, "size": float, "largest": float, "damped": float}
+"""Numbers of an increment, and their types."""
+
 _LEAVES = (np.ndarray, np.generic, bool, int, float, str)
 _SCALARS = (bool, int, float, str)
 # Columns that gates and tables judge
@@ -42,13 +45,9 @@ class Checkpoint:
         for name, parts in recorder.flat.items():
             columns[f"flat.{name}"] = np.concatenate(parts)
             columns["flat_ends"] = np.cumsum([len(part) for part in parts])
-        scalars = {
+        scalars: dict[str, Any] = {
             "key": self.key,
-            "index": increment.index,
-            "load": increment.load,
-            "size": increment.size,
-            "largest": increment.largest,
-            "damped": increment.damped,
+            **{name: getattr(increment, name) for name in PLAIN},
             "headway": np.array(increment.headway),
             "rate_sizes": np.array([rate.increment for rate in increment.rates]),
             "updates": np.array(increment.updates),
@@ -56,7 +55,7 @@ class Checkpoint:
             "mean_force": increment.response.mean_force,
         } | {f"meter.{name}": value for name, value in recorder.meter.read().items()}
         with replacing(self.path) as temporary, open(temporary, "wb") as file:
-            np.savez(file, **scalars, **state, **rates, **columns)
+            np.savez(file, allow_pickle=False, **(scalars | state | rates | columns))
 
     def load(self, recorder: Recorder) -> Increment | None:
         """Return the increment to go on from and fill the recorder; None if there is no file.
@@ -91,16 +90,12 @@ class Checkpoint:
         since, failed, tried = data["headway"].tolist()
         rates = (Rate(float(size), data[f"rate.{i}"]) for i, size in enumerate(data["rate_sizes"]))
         return Increment(
-            index=int(data["index"]),
-            load=float(data["load"]),
             state=_value(self.state_type, data, "state"),
             response=Response(data["force"], float(data["mean_force"])),
-            size=float(data["size"]),
-            largest=float(data["largest"]),
-            damped=float(data["damped"]),
             headway=(since, int(failed), int(tried)),
             rates=tuple(rates),
             updates=tuple(data["updates"]),
+            **{name: kind(data[name]) for name, kind in PLAIN.items()},
         )
 
 
@@ -146,7 +141,7 @@ def _value(hint: Any, data: dict[str, Floats], name: str) -> Any:
         if not any(entry == name or entry.startswith(f"{name}.") for entry in data):
             return None
         hint = next(part for part in get_args(hint) if part is not type(None))
-    if is_dataclass(hint):
+    if isinstance(hint, type) and is_dataclass(hint):
         hints = get_type_hints(hint)
         return hint(
             **{field.name: _value(hints[field.name], data, f"{name}.{field.name}") for field in fields(hint)}

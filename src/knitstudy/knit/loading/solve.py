@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections import defaultdict
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
@@ -111,7 +111,7 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
     """
     reuse_memory()
     scene, place = problem.scene, problem.motion.place
-    deepest, most = scene.value("gates.overlap"), scene.value("load.largest_force")  # of cells alone
+    most, axis = scene.value("load.largest_force"), problem.motion.axis  # of cells alone
     recorder = Recorder(problem.stations, problem.driven, problem.motion, problem.meter or Meter())
     checkpoint = Checkpoint(run.restart, scene.hash, type(problem.model.start())) if run.restart else None
     last = checkpoint.load(recorder) if checkpoint else None
@@ -123,36 +123,14 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
     increments = problem.increments(run.progress, resume=last)
     try:
         with serial_blas():
-            increment = next(increments, None)
-            errors: defaultdict[str, list[float]] = defaultdict(list)
-            while increment is not None:
-                _record(problem, recorder, increment)
-                coarse = _check(problem, increment, recorder)
-                if coarse is not None:
-                    # Errors of this increment and of the larger ones that it is a part of
-                    alike = errors[coarse.unit]
-                    alike.append(coarse.error)
-                    if len(alike) < 3 or alike[-1] <= WORTHWHILE * alike[-3]:
-                        recorder.drop()
-                        increment = increments.send(str(coarse))
-                        continue
-                    if not coarse.bearable:
-                        raise coarse
-                require_lasting_friction(recorder, increment.index)
-                if deepest is not None:
-                    require_apart(recorder, increment.index, deepest)
-                last = increment
+            for last in _accepted(problem, recorder, increments):
                 if checkpoint:
                     # Writing takes a tenth of a reduced model's time and is not part of its cost.
                     with recorder.meter.paused():
-                        checkpoint.save(increment, recorder)
-                run.progress(increment.load, place(increment.load))
-                if (
-                    most is not None
-                    and abs(recorder.columns["force_per_width"][-1][problem.motion.axis]) >= most
-                ):
+                        checkpoint.save(last, recorder)
+                run.progress(last.load, place(last.load))
+                if most is not None and abs(recorder.columns["force_per_width"][-1][axis]) >= most:
                     return _history(problem, recorder, last).assign_attrs(full_load=last.load)
-                increment, errors = next(increments, None), defaultdict(list)
     except ConvergenceError as error:
         if last is not None and last.load > 0:
             if len(recorder.columns["load"]) > last.index + 1:
@@ -161,6 +139,35 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
             error.history = _history(problem, recorder, last).assign_attrs(incomplete=f"{reached}: {error}")
         raise
     return _history(problem, recorder, last)
+
+
+def _accepted(
+    problem: Problem, recorder: Recorder, increments: Generator[Increment, str | None, None]
+) -> Iterator[Increment]:
+    """Record converged increments and yield those that all checks accept; raises ConvergenceError as these."""
+    deepest = problem.scene.value("gates.overlap")
+    errors: defaultdict[str, list[float]] = defaultdict(
+        list
+    )  # of an increment and of those that it is a part of
+    increment = next(increments, None)
+    while increment is not None:
+        _record(problem, recorder, increment)
+        coarse = _check(problem, increment, recorder)
+        if coarse is not None:
+            alike = errors[coarse.unit]
+            alike.append(coarse.error)
+            if len(alike) < 3 or alike[-1] <= WORTHWHILE * alike[-3]:
+                recorder.drop()
+                increment = increments.send(str(coarse))
+                continue
+            if not coarse.bearable:
+                raise coarse
+        require_lasting_friction(recorder, increment.index)
+        if deepest is not None:
+            require_apart(recorder, increment.index, deepest)
+        yield increment
+        errors.clear()
+        increment = next(increments, None)
 
 
 def _check(problem: Problem, increment: Increment, recorder: Recorder) -> CoarseIncrement | None:
@@ -196,12 +203,12 @@ def _record(problem: Problem, recorder: Recorder, increment: Increment) -> None:
     )
 
 
-def _history(problem: Problem, recorder: Recorder, last: Increment) -> xr.Dataset:
+def _history(problem: Problem, recorder: Recorder, last: Increment | None) -> xr.Dataset:
     """Return the history so far, with the fields of the last increment if asked for."""
     scene, solver = problem.scene, problem.solver
     refinement = scene.value("mesh.refinement")
     fewest = None if refinement is None else fewest_across(scene.specimen, refinement)
-    fields = problem.fields(last.state) if problem.fields else {}
+    fields = problem.fields(last.state) if problem.fields and last else {}
     return recorder.to_dataset(
         problem.constants | fields,
         scene=scene.name,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -130,14 +131,16 @@ def _side_by_side(meshes: list[SweptMesh], shift: Floats) -> SweptMesh:
         for name in ("nodes", "centres")
     )
     names = ("frames", "arc_length", "pull")
-    joined = {name: np.concatenate([getattr(mesh, name) for mesh in meshes]) for name in names}
+    joined: dict[str, Any] = {
+        name: np.concatenate([getattr(mesh, name) for mesh in meshes]) for name in names
+    }
     first = np.cumsum([0, *(mesh.slices for mesh in meshes)])
     return replace(meshes[0], nodes=nodes, centres=centres, first_slice=first, **joined)
 
 
 def mesh_scene(scene: Scene, fabric: Fabric) -> SweptMesh:
     """Mesh a scene's fabric with hexahedra, as its keys say."""
-    keys = scene.mesh
+    keys = scene.value("mesh")
     return mesh_fabric(fabric, keys.size, keys.growth, keys.refinement, load_of(scene))
 
 

@@ -97,11 +97,11 @@ def check_overlap(curves: Sequence[Centreline], radius: float, tolerance: float 
         apart = (yarn[first] != yarn[second]) | (np.abs(s[first] - s[second]) > np.pi * radius)
         if apart.any():
             at = np.flatnonzero(apart)[np.argmin(near["v"][apart])]
-            nearest = min(nearest, (near["v"][at], first[at], second[at]))
-    distance, first, second = nearest
-    if first >= 0:
+            nearest = min(nearest, (float(near["v"][at]), int(first[at]), int(second[at])))
+    distance, one, other = nearest
+    if one >= 0:
         raise MeshError(
-            f"yarn {yarn[first]} at s = {s[first]:.6g} m and yarn {yarn[second]} at s = {s[second]:.6g} m "
+            f"yarn {yarn[one]} at s = {s[one]:.6g} m and yarn {yarn[other]} at s = {s[other]:.6g} m "
             f"overlap: their centrelines are {distance:.4g} m apart, less than {allowed:.4g} m: use a smaller "
             "yarn.diameter or a larger clearance"
         )
@@ -121,16 +121,8 @@ GIBIBYTE = 2**30
 def require_memory(need: float, key: str, size: float, what: str, power: int) -> None:
     """Refuse a discretisation that takes more memory than is free: MeshError that says which size would fit.
 
-    Parameters
-    ----------
-    need : float
-        Bytes that it takes, estimated.
-    key, size : str, float
-        The key that sets its element size, and its value in yarn radii.
-    what : str
-        What takes them, for the message.
-    power : int
-        Memory goes with size to the minus this power.
+    `need` are the bytes that `what` is estimated to take; they go with the size [yarn radii], the value of a key, to
+    the minus some power.
     """
     free = psutil.virtual_memory().available
     if need <= free:
@@ -157,21 +149,9 @@ def require_memory_to_mesh(curves: Sequence[Centreline], radius: float, size: fl
 
 
 def require_memory_to_simulate(unknowns: int, bandwidth: int, size: float, nodes: int = 8) -> None:
-    """Refuse a direct simulation that does not fit into memory.
+    """Refuse a direct simulation that does not fit into memory: MeshError that says which ``mesh.size`` would fit.
 
-    Parameters
-    ----------
-    bandwidth : int
-        Largest difference of node numbers in an element: factors of single yarns are bands of it.
-    size : float
-        ``mesh.size`` in yarn radii.
-    nodes : int
-        Of an element.
-
-    Raises
-    ------
-    MeshError
-        With the memory that the size would take, and a size that fits.
+    Factors of single yarns are bands; `bandwidth` is the largest difference of node numbers in an element.
     """
     need = unknowns * (BYTES_AN_UNKNOWN[nodes] + 3.0 * bandwidth * BYTES_AN_ENTRY)
     require_memory(need, "mesh.size", size, f"a simulation of {unknowns:.2g} unknowns", power=4)

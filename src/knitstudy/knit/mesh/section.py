@@ -23,7 +23,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from knitstudy.errors import MeshError
-from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 
 FEWEST_CORE = 3  # elements along a side of the core: 12 angles keep 91% of a circle's bending stiffness
 ROUNDING = (
@@ -136,8 +136,8 @@ def _narrow(points: Floats, quads: Ints, ring: Ints) -> tuple[Floats, Ints, Ints
     graph = csr_array((np.ones(pairs[0].size), pairs), shape=(size, size))
     directions = np.pi * np.arange(32) / 32 + 1e-3  # off the axes of symmetry, where nodes tie
     sweeps = [np.argsort(points @ [np.cos(a), np.sin(a)], kind="stable") for a in directions]
-    orders = [reverse_cuthill_mckee(graph.tocsr(), symmetric_mode=True), *sweeps]
-    order = min(orders, key=lambda order: np.ptp(np.argsort(order)[quads], axis=1).max())
+    orders = [np.asarray(reverse_cuthill_mckee(graph.tocsr(), symmetric_mode=True), dtype=np.int64), *sweeps]
+    order: Ints = min(orders, key=lambda order: np.ptp(np.argsort(order)[quads], axis=1).max())
     number = np.argsort(order)
     return points[order], number[quads], number[ring]
 
@@ -291,15 +291,16 @@ def place_slices(
         If two centred arc lengths, or one and the end of a period or grip, leave less than half an element between
         their layers.
     """
+    centred = np.asarray(centred, dtype=float)
     ends = np.sort(np.concatenate([np.linspace(0.0, length, periods + 1), ends]))
     ends = ends[np.diff(ends, prepend=-length) > SAME * length]
     ends[[0, -1]] = 0.0, length
-    bounds, is_layer = _parts(length, spacing, ends, np.asarray(centred, dtype=float))
+    bounds, is_layer = _parts(spacing, ends, centred)
     s, count = _element_count(length, spacing, bounds)
     at_bounds = np.interp(bounds, s, count)
     # Rounded first: the same numbers in whatever unit of length, halves included.
     number = np.round(np.round(np.diff(at_bounds), COUNT_DIGITS))
-    if len(centred):
+    if centred.size:
         _check_room(bounds, number)
     number = np.where(is_layer, 1, np.maximum(number, 1)).astype(int)
     first = np.concatenate([[0], np.cumsum(number)])
@@ -308,13 +309,8 @@ def place_slices(
     return slices
 
 
-def _parts(length: float, spacing: Spacing, ends: Floats, centred: Floats) -> tuple[Floats, Floats]:
+def _parts(spacing: Spacing, ends: Floats, centred: Floats) -> tuple[Floats, Bools]:
     """Bounds (p + 1,) of the parts of a yarn in m, and which parts (p,) are layers about ``centred``."""
-    if centred.size and not (0 < centred[0] and centred[-1] < length and (np.diff(centred) > 0).all()):
-        raise MeshError(
-            f"mesh spacing: centred arc lengths {centred.tolist()} m are not allowed; they must increase and "
-            f"lie between 0 and {length:.6g} m"
-        )
     half = 0.5 * spacing(centred)
     layers = np.stack([centred - half, centred + half], axis=-1)  # (c, 2)
     place = 2 * np.searchsorted(centred, ends)

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -111,8 +112,8 @@ def roll_towards(
     knots = np.stack([arc_length[layer], arc_length[layer + 1]], axis=-1).ravel()
     roll = np.repeat(roll, 2)
     part = np.clip(np.searchsorted(knots, arc_length, side="right") - 1, 0, knots.size - 2)
-    step = smooth_step((arc_length - knots[part]) / (knots[part + 1] - knots[part]))
-    return roll[part] + (roll[part + 1] - roll[part]) * step
+    share = smooth_step((arc_length - knots[part]) / (knots[part + 1] - knots[part]))
+    return roll[part] + (roll[part + 1] - roll[part]) * share
 
 
 def rolled(frames: Floats, roll: Floats) -> Floats:
@@ -270,7 +271,7 @@ class SweptMesh:
             raise DataFileError(
                 f"{source}: not a mesh; missing {', '.join(missing)}; needed are {', '.join(names)}"
             )
-        data = {name: dataset[name].to_numpy() for name in names if name != "hexahedra"}
+        data: dict[str, Any] = {name: dataset[name].to_numpy() for name in names if name != "hexahedra"}
         section = Section(*(data.pop(f"section_{name}") for name in ("points", "quads", "ring")))
         data["radius"] = float(data["radius"])
         still = np.zeros((len(data["arc_length"]), 2))
@@ -289,21 +290,18 @@ def sweep(
 ) -> SweptMesh:
     """Sweep a section along every centreline.
 
-    Frames do not spin about the centreline, but for the roll that turns facets to the targets.
+    Frames do not spin about the centreline, but for the roll that turns facets to the targets. `periods` and the `ends`
+    of every yarn are those of `place_slices`.
 
     Parameters
     ----------
     radius : float
-        Yarn radius, m.
+        Of the yarns. [m]
     spacing : Spacing, or a sequence of them
         One a yarn, or one for all.
-    periods : int
-        Number of equally long parts of a yarn (its loops) at whose ends slices stand.
     targets : sequence of Targets, optional
         One a yarn: places that shall lie in the middle of a layer of elements, and points that the middle of
         one of its facets shall face there.
-    ends : mapping of int to ndarray, optional
-        Arc lengths (k,) by yarn at which slices stand besides, m.
     grading : Grading
         How far sections are drawn towards the targets; the spacing along the yarn is ``spacing`` alone.
 

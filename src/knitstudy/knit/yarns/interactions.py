@@ -25,7 +25,7 @@ from scipy.spatial import cKDTree
 from knitstudy.errors import MeshError
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.scene.shared_sections import FacetContact
-from knitstudy.knit.yarns.discretisation import Discretisation, YarnContact, project_on_tube
+from knitstudy.knit.yarns.discretisation import ContactOfSolids, Discretisation, project_on_tube
 from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.contact.compliance import moments, polar_rule
 from knitstudy.mechanics.contact.friction import Coulomb
@@ -262,7 +262,7 @@ def _require_room(fabric: Fabric, discs: Discs, radius: float) -> None:
 MARGIN = 0.3
 
 
-def contact_of(yarns: Discretisation, keys: YarnContact, ties: Ties, meets: Bools | None) -> Contact:
+def contact_of(yarns: Discretisation, keys: ContactOfSolids, ties: Ties, meets: Bools | None) -> Contact:
     """Return the contact of those yarns that meet, as `Contact` has it, outside of their ties.
 
     Raises MeshError if yarns overlap before anything moves.

@@ -85,7 +85,30 @@ class SolidYarns:
         """Return the variables of a history that are known at its last increment alone."""
         return {"node_displacement": self.model.node_displacement(state)}
 
-    def record(self, state: SolidState) -> Reported:
+    def record(self, increment: Increment) -> Reported:
+        """Return columns of the history, and of the points in contact, with the net forces on every yarn.
+
+        Net force (Y, 3) [N] and moment (Y, 3) [N m] of all interactions on every yarn (Fig. 10a): at a free node the
+        internal force equals the force of the interactions; grips are left out. Moments are about the mean of the
+        yarn's stations.
+        """
+        parts, mesh, node_force = self.parts, self.parts.mesh, increment.response.node_force
+        assert node_force is not None  # of solids
+        columns, points = self.columns(increment.state)
+        force = node_force.copy()
+        force[np.concatenate([parts.ends.held, parts.ends.driven])] = 0
+        position = parts.nodes + self.model.node_displacement(increment.state)
+        stations = mesh.centres + columns["centreline_displacement"]
+        resultant, moment = np.zeros((2, mesh.yarns, 3))
+        for yarn in range(mesh.yarns):
+            here = parts.nodes_of(yarn)
+            centre = stations[mesh.yarn_of_slice == yarn].mean(axis=0)
+            arm = position[here] - parts.unity[here, None] * centre
+            resultant[yarn] = parts.unity[here] @ force[here]
+            moment[yarn] = np.cross(arm, force[here]).sum(axis=0)
+        return columns | {"yarn_force": resultant, "yarn_moment": moment}, points
+
+    def columns(self, state: SolidState) -> Reported:
         """Return the motion of stations and crossings and the forces at crossings, and the points in contact."""
         parts, facets = self.parts, self.facets
         moved = self.model.node_displacement(state)
@@ -172,7 +195,7 @@ def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns) -> Problem:
         motion=motion,
         driven=driven,
         stations=stations_of(yarns.parts.mesh),
-        observer=SolidObserver(yarns),
+        observer=yarns,
         checks=(sound(scene, model),),
         constants=yarns.ties.constants(),
         fields=yarns.fields if "fields" in scene.outputs else None,
@@ -188,8 +211,8 @@ def sound(scene: Scene, model: SolidModel) -> Check:
         gates=scene.gates,
         yarn=scene.yarn,
         stiffness=penalties,
-        hourglass=scene.value("solver.hourglass") or 0.0,
-        stabilisation=scene.value("solver.stabilisation") or 0.0,
+        hourglass=scene.value("solver.hourglass"),
+        stabilisation=scene.value("solver.stabilisation"),
         loaded=model.loaded,
     )
 
@@ -209,37 +232,6 @@ def _prescribed(yarns: SolidYarns, motion: Motion, lateral: str) -> tuple[Prescr
     value = np.zeros((len(moved), len(fixed)))
     value[:, held.size :] = (unity[ends.driven][:, None] * moved[:, None]).reshape(len(moved), -1)
     return PrescribedDisplacement(fixed, value, motion.corners, motion.stops), driven[unity[ends.driven] == 1]
-
-
-@dataclass(frozen=True, eq=False)
-class SolidObserver:
-    """Reports crossings and contact of solid yarns, and the net forces on every yarn."""
-
-    yarns: SolidYarns
-
-    def record(self, increment: Increment) -> Reported:
-        """Return columns of the history, and of the points in contact.
-
-        Net force (Y, 3) [N] and moment (Y, 3) [N m] of all interactions on every yarn (Fig. 10a): at a free node the
-        internal force equals the force of the interactions; grips are left out. Moments are about the mean of the
-        yarn's stations.
-        """
-        parts, mesh = self.yarns.parts, self.yarns.parts.mesh
-        columns, points = self.yarns.record(increment.state)
-        node_force = increment.response.node_force
-        assert node_force is not None  # of solids
-        force = node_force.copy()
-        force[np.concatenate([parts.ends.held, parts.ends.driven])] = 0
-        position = parts.nodes + self.yarns.model.node_displacement(increment.state)
-        stations = mesh.centres + columns["centreline_displacement"]
-        resultant, moment = np.zeros((2, mesh.yarns, 3))
-        for yarn in range(mesh.yarns):
-            here = parts.nodes_of(yarn)
-            centre = stations[mesh.yarn_of_slice == yarn].mean(axis=0)
-            arm = position[here] - parts.unity[here, None] * centre
-            resultant[yarn] = parts.unity[here] @ force[here]
-            moment[yarn] = np.cross(arm, force[here]).sum(axis=0)
-        return columns | {"yarn_force": resultant, "yarn_moment": moment}, points
 
 
 def structure(yarns: SolidYarns, prescribed: PrescribedDisplacement) -> KnitStructure:
