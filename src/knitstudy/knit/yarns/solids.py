@@ -29,17 +29,20 @@ from knitstudy.knit.scene.shared_sections import Tie
 from knitstudy.knit.yarns.discretisation import Discretisation
 from knitstudy.knit.yarns.interactions import (
     Ties,
-    contact_of,
     drag_of,
     tie_crossings,
 )
 from knitstudy.mechanics.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 from knitstudy.mechanics.linear import LU, LinearSolver
 from knitstudy.mechanics.linear.krylov import Krylov
 from knitstudy.mechanics.linear.three_scale import AlgebraicMultigrid, KnitStructure, ThreeScale
 from knitstudy.mechanics.model import Stabilisation, transformation
 from knitstudy.mechanics.solid import SolidModel, SolidState
+
+# Distance up to which pairs of points and surfaces are followed, over the yarn's radius
+MARGIN = 0.3
 
 # Up to here sparse LU replaces iterations that fail; beyond, it takes too much time and memory
 DIRECT_UNKNOWNS = 20_000
@@ -172,7 +175,16 @@ def assemble(
     fixed = np.concatenate([*grips, ties.joined])
     model = SolidModel(
         *solids,
-        contact=contact_of(parts, parts.contact, ties, meets),
+        contact=Contact(
+            parts.nodes,
+            parts.surfaces,
+            parts.contact.law,
+            meets=meets,
+            free=ties.free,
+            points=parts.contact.points,
+            margin=MARGIN * parts.mesh.radius,
+            overlap=parts.contact.overlap,
+        ),
         penetration=parts.contact.penetration,
         drag=None if viscosity else drag_of(parts, fixed, volume, scene.yarn.youngs_modulus),
     )
