@@ -225,26 +225,21 @@ def optimise(loop: Loop, settings: Any) -> tuple[Loop, Optimum]:
     start = loop.in_radii()
     cost = CostFunction(start, settings)
     check_interlock(cost, start.control_points)
-    motions = symmetric_motions(free_components(settings.free, len(start.control_points)), symmetries(start))
+    motions = symmetric_motions(free_components(settings.free), symmetries(start))
     optimum = minimise(cost, start.control_points, motions)
     check_contact(cost, optimum.points)
     check_interlock(cost, optimum.points)
     return replace(loop, control_points=optimum.points * loop.radius), optimum
 
 
-def free_components(free: Sequence[str], count: int) -> Bools:
-    """Return which components (count, 3) may move, from one text of the letters x, y and z a control point.
+def free_components(free: Sequence[str]) -> Bools:
+    """Return which components (P, 3) may move, from one text of the letters x, y and z a control point.
 
     Examples
     --------
-    >>> free_components(["xz", ""], count=2).tolist()
+    >>> free_components(["xz", ""]).tolist()
     [[True, False, True], [False, False, False]]
     """
-    if len(free) != count or not all(set(names) <= set("xyz") for names in free):
-        raise GeometryError(
-            f"geometry.free = {list(free)}: allowed is one entry for each of the {count} control points, "
-            "made of the letters x, y and z, or empty where the point is held"
-        )
     return np.array([[axis in names for axis in "xyz"] for names in free])
 
 

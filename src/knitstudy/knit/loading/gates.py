@@ -42,8 +42,8 @@ def require_sound(
     gates: Any,
     yarn: Yarn,
     stiffness: str = "beam.stiffness",  # keys of the stiffness of contact
-    hourglass: float | None = None,  # coefficient of hexahedra
-    stabilisation: float | None = None,  # viscosity of solids
+    hourglass: float = 0.0,  # of solids: coefficients of hourglass stiffness and of viscosity
+    stabilisation: float = 0.0,
     loaded: Callable[[Response], bool] | None = None,  # of solids: whether forces are more than rounding
     # energy of the yarns in a response [J]: of cells that begin at rest, with what they store there
     internal: Callable[[Response], float] = lambda response: response.energy["internal"],
@@ -55,7 +55,7 @@ def require_sound(
     """
     if loaded is not None and increment.load >= FIRST:
         resists = loaded(increment.response)
-        if hourglass and increment.response.energy.get("hourglass") and (resists or stores_work(recorder)):
+        if increment.response.energy.get("hourglass") and (resists or stores_work(recorder)):
             require_small_hourglass(increment, gates.hourglass, hourglass)
         if resists:
             require_small_viscosity(increment, gates, stabilisation, recorder.columns["reaction"][-1])
@@ -199,19 +199,14 @@ def require_small_hourglass(increment: Increment, limit: float, coefficient: flo
     energy = increment.response.energy
     at = f", taken at the usual {USUAL_HOURGLASS}," if coefficient < USUAL_HOURGLASS else ""
     usual = "" if coefficient == USUAL_HOURGLASS else f"solver.hourglass {USUAL_HOURGLASS}, "
-    require_share(
-        increment,
-        "hourglass",
-        limit,
-        energy["hourglass"] * max(1.0, USUAL_HOURGLASS / coefficient),
-        energy["internal"],
-        f"hourglass energy{at} is {{}} the internal energy with solver.hourglass = {coefficient:g}",
-        f"Use {usual}a smaller mesh.size, or mesh.element 'quadratic'",
-    )
+    part = energy["hourglass"] * max(1.0, USUAL_HOURGLASS / coefficient)
+    fact = f"hourglass energy{at} is {{}} the internal energy with solver.hourglass = {coefficient:g}"
+    remedy = f"Use {usual}a smaller mesh.size, or mesh.element 'quadratic'"
+    require_share(increment, "hourglass", limit, part, energy["internal"], fact, remedy)
 
 
 def require_small_viscosity(
-    increment: Increment, gates: SolidGates, stabilisation: float | None, reaction: Floats
+    increment: Increment, gates: SolidGates, stabilisation: float, reaction: Floats
 ) -> None:
     """Refuse a state in which viscous forces carry load: those of stabilisation, or the drag of yarns that are loose.
 

@@ -223,8 +223,8 @@ def sound(scene: Scene, model: SolidModel) -> Check:
         gates=scene.gates,
         yarn=scene.yarn,
         stiffness=penalties,
-        hourglass=scene.value("solver.hourglass"),
-        stabilisation=scene.value("solver.stabilisation"),
+        hourglass=scene.value("solver.hourglass") or 0.0,
+        stabilisation=scene.value("solver.stabilisation") or 0.0,
         loaded=model.loaded,
     )
 
