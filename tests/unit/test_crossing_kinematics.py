@@ -209,7 +209,7 @@ def test_history_of_a_simulation_holds_the_motion_of_sections(plain_scene):
     history = solve(scene, pair, mesh=mesh)
     assert history["section_gradient"].dims == ("increment", "crossing", "side", "xyz", "undeformed_xyz")
     assert not history["section_displacement"][0].any()
-    nodes = build(scene, pair, mesh=mesh).observer.yarns.parts.nodes
+    nodes = build(scene, pair, mesh=mesh).observer.parts.nodes
     motion = section_motion(pair.crossings, mesh, nodes, history["node_displacement"].to_numpy())
     np.testing.assert_allclose(history["section_gradient"][-1], motion.gradient, rtol=1e-12, atol=1e-15)
     np.testing.assert_allclose(

@@ -40,7 +40,7 @@ def test_no_crossing_is_lost(knit, pieces):
 
 def moved(scene, pieces, way):
     """Return the displacement of all sections of all pieces when the driven nodes alone move."""
-    parts = build(scene, pieces).observer.yarns.parts
+    parts = build(scene, pieces).observer.parts
     u = np.zeros(parts.nodes.shape)
     u[parts.ends.driven] = parts.unity[parts.ends.driven, None] * way
     u[parts.ends.held] = np.nan
@@ -83,7 +83,7 @@ def test_sinker_that_is_free_across_the_load_is_led_to_its_first_contact(scene, 
     wide = scene.vary({"interaction": "isotropic", **size})
     fabric = cut_cells(knit_of(wide).loop, 4, 1)
     for lateral, expected in (("fixed", False), ("free", [6])):
-        yarns = build(wide.replace("load.lateral", lateral), fabric).observer.yarns
+        yarns = build(wide.replace("load.lateral", lateral), fabric).observer
         drag = yarns.model.drag
         assert (drag is not None and np.unique(yarns.parts.yarn[drag[::3] > 0]).tolist()) == expected
 
@@ -121,7 +121,7 @@ def test_honeycomb_of_cut_cells_ends_half_way_up_its_legs(knit, pieces):
 def test_yarns_touch_beside_every_tie(scene, knit, pieces):
     """Several arches are tied to one yarn. One that is moved into its neighbour is pressed back, but not by the tie."""
     touching = scene.vary({"interaction": "isotropic", "contact.tied_edges": "outer"})
-    yarns = build(touching, pieces).observer.yarns
+    yarns = build(touching, pieces).observer
     model, unity = yarns.model, yarns.parts.unity
     last_arch = yarns.parts.nodes_of(2)
 
