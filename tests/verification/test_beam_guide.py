@@ -7,7 +7,7 @@ from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.models.spline_yarns import beam_guide
 from knitstudy.knit.models.spline_yarns.build import discretise
-from knitstudy.knit.simulate import solve
+from knitstudy.knit.simulate import build, solve
 from knitstudy.mechanics.rotation import exp
 from knitstudy.run.configuration import load_scene
 
@@ -30,7 +30,7 @@ def test_yarns_follow_a_rigid_motion_of_the_beams(knit, verify):
     """Every coefficient turns with the knit, and those of the constant move with it."""
     scene, fabric, parts = knit
     guide = beam_guide.BeamGuide(scene, fabric, parts.space, np.arange(len(parts.nodes)))
-    stations = beam_guide.beams_in_contact.build(guide.scene, fabric).stations
+    stations = build(guide.scene, fabric).stations
     rotation = exp(TURN)
     moved = stations.position @ rotation.T + SHIFT - stations.position
     way = np.hstack([moved, np.tile(TURN, (len(moved), 1))])

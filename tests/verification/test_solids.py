@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hexahedral_block import ISOTROPIC, LAWS, block, connect, made_of, solid, unknowns, with_middles
+from hexahedral_block import ISOTROPIC, LAWS, block, connect, solid, unknowns, with_middles
 
 from knitstudy.mechanics.elements import hexahedron, quadratic
 from knitstudy.mechanics.elements.hexahedron import CORNERS, GAUSS, OnePointHexahedron, jacobians
@@ -13,7 +13,7 @@ from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
-from knitstudy.mechanics.materials import VOIGT, Material
+from knitstudy.mechanics.materials import Material
 from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.model import Memoryless
 from knitstudy.mechanics.rotation import exp
@@ -99,49 +99,6 @@ def test_rigid_rotation(name, law, verify):
     error = np.abs(after.force.reshape(-1, 3) - turned).max() / np.abs(turned).max()
     verify.at_most(f"superposed rotation, {name}, {law}: force", error, 1e-10)
     assert after.energy["internal"] == pytest.approx(before.energy["internal"], rel=1e-10)
-
-
-@laws
-def test_material_tangent(law, verify):
-    """Stress is the derivative of energy and the tangent that of stress, also at repeated principal strains."""
-    material = made_of(law)
-    strain = 0.1 * np.random.default_rng(2).normal(size=(6, 3, 3))
-    strain = 0.5 * (strain + np.swapaxes(strain, 1, 2))
-    strain[0], strain[1], strain[2] = 0, 0.1 * np.eye(3), np.diag([0.1, 0.1, -0.1])
-    axes = exp(np.random.default_rng(6).normal(size=(6, 3))) if material.directional else None
-    answer = material.respond(strain, True, axes)
-    step, error = 1e-5, 0.0
-    for column, (i, j) in enumerate(VOIGT):
-        change = np.zeros((3, 3))
-        change[i, j] += 0.5 * step
-        change[j, i] += 0.5 * step
-        plus, minus = (material.respond(strain + sign * change, False, axes) for sign in (1, -1))
-        slope = (plus.energy - minus.energy) / (2 * step)
-        np.testing.assert_allclose(slope, answer.stress[:, i, j], atol=1e-8)
-        slopes = (plus.stress - minus.stress)[:, VOIGT[:, 0], VOIGT[:, 1]] / (2 * step)
-        error = max(error, np.abs(slopes - answer.tangent[:, :, column]).max())
-    verify.at_most(f"tangent, {law}", error / np.abs(answer.tangent).max(), 1e-6, "central differences")
-
-
-@laws
-@elements
-def test_element_tangent(name, law, verify):
-    """The tangent agrees with central differences of the force, whose error falls with the square of the step."""
-    rng = np.random.default_rng(3)
-    kind = KINDS[name]
-    count = len(kind.natural)
-    nodes = 0.5 * (kind.natural + 1) + kind.distortion * rng.normal(size=(4, count, 3))
-    element = kind.build(nodes, made_of(law))
-    u = kind.displacement * rng.normal(size=nodes.shape)
-    direction = rng.normal(size=nodes.shape)
-    stiffness = element.respond(slice(None), u, stiffness=True).stiffness.reshape(4, count, count, 3, 3)
-    exact = np.einsum("eabik,ebk->eai", stiffness, direction)
-    errors = []
-    for step in kind.steps:
-        forces = [element.respond(slice(None), u + sign * step * direction, False).force for sign in (1, -1)]
-        errors.append(np.abs((forces[0] - forces[1]) / (2 * step) - exact).max() / np.abs(exact).max())
-    verify.at_most(f"tangent, {name}, {law}", errors[1], 1e-6, "central differences")
-    assert errors[0] / errors[1] == pytest.approx(4, rel=0.1)
 
 
 class Loaded(Memoryless):
