@@ -6,9 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from half_spaces import hertz
+from refusals import refusal
 from scipy.spatial import cKDTree
 
-from knitstudy.errors import ConvergenceError, GeometryError
 from knitstudy.knit.models.beam.contact import joined
 from knitstudy.mechanics.beams.beam_contact import NO_LATTICE, BeamContact
 from knitstudy.mechanics.beams.contact_points import Axes, ContactPoints
@@ -37,15 +37,6 @@ def test_pairs_of_a_stretched_knit_need_no_new_search(stretch, monkeypatch):
     near = near[near[:, 0] // 20 != near[:, 1] // 20]
     assert len(near) > 10
     assert set(map(tuple, actual.both.tolist())) == set(map(tuple, near.tolist()))
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_stiffness_and_stiffening_are_derivatives_of_force(law):
-    approach, step = np.array([2e-5, 1e-6, -3e-6]), 1e-9
-    slopes = (np.array(law.force(approach + step)) - law.force(approach - step)) / (2 * step)
-    _, stiffness, stiffening = law.force(approach)
-    np.testing.assert_allclose(stiffness, slopes[0], rtol=1e-5)
-    np.testing.assert_allclose(stiffening, slopes[1], rtol=1e-5, atol=1e-9)
 
 
 def test_cylinders_that_cross_are_half_spaces_where_patches_are_small():
@@ -96,7 +87,7 @@ def test_points_of_yarns_that_repeat_themselves_go_on_over_their_images():
 
 
 def test_yarns_of_two_stations_are_refused():
-    with pytest.raises(GeometryError, match=r"yarn 1 has 2 beam nodes: .* needs at least 3"):
+    with refusal(r"yarn 1 has 2 beam nodes: .* needs at least 3"):
         ContactPoints.of(np.array([0, 0, 0, 1, 1]), np.array([0, 1, 2, 0, 1.0]), 2)
 
 
@@ -164,5 +155,5 @@ def test_a_yarn_that_slides_off_the_end_of_another_is_refused(twice):
     pressed, wave = replace(state, contact=contact.commit(state)), (np.arange(122) >= 61)[:, None]
     near, off = (replace(pressed, position=pressed.position + wave * [x, 0, 0]) for x in (-0.7, -1.5))
     assert contact.commit(near).force[0].any()
-    with pytest.raises(ConvergenceError, match=r"yarns 0 and 1 has slid to the end of a yarn"):
+    with refusal(r"yarns 0 and 1 has slid to the end of a yarn"):
         contact.commit(off)

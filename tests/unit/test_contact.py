@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from refusals import refusal
 from scipy.spatial import cKDTree
 from tubes import crossing, hairpin
 
-from knitstudy.errors import ConvergenceError, MeshError
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK, ContactHistory, Coulomb
 from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.contact.interaction import Contact
@@ -199,7 +199,7 @@ def test_multipliers_carry_the_pressure_without_penetration(pressed):
 
 def test_surfaces_that_overlap_from_the_start_are_refused():
     nodes, grids, _ = crossing(-0.05)
-    with pytest.raises(MeshError, match=r"overlap by 0\.048 "):
+    with refusal(r"overlap by 0\.048 "):
         contact(nodes, grids, meets=APART)
 
 
@@ -209,7 +209,7 @@ def test_sliding_over_the_end_of_a_surface_is_refused():
     on = nodes + np.where(upper[:, None], [2.8, 0, -0.08], 0)
     history = answer.commit(answer.points(on, nodes, ContactHistory.empty()))
     off = on + np.where(upper[:, None], [1.0, 0, 0], 0)
-    with pytest.raises(ConvergenceError, match="over the end of a surface"):
+    with refusal("over the end of a surface"):
         answer.commit(answer.points(off, on, history))
 
 

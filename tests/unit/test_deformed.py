@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
+from refusals import refusal
 
-from knitstudy.errors import ConfigurationError
 from knitstudy.knit.geometry.fabric_file import fabric_dataset
 from knitstudy.knit.geometry.lay_out import initial_loop
 from knitstudy.knit.geometry.specimens import endless_cell, plain_knit
@@ -123,7 +123,7 @@ def test_a_cell_is_drawn_three_times_in_both_directions(plain_scene, at_rest):
     ],
 )
 def test_a_colour_that_the_history_lacks_is_refused(knit_of_two, colour, message):
-    with pytest.raises(ConfigurationError, match=message):
+    with refusal(message):
         deformed.deformed(SCENE, fabric_dataset(knit_of_two), history_of(knit_of_two), colour=colour)
 
 

@@ -41,7 +41,7 @@ def has(scene, key):
 
 @pytest.mark.parametrize("name", ["columns", "keys"])
 def test_documentation_is_up_to_date(docs_script, name):
-    """Otherwise: python docs/NAME.py."""
+    """Otherwise: python docs/reference/NAME.py."""
     docs = docs_script(name)
     page = docs.PAGE.read_text(encoding="utf-8")
     assert (docs.renewed(page) if name == "columns" else docs.keys_page()) == page

@@ -5,15 +5,15 @@ import re
 import numpy as np
 import pytest
 from loops import KEPT, OUTCOMES, loop_map
+from refusals import refusal
 
-from knitstudy.errors import ConfigurationError
 from knitstudy.files import read_table
 from knitstudy.knit.geometry.drawn_loop import LoopTarget, peirce_length
 from knitstudy.knit.geometry.fit import ROUNDS, fitted_loop
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.geometry.loop import Loop
 from knitstudy.knit.geometry.loop_metrics import loop_metrics
-from knitstudy.knit.geometry.loop_room import ITERATIONS, LARGEST_CURVATURE, InfeasibleLoop
+from knitstudy.knit.geometry.loop_room import ITERATIONS, LARGEST_CURVATURE
 from knitstudy.knit.geometry.symmetry import symmetries
 from knitstudy.knit.scene.alternatives import diameter_of, read_points
 from knitstudy.run.configuration import load_scene
@@ -71,7 +71,7 @@ def test_loop_has_the_length_that_is_asked_for(settings):
 @pytest.mark.parametrize("diameter", [pytest.param(0.2e-3, marks=pytest.mark.full), 0.25e-3])
 def test_length_that_does_not_fit_is_refused_with_one_that_does(settings, diameter):
     """How long the named one is depends on rounding: 5.1 to 6.3 mm of the thinner yarn."""
-    with pytest.raises(InfeasibleLoop, match=r"loop_length 8 mm: yarns of .* touch") as refused:
+    with refusal(r"loop_length 8 mm: yarns of .* touch") as refused:
         fitted_loop(jersey(diameter, 8e-3), settings)
     actual = re.search(r"A loop of ([\d.]+) mm fits, the free one has ([\d.]+) mm", str(refused.value))
     named, free = map(float, actual.groups())
@@ -81,16 +81,13 @@ def test_length_that_does_not_fit_is_refused_with_one_that_does(settings, diamet
 
 
 def test_wales_too_wide_for_a_drawn_interlock_are_refused_with_a_remedy(settings):
-    with pytest.raises(
-        InfeasibleLoop, match=r"no loop is drawn that interlocks: .*take a pattern.wale_spacing of"
-    ):
+    with refusal(r"no loop is drawn that interlocks: .*take a pattern.wale_spacing of"):
         fitted_loop(LoopTarget(COURSE, 10 * COURSE, 0.1e-3, 0.01), settings)
 
 
 def test_yarn_that_is_too_thick_is_refused_with_limit_and_spacings_that_fit(settings):
-    with pytest.raises(InfeasibleLoop, match="yarns of one row touch beside") as refused:
+    with refusal("yarns of one row touch beside") as refused:
         fitted_loop(jersey(0.3e-3), settings)
-    assert "\n" not in str(refused.value)
     four_side_by_side = WALE / (4 * 0.3e-3 * 1.005)
     assert refused.value.share == pytest.approx(four_side_by_side, rel=2e-3), "the thickest one is found"
     actual = re.search(r"course_spacing ([\d.]+) and .* ([\d.]+) mm, or .* ([\d.]+) mm$", str(refused.value))
@@ -135,21 +132,6 @@ def test_diameter_of_a_yarn_is_that_of_peirce():
     assert diameter_of(590.5 / count, 1e3 / 1.1) == pytest.approx(
         34.14e-3 * 25.4e-3 * np.sqrt(1.1 / count), rel=1e-3
     )
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"pattern.courses_per_metre": 1e3, "pattern.course_spacing": 1e-3}, "say the same"),
-        ({"yarn.tex": 20.0}, "yarn.density is missing"),
-        ({"pattern.wales_per_metre": -1}, "must be a number > 0"),
-        ({"pattern.loop_length": 4e-3, "pattern.keep": "length"}, "must be 'shape' where"),
-        ({"pattern.points_file": "nowhere.csv"}, "must be a CSV file"),
-    ],
-)
-def test_contradictions_are_refused(plain_scene, changes, message):
-    with pytest.raises(ConfigurationError, match=message):
-        plain_scene.vary(changes)
 
 
 @pytest.fixture(scope="module")
@@ -197,9 +179,8 @@ def test_points_of_a_file_are_turned_and_made_symmetric(tmp_path, paper_points, 
     ],
 )
 def test_file_that_is_no_loop_is_refused_in_one_line(tmp_path, paper_points, spoil, head, reason):
-    with pytest.raises(ConfigurationError, match=reason) as refused:
+    with refusal(reason):
         read_points(written(tmp_path / "loop.csv", spoil(paper_points[0]), head))
-    assert "\n" not in str(refused.value)
 
 
 def test_map_names_the_limits_of_loops_that_do_not_fit(plain_scene):

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from calibrate import UNUSABLE, first_guess, read_problem, residuals, whole_loop
+from refusals import refusal
 
-from knitstudy.errors import GeometryError
 from knitstudy.knit.geometry.lay_out import initial_loop, lay_out
 from knitstudy.knit.geometry.loop import Loop
 from knitstudy.knit.geometry.loop_metrics import check_yarns, loop_metrics
@@ -30,12 +30,12 @@ def test_join_curvature_is_that_of_a_circle_through_a_regular_polygon():
 @pytest.mark.parametrize("height", [0, -1], ids=["flat", "inside out"])
 def test_loops_that_do_not_interlock_are_refused(scene, height):
     loop = initial_loop(scene)
-    with pytest.raises(GeometryError, match="interlock"):
+    with refusal("interlock"):
         optimise(replace(loop, control_points=loop.control_points * [1, 1, height]), scene.geometry)
 
 
 def test_weight_too_small_to_part_the_yarns_is_refused(scene):
-    with pytest.raises(GeometryError, match=r"crossing zone .* geometry\.alpha"):
+    with refusal(r"crossing zone .* geometry\.alpha"):
         lay_out(scene.replace("geometry.alpha", 1e-5))
 
 
@@ -47,7 +47,7 @@ def metrics(scene):
 
 def test_yarn_that_would_fold_is_refused(metrics):
     loop, measured = metrics
-    with pytest.raises(GeometryError, match="radius of curvature"):
+    with refusal("radius of curvature"):
         check_yarns(replace(measured, radius_of_curvature=0.99 * loop.radius), loop, 0.0)
 
 
@@ -55,7 +55,7 @@ def test_yarn_that_would_fold_is_refused(metrics):
 def test_yarns_that_overlap_are_refused(metrics, gap, other_gap):
     loop, measured = metrics
     overlapping = replace(measured, gap=gap * loop.radius, other_gap=other_gap * loop.radius)
-    with pytest.raises(GeometryError, match="yarns overlap"):
+    with refusal("yarns overlap"):
         check_yarns(overlapping, loop, 0.001)
 
 
@@ -66,9 +66,8 @@ def test_loop_that_cannot_be_made_is_named_with_its_keys_and_a_remedy():
     keys = {"pattern.course_ratio": 1.3, "pattern.keep": "length", "geometry.samples": COARSE}
     impossible = load_scene("sweep-wale-tie-course").vary(keys)
     named = r"course_ratio 1\.3, pattern\.keep 'length': no wale spacing .*: take a pattern\.course_ratio nearer to 1"
-    with pytest.raises(GeometryError, match=named) as refused:
+    with refusal(named):
         lay_out(impossible)
-    assert "\n" not in str(refused.value)
 
 
 WALE = 12.0
@@ -90,7 +89,7 @@ def test_plain_loop_has_mirror_and_half_turn():
 def test_loop_without_mirror_is_refused():
     points = plain_points()
     points[3, 0] += 0.1
-    with pytest.raises(GeometryError, match=r"pattern\.control_points.*mirror"):
+    with refusal(r"pattern\.control_points.*mirror"):
         group_of(points)
 
 
@@ -103,7 +102,7 @@ def test_motions_are_independent_and_span_all_that_is_symmetric():
 def test_point_without_its_image_is_refused():
     free = np.zeros((16, 3), dtype=bool)
     free[2, 2] = True
-    with pytest.raises(GeometryError, match=r"geometry\.free"):
+    with refusal(r"geometry\.free"):
         symmetric_motions(free, group_of(plain_points()))
 
 

@@ -23,15 +23,6 @@ def u():
     return np.linspace(-8, 15, 301)
 
 
-@pytest.mark.parametrize("order", [0, 1])
-def test_derivatives_are_those_of_the_curve(curve, u, order):
-    function, derivative = ((curve.value, curve.d1), (curve.d1, curve.d2))[order]
-    step = 1e-6
-    inside = np.abs(u - np.round(u)) > 2 * step  # C'' jumps at the joints
-    difference = (function(u[inside] + step) - function(u[inside] - step)) / (2 * step)
-    np.testing.assert_allclose(derivative(u[inside]), difference, atol=1e-8)  # rounding / step
-
-
 @pytest.mark.parametrize("order", [0, 1, 2])
 def test_operator_is_the_curve_as_a_linear_map_of_its_points(curve, u, order):
     matrix, offset = curve.operator(u, order)

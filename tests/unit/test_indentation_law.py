@@ -47,23 +47,6 @@ def test_law_begins_as_hertz(law):
     assert pressure[0] > elastic / np.pi * np.sqrt(depth[0])
 
 
-def test_pressure_and_stiffness_are_derivatives_of_the_energy(law):
-    depth = np.concatenate([np.geomspace(1e-6, 0.05, 40), [0.2]]) * RADIUS
-    angle = np.linspace(0.2, np.pi / 2, len(depth))
-    step = 1e-5 * depth
-
-    def slope(value):
-        return (value(-depth - step, angle) - value(-depth + step, angle)) / (2 * step)
-
-    pressure = law.pressure(-depth, 0.0, angle)
-    np.testing.assert_allclose(slope(lambda g, a: law.stored(g, None, a)), pressure, rtol=1e-6)
-    stiffness = law.at(-depth, angle)
-    np.testing.assert_allclose(slope(lambda g, a: law.pressure(g, 0.0, a)), stiffness.normal, rtol=1e-4)
-    assert np.all(stiffness.normal > 0)
-    stick = slope(lambda g, a: law.at(g, a).tangential)
-    np.testing.assert_allclose(stick, -stiffness.slope, rtol=2e-3, atol=1e-6 * np.abs(stick).max())
-
-
 def test_pressure_goes_on_with_its_last_slope_beyond_the_table(law):
     """The slope is that at the end, and then constant but for the smooth beginning, a hundredth of this depth."""
     angle = np.full(4, np.pi / 2)

@@ -4,8 +4,8 @@ import re
 from pathlib import Path
 
 import pytest
+from refusals import refusal
 
-from knitstudy.errors import ConfigurationError
 from knitstudy.knit.geometry.readers import read_fabric
 from knitstudy.knit.scene.knitout import parents_of_letters, read_repeat, repeat_of
 
@@ -75,11 +75,8 @@ def test_rows_that_bind_off_do_not_count(tmp_path):
 def test_errors_of_knitting_name_line_and_reason(tmp_path, text, reason):
     path = knitted(tmp_path / "a.k", text)
     number = path.read_text().splitlines().index(text) + 1
-    with pytest.raises(
-        ConfigurationError, match=rf"a\.k, line {number}: cannot be knitted: {reason}"
-    ) as refused:
+    with refusal(rf"a\.k, line {number}: cannot be knitted: {reason}"):
         repeat_of(path)
-    assert "\n" not in str(refused.value)
 
 
 @pytest.mark.parametrize(
@@ -100,13 +97,11 @@ def test_loops_that_change_needles_pass_others_as_they_are_handed_over(tmp_path,
 def test_operations_that_are_not_simulated_are_named_with_their_line(tmp_path):
     away, back = [f"xfer f{n} b{n}" for n in (1, 2, 3)], ["rack 1", "xfer b1 f2", "rack -2", "xfer b3 f1"]
     both = [*away, *back, "rack 1", "xfer b2 f3", "rack 0", *row("+", "kkkk")]
-    with pytest.raises(
-        ConfigurationError, match="needle f3 in row 3 passes in front of one loop and behind another"
-    ):
+    with refusal("needle f3 in row 3 passes in front of one loop and behind another"):
         repeat_of(knitted(tmp_path / "a.k", *row("-", "kkkk"), *both))
-    with pytest.raises(ConfigurationError, match="nothing is a stitch"):
+    with refusal("nothing is a stitch"):
         repeat_of(knitted(tmp_path / "a.k"))
-    with pytest.raises(ConfigurationError, match="there is no such file"):
+    with refusal("there is no such file"):
         repeat_of(tmp_path / "b.k")
 
 
@@ -236,7 +231,7 @@ NO_LETTERS = {
 
 @pytest.mark.parametrize(("lines", "reason"), NO_LETTERS.values(), ids=NO_LETTERS)
 def test_what_no_letter_says_is_refused_with_its_line(tmp_path, lines, reason):
-    with pytest.raises(ConfigurationError, match=reason) as refused:
+    with refusal(reason) as refused:
         repeat_of(piece(tmp_path / "a.k", ["K" * 8], lines))
     assert re.search(r"a\.k, line \d+: ", str(refused.value))
 
@@ -245,14 +240,14 @@ def test_what_no_letter_says_is_refused_with_its_line(tmp_path, lines, reason):
 def test_files_without_stitches(tmp_path, text, reason):
     path = tmp_path / "a.k"
     path.write_text(text)
-    with pytest.raises(ConfigurationError, match=reason):
+    with refusal(reason):
         repeat_of(path)
 
 
 def test_a_gauge_is_a_number(tmp_path):
     path = piece(tmp_path / "a.k", PLAIN)
     path.write_text(path.read_text().replace("Gauge: 15", "Gauge: fine"))
-    with pytest.raises(ConfigurationError, match="'fine' but must be needles per inch"):
+    with refusal("'fine' but must be needles per inch"):
         read_repeat(path)
 
 
@@ -279,13 +274,11 @@ def test_rows_of_waste_yarn_are_questioned_and_chosen(tmp_path):
         *(f"knit {way} f{n} 5" for way, of in (("-", NEEDLES[::-1]), ("+", NEEDLES)) for n in of),
     ]
     path = piece(tmp_path / "a.k", ["KKKK"] + ["KKKK", "PPPP"] * 5 + ["KKKK"], waste)
-    with pytest.raises(
-        ConfigurationError, match=r"rows \d+ to \d+ are of carrier 3.* of carrier 5.*knitout_rows: \["
-    ):
+    with refusal(r"rows \d+ to \d+ are of carrier 3.* of carrier 5.*knitout_rows: \["):
         repeat_of(path)
     assert repeat_of(path, rows=(4, 13)) == ("K", "P")
     assert repeat_of(path, rows=(4, 13), needles=(2, 3)) == ("K", "P")
-    with pytest.raises(ConfigurationError, match="hold no loops; it has rows 1 to 16 and needles f1 to f4"):
+    with refusal("hold no loops; it has rows 1 to 16 and needles f1 to f4"):
         repeat_of(path, needles=(7, 9))
 
 
@@ -314,7 +307,7 @@ def test_a_scene_takes_stitches_and_size_from_a_file(plain_scene):
     assert (scene.pattern.stitches, scene.pattern.loops, scene.pattern.rows) == (("PK", "TK"), 2, 2)
     cable = plain_scene.vary(cell | {"pattern.knitout": str(FILES / "cable.k")})
     assert (cable.pattern.loops, cable.pattern.rows) == (2, 2), "marks are no loops"
-    with pytest.raises(ConfigurationError, match="say the same"):
+    with refusal("say the same"):
         plain_scene.vary({"pattern.knitout": str(FILES / "rib.k"), "pattern.stitches": ["KP"]})
 
 
@@ -330,12 +323,12 @@ def test_a_scene_takes_a_part_of_a_file(plain_scene):
     cell = {"specimen": "cell", "fidelity": "beam", "interaction": "isotropic"}
     keys = cell | {"pattern.knitout": str(FILES / "half_cardigan.k"), "pattern.knitout_rows": [3, 6]}
     assert plain_scene.vary(keys).pattern.stitches == ("PK", "TK")
-    with pytest.raises(ConfigurationError, match="must be the first and the last one"):
+    with refusal("must be the first and the last one"):
         plain_scene.vary(keys | {"pattern.knitout_rows": [6, 3]})
 
 
 def test_a_file_without_gauge_is_no_fabric(tmp_path):
     path = tmp_path / "a.k"
     path.write_text((FILES / "rib.k").read_text().replace(";;Gauge: 15\n", ""))
-    with pytest.raises(ConfigurationError, match="names no ;;Gauge:"):
+    with refusal("names no ;;Gauge:"):
         read_fabric(path)

@@ -3,46 +3,20 @@
 import numpy as np
 import pytest
 import xarray as xr
+from refusals import refusal
 from scipy.optimize import brentq
 
-from knitstudy.errors import DataFileError
-from knitstudy.mechanics.membrane_law import ExponentialLaw, StretchLaw, forces_per_width, green
+from knitstudy.mechanics.membrane_law import ExponentialLaw, StretchLaw, forces_per_width
 from knitstudy.use.membrane_fit import States, fit_exponentials, law_of, membrane
 
 FORM = np.array([[3.0, 1.0, 0.2], [1.0, 5.0, 0.1], [0.2, 0.1, 0.8]])
-COUPLED = ExponentialLaw(FORM, np.array([0.5, 0.2]), np.array([[4.0, -2.0, 0.5], [-1.0, 3.0, 2.0]]))
 ORTHOTROPIC = ExponentialLaw(np.diag([20.0, 60.0, 9.0]), np.array([3.0]), np.array([[6.0, 4.0, 0.0]]))
-LAWS = [COUPLED, StretchLaw(FORM)]
-
-
-@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
-def test_stress_and_tangent_are_derivatives(law):
-    strain = 0.2 * np.random.default_rng(0).normal(size=(4, 5, 3))
-    strain[..., :2] += 0.3
-    step = 1e-5  # cubic terms leave 1e-9, rounding 1e-10
-    by_differences = [
-        np.stack([(of(strain + h) - of(strain - h)) / (2 * step) for h in step * np.eye(3)], axis=-1)
-        for of in (law.energy, law.stress)
-    ]
-    np.testing.assert_allclose(law.stress(strain), by_differences[0], atol=1e-7)
-    np.testing.assert_allclose(law.tangent(strain), by_differences[1], atol=1e-6)
-    np.testing.assert_allclose(law.stress(np.zeros(3)), 0, atol=1e-14)
 
 
 def test_residuals_are_over_the_force_and_a_share_of_the_largest_on_the_path():
     force = np.array([[0.0, 3.0, 4.0], [0.0, 0.0, 100.0], [200.0, 0.0, 0.0]])
     states = States(np.zeros((3, 3)), force, np.array(["soft", "soft", "stiff"], dtype=object))
     np.testing.assert_allclose(states.scale, [10.0, 105.0, 210.0])
-
-
-@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
-def test_forces_per_width_do_the_work_of_stretches(law):
-    stretch, step = 0.1 * np.random.default_rng(1).normal(size=(6, 3)), 1e-6
-    energies = [
-        (law.energy(green(stretch + h)[0]) - law.energy(green(stretch - h)[0])) / (2 * step)
-        for h in step * np.eye(3)
-    ]
-    np.testing.assert_allclose(forces_per_width(law, stretch), np.stack(energies, axis=-1), atol=1e-8)
 
 
 def test_uniaxial_tension_of_one_ridge_beside_a_diagonal_form():
@@ -112,5 +86,5 @@ def test_a_law_comes_back_from_its_dataset():
 
 def test_states_that_do_not_say_a_stiffness_are_refused():
     few = {name: cell for name, cell in cells(ORTHOTROPIC).items() if name in ("course", "wale")}
-    with pytest.raises(DataFileError, match="no state is strained in shear"):
+    with refusal("no state is strained in shear"):
         States.of(few)

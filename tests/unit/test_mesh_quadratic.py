@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from curves import Helix, Straight
+from refusals import refusal
 
-from knitstudy.errors import MeshError
 from knitstudy.knit.mesh.quadratic import quadratic_mesh
 from knitstudy.knit.mesh.section import Section
 from knitstudy.knit.mesh.spacing import Spacing
@@ -61,7 +61,7 @@ def test_the_volume_is_that_of_the_tube(mesh):
 
 
 def test_folded_elements_are_refused(swept):
-    with pytest.raises(MeshError, match=r"quadratic hexahedron \d+ of yarn 0 at s = .* folded"):
+    with refusal(r"quadratic hexahedron \d+ of yarn 0 at s = .* folded"):
         quadratic_mesh(replace(swept, radius=4.0), CURVES)
 
 

@@ -5,8 +5,8 @@ import sys
 from dataclasses import replace
 
 import pytest
+from refusals import refusal
 
-from knitstudy.errors import ConfigurationError
 from knitstudy.files import read_dataset
 from knitstudy.knit.geometry.specimens import endless_cell
 from knitstudy.knit.models.hexahedra import build as hexahedra
@@ -86,5 +86,5 @@ def test_a_plugin_of_one_file_adds_a_model_with_keys_of_its_own(tmp_path):
 
 def test_hexahedra_refuse_endless_yarns(plain_scene, knit):
     cells = endless_cell(knit.loop, *knit.cells)
-    with pytest.raises(ConfigurationError, match="which hexahedra cannot model; use spline_yarns"):
+    with refusal("which hexahedra cannot model; use spline_yarns"):
         hexahedra.build(plain_scene.replace("fidelity", "hexahedra"), cells, None)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from knitstudy.errors import ConfigurationError
 from knitstudy.mechanics.periodic import Lattice, seam
 from knitstudy.mechanics.spline_yarn.space import yarn_space
 from knitstudy.paper.tables.endless_knit import moduli
@@ -103,23 +102,6 @@ def test_a_cell_has_the_values_that_its_specimen_requires():
     assert (
         load_scene("cell-course").vary({"interaction": "rough", "outputs": []}).contact.tied_edges == "none"
     )
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"load.deformation": "twist"}, "is 'twist' but must be course, wale, biaxial or shear"),
-        ({"fidelity": "rom3d"}, "'rom3d' but must be beam or spline_yarns where specimen is cell"),
-        (
-            {"interaction": "rough", "outputs": [], "contact.tied_edges": "outer"},
-            "contact.tied_edges is 'outer' but must be none where specimen is cell",
-        ),
-        ({"outputs": ["film"]}, r"outputs is \['film'\] but must be a list out of \[fields, vtu, deck\]"),
-    ],
-)
-def test_keys_that_a_cell_cannot_have_are_refused_by_name(changes, message):
-    with pytest.raises(ConfigurationError, match=message):
-        load_scene("cell-course").vary(changes)
 
 
 @pytest.mark.parametrize("degree", [2, 3])

@@ -1,11 +1,10 @@
 """Pictures of single results: two histories in one picture, and units on the axes."""
 
 import numpy as np
-import pytest
 import synthetic
 import xarray as xr
+from refusals import refusal
 
-from knitstudy.errors import DataFileError
 from knitstudy.use.plot import draw
 
 
@@ -21,5 +20,5 @@ def test_histories_are_drawn_beside_each_other():
 
 def test_other_results_are_drawn_alone(knit):
     geometry = synthetic.geometry(knit)
-    with pytest.raises(DataFileError, match="'geometry' cannot be drawn in one picture"):
+    with refusal("'geometry' cannot be drawn in one picture"):
         draw(geometry, geometry)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
+from refusals import refusal
 
-from knitstudy.errors import ConfigurationError
 from knitstudy.knit.geometry.specimens import yarn_pair
 from knitstudy.knit.mesh.mesher import sampled_sections
 from knitstudy.knit.models.spline_yarns.build import discretise
@@ -62,20 +62,5 @@ def test_a_pair_is_held_at_its_ends(scene, pair):
     yarns = discretise(held, pair, mesh)
     assert set(yarns.yarn[yarns.ends.held]) == {0}
     assert set(yarns.yarn[yarns.ends.driven]) == {1}
-    with pytest.raises(ConfigurationError, match="must be ends where fidelity is spline_yarns"):
+    with refusal("must be ends where fidelity is spline_yarns"):
         discretise(held.replace("pair.support", "back"), pair, mesh)
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"mesh.degree": 1}, r"mesh.degree is 1 but must be a whole number from 2 to 12.* too"),
-        ({"mesh.degree": 5}, "mesh.crossing_degree is 4 but must be at least mesh.degree, 5"),
-        ({"mesh.span": 0.3}, "mesh.crossing_span is 0.6 but must be at most mesh.span, 0.3"),
-        ({"mesh.size": 1 / 3}, "mesh.size is no key of a scene"),
-        ({"outputs": ["deck"]}, r"outputs is \['deck'\] but must be a list out of \[fields, vtu\]"),
-    ],
-)
-def test_keys_that_are_refused(scene, changes, message):
-    with pytest.raises(ConfigurationError, match=message):
-        scene.vary(changes)

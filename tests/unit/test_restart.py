@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from refusals import refusal
 
-from knitstudy.errors import DataFileError
 from knitstudy.knit.loading.history import Motion, Recorder, Stations
 from knitstudy.knit.loading.restart import Checkpoint
 from knitstudy.knit.loading.run import Progress
@@ -86,7 +86,7 @@ def test_a_damaged_file_is_refused(saved, share):
     file, _ = saved
     content = file.path.read_bytes()
     file.path.write_bytes(content[: int(share * len(content))])
-    with pytest.raises(DataFileError, match="delete it"):
+    with refusal("delete it"):
         file.load(recorder())
 
 
@@ -143,7 +143,7 @@ def test_a_state_is_any_dataclass(tmp_path, present):
 def test_files_that_no_run_has_written_are_refused(saved, changes, message):
     file, _ = saved
     np.savez(file.path, **(dict(np.load(file.path)) | changes))
-    with pytest.raises(DataFileError, match=message):
+    with refusal(message):
         file.load(recorder())
 
 
@@ -153,9 +153,7 @@ def test_something_else_in_the_place_of_a_restart_file_is_refused(tmp_path):
         np.save(file, np.ones(3))
     folder.mkdir()
     for path in (array, folder):
-        with pytest.raises(
-            DataFileError, match=rf"{path.name}: this restart file cannot be used .*delete it"
-        ):
+        with refusal(rf"{path.name}: this restart file cannot be used .*delete it"):
             Checkpoint(path, "key", State).load(recorder())
 
 

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refusal
 
-from knitstudy.errors import GeometryError
 from knitstudy.knit.models.rom2d import build as network_2d
 from knitstudy.knit.yarns.joints import joint_points
 from knitstudy.knit.yarns.network import spatial_network
@@ -69,5 +69,5 @@ def test_two_joints_at_one_point_are_refused(knit, points):
     arc_length = points.arc_length.copy()
     arc_length[2, 0] = arc_length[0, 0]
     twice = replace(points, arc_length=arc_length)
-    with pytest.raises(GeometryError, match="yarn 0 has two joints"):
+    with refusal("yarn 0 has two joints"):
         spatial_network(knit, twice, 1.0)

@@ -29,14 +29,3 @@ def test_scalars_equal_their_closed_forms(angle):
     assert h.a[0] == pytest.approx(a, rel=1e-14)
     assert h.b[0] == pytest.approx(np.tan(angle / 4) / (2 * angle), rel=1e-14)
     assert h.g[0] == pytest.approx((1 - a) / angle**2, rel=1e-12)  # the closed form cancels
-
-
-@pytest.mark.parametrize("angle", ANGLES)
-def test_derivatives_of_the_maps(angle):
-    Th, m = rotation_vectors(angle), rotation_vectors(1.0)[::-1]
-    step = 1e-5 * rotation_vectors(1.0, 5)[[2, 0, 1, 4, 3]]
-    plus, minus, now = Halfway.of(Th + step), Halfway.of(Th - step), Halfway.of(Th)
-    difference = np.einsum("kij,kj->ki", plus.H(Th + step) - minus.H(Th - step), m) / 2
-    np.testing.assert_allclose(difference, np.einsum("kij,kj->ki", now.dHm(Th, m), step), atol=1e-13)
-    along = np.einsum("ki,ki->k", Th, step)
-    np.testing.assert_allclose((plus.b - minus.b) / 2, now.db * along, atol=1e-14)

@@ -6,6 +6,7 @@ import netCDF4
 import pytest
 import xarray as xr
 import yaml
+from refusals import refusal
 
 from knitstudy.errors import DataFileError
 from knitstudy.run.configuration import load_scene
@@ -117,6 +118,6 @@ def test_history_that_ends_early_is_not_written(config, made, tmp_path, monkeypa
     half = xr.Dataset({"load": ("increment", [0.0, 0.5])})
     instead = replace(STAGES["simulation"], function=lambda scene, **needed: half)
     monkeypatch.setitem(STAGES, "simulation", instead)
-    with pytest.raises(DataFileError, match=r"simulation of beam ends at 0\.5 of the load"):
+    with refusal(r"simulation of beam ends at 0\.5 of the load"):
         simulate(load_scene("beam", config), tmp_path, config=config)
     assert not (tmp_path / "simulation").exists()

@@ -4,8 +4,8 @@ from itertools import product
 
 import numpy as np
 import pytest
+from refusals import refusal
 
-from knitstudy.errors import ConfigurationError, GeometryError
 from knitstudy.knit.geometry.crossings import plane_crossings
 from knitstudy.knit.geometry.drawn_loop import LoopTarget
 from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
@@ -138,7 +138,7 @@ def test_marks_that_make_no_knit_are_refused(plain_scene, stitches, reason):
         "pattern.control_points": None,
     }
     size = {"pattern.stitches": list(stitches), "pattern.loops": 2, "pattern.rows": 2}
-    with pytest.raises((ConfigurationError, GeometryError), match=reason):
+    with refusal(reason):
         lay_out(plain_scene.vary(cell | size))
 
 
@@ -150,9 +150,9 @@ def test_a_plain_knit_is_that_of_its_own_drawing():
 
 
 def test_needles_that_never_knit_are_refused(plain_scene):
-    with pytest.raises(GeometryError, match="needle 2 never knits"):
+    with refusal("needle 2 never knits"):
         stitches_of(("KT", "K-"))
-    with pytest.raises(GeometryError, match="K and P alone"):
+    with refusal("K and P alone"):
         sides(HALF_CARDIGAN)
-    with pytest.raises(ConfigurationError, match="must be cell and beam where"):
+    with refusal("must be cell and beam where"):
         plain_scene.vary({"pattern.stitches": ["KP", "KT"], "pattern.loops": 2, "pattern.rows": 2})

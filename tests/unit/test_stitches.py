@@ -6,7 +6,6 @@ from itertools import product
 import numpy as np
 import pytest
 
-from knitstudy.errors import ConfigurationError
 from knitstudy.knit.geometry.drawn_loop import LoopTarget
 from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
 from knitstudy.knit.geometry.fit import fitted_loop
@@ -129,22 +128,3 @@ def test_cells_and_pieces_have_the_yarn_of_their_repeats(stitches):
     np.testing.assert_array_equal(again.crossings.arc_length, cell.crossings.arc_length)
     pieces = cut_cells(loop, 2, 2)
     assert sum(line.length for line in pieces.centrelines) == pytest.approx(4 * loop.length, rel=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        (
-            {"pattern.stitches": ["K", "F"]},
-            "stitch 1 of row 2 is 'F' but must be - .float., K .knit., P .purl. or T",
-        ),
-        ({"pattern.stitches": ["KT"]}, "stitch 2 is T in all rows but must be K or P in one"),
-        ({"pattern.stitches": ["K", "-"]}, "row 2 floats past all needles"),
-        ({"pattern.stitches": ["KP", "K"]}, "all of one length"),
-        ({"pattern.stitches": ["KP"], "pattern.loops": 3}, "pattern.loops is 3 but must be a multiple of 2"),
-    ],
-)
-def test_stitches_that_are_not_knitted_here_are_refused_by_name(plain_scene, changes, message):
-    with pytest.raises(ConfigurationError, match=message) as refused:
-        plain_scene.vary(changes)
-    assert "\n" not in str(refused.value)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import study
 import synthetic
+from refusals import refusal
 
-from knitstudy.errors import DataFileError
 from knitstudy.paper.tables.table2_springs import AVERAGED, READINGS, tabulate, tabulate_averages
 
 STIFFNESS = np.array([80e3, 60e3, 900e3])
@@ -80,5 +80,5 @@ def test_both_systems_of_axes_stand_beside_the_paper_at_a_glance(touching, scene
 
 def test_ties_are_refused(touching, scenes, paper):
     tied = touching.assign(tied=("crossing", np.ones(touching.sizes["crossing"], dtype=np.int8)))
-    with pytest.raises(DataFileError, match="'course' are all tied"):
+    with refusal("'course' are all tied"):
         tabulate({"course": tied}, paper, scenes)

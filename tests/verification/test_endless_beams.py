@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from beam_cells import BEAMS
+from refusals import refusal
 
-from knitstudy.errors import ConfigurationError
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.loading.run import Run
 from knitstudy.knit.models.beam import contact as beam_contact
@@ -101,14 +101,14 @@ def test_a_cell_goes_to_twice_its_width(soft):
 
 def test_start_and_interaction_are_checked(soft):
     scene, geometry, _ = soft
-    with pytest.raises(ConfigurationError, match="none is given of shapes at rest"):
+    with refusal("none is given of shapes at rest"):
         simulate(scene, geometry)
     rough = {"interaction": "rough", "load.start": "drawn"}
-    with pytest.raises(ConfigurationError, match="must be isotropic"):
+    with refusal("must be isotropic"):
         simulate(scene.vary(rough), geometry)
-    with pytest.raises(ConfigurationError, match="must be drawn where fidelity is spline_yarns"):
+    with refusal("must be drawn where fidelity is spline_yarns"):
         scene.vary({"fidelity": "spline_yarns"})
-    with pytest.raises(ConfigurationError, match="somewhere else"):
+    with refusal("somewhere else"):
         scene.vary({"load.turns": [0.3, 0.3]})
 
 

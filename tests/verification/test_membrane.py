@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from refusals import refusal
 from scipy.optimize import brentq
 
-from knitstudy.errors import ConvergenceError, MeshError
 from knitstudy.mechanics.membrane import MembraneModel, rectangle, strains
 from knitstudy.mechanics.membrane_law import ExponentialLaw, forces_per_width
 from knitstudy.use.strip import stretch_strip
@@ -54,7 +54,7 @@ def test_patch_of_irregular_elements_strains_evenly(degree):
 def test_folded_elements_are_refused():
     nodes, elements, _ = rectangle((1.0, 1.0), (2, 1), 1)
     nodes[0, 0] = 1.5
-    with pytest.raises(MeshError, match="folded"):
+    with refusal("folded"):
         MembraneModel(nodes, elements, FABRIC)
 
 
@@ -101,7 +101,7 @@ def test_a_strip_between_clamps_has_a_waist():
 
 
 def test_a_strip_that_finds_no_equilibrium_is_refused():
-    with pytest.raises(ConvergenceError, match="finds no equilibrium at a strain of -1") as refused:
+    with refusal("finds no equilibrium at a strain of -1") as refused:
         stretch_strip(FABRIC, 1.0, 1.0, -1.0, elements=1)
     assert refused.value.history["strain"][-1] < 0  # what was found before
 

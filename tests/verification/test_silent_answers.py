@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from refusals import refusal
 
-from knitstudy.errors import ConvergenceError, MeshError
 from knitstudy.knit.yarns.network import RING
 from knitstudy.measures.summary import summarise
 from knitstudy.mechanics.beams.beam import Section
@@ -56,9 +56,8 @@ KNIT = {"pattern.loops": 1, "load.strain": 0.002, "load.stops": [], "solver.incr
 )
 def test_silent_answers_are_refused(name, changes, message):
     base = PRESSED if name.startswith("pair") else {}
-    with pytest.raises((ConvergenceError, MeshError), match=message) as refused:
+    with refusal(message):
         simulate(load_scene(name).vary(base | changes))
-    assert "\n" not in str(refused.value)
 
 
 def force_of(stiffness):
