@@ -5,21 +5,19 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from half_spaces import hertz
 from refusals import refusal
 from scipy.spatial import cKDTree
 
 from knitstudy.knit.models.beam.contact import joined
 from knitstudy.mechanics.beams.beam_contact import NO_LATTICE, BeamContact
-from knitstudy.mechanics.beams.contact_points import Axes, ContactPoints
+from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.line_contact import LineContact
 from knitstudy.mechanics.beams.pair_search import PairSearch
-from knitstudy.mechanics.beams.repulsion import CrossedCylinders, Power, Repulsion
+from knitstudy.mechanics.beams.repulsion import Power, Repulsion
 from knitstudy.mechanics.beams.state import BeamState
 
 UNEVEN = np.array([0.0, 1.0, 1.6, 2.9, 4.0, 4.5, 6.0])
 TWO = np.repeat([0, 1], len(UNEVEN))
-LAWS = [Power(3.0), hertz(1.3e9, 0.42, 0.9e-3), CrossedCylinders.of(1.3e9, 0.42, 0.9e-3)]
 
 
 @pytest.mark.parametrize("stretch", [1.5, 0.9])
@@ -39,68 +37,9 @@ def test_pairs_of_a_stretched_knit_need_no_new_search(stretch, monkeypatch):
     assert set(map(tuple, actual.both.tolist())) == set(map(tuple, near.tolist()))
 
 
-def test_cylinders_that_cross_are_half_spaces_where_patches_are_small():
-    """Beyond, they are stiffer, as yarns give way less: by 17 % at 0.03 R (`repulsion.CrossedCylinders`)."""
-    half_spaces, cylinders = LAWS[1:]
-    approach = 0.9e-3 * np.array([1e-6, 0.03])
-    np.testing.assert_allclose(
-        cylinders.force(approach)[0] / half_spaces.force(approach)[0], [1.0, 1.17], rtol=0.01
-    )
-
-
-def curve(s, order=0):
-    """A parabola in space, or one of its derivatives."""
-    columns = [
-        [s, 0.3 * s**2 - s, 2.0 - 0.1 * s**2],
-        [np.ones_like(s), 0.6 * s - 1, -0.2 * s],
-        [0 * s, 0.6 + 0 * s, -0.2 + 0 * s],
-    ]
-    return np.stack(columns[order], axis=-1)
-
-
-def along(yarn, s, order=0):
-    """The parabola, mirrored for yarn 1."""
-    return np.where(yarn == 0, 1, -1)[:, None] * curve(s, order)
-
-
-@pytest.mark.parametrize("per_station", [1, 3])
-def test_points_lie_on_a_parabola_through_uneven_stations(per_station):
-    s = np.tile(UNEVEN, 2)
-    points = ContactPoints.of(TWO, s, per_station)
-    assert len(points.yarn) == per_station * len(s)
-    np.testing.assert_allclose(points.weights @ along(TWO, s), along(points.yarn, points.arc_length))
-    np.testing.assert_allclose(np.bincount(points.yarn, points.weight), 6.0)
-    last = per_station * len(UNEVEN)
-    assert points.ends.tolist() == [0, last, last - 1, 2 * last - 1]
-    # Sections are those of the nearest stations.
-    apart = np.abs(points.arc_length[:, None] - UNEVEN)
-    np.testing.assert_array_equal(points.station % len(UNEVEN), apart.argmin(axis=1))
-
-
-def test_points_of_yarns_that_repeat_themselves_go_on_over_their_images():
-    period = np.array([7.0, 6.5])
-    points = ContactPoints.of(TWO, np.tile(UNEVEN, 2), 4, period)
-    np.testing.assert_allclose(np.bincount(points.yarn, points.weight), period)
-    x = points.weights @ np.tile(UNEVEN, 2) + points.around * period[points.yarn]
-    np.testing.assert_allclose(x, points.arc_length, atol=1e-12)
-    assert points.arc_length.min() < 0  # before the first station
-
-
 def test_yarns_of_two_stations_are_refused():
     with refusal(r"yarn 1 has 2 beam nodes: .* needs at least 3"):
         ContactPoints.of(np.array([0, 0, 0, 1, 1]), np.array([0, 1, 2, 0, 1.0]), 2)
-
-
-@pytest.mark.parametrize("length", [0.1, 1.4])
-def test_axes_of_a_parabola_are_exact_to_its_ends(length):
-    """Through neighbours, and through points farther away; nearer to the ends, through the last ones."""
-    points = ContactPoints.of(TWO, np.tile(UNEVEN, 2), 3)
-    yarn, s = points.yarn, points.arc_length
-    axes = Axes.of(yarn, s, points.weight, length, None)
-    assert np.all(yarn[axes.points] == yarn[:, None])
-    derivatives = axes.at(np.arange(len(s)), along(yarn, s), np.zeros((2, 3)))
-    for order, actual in enumerate(derivatives, start=1):
-        np.testing.assert_allclose(actual, along(yarn, s, order), atol=1e-10)
 
 
 def test_points_near_a_tie_are_joined_by_its_number():

@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 from knitstudy.errors import ConvergenceError
 from knitstudy.knit.models.beam import cell as endless_beams
 from knitstudy.knit.models.beam.build import beam_knit
-from knitstudy.knit.simulate import solve
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.store import simulate
 
@@ -21,37 +20,11 @@ def beam_scene(touching_cell):
     return touching_cell.vary(keys | {"solver.increments": 3, "gates.ledger": 0.2})
 
 
-@pytest.fixture(scope="module")
-def cell(beam_scene, knit_of):
-    return knit_of(beam_scene)
-
-
-@pytest.fixture(scope="module")
-def history(beam_scene, cell):
-    return solve(beam_scene, cell)
-
-
-def test_touching_crossings_press_and_report_their_gaps(history):
-    gap, force = history["crossing_gap"].to_numpy()[-1], history["crossing_force"].to_numpy()[-1]
-    assert np.all(gap < 0)
-    assert np.all(force.any(axis=1))
-    assert history["smallest_gap"][-1] == gap.min()
-
-
 @pytest.fixture
 def tied_scene(beam_scene):
     """Scene of a knit whose outer rows are tied."""
     tied = {"pattern.loops": 3, "pattern.rows": 3, "contact.tied_edges": "outer", "beam.tie": "rigid"}
     return beam_scene.vary(tied)
-
-
-def test_outer_rows_are_tied(tied_scene, knit):
-    for direction, place in (("course", "row"), ("wale", "column")):
-        beams = beam_knit(tied_scene.replace("load.direction", direction), knit)
-        at = getattr(knit.crossings, place)
-        np.testing.assert_array_equal(beams.tied, (at == 0) | (at == 2))
-        assert np.bincount(beams.network.station_node).max() == 2
-        assert np.sum(np.bincount(beams.network.station_node) == 2) == beams.tied.sum()
 
 
 def test_pinned_ties_join_points_and_not_sections(tied_scene, knit):

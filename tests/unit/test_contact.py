@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from refusals import refusal
 from scipy.spatial import cKDTree
 from tubes import crossing, hairpin
 
@@ -72,14 +71,6 @@ def test_surfaces_that_nearly_touch_are_pulled_together():
     assert pull[upper, 2].sum() > 0 > pull[~upper, 2].sum()  # internal forces: what moves the upper tube down
 
 
-def test_surfaces_far_apart_are_not_pulled_together():
-    nodes, grids, _ = crossing(0.05)
-    answer = contact(nodes, grids, meets=APART, margin=0.3)
-    points = answer.points(nodes, nodes, ContactHistory.empty(), pulled=True)
-    assert len(points.followed.point) > 0
-    assert not len(points.active)
-
-
 def test_places_that_were_far_apart_touch_within_one_increment():
     nodes, grids, upper = crossing(3.0)
     answer = contact(nodes, grids, meets=APART)
@@ -103,23 +94,6 @@ def test_a_yarn_touches_itself():
     assert len(points.active) > 0
     row = answer.quadrature.places(points.history.point[points.active])[1][:, 0]
     assert np.all(np.abs(row - points.projection.xi[points.active, 0]) > 10)
-
-
-def test_friction_remembers_where_points_stuck(pressed):
-    answer, before, nodes, upper = pressed
-    history = answer.commit(answer.points(nodes, before, ContactHistory.empty()))
-    shift = np.where(upper[:, None], [0.001, 0, 0], 0)
-    there = answer.points(nodes + shift, nodes, history)
-    old = there.history.pressure > 0
-    middle = old & (there.pressure > 0.5 * there.pressure.max())
-    assert set(there.status[middle]) == {STICK}
-    back = answer.points(nodes, nodes + shift, answer.commit(there))
-    still = answer.points(nodes, nodes, history)
-    # Pairs are in one order, but others may be evaluated beside them.
-    one, other = (
-        each.traction[np.isin(each.history.point, there.history.point[middle])] for each in (back, still)
-    )
-    np.testing.assert_allclose(one, other, atol=1e-9)
 
 
 def test_slip_adds_up_and_is_forgotten_when_a_point_opens(pressed):
@@ -185,34 +159,6 @@ def test_pairs_that_are_left_out_do_not_touch():
     assert 0 < np.mean(evaluated) < 0.8
 
 
-def test_multipliers_carry_the_pressure_without_penetration(pressed):
-    answer, before, nodes, _ = pressed
-    points = answer.points(nodes, before, ContactHistory.empty())
-    history = answer.augment(points)
-    again = answer.points(nodes, before, history)
-    np.testing.assert_allclose(
-        again.pressure[again.active], points.pressure[points.active] - 10 * points.gap[points.active]
-    )
-    # Anchors are kept as differences of places of order one.
-    np.testing.assert_allclose(again.slip[again.active], points.slip[points.active], atol=1e-14)
-
-
-def test_surfaces_that_overlap_from_the_start_are_refused():
-    nodes, grids, _ = crossing(-0.05)
-    with refusal(r"overlap by 0\.048 "):
-        contact(nodes, grids, meets=APART)
-
-
-def test_sliding_over_the_end_of_a_surface_is_refused():
-    nodes, grids, upper = crossing(0.02)
-    answer = contact(nodes, grids, meets=APART)
-    on = nodes + np.where(upper[:, None], [2.8, 0, -0.08], 0)
-    history = answer.commit(answer.points(on, nodes, ContactHistory.empty()))
-    off = on + np.where(upper[:, None], [1.0, 0, 0], 0)
-    with refusal("over the end of a surface"):
-        answer.commit(answer.points(off, on, history))
-
-
 LAW = Coulomb(normal=100.0, tangential=50.0, friction=0.5)
 
 
@@ -229,38 +175,3 @@ def test_traction_is_the_trial_or_the_limit():
     np.testing.assert_allclose(traction, [[3, 0, 0], [0, 3, 4], [0, 0, 0], [0, 0, 0]])
     np.testing.assert_array_equal(status, [STICK, SLIP, OPEN, STICK])
     np.testing.assert_allclose(LAW.slipped(trial, pressure), [0, 0.1, 0, 0])
-
-
-@pytest.mark.parametrize(("friction", "expected"), [(np.inf, STICK), (0.0, SLIP)])
-def test_rough_never_slips_and_frictionless_never_sticks(friction, expected):
-    law = Coulomb(100.0, 50.0, friction)
-    trial = np.array([[1e9, 0, 0], [1e-9, 0, 0], [0, 0, 0]])
-    traction, status = law.traction(trial, np.full(3, 1e-3))
-    assert set(status) == {expected}
-    np.testing.assert_array_equal(traction, trial if friction else 0 * trial)
-    assert np.all(law.slipped(trial, np.full(3, 1e-3)) == 0) or friction == 0
-
-
-def test_symmetric_stiffness_acts_along_the_normal_and_along_the_surface():
-    """A point that slips has no stiffness along its slip, and a share of the stiffness of sticking across it."""
-    rng = np.random.default_rng(0)
-    normal = rng.normal(size=(20, 3))
-    normal /= np.linalg.norm(normal, axis=1)[:, None]
-    trial = np.cross(normal, rng.normal(size=(20, 3))) * 10
-    pressure = np.full(20, 10.0)
-    _, status = LAW.traction(trial, pressure)
-    assert set(status) == {STICK, SLIP}
-    stiffness = LAW.symmetric_stiffness(trial, normal, pressure, status)
-    np.testing.assert_allclose(stiffness, np.swapaxes(stiffness, 1, 2), atol=1e-12)
-    assert np.linalg.eigvalsh(stiffness).min() > -1e-9
-
-    slides = (status == SLIP)[:, None]
-    size = np.linalg.norm(trial, axis=1)[:, None]
-    share = np.where(slides, 0.5 * 10.0 / size, 1.0)
-    for direction, expected in (
-        (normal, 100.0),
-        (trial / size, 50.0 * ~slides),
-        (np.cross(normal, trial / size), 50.0 * share),
-    ):
-        pulled = np.einsum("kij,kj->ki", stiffness, direction)
-        np.testing.assert_allclose(pulled, expected * direction, atol=1e-9)

@@ -14,7 +14,6 @@ from knitstudy.knit.contacts.facets import (
 from knitstudy.knit.contacts.segments import KINDS, NO_SEGMENT, segments
 from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.yarns.discretisation import yarn_surfaces
-from knitstudy.measures.centre_cell import angles_to_axes
 from knitstudy.mechanics.contact.friction import ContactHistory, Coulomb
 from knitstudy.mechanics.contact.grids import Grids
 from knitstudy.mechanics.contact.interaction import Contact
@@ -73,17 +72,6 @@ def touching(mesh, facets):
     answer = contact.forces(contact.points(slid, pressed, history), stiffness=False)
     committed = contact.points(slid, pressed, contact.commit(answer.points))
     return answer, touching_points(contact, committed, facets, Rings.of_rows(mesh.stations))
-
-
-def test_points_stick_and_slip_on_both_yarns(touching):
-    _, columns = touching
-    assert set(columns["side"]) == set(columns["sticks"]) == {0, 1}
-    np.testing.assert_array_equal(columns["yarn"], columns["side"])
-    np.testing.assert_array_equal(columns["target"], 1 - columns["side"])
-    assert (columns["pressure"] > 0).all()
-    assert (columns["slip"][columns["sticks"] == 0] > 0).all()
-    size, limit = np.linalg.norm(columns["traction"], axis=1), 0.3 * columns["pressure"]
-    assert (size <= limit * (1 + 1e-9)).all()
 
 
 def test_force_of_a_crossing_is_that_on_the_lower_yarns_nodes(touching, mesh):
@@ -145,23 +133,6 @@ def test_pieces_make_up_all_of_the_yarns(knit, cut):
 def test_segments_of_a_knit(cut, kind, count, yarns):
     assert (cut.kind == KINDS.index(kind)).sum() == count
     assert len(pieces(cut, kind)) == yarns * count
-
-
-def test_pieces_of_a_segment_join_its_contact_zones(knit, cut):
-    """Heads and sinkers run along x, and legs are steeper than the interlocks of this loop."""
-    angle = {}
-    for kind in KINDS:
-        here = pieces(cut, kind)
-        chord = [
-            np.diff(knit.centrelines[cut.yarn[each]].position(cut.arc_length[each]), axis=0)[0]
-            for each in here
-        ]
-        assert np.ptp(np.abs(chord)[:, :2], axis=0).max() < 2 * knit.radius
-        angle[kind] = angles_to_axes(np.array(chord) * [1, 1, 0])[:, 0].mean()
-    assert angle["head"] < 5
-    assert angle["sinker"] < 5
-    assert min(angle["leg, left"], angle["leg, right"]) > 45
-    assert angle["leg, left"] == pytest.approx(angle["leg, right"], abs=1e-6)
 
 
 def test_a_piece_that_meets_no_other_yarn_is_no_segment(knit, cut):

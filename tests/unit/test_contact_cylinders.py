@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import scipy.sparse as sp
 
 from knitstudy.mechanics.contact.candidate_pairs import WIDTH, Neighbourhoods
 from knitstudy.mechanics.contact.cylinders import Cylinders
@@ -36,37 +35,6 @@ def crossing():
         [straight(own, -(RADIUS + 0.005) * z, x, z), straight(own, (RADIUS + 0.005) * z, y, z)]
     )
     return space, nodes, Cylinders(space, RADIUS, [np.array(CELLS)] * 2, ANGLES)
-
-
-def places(count):
-    """Places anywhere on both surfaces."""
-    surface = RNG.integers(0, 2, count)
-    return surface, RNG.uniform(0, 1, (count, 2)) * [LENGTH / (2 * np.pi * RADIUS) * ANGLES, ANGLES]
-
-
-def test_places_are_those_of_the_space_on_the_rim(crossing):
-    space, nodes, surfaces = crossing
-    moved = nodes + 0.02 * RNG.normal(size=nodes.shape)
-    surface, xi = places(50)
-    angle = 2 * np.pi * xi[:, 1] / ANGLES
-    rim = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    actual, _, _ = surfaces.stencil(surface, xi).places(surfaces.carry(moved))
-    expected = space.matrix(surface, rim, surfaces.unit * xi[:, 0]) @ moved
-    np.testing.assert_allclose(actual, expected, atol=1e-14)
-
-
-def test_derivatives_agree_with_differences(crossing):
-    _, _, surfaces = crossing
-    surface, xi = places(40)
-    stencil, step = surfaces.stencil(surface, xi), 1e-6
-    for a in range(2):
-        plus, minus = (surfaces.stencil(surface, xi + sign * step * np.eye(2)[a]) for sign in (1, -1))
-        same = plus.key == minus.key
-        first = (plus.value - minus.value)[same] / (2 * step)
-        np.testing.assert_allclose(first, stencil.first[same, a], atol=1e-8)
-        second = (plus.first - minus.first)[same] / (2 * step)
-        np.testing.assert_allclose(second[:, a], stencil.second[same, 2 * a], atol=1e-8)
-        np.testing.assert_allclose(second[:, 1 - a], stencil.second[same, 1], atol=1e-8)
 
 
 def test_normals_point_outward_and_points_stand_for_the_area(crossing):
@@ -110,20 +78,6 @@ def test_pairs_are_found_again_where_yarns_have_moved(monkeypatch):
     assert len(actual.active) > 10
 
 
-def test_yarns_that_bend_as_one_cannot_have_met():
-    """They bend by diameters, but hardly against each other: a search for new pairs would find none."""
-    below, above, arc = (lambda s: 0 * s), (lambda s: 1.3), (lambda s: 3 * np.sin(np.pi * s / 120))
-    together = tuple(lambda s, height=height: height(s) + arc(s) for height in (below, above))
-    (straight, bent, closed), surfaces = beside(
-        120, (below, above), together, (below, lambda s: 1.3 - arc(s))
-    )
-    then, now, other = (surfaces.carry(nodes) for nodes in (straight, bent, closed))
-    near = Neighbourhoods(surfaces, then, RADIUS)
-    never = np.zeros(near.count, dtype=int)
-    assert not near.may_meet(now, then[None], never, margin=0.3).any()
-    assert near.may_meet(other, then[None], never, margin=0.3).any()
-
-
 def test_no_place_moves_farther_than_is_said(crossing):
     """In the box of a place's ring, for all places that share its neighbourhood."""
     _, nodes, surfaces = crossing
@@ -148,20 +102,3 @@ def test_no_place_moves_farther_than_is_said(crossing):
         smallest.append((now - bound)[shares].min())
     assert shares.any()
     assert min(smallest) < 0.5 * RADIUS
-
-
-def test_matrices_are_expanded_to_coefficients(crossing):
-    space, _, surfaces = crossing
-    carriers, b = surfaces.carry(np.eye(space.size)), surfaces.block
-    stations = len(carriers) // b
-    dense = RNG.normal(size=(stations, stations)) * (RNG.uniform(size=(stations, stations)) < 0.3)
-    pattern = sp.csr_matrix(dense)
-    data = RNG.normal(size=(pattern.nnz, b * b, 9))
-    actual = surfaces.matrix(pattern.indptr, pattern.indices, data)
-    row = np.repeat(np.arange(stations), np.diff(pattern.indptr))
-    full = np.zeros((stations, b, 3, stations, b, 3))
-    full[row, :, :, pattern.indices] = data.reshape(-1, b, b, 3, 3).transpose(0, 1, 3, 2, 4)
-    expand = np.kron(carriers, np.eye(3))
-    expected = expand.T @ full.reshape(3 * b * stations, -1) @ expand
-    np.testing.assert_allclose(actual.toarray(), expected, atol=1e-12)
-    assert actual.has_sorted_indices

@@ -140,41 +140,6 @@ def test_places_on_a_curved_yarn_are_found_again(knit):
     np.testing.assert_allclose(around, angle, atol=1e-6)
 
 
-@pytest.fixture
-def history(knit):
-    """History of a knit in contact whose sections all turn about z by their strain, and whose upper rows rise."""
-    history = synthetic.contact_history(knit)
-    strain = history["strain"].to_numpy()
-    count = len(knit.crossings.row)
-    gradient = np.broadcast_to(exp(strain[:, None] * Z)[:, None, None], (len(strain), count, 2, 3, 3))
-    displacement = np.zeros((len(strain), count, 2, 3))
-    displacement[:, :, 1, 2] = 1e-3 * strain[:, None]
-    return history.assign(
-        section_gradient=(("increment", "crossing", "side", "xyz", "undeformed_xyz"), gradient),
-        section_displacement=(("increment", "crossing", "side", "xyz"), displacement),
-    )
-
-
-def test_contacts_hold_the_kinematics_of_their_history(knit, history):
-    contacts = extract(knit, history)
-    strain = history["strain"].to_numpy()
-    np.testing.assert_allclose(
-        contacts["section_rotation"][..., 2], np.broadcast_to(strain[:, None, None], (6, 36, 2))
-    )
-    np.testing.assert_allclose(contacts["centreline_relative_displacement"][-1, :, 2], 5e-5)
-    units = {"section_rotation": "rad", "axial_stretch": "1", "sliding": "m", "contact_spin": "rad"}
-    assert {name: contacts[name].attrs["units"] for name in units} == units
-
-
-def test_tied_contact_areas_stay_and_open_ones_have_no_place(knit, history):
-    contacts = extract(knit, history)
-    tied = contacts["tied"].to_numpy() == 1
-    for name in ("sliding", "contact_travel", "contact_spin"):
-        assert not contacts[name][:, tied].any()
-        free = contacts[name].to_numpy()[:, ~tied]
-        np.testing.assert_array_equal(np.isnan(free[..., 0]), (contacts["zones"] == 0).to_numpy()[:, ~tied])
-
-
 SIZE = 0.5
 
 

@@ -115,18 +115,6 @@ def test_cut_cells_have_the_yarn_of_an_endless_knit(loop):
     np.testing.assert_allclose(cell.periods, [[3 * loop.wale_spacing, 0, 0], [0, 2 * loop.course_spacing, 0]])
 
 
-def test_a_fabric_comes_back_from_its_dataset(loop):
-    for fabric in (
-        plain_knit(loop, 2, 3),
-        cut_cells(loop, 2, 3),
-        endless_cell(loop, 1, 1),
-        yarn_pair(RADIUS, 60.0, 9e-3, 0.02),
-    ):
-        again = fabric_of(fabric_dataset(fabric))
-        np.testing.assert_array_equal(again.crossings.point, fabric.crossings.point)
-        assert again.specimen == fabric.specimen
-
-
 @pytest.mark.parametrize(
     ("make", "message"),
     [

@@ -2,11 +2,9 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize, minimize_scalar
+from scipy.optimize import minimize
 
 from knitstudy.knit.geometry.crossings import refine
-from knitstudy.knit.geometry.loop import Loop
-from knitstudy.knit.geometry.loop_metrics import approaches
 from knitstudy.knit.geometry.spline import CatmullRom, Centreline
 
 EPS = 1e-12  # rounding of a few dozen operations on numbers of order ten
@@ -48,45 +46,6 @@ def test_straight_centreline_is_its_arc_length():
 
 
 WALE, COURSE = 12.0, 20.0
-
-
-@pytest.fixture(scope="module")
-def omega():
-    """Omega-shaped plane loop, in rows too far apart to meet."""
-    t = 2 * np.pi * np.arange(16) / 16
-    points = np.column_stack([WALE * t / (2 * np.pi) + 2.5 * np.sin(2 * t), -7 * np.cos(t), 0 * t])
-    return Loop(points, WALE, COURSE, radius=0.2)
-
-
-def extreme_x(loop, sign):
-    """Largest or smallest x of the left half of the loop."""
-    actual = minimize_scalar(
-        lambda u: -sign * loop.curve.value(np.array([u]))[0, 0],
-        bounds=(1, 4) if sign > 0 else (4, 7),
-        method="bounded",
-        options={"xatol": 1e-10},
-    )
-    return -sign * actual.fun
-
-
-def test_feet_and_heads_face_their_mirror_images(omega):
-    in_one_yarn = approaches(omega, reach=100)
-    distance = np.sort(in_one_yarn.distance[in_one_yarn.row == 0])
-    feet = WALE - 2 * extreme_x(omega, +1)  # the two legs of a loop at its neck
-    heads = 2 * extreme_x(omega, -1)  # a loop and its neighbour
-    assert distance[0] == pytest.approx(min(feet, heads), rel=1e-9)
-    assert np.abs(distance - max(feet, heads)).min() < 1e-9
-
-
-def test_arc_lengths_keep_the_shape_of_their_parameters(omega):
-    """Of a place in every segment, backwards and forwards, at 2-D arrays."""
-    line = Centreline(omega.curve, loops=2)
-    u = np.linspace(*line.span, 12).reshape(3, 4)
-    s = line.arc_length(u)
-    assert s.shape == line.parameter(s).shape == line.curvature(s).shape == (3, 4)
-    np.testing.assert_allclose(s.ravel(), line.arc_length(u.ravel()), rtol=EPS)
-    np.testing.assert_allclose(line.parameter(s), u, atol=1e-9)
-    assert line.position(s).shape == (3, 4, 3)
 
 
 def test_closest_points_in_windows_are_those_of_a_bounded_minimisation():

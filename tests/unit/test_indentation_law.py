@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 
 from knitstudy.mechanics.contact.indentation import Crossing, indentation
-from knitstudy.mechanics.contact.patch_compliance import ALONG, NORMAL
-from knitstudy.mechanics.contact.patched_yarn import half_space_compliance
 
 POISSON, MODULUS, RADIUS = 0.4, 1300.0, 0.5
 
@@ -20,31 +18,6 @@ def test_crossing_at_right_angles_is_a_sphere_on_a_plane():
     assert (hertz.ratio, hertz.radius) == pytest.approx((1.0, 1.0))
     assert hertz.semiaxis == pytest.approx(0.75 ** (1 / 3), rel=1e-9)
     assert hertz.approach == pytest.approx(0.75 ** (2 / 3), rel=1e-9)
-
-
-def test_ellipse_of_a_skew_crossing_meets_the_gap():
-    """The pressure of Hertz's ellipse displaces half spaces by delta - A x^2 - B y^2: its ratio is tabulated."""
-    hertz = Crossing.at(np.radians(60))
-    # Johnson (1985), fig. 4.4 and eq. (4.28): b / a is about (A / B)^(2/3) where it is not small.
-    assert hertz.ratio == pytest.approx((1 / 3) ** (2 / 3), rel=0.03)
-    assert hertz.radius == pytest.approx(1 / np.sin(np.radians(60)))
-    assert hertz.approach < Crossing.at(np.pi / 2).approach
-
-
-def test_half_space_gives_way_more_along_its_surface():
-    assert half_space_compliance(0.2, 0.0, ALONG) == half_space_compliance(0.2, 0.0, NORMAL)
-    assert half_space_compliance(0.2, 0.5, ALONG) == pytest.approx(
-        1.5 * half_space_compliance(0.2, 0.5, NORMAL)
-    )
-
-
-def test_law_begins_as_hertz(law):
-    """Small patches are local altogether: P = 4/3 E* sqrt(R_e) depth^1.5, p = P' / (2 pi R_e)."""
-    depth = np.array([1e-3])
-    pressure = law.pressure(-depth * RADIUS, 0.0, np.array([np.pi / 2]))
-    elastic = 0.5 * MODULUS / (1 - POISSON**2)
-    assert pressure[0] == pytest.approx(elastic / np.pi * np.sqrt(depth[0]), rel=0.12)
-    assert pressure[0] > elastic / np.pi * np.sqrt(depth[0])
 
 
 def test_pressure_goes_on_with_its_last_slope_beyond_the_table(law):

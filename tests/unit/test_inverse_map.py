@@ -4,12 +4,7 @@ import numpy as np
 import pytest
 from refusals import refusal
 
-from knitstudy.mechanics.elements.hexahedron import (
-    CORNERS,
-    InverseMap,
-    natural_coordinates,
-    shape,
-)
+from knitstudy.mechanics.elements.hexahedron import CORNERS, InverseMap, natural_coordinates, shape
 from knitstudy.mechanics.elements.quadratic import NATURAL, quadratic_shape
 
 KINDS = pytest.mark.parametrize("shape", [shape, quadratic_shape], ids=["linear", "quadratic"])

@@ -62,3 +62,8 @@ def test_motion_of_a_drawn_section_is_that_of_the_yarn(pair):
         moved[:, 2] = 10 * (mesh.nodes[:, 0] ** 2 + mesh.nodes[:, 1] ** 2)
         actual.append(section_motion(pair.crossings, mesh, mesh.nodes, moved).gradient)
     np.testing.assert_allclose(actual[0], actual[1], atol=2e-4)
+
+
+def test_sizes_that_leave_no_room_between_crossings_are_refused(knit):
+    with refusal(r"mesh size: .* use a smaller mesh\.size"):
+        mesh_fabric(knit, 2.9)

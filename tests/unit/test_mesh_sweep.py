@@ -25,22 +25,6 @@ def two_yarns():
     return sweep([Straight(12.0), Straight(12.0, (0, 3.0, 0))], Section.butterfly(3, 1), 0.9, Spacing(0.5))
 
 
-def test_numbering_follows_the_contract(two_yarns):
-    mesh = two_yarns
-    q = mesh.section.size
-    assert mesh.first_slice.tolist() == [0, 25, 50]
-    assert mesh.nodes.shape == (50 * q, 3)
-    assert mesh.hexahedra.shape == (48 * mesh.section.quads.shape[0], 8)
-    assert mesh.hexahedra.dtype == np.int32
-    assert mesh.yarn_of_slice.tolist() == [0] * 25 + [1] * 25
-    k, i, yarn = 7, 3, 1
-    node = mesh.nodes[(mesh.first_slice[yarn] + i) * q + k]
-    slice_ = mesh.first_slice[yarn] + i
-    expected = mesh.centres[slice_] + 0.9 * mesh.section.points[k] @ mesh.frames[slice_, :2]
-    np.testing.assert_allclose(node, expected, atol=1e-14)
-    assert np.ptp(mesh.hexahedra, axis=1).max() == q + mesh.section.bandwidth
-
-
 def test_ends_and_surface(two_yarns):
     mesh = two_yarns
     np.testing.assert_array_equal(mesh.nodes[mesh.slice_nodes(mesh.first_slice[:-1]).ravel(), 0], 0.0)
@@ -59,15 +43,6 @@ def test_volume_of_a_straight_yarn_is_the_cylinder_s():
     mesh = sweep([Straight(12.0)], Section.butterfly(4, 1), 0.9, Spacing(0.3))
     assert volumes(mesh).min() > 0
     assert volumes(mesh).sum() == pytest.approx(np.pi * 0.9**2 * 12, rel=1e-13)
-
-
-def test_volume_of_a_bent_yarn_converges_to_that_of_a_tube():
-    curve = Arc(2.5, 1.92)  # 12 and 24 elements
-    exact = np.pi * 0.9**2 * curve.length  # Pappus
-    meshes = [sweep([curve], Section.butterfly(4, 1), 0.9, Spacing(h)) for h in (0.4, 0.2)]
-    errors = [abs(volumes(mesh).sum() / exact - 1) for mesh in meshes]
-    assert errors[1] < 2e-3
-    assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.1)  # chords of slices: second order
 
 
 def test_frames_turn_about_a_helix_by_its_total_torsion():

@@ -13,7 +13,6 @@ from refusals import refusal
 from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.simulate import build
-from knitstudy.mechanics import linear as banded
 from knitstudy.mechanics.batches import VARIABLE, by_parts, share, threads
 from knitstudy.mechanics.contact.friction import ContactHistory
 from knitstudy.mechanics.linear.krylov import Rows
@@ -118,19 +117,3 @@ def test_rows_give_the_product_of_the_matrix(monkeypatch):
     monkeypatch.setattr("knitstudy.mechanics.linear.krylov.ENTRIES", 5000)
     np.testing.assert_array_equal(Rows.of(matrix) @ vector, matrix @ vector)
     np.testing.assert_array_equal(Rows.of(sp.bsr_matrix((6, 6), blocksize=(3, 3))) @ np.ones(6), np.zeros(6))
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_band_factors_solve(dtype):
-    n, width = 40, 5
-    dense = np.eye(n) * 10
-    for k in range(1, width):
-        dense += np.diag(np.ones(n - k), k) + np.diag(np.ones(n - k), -k)
-    band = np.zeros((width, n), dtype=dtype, order="F")
-    for k in range(width):
-        band[k, : n - k] = np.diag(dense, -k)
-    assert banded.factorise_band(band) == 0
-    rhs = np.arange(n, dtype=dtype)
-    expected = np.linalg.solve(dense, rhs.astype(float))
-    banded.solve_band(band, rhs)
-    np.testing.assert_allclose(rhs, expected, rtol=1e3 * np.finfo(dtype).eps)

@@ -4,57 +4,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from knitstudy.mechanics.periodic import Lattice, seam
-from knitstudy.mechanics.spline_yarn.space import yarn_space
 from knitstudy.paper.tables.endless_knit import moduli
 from knitstudy.run.configuration import load_scene
 from knitstudy.use.inp import SHELL_ENTRIES, section_matrix, shell_entries, write_shell
-
-BREAKS = np.array([0.0, 0.7, 1.1, 2.0, 2.6, 3.0])
-
-
-@pytest.mark.parametrize("degree", [2, 3, 4])
-def test_wrapped_splines_are_as_smooth_over_the_seam_as_within(degree):
-    own = yarn_space(BREAKS, 2, degree)
-    around = seam(own)
-    rng = np.random.default_rng(0)
-    nodes = around.wrapped @ rng.standard_normal((around.wrapped.shape[1], 3))
-    first = own.first_node[:-1]
-    ends = [own.spline.basis(np.array([s]), orders=degree - 1) for s in BREAKS[[0, -1]]]
-    for k in range(3):
-        left, right = (
-            np.einsum("oj,ji->oi", values[:, 0], nodes[first[at[0] + np.arange(degree + 1)] + k])
-            for at, values in ends
-        )
-        np.testing.assert_allclose(left, right, atol=1e-10 * np.abs(right).max())
-    assert around.wrapped.shape[1] == own.size - degree * 6  # functions of degree 2 over the section
-
-
-def test_the_jump_lifts_the_image_alone():
-    own = yarn_space(BREAKS, 2, 3)
-    around = seam(own)
-    nodes = around.nodes(np.zeros((len(around.order), 3)), np.array([0, 0, 2.0]))
-    first, values = own.spline.basis(BREAKS[[0, -1]], orders=2)
-    left, right = (values[:, end] @ nodes[own.first_node[first[end] + np.arange(4)], 2] for end in range(2))
-    np.testing.assert_allclose(right - left, [2, 0, 0], atol=1e-10)
-
-
-def test_jumps_are_those_of_the_macroscopic_field():
-    lattice = Lattice(np.array([[3.0, 0.5, 0], [-0.4, 2.0, 0]]), reference=0.3)
-    rng = np.random.default_rng(1)
-    points, strains = rng.standard_normal((7, 3)), rng.standard_normal(6)
-
-    def field(x):
-        ex, ey, gxy, kx, ky, kxy = strains
-        e, k = np.array([[ex, gxy / 2], [gxy / 2, ey]]), np.array([[kx, kxy / 2], [kxy / 2, ky]])
-        plane = x[:, :2]
-        moved = plane @ e + (x[:, 2:] - lattice.reference) * (plane @ k)
-        return np.column_stack([moved, -0.5 * np.einsum("ni,ij,nj->n", plane, k, plane)])
-
-    for number, vector in enumerate(lattice.vectors):
-        jumps = lattice.jumps(number, points, np.ones(len(points)))
-        np.testing.assert_allclose(jumps @ strains, field(points + vector) - field(points), atol=1e-12)
-    assert lattice.area == pytest.approx(6.2)
 
 
 def test_moduli_of_a_sheet():
@@ -102,24 +54,3 @@ def test_a_cell_has_the_values_that_its_specimen_requires():
     assert (
         load_scene("cell-course").vary({"interaction": "rough", "outputs": []}).contact.tied_edges == "none"
     )
-
-
-@pytest.mark.parametrize("degree", [2, 3])
-def test_a_yarn_goes_on_as_its_own_images(degree):
-    own = yarn_space(BREAKS, [2, 3, 2, 2, 3], degree, beyond=5)
-    around = seam(own)
-    period = np.array([2.0, 0.1, 0.0])
-    rng = np.random.default_rng(0)
-    nodes = around.nodes(rng.standard_normal((len(around.order), 3)), period)
-    s = np.array([0.3, 1.0, 1.9, 2.5])
-    assert own.spline.spans[0, 0] == pytest.approx(-BREAKS[-1])
-    within, later = (places(own, nodes, s + shift) for shift in (0.0, BREAKS[-1]))
-    there = s + BREAKS[-1] < own.spline.spans[-4, 1]  # beyond, splines reach over fewer spans
-    assert there.any()
-    np.testing.assert_allclose(later[there], within[there] + period, atol=1e-9)
-
-
-def places(own, nodes, s):
-    first, values = own.spline.basis(s)
-    at = own.first_node[first[:, None] + np.arange(own.spline.degree + 1)]
-    return np.einsum("kj,kji->ki", values[0], nodes[at])

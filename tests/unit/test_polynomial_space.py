@@ -22,13 +22,6 @@ def test_functions_on_the_disc_are_orthonormal(degree):
     )
 
 
-def test_functions_are_sines_and_cosines_on_the_rim():
-    angle, kind = np.linspace(-3, 3, 7)[:, None], disc.modes(5)
-    rim = kind.factor * np.where(kind.sine, np.sin(kind.wave * angle), np.cos(kind.wave * angle))
-    around = np.hstack([np.cos(angle), np.sin(angle)])
-    np.testing.assert_allclose(disc.values(5, around), rim, atol=1e-13)
-
-
 @pytest.mark.parametrize("degree", [1, 2, 3, 4])
 def test_splines_and_derivatives(degree):
     spline = Spline.on(BREAKS, degree, sharp=[2])

@@ -144,10 +144,7 @@ def test_page_opens_with_the_question_a_picture_and_sentences(page):
 def test_a_verdict_is_one_line_and_all_else_is_folded(page):
     lines = re.findall(r'<details class="claim"><summary class="line">(.*?)</summary>', page, flags=re.DOTALL)
     message = [re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", line)).strip() for line in lines]
-    assert message == [
-        "G1 first contradicted length 8 mm 7 mm",
-        "K1 second not yet run 9 mm (full study)",
-    ]
+    assert message == ["G1 first contradicted length 8 mm 7 mm", "K1 second not yet run 9 mm (full study)"]
     assert "<td>width</td><td>3 mm</td>" in page
     assert "<p>the paper measures otherwise</p>" in page
 

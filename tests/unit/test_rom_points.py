@@ -6,20 +6,6 @@ from refusals import refusal
 from knitstudy.knit.yarns.joints import contact_normal_planes, joint_points
 
 
-def test_contacts_of_crossings_lie_halfway_with_normals_across(knit, contacts):
-    point = knit.crossings.point
-    across = contacts["normal"].to_numpy() * knit.crossings.distance[:, None]
-    np.testing.assert_allclose(contacts["centroid"] + 0.5 * across, point[:, 1], atol=1e-15)
-    np.testing.assert_allclose(contacts["centroid"] - 0.5 * across, point[:, 0], atol=1e-15)
-
-
-def test_closest_points_are_the_points_C_of_their_own_contacts(knit, contacts):
-    """P halfway between closest points, with the normal across, puts both of them into the plane."""
-    points = joint_points(knit, contacts)
-    np.testing.assert_allclose(points.arc_length, knit.crossings.arc_length, atol=1e-11)
-    np.testing.assert_allclose(points.point, knit.crossings.point, atol=1e-11)
-
-
 def test_points_C_lie_in_the_plane_of_P_and_normal(knit, contacts):
     """Contacts as a simulation may find them: moved and tilted."""
     rng = np.random.default_rng(12)

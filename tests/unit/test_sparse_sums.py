@@ -5,7 +5,6 @@ import pytest
 import scipy.sparse as sp
 
 from knitstudy.mechanics import pattern_sum
-from knitstudy.mechanics.assembly import Assembly
 from knitstudy.mechanics.model import eliminate
 from knitstudy.mechanics.pattern_sum import PatternSum, lacking
 
@@ -47,57 +46,6 @@ def _rows(total):
 
 
 # Two quadrilaterals side by side: 0 1 2 over 3 4 5.
-QUADS = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
-
-
-def dense_sum(connectivity, nodes, blocks, block):
-    """The same sum with loops, into a dense matrix."""
-    a = connectivity.shape[1]
-    total = np.zeros((nodes, block, nodes, block))
-    for element, corners in enumerate(connectivity):
-        for p in range(a):
-            for q in range(a):
-                total[corners[p], :, corners[q], :] += blocks[element, p * a + q].reshape(block, block)
-    return total.reshape(nodes * block, nodes * block)
-
-
-def assembled(assembly, blocks):
-    total = assembly.begin_stiffness()
-    for number, batch in reversed(list(enumerate(assembly.batches))):
-        total.put(number, blocks[batch.part])
-    return assembly.matrix(total).toarray()
-
-
-@pytest.fixture
-def blocks():
-    return np.random.default_rng(0).normal(size=(2, 16, 9))
-
-
-def tie():
-    """Node 5 hangs on nodes 0 and 3."""
-    rows, columns, values = [0, 1, 2, 3, 4, 5, 5], [0, 1, 2, 3, 4, 0, 3], [1, 1, 1, 1, 1, 0.25, 0.75]
-    return sp.csr_matrix((values, (rows, columns)), shape=(6, 5))
-
-
-def test_ties_collect_forces():
-    force = np.random.default_rng(1).normal(size=(2, 4, 3))
-    nodal = np.zeros((6, 3))
-    np.add.at(nodal, QUADS, force)
-    np.testing.assert_allclose(Assembly([QUADS], 6, tie()).node_forces([force]), nodal)
-    collected = Assembly([QUADS], 6, tie()).sum_forces([force])
-    np.testing.assert_allclose(collected.reshape(-1, 3), tie().T @ nodal)
-
-
-def test_links_act_on_all_components_and_through_ties(blocks):
-    row = np.zeros((1, 6))
-    row[0, [0, 2, 5]] = 1, -0.25, -0.75
-    links = sp.csr_matrix(7.0 * row.T @ row)
-    assembly = Assembly([QUADS], 6, tie(), links=links)
-    expanded = np.kron(tie().toarray(), np.eye(3))
-    expected = expanded.T @ (dense_sum(QUADS, 6, blocks, 3) + np.kron(links.toarray(), np.eye(3))) @ expanded
-    np.testing.assert_allclose(assembled(assembly, blocks), expected, atol=1e-14)
-
-
 @pytest.mark.parametrize("kind", ["bsr", "csr"])
 def test_pinned_unknowns_leave_the_others_alone(kind):
     fixed = np.array([1, 6, 7])

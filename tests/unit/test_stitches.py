@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 
 from knitstudy.knit.geometry.drawn_loop import LoopTarget
-from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
 from knitstudy.knit.geometry.fit import fitted_loop
 from knitstudy.knit.geometry.lay_out import all_of_repeat
 from knitstudy.knit.geometry.loop_metrics import loop_metrics
 from knitstudy.knit.geometry.loop_room import LARGEST_CURVATURE
-from knitstudy.knit.geometry.specimens import cut_cells, endless_cell
 from knitstudy.knit.geometry.stitches import sides, standard
 from knitstudy.run.configuration import load_scene
 
@@ -95,17 +93,6 @@ def test_every_loop_is_held_by_the_one_above_and_yarns_have_room(stitches):
         assert links(loop, row, column, 2, leg=0) == pytest.approx(0, abs=1e-6), "two rows above"
 
 
-def test_purl_is_knit_seen_from_behind():
-    settings = load_scene("dns-tie-course").geometry
-    one, other = (
-        fitted_loop(LoopTarget(COURSE, WALE, RADIUS, 0.01, stitches=(letter,)), settings)[1]
-        for letter in "KP"
-    )
-    np.testing.assert_allclose(
-        other.control_points, one.control_points * [1, 1, -1], atol=1e-9 * RADIUS, rtol=0
-    )
-
-
 @pytest.mark.parametrize(("stitches", "moved"), [(("KP",), [1, 0, 0]), (("K", "P"), [0, 1, 0])])
 def test_repeat_begun_elsewhere_is_the_same_knit(stitches, moved):
     """Begun one stitch later, the yarns lie where those of the first lie, in the plane and behind it."""
@@ -114,17 +101,3 @@ def test_repeat_begun_elsewhere_is_the_same_knit(stitches, moved):
     np.testing.assert_allclose(other.control_points, mirrored, atol=0.3 * RADIUS, rtol=0)
     assert loop_metrics(other).gap == pytest.approx(loop_metrics(one).gap, abs=1e-9 * RADIUS)
     assert other.length == pytest.approx(one.length, rel=1e-9)
-
-
-@pytest.mark.parametrize("stitches", [("KP",), ("K", "P")])
-def test_cells_and_pieces_have_the_yarn_of_their_repeats(stitches):
-    loop = fitted(stitches)
-    cell = endless_cell(loop, 2, 2)
-    np.testing.assert_allclose(cell.periods, [[2 * WALE, 0, 0], [0, 2 * COURSE, 0]])
-    assert cell.cells == (2, 2)
-    assert len(cell.crossings) == 16
-    again = fabric_of(fabric_dataset(cell))
-    assert again.loop.stitches == stitches
-    np.testing.assert_array_equal(again.crossings.arc_length, cell.crossings.arc_length)
-    pieces = cut_cells(loop, 2, 2)
-    assert sum(line.length for line in pieces.centrelines) == pytest.approx(4 * loop.length, rel=1e-9)

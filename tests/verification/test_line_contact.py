@@ -403,16 +403,3 @@ def test_yarns_slide_bit_by_bit_as_cattaneo_and_mindlin_say():
     for slip, (pull, *_) in zip(slips, steps, strict=True):
         # Coulomb's limit follows the pressure of the potential, which is not quite Hertz's
         assert pull[0] / (mu * force) == pytest.approx(1 - max(0.0, 1 - slip) ** 1.5, abs=0.02)
-
-
-def test_traction_turns_with_the_yarns():
-    model, points, yarn = pair(angle=60, friction=1e3)
-    turn = np.tile(np.eye(3), (len(yarn), 1, 1))
-    history = model.commit(BeamState(points, turn), FAR_AWAY, LineHistory.none())
-    moved = points + (yarn == 1)[:, None] * [2e-4, 1e-4, 0]
-    history = model.commit(BeamState(moved, turn), FAR_AWAY, history)
-    still = model.respond(BeamState(moved, turn), FAR_AWAY, history, False)[0]
-    Q = exp(np.array([0.3, -0.5, 0.4]))
-    turned, _, _ = model.respond(BeamState(moved @ Q.T, Q @ turn), FAR_AWAY, history, False)
-    one, other = (each[:-6].reshape(-1, 2, 3) for each in (still, turned))
-    np.testing.assert_allclose(other, one @ Q.T, atol=1e-9 * np.abs(one).max())

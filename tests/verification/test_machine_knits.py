@@ -10,12 +10,7 @@ from knitstudy.run.store import simulate
 
 FILES = Path(__file__).resolve().parents[2] / "examples" / "knitout"
 DRAWN = {"pattern.wale_spacing": 3.3e-3, "pattern.course_spacing": 2.2e-3, "pattern.loop_length": None}
-SOFT = DRAWN | {
-    "load.start": "rest",
-    "load.strain": 0.05,
-    "load.largest_force": None,
-    "solver.increments": 2,
-}
+SOFT = DRAWN | {"load.start": "rest", "load.strain": 0.05, "load.largest_force": None, "solver.increments": 2}
 
 
 def history(stitches, scene="fabric-acrylic-rib-course-free", keys=SOFT):

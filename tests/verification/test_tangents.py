@@ -16,6 +16,7 @@ from half_spaces import hertz
 from hexahedral_block import LAWS as MATERIALS
 from hexahedral_block import made_of, solid
 from polynomial_rods import bent_rod
+from test_contact_indentation import CrossedYarns
 from test_line_contact import disturbed, two_rows
 from test_membrane import COUPLED, irregular
 from test_periodic_cell import stretched, tied_cell
@@ -215,6 +216,22 @@ def endless_beams(friction, patch):
     return force_of(model, state, 2e-7, bar=5e-6)
 
 
+def spline_yarns_in_contact():
+    """Yarns that cross askew, pressed and slid from where an increment began; some points slide."""
+    yarns = CrossedYarns(3, 0.9, 60, 0.4, friction=0.3)
+    model, upper = yarns.model, np.arange(len(yarns.space.unity)) >= len(yarns.space.unity) // 2
+
+    def moved(state, shift):
+        step = upper[:, None] * yarns.space.unity[:, None] * shift
+        return model.advance(model.begin(state, 0.0, 1.0), step.ravel())
+
+    first = model.commit(moved(model.start(), [0.0, 0.0, -0.05]))
+    state = moved(first, [0.01, 0.005, -0.01])
+    status = model.contact_points(state).status
+    assert {STICK, SLIP} <= set(status)
+    return force_of(model, replace(state, step=None), 1e-7)
+
+
 def material(name, of):
     """Stress as the derivative of energy, or the tangent as that of stress, also at repeated principal strains."""
     material = made_of(name)
@@ -368,6 +385,7 @@ CASES = {
         for name, patch in (("layers", LAYERS), ("half spaces", Patch(0.3)))
         for mu in (0.0, 0.5)
     },
+    "spline yarns in contact": spline_yarns_in_contact,
     **{f"{of} of {name}": partial(material, name, of) for name in MATERIALS for of in ("energy", "stress")},
     **{f"{kind}: {name}": partial(block_of, kind, name) for kind in KINDS for name in MATERIALS},
     **{f"spline yarn: {name}": partial(spline_yarn, name) for name in MATERIALS},
