@@ -81,19 +81,11 @@ def test_a_crossing_colours_both_yarns_near_it_alone(knit_of_two):
         for own, place in zip(yarns, places, strict=True):
             near = (yarn == own) & (np.abs(s - place) <= knit_of_two.radius)
             assert (values[-1, near] >= 1e3 * 0.05 * (crossing + 1)).all()
-    away = np.array(
-        [
-            min(
-                abs(a - s[k])
-                for n, a in zip(
-                    knit_of_two.crossings.yarn.ravel(), knit_of_two.crossings.arc_length.ravel(), strict=True
-                )
-                if n == yarn[k]
-            )
-            for k in range(len(s))
-        ]
+    beside = knit_of_two.crossings.yarn[None] == yarn[:, None, None]
+    apart = np.where(beside, np.abs(knit_of_two.crossings.arc_length - s[:, None, None]), np.inf).min(
+        axis=(1, 2)
     )
-    assert (values[-1, away > 2 * knit_of_two.radius] == 0).all()
+    assert (values[-1, apart > 2 * knit_of_two.radius] == 0).all()
 
 
 @pytest.mark.parametrize("at_rest", [1.0, 0.6])

@@ -171,21 +171,6 @@ def test_no_correction_is_longer_than_a_stride():
     assert max(corrections(longest / 10)) == pytest.approx(longest / 10)
 
 
-def test_strides_count_the_motion_of_neighbours_where_a_model_knows_it():
-    class Neighbours(Chain):
-        """A chain that as a whole may move by ten times as much as its neighbours against each other."""
-
-        def motion_of_neighbours(self, state, step):
-            return 0.1 * np.abs(step).max()
-
-    ends = PrescribedDisplacement(np.array([0, 2]), np.array([0.0, 3.0]))
-    law = lambda e: np.array([1.0, 8.0]) * e**3, lambda e: np.array([3.0, 24.0]) * e**2 + 1e-3
-    settings = Settings(increments=1, stride=0.01)
-    few, many = ([*trace(of(3, *law), ends, settings, LU())][-1] for of in (Neighbours, Chain))
-    np.testing.assert_allclose(few.state.x, many.state.x, atol=1e-5)
-    assert few.newton_iterations < many.newton_iterations / 3
-
-
 def test_a_guess_that_the_first_correction_makes_worse_gives_way_to_that_of_the_tangent():
     """Springs that stiffen, pulled evenly: the tangent knows the answer, the rate of the increment before does not."""
     chain = Chain(4, lambda e: e + 30 * np.maximum(e - 1, 0) ** 2, lambda e: 1 + 60 * np.maximum(e - 1, 0))
@@ -298,83 +283,6 @@ def test_a_free_mechanism_is_an_error():
     loose = PrescribedDisplacement(np.array([], dtype=int), np.array([]))
     with pytest.raises(ConvergenceError):
         list(trace(chain, loose, Settings(increments=1, cutbacks=1), LU()))
-
-
-@dataclass(frozen=True)
-class Pressed:
-    x: np.ndarray
-    multiplier: float = 0.0
-
-
-class Wall(Chain):
-    """A spring pulled against a stop by a penalty, whose multiplier is updated until it is penetrated by 0.01."""
-
-    penalty, allowed = 20.0, 0.01
-
-    def __init__(self):
-        super().__init__(3, lambda e: e, np.ones_like)
-
-    def start(self):
-        return Pressed(np.zeros(3))
-
-    def begin(self, state, load, change):
-        return replace(state, multiplier=0.0)
-
-    def advance(self, state, step):
-        return replace(state, x=state.x + step)
-
-    def pressure(self, state):
-        return max(0.0, state.multiplier + self.penalty * state.x[1])
-
-    def respond(self, state, stiffness):
-        answer = super().respond(state, stiffness)
-        pressure = self.pressure(state)
-        force = answer.force + np.array([0, pressure, 0])
-        if stiffness and pressure > 0:
-            answer.stiffness[1, 1] += self.penalty
-        return replace(answer, force=force, status=np.array([[0, 0, pressure > 0]]))
-
-    def settle(self, state):
-        return None if state.x[1] <= self.allowed else replace(state, multiplier=self.pressure(state))
-
-
-def test_updates_of_multipliers_are_foreseen():
-    """Every increment ends where updates from zero end, and starts nearer to where multipliers are zero."""
-    drive, settings = PrescribedDisplacement(np.array([0, 2]), np.array([0.0, 1.0])), Settings(increments=3)
-    _, first, second, third = trace(Wall(), drive, settings, LU())
-    for increment in (first, second, third):
-        x, multiplier = 0.0, 0.0
-        while True:
-            # Two springs and the penalty in balance.
-            x = (increment.load - multiplier) / (2 + Wall.penalty)
-            if x <= Wall.allowed:
-                break
-            multiplier += Wall.penalty * x
-        np.testing.assert_allclose(increment.state.x[1], x, atol=1e-9)
-    assert len(first.updates) == len(third.updates) == 1
-    (without,) = trace(Wall(), drive, settings, LU(), resume=replace(second, updates=()))
-    np.testing.assert_allclose(without.state.x, third.state.x, atol=1e-9)
-    assert third.residuals[0] < 0.6 * without.residuals[0]
-
-
-class Pushed(Chain):
-    """Springs whose inner nodes are pushed: nothing is in balance where the path starts."""
-
-    def __init__(self, pulled):
-        super().__init__(4, lambda e: e, np.ones_like)
-        self.pulled = pulled
-
-    def respond(self, state, stiffness):
-        answer = super().respond(state, stiffness)
-        return replace(answer, force=answer.force - np.array([0, 1.0, -0.5, 0]), pulled=self.pulled)
-
-
-@pytest.mark.parametrize(("pulled", "first"), [(False, 1.0), (True, 0.0)])
-def test_the_first_guess_balances_forces_of_the_model_that_asks_for_it(pulled, first):
-    """Other models start where the tangent takes them, and leave the residual to the iterations."""
-    *_, last = trace(Pushed(pulled), PULL, Settings(increments=1, exact=True), LU())
-    np.testing.assert_allclose(last.state.x, [0, 1.5, 2, 3], atol=1e-9)
-    np.testing.assert_allclose(last.residuals[0], first, atol=1e-9)
 
 
 @pytest.mark.parametrize("order", [1, 2, 3, 4])

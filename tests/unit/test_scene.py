@@ -70,6 +70,7 @@ MISFITS = {
         ({"pattern.wale_spacing": 1.8e-3}, r"pattern\.wale_spacing is 0\.0018 m but must exceed"),
         ({"load.stops": [0.02, 0.01]}, r"must go on from one to the next between 0 and load\.strain, 0\.05"),
         ({"load.stops": [[0.01, 0]]}, r"load\.stops"),
+        ({"load.stops": [[0.04, 1e-12]]}, "100,000 of them at most"),
         ({"fidelity": "beam"}, "must be rough or isotropic where fidelity is beam"),
         ({"yarn.transverse_modulus": 1e9}, r"is 1e\+09 but must be null where yarn\.material is"),
         (

@@ -67,15 +67,6 @@ def test_yarns_stand_apart_where_they_cross(stitches, apart):
     np.testing.assert_array_equal(again.periods, fabric.periods)
 
 
-def test_a_stitch_is_drawn_through_the_loop_and_its_tucks():
-    """Its legs pass two heads in front (K) and its sinkers behind the legs of these; of a purl stitch reversed."""
-    fabric = cell(HALF_CARDIGAN)
-    assert in_front(fabric, 0, 1, 0) == (2, 2)
-    assert in_front(fabric, 1, 2, 0) == (2, 2)
-    assert in_front(fabric, 1, 2, 1) == (2, 2), "through the tuck"
-    assert in_front(fabric, 0, 2, 1) == (2, 2), "and through the loop that was held"
-
-
 @pytest.mark.parametrize(
     "stitches",
     [("K", "T", "T"), ("K", "T", "T", "T"), ("KTP", "KTT", "TPK", "-TK"), ("TKP", "TKK", "KTT", "--T")],
