@@ -1,10 +1,14 @@
-"""Configuration files become scenes, or one message that names file, key, value and the allowed values."""
+"""Configuration files and families become scenes, or one message that names file, key and fault."""
+
+import re
 
 import pytest
 import yaml
 from refusals import refusal
 
-from knitstudy.run.configuration import load_scene, load_scenes
+from knitstudy.errors import ConfigurationError
+from knitstudy.run.configuration import CONFIG, load_scene, load_scenes
+from knitstudy.run.families import family_files, read_families
 
 FAMILY = "scenes/small.yaml"
 
@@ -66,3 +70,119 @@ def test_file_that_is_missing_or_broken(config, file, content, message):
         (config / file).write_text(content)
     with refusal(message):
         load_scenes(config)
+
+
+CASES = """\
+case:
+  tie: {interaction: tie}
+  slip: {interaction: isotropic}
+"""
+
+FAMILY_FAMILY = """\
+studies: [reduced, full]
+keys:
+  knit: plain
+  load.strain by case: {tie: 0.05, slip: 0.03}
+
+mesh:
+  fine: {mesh.size: 0.2}
+  "045": {mesh.size: 0.5}
+
+scenes:
+- name: dns-{case}-{mesh}
+  case: all
+  mesh: [fine, "045"]
+- name: rom-{case}
+  case: slip
+  studies: ci
+  keys:
+    rom.contacts_from: dns-{case}-fine
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Function that writes files of families, by default the two above, and returns their folder."""
+
+    def write(**files):
+        for name, text in ({"cases": CASES, "family": FAMILY_FAMILY} | files).items():
+            (tmp_path / f"{name}.yaml").write_text(text)
+        return tmp_path
+
+    return write
+
+
+def replaced(old, new, text=FAMILY_FAMILY):
+    assert old in text
+    return text.replace(old, new)
+
+
+def refused(folder):
+    """Return the reason, in one line, for which the folder is refused."""
+    with pytest.raises(ConfigurationError) as error:
+        read_families(family_files(folder))
+    assert "\n" not in str(error.value)
+    return str(error.value)
+
+
+def test_members_take_the_keys_of_family_entry_and_choices(folder):
+    members = read_families(family_files(folder()))
+    assert list(members) == ["dns-tie-fine", "dns-tie-045", "dns-slip-fine", "dns-slip-045", "rom-slip"]
+    assert members["dns-tie-045"].keys == {
+        "knit": "plain",
+        "load.strain": 0.05,
+        "interaction": "tie",
+        "mesh.size": 0.5,
+    }
+    assert members["dns-tie-045"].studies == ("reduced", "full")
+    reduced = members["rom-slip"]
+    assert reduced.keys["rom.contacts_from"] == "dns-slip-fine"
+    assert reduced.keys["load.strain"] == 0.03
+    assert (reduced.studies, reduced.family) == (("ci",), "family")
+    assert reduced.where.endswith("family.yaml, scene 'rom-slip'")
+
+
+def test_files_are_read_in_the_order_of_their_numbers(folder):
+    own = "studies: []\nscenes:\n- name: {}\n"
+    path = folder(**{"10-b": own.format("b"), "9-a": own.format("a"), "own": own.format("c")})
+    names = list(read_families(family_files(path)))
+    assert (names[:2], names[-1]) == (["a", "b"], "c")
+    assert read_families(family_files(path))["a"].studies == ()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("[reduced, full]", "[reduced, huge]", "family.yaml, scenes 'dns-{case}-{mesh}': studies: unknown"),
+        ("studies: [reduced, full]\n", "", "the key 'studies' is missing, in the family as well; [] is for"),
+        (
+            "studies: [",
+            "name: a\nstudies: [",
+            "family.yaml: the key 'name' belongs to a scene but is a key of the",
+        ),
+        ("studies: [", "studdies: [", "family.yaml: unknown key 'studdies' (did you mean 'studies'?)"),
+        ("  knit: plain", "  knit: '{cas}'", "knit is '{cas}': unknown placeholder 'cas' (did you mean"),
+        ("  fine: {mesh.size: 0.2}", "  fine: {interaction: rough}", "is 'tie' of case 'tie' but 'rough'"),
+        ('  mesh: [fine, "045"]\n', "", "unknown placeholder 'mesh'; allowed are case; an entry of scenes"),
+        ('[fine, "045"]', "[fine, 0.45]", "mesh is ['fine', 0.45] but must be all, or of fine, 045"),
+        ("name: dns-{case}-{mesh}", "name: dns-{case}", "scene 'dns-tie': is there twice, the first in the"),
+        ("{mesh.size: 0.2}", "{mesh.size: 2001-99-99}", "family.yaml: is not YAML: month must be in 1..12"),
+    ],
+)
+def test_family_that_is_not_allowed(folder, old, new, message):
+    assert message in refused(folder(family=replaced(old, new)))
+
+
+def test_examples_of_the_readme_are_families(tmp_path):
+    examples = re.findall(r"```yaml\n(.*?)```", (CONFIG / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    assert len(examples) == 3
+    for path in CONFIG.glob("**/*.yaml"):
+        copy = tmp_path / path.relative_to(CONFIG)
+        copy.parent.mkdir(exist_ok=True)
+        copy.write_bytes(path.read_bytes())
+    for number, text in enumerate(examples):
+        (tmp_path / "scenes" / f"own{number}.yaml").write_text(text)
+    scenes = load_scenes(tmp_path)
+    assert scenes["dns-tie-course-twenty-nodes"].mesh.element == "quadratic"
+    assert scenes["dns-tie-wale-soft"].load.strain == 0.03
+    assert list(scenes)[: -len(scenes) + len(load_scenes())] == list(load_scenes())

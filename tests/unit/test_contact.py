@@ -1,13 +1,24 @@
-"""Contact points: which of them touch, their history, and inputs that are refused."""
+"""Contact points: which of them touch, their history, their surfaces, and inputs that are refused."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refusal
 from scipy.spatial import cKDTree
-from tubes import crossing, hairpin
+from tubes import crossing, hairpin, tube
 
+from knitstudy.knit.mesh.spacing import drawn_angles
+from knitstudy.knit.models.spline_yarns.build import space_on, yarn_spans
+from knitstudy.knit.yarns.discretisation import COARSE, contact_surfaces
+from knitstudy.mechanics.contact.candidate_pairs import WIDTH, Neighbourhoods
+from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK, ContactHistory, Coulomb
-from knitstudy.mechanics.contact.grids import Grids
+from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords
 from knitstudy.mechanics.contact.interaction import Contact
+from knitstudy.mechanics.contact.search import Search
+from knitstudy.mechanics.contact.tangent import Quadrature
+from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
 
 APART = ~np.eye(2, dtype=bool)
 
@@ -175,3 +186,159 @@ def test_traction_is_the_trial_or_the_limit():
     np.testing.assert_allclose(traction, [[3, 0, 0], [0, 3, 4], [0, 0, 0], [0, 0, 0]])
     np.testing.assert_array_equal(status, [STICK, SLIP, OPEN, STICK])
     np.testing.assert_allclose(LAW.slipped(trial, pressure), [0, 0.1, 0, 0])
+
+
+RNG = np.random.default_rng(0)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.05])
+def test_gauss_points_stand_for_the_area_of_the_contact_surface(offset):
+    nodes, grid = tube(angles=24)
+    quadrature = Quadrature.on(Grids([Grid(grid.nodes, offset=offset)]), nodes, points=3)
+    assert len(quadrature.area) == 12 * 24 * 9
+    assert quadrature.area.sum() == pytest.approx(2 * np.pi * (1 - offset) * 6, rel=2e-3)
+    _, xi = quadrature.places(np.arange(len(quadrature.area)))
+    np.testing.assert_array_equal(quadrature.row_and_column(np.arange(len(xi)) // 9)[1], np.floor(xi))
+
+
+@pytest.mark.parametrize("refinement", [1.5, 3.0])
+def test_graded_angles_keep_the_radius(refinement):
+    """Tangents touch the circle where steps differ: the error falls with the fourth power of the step."""
+    errors = []
+    for count in (24, 48):
+        pull = np.array([[(refinement - 1) / (refinement + 1), 0.0]])
+        angles = drawn_angles(2 * np.pi * (np.arange(count) + 0.5) / count, np.repeat(pull, 4, axis=0))
+        s = np.repeat(np.arange(4.0), count)
+        nodes = np.stack([np.cos(angles).ravel(), np.sin(angles).ravel(), -s], axis=-1)
+        grid = Grid(np.arange(4 * count).reshape(4, count), chords=circular_chords(angles))
+        xi = np.random.default_rng(1).uniform([0, 0], [3, count], (2000, 2))
+        place = Grids([grid]).stencil(np.zeros(len(xi), int), xi).places(nodes)[0]
+        errors.append(np.abs(np.hypot(place[:, 0], place[:, 1]) - 1).max())
+    assert errors[1] < 3e-3
+    assert np.log2(errors[0] / errors[1]) > 3.5
+
+
+RADIUS, LENGTH, ANGLES = 0.5, 3.0, 12
+BREAKS = np.array([0.0, 0.8, 1.2, 1.5, 2.1, LENGTH])
+CELLS = [0.0, 0.6, 1.2, 1.4, 1.6, 1.8, 2.4, LENGTH]
+
+
+def straight(space, middle, along, up):
+    """Nodes of a straight yarn of that space."""
+    spline = space.spline
+    s = np.linspace(0, LENGTH, 60)
+    centre = spline.fit(s, middle + (s - 0.5 * LENGTH)[:, None] * along)
+    turned = [np.tile(d, (spline.size, 1)) for d in (up, np.cross(along, up))]
+    return space.coefficients(centre, *turned, RADIUS)
+
+
+@pytest.fixture(scope="module")
+def crossed():
+    """Two yarns that cross, with spans and degrees of all kinds: space, nodes and surfaces."""
+    own = yarn_space(BREAKS, [2, 3, 4, 3, 2])
+    space = Space((own, own))
+    x, y, z = np.eye(3)
+    nodes = np.concatenate(
+        [straight(own, -(RADIUS + 0.005) * z, x, z), straight(own, (RADIUS + 0.005) * z, y, z)]
+    )
+    return space, nodes, Cylinders(space, RADIUS, [np.array(CELLS)] * 2, ANGLES)
+
+
+def test_normals_point_outward_and_points_stand_for_the_area(crossed):
+    _, nodes, surfaces = crossed
+    contact = Contact(nodes, surfaces, Coulomb(1.0, 1.0, 0.0), margin=0.1, overlap=1e-3)
+    assert contact.quadrature.area.sum() == pytest.approx(2 * 2 * np.pi * RADIUS * LENGTH, rel=1e-12)
+    points = contact.points(nodes, nodes, ContactHistory.empty())
+    assert contact.smallest_gap(points) == pytest.approx(0.01, abs=1e-3)
+
+
+def beside(length, *heights):
+    """Two yarns beside each other, by their heights over their lengths: nodes for every pair of heights, surfaces."""
+    x, y, z = np.eye(3)
+    own = yarn_space(np.arange(length + 1.0), [2] * length)
+    s = np.linspace(0, length, 400)
+
+    def yarn(height):
+        centre = own.spline.fit(s, s[:, None] * x + np.broadcast_to(height(s), s.shape)[:, None] * z)
+        return own.coefficients(centre, *(np.tile(d, (own.spline.size, 1)) for d in (z, -y)), RADIUS)
+
+    surfaces = Cylinders(Space((own, own)), RADIUS, [np.linspace(0, length, 2 * length + 1)] * 2, ANGLES)
+    return [np.concatenate([yarn(height) for height in both]) for both in heights], surfaces
+
+
+def test_pairs_are_found_again_where_yarns_have_moved(monkeypatch):
+    """Of two long yarns beside each other one bends towards the other at its end; all else has not moved."""
+    below, above = (lambda s: 0 * s), (lambda s: 2 * RADIUS + 0.25)
+    near = below, lambda s: above(s) - 0.27 * np.exp(-((s - 57) ** 2))
+    (nodes, bent), surfaces = beside(60, (below, above), near)
+    anew, again = (
+        Contact(nodes, surfaces, Coulomb(1.0, 1.0, 0.0), margin=0.1, overlap=1e-3) for _ in range(2)
+    )
+    find, searched = Search.find, []
+    monkeypatch.setattr(Search, "find", lambda *given: searched.append(given[3:]) or find(*given))
+    assert not len(again.points(nodes, nodes, ContactHistory.empty()).active)
+    actual = again.points(bent, nodes, ContactHistory.empty())
+    ((rings,),) = searched
+    assert 0 < rings.mean() < 0.5
+    expected = anew.points(bent, bent, ContactHistory.empty())
+    np.testing.assert_array_equal(actual.signature(), expected.signature())
+    assert len(actual.active) > 10
+
+
+def test_no_place_moves_farther_than_is_said(crossed):
+    """In the box of a place's ring, for all places that share its neighbourhood."""
+    _, nodes, surfaces = crossed
+    generator = np.random.default_rng(5)
+    before = surfaces.carry(nodes)
+    near = Neighbourhoods(surfaces, before, RADIUS)
+    xi = generator.uniform(0, [surfaces.edges(0)[0][-1], ANGLES], size=(4000, 2))
+    surface = generator.integers(0, 2, len(xi))
+    one, other = np.flatnonzero(surface == 0)[:500], np.flatnonzero(surface == 1)[:500]
+    ring = np.searchsorted(surfaces.edges(0)[0], xi[one, 0], side="right") - 1
+    smallest = []
+    for size in np.linspace(0.002, 0.1, 20):
+        change = surfaces.carry(size * RADIUS * generator.standard_normal(nodes.shape))
+        # The larger part is of long waves, as in a fabric that shears.
+        change += 0.3 * np.sin(before[:, [1, 2, 0]] / (6 * RADIUS)) * RADIUS
+        motion = near.motion(before + change, before)
+        here, there = (surfaces.places(surface, xi, state)[0] for state in (before, before + change))
+        then, now = (np.linalg.norm(p[one, None] - p[None, other], axis=2) for p in (here, there))
+        shares = then < (WIDTH - 2) * RADIUS
+        bound = motion.least(then, near.of_ring[ring][:, None])
+        assert np.all(now[shares] >= bound[shares])
+        smallest.append((now - bound)[shares].min())
+    assert shares.any()
+    assert min(smallest) < 0.5 * RADIUS
+
+
+@pytest.fixture(scope="module")
+def scene(plain_scene):
+    keys = {"fidelity": "spline_yarns", "interaction": "isotropic", "contact.tied_edges": "none"}
+    return plain_scene.vary(keys | {"pattern.loops": 1, "pattern.rows": 1})
+
+
+@pytest.fixture(scope="module")
+def knit(scene, knit_of):
+    return knit_of(scene)
+
+
+def test_cells_are_small_near_crossings_only(scene, knit):
+    _, rings = contact_surfaces(scene, space_on(scene, yarn_spans(scene, knit)), knit)
+    cell, window = scene.contact.cell * knit.radius, scene.contact.window * knit.radius
+    for yarn, edges in enumerate(rings.arc_length):
+        stations = knit.crossings.arc_length[knit.crossings.yarn == yarn]
+        size, middle = np.diff(edges), 0.5 * (edges[1:] + edges[:-1])
+        near = np.abs(middle[:, None] - stations).min(axis=1) < window
+        assert edges[0] == 0
+        assert edges[-1] == pytest.approx(knit.centrelines[yarn].length)
+        assert size.min() > 0
+        assert size[near].max() <= cell * (1 + 1e-9)
+        assert 2 * cell < size[~near].max() <= COARSE * cell * (1 + 1e-9)
+
+
+def test_crossings_nearer_than_their_windows_are_refused(scene, knit):
+    wide = scene.vary({"contact.window": 4.0})
+    thick = replace(knit, radius=2 * knit.radius)
+    space = space_on(wide, yarn_spans(wide, thick))
+    with refusal(r"two crossings of a yarn are .* contact\.window, 4\.00"):
+        contact_surfaces(wide, space, thick)

@@ -1,4 +1,4 @@
-"""Swept yarns: sections, frames, places of slices, and the quality of hexahedra."""
+"""Meshes of swept yarns: sections, slices, grading, quadratic elements, quality, places in elements."""
 
 from dataclasses import replace
 
@@ -7,10 +7,17 @@ import pytest
 from curves import Arc, Helix, Straight
 from refusals import refusal
 
+from knitstudy.knit.contacts.kinematics import section_motion
 from knitstudy.knit.mesh import quality
+from knitstudy.knit.mesh.mesher import mesh_fabric
+from knitstudy.knit.mesh.quadratic import quadratic_mesh
+from knitstudy.knit.mesh.quality import check_folding
 from knitstudy.knit.mesh.section import Section
-from knitstudy.knit.mesh.spacing import Spacing, place_slices
+from knitstudy.knit.mesh.spacing import Grading, Spacing, drawn, place_slices
 from knitstudy.knit.mesh.sweep import Targets, roll_towards, rotation_minimising, sweep
+from knitstudy.mechanics.elements.hexahedron import CORNERS, InverseMap, natural_coordinates, shape
+from knitstudy.mechanics.elements.quadratic import NATURAL, QuadraticHexahedron, quadratic_shape
+from knitstudy.mechanics.materials.isotropic import Hencky
 
 
 def volumes(mesh):
@@ -150,15 +157,15 @@ def test_slices_stand_where_grips_end():
 CUBE = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float
 )
-CORNERS = np.arange(8)[None]
+ELEMENT = np.arange(8)[None]
 
 
 def test_scaled_jacobian_of_simple_shapes():
-    assert quality.scaled_jacobian(CUBE, CORNERS)[0] == pytest.approx(1.0)
-    assert quality.scaled_jacobian(CUBE * [3, 0.2, 1], CORNERS)[0] == pytest.approx(1.0)
+    assert quality.scaled_jacobian(CUBE, ELEMENT)[0] == pytest.approx(1.0)
+    assert quality.scaled_jacobian(CUBE * [3, 0.2, 1], ELEMENT)[0] == pytest.approx(1.0)
     shear = np.array([[1, 0, 1], [0, 1, 0], [0, 0, 1.0]])  # edges along z lean by 45 degrees
-    assert quality.scaled_jacobian(CUBE @ shear.T, CORNERS)[0] == pytest.approx(np.sqrt(0.5))
-    assert quality.scaled_jacobian(CUBE * [1, 1, -1], CORNERS)[0] == pytest.approx(-1.0)
+    assert quality.scaled_jacobian(CUBE @ shear.T, ELEMENT)[0] == pytest.approx(np.sqrt(0.5))
+    assert quality.scaled_jacobian(CUBE * [1, 1, -1], ELEMENT)[0] == pytest.approx(-1.0)
 
 
 def test_folded_element_is_refused_with_its_place():
@@ -194,3 +201,149 @@ def test_a_yarn_may_not_meet_itself_but_may_turn_as_tight_as_its_radius():
     quality.check_overlap([Arc(0.905, np.pi)], radius=0.9)
     with refusal(r"yarn 0 at .* yarn 0 at .* overlap"):
         quality.check_overlap([Arc(3.0, 2 * np.pi)], radius=0.9)
+
+
+RADIUS, SIZE = 0.9e-3, 1 / 3
+GRADING = Grading(3.0, reach=1.0, ramp=2.0)
+
+
+def test_a_section_is_finer_by_the_refinement_where_it_is_drawn_to_and_keeps_its_angles():
+    """Images of a small cross: its arms keep their right angle and are a third, and three times as long."""
+    towards = 0.7
+    pull = GRADING.pull(np.zeros(1), np.zeros(1), np.array([towards]))
+    rim, step = np.array([np.cos(towards), np.sin(towards)]), 1e-6
+    normal = np.array([-rim[1], rim[0]])
+    for side, scale in ((1, 1 / 3), (-1, 3)):
+        cross = side * rim + step * np.array([0 * rim, -side * rim, normal])
+        image = drawn(np.vstack([cross, -side * rim]), pull)[0, :3]  # the last: the circle it is drawn in
+        arms = np.diff(image, axis=0, prepend=image[:1])[1:]
+        arms[1] = image[2] - image[0]
+        np.testing.assert_allclose(np.linalg.norm(arms, axis=1), scale * step, rtol=1e-4)
+        assert abs(arms[0] @ arms[1]) < 1e-4 * (scale * step) ** 2
+
+
+def test_elements_at_the_crossing_are_smaller_along_and_across(pair):
+    coarse, fine = (mesh_fabric(pair, SIZE, 1.0, refinement) for refinement in (1.0, 3.0))
+    check_folding(fine)
+    for yarn in range(2):
+        sizes = []
+        for mesh in (coarse, fine):
+            stations = mesh.arc_length[mesh.yarn_of_slice == yarn]
+            here = mesh.first_slice[yarn] + np.searchsorted(stations, pair.crossings.arc_length[0, yarn])
+            ring = mesh.nodes[mesh.slice_nodes(here)[mesh.section.ring]]
+            apart = np.linalg.norm(ring - pair.crossings.point[0].mean(axis=0), axis=1)
+            first, second = np.argsort(apart)[:2]
+            assert apart[second] == pytest.approx(apart[first], rel=1e-6), (
+                "a facet's middle faces the other yarn"
+            )
+            along = mesh.arc_length[here] - mesh.arc_length[here - 1]
+            sizes.append((np.linalg.norm(ring[second] - ring[first]), along))
+        np.testing.assert_allclose(np.divide(*sizes), 3.0, rtol=0.05)
+
+
+def test_crossings_that_are_too_near_are_refused():
+    near = np.array([0.0, 5.0])
+    with refusal(r"mesh.refinement: crossings 5 m apart .* too near for 3.*use 1"):
+        GRADING.pull(np.zeros(3), near, np.zeros(2))
+
+
+def test_motion_of_a_drawn_section_is_that_of_the_yarn(pair):
+    """Sections bend in a parabola about the crossing: its slope there is 0, whichever side has more nodes."""
+    actual = []
+    for refinement in (1.0, 3.0):
+        mesh = mesh_fabric(pair, SIZE, 1.0, refinement)
+        moved = np.zeros_like(mesh.nodes)
+        moved[:, 2] = 10 * (mesh.nodes[:, 0] ** 2 + mesh.nodes[:, 1] ** 2)
+        actual.append(section_motion(pair.crossings, mesh, mesh.nodes, moved).gradient)
+    np.testing.assert_allclose(actual[0], actual[1], atol=2e-4)
+
+
+def test_sizes_that_leave_no_room_between_crossings_are_refused(knit):
+    with refusal(r"mesh size: .* use a smaller mesh\.size"):
+        mesh_fabric(knit, 2.9)
+
+
+RADIUS_QUADRATIC = 0.9
+CURVES = (Helix(3.0, 0.5, 0.5), Straight(6.0, (0, 20.0, 0)))
+
+
+@pytest.fixture(scope="module")
+def swept():
+    return sweep(CURVES, Section.butterfly(3, 1), RADIUS_QUADRATIC, Spacing(0.5))
+
+
+@pytest.fixture(scope="module")
+def mesh(swept):
+    return quadratic_mesh(swept, CURVES)
+
+
+def test_surface_nodes_lie_on_the_true_tube(mesh):
+    for grid, curve in zip(mesh.grids, CURVES, strict=True):
+        s = np.linspace(0, curve.length, len(grid)) if isinstance(curve, Straight) else None
+        # Nodes of a station share the plane of its section, whose centre the mean of opposite nodes is.
+        ring = mesh.nodes[grid[:, ::2]]
+        centre = ring.mean(axis=1)
+        on_station = mesh.nodes[grid]
+        real = ~np.isin(grid, mesh.face_centres)
+        away = np.linalg.norm(on_station - centre[:, None], axis=-1)
+        np.testing.assert_allclose(away[real], RADIUS_QUADRATIC, rtol=1e-12)
+        np.testing.assert_allclose(away, RADIUS_QUADRATIC, rtol=2e-3)
+        if s is not None:
+            np.testing.assert_allclose(centre[:, 0], s, atol=1e-12)
+
+
+def test_the_volume_is_that_of_the_tube(mesh):
+    elements = QuadraticHexahedron(mesh.nodes[mesh.elements], Hencky(1.0, 0.4))
+    tube = np.pi * RADIUS_QUADRATIC**2 * sum(curve.length for curve in CURVES)
+    assert elements.volume.sum() == pytest.approx(tube, rel=1e-3)
+
+
+def test_folded_elements_are_refused(swept):
+    with refusal(r"quadratic hexahedron \d+ of yarn 0 at s = .* folded"):
+        quadratic_mesh(replace(swept, radius=4.0), CURVES)
+
+
+KINDS = pytest.mark.parametrize("shape", [shape, quadratic_shape], ids=["linear", "quadratic"])
+
+
+def bent(shape, count):
+    """Elements that are no boxes."""
+    natural = CORNERS if shape(np.zeros((1, 3))).shape[1] == 8 else NATURAL
+    rng = np.random.default_rng(3)
+    return natural + 0.15 * rng.normal(size=(count, len(natural), 3))
+
+
+@KINDS
+def test_the_inverse_of_the_map(shape):
+    corners = bent(shape, 50)
+    natural = np.random.default_rng(4).uniform(-1.1, 1.1, (50, 3))
+    points = np.einsum("ka,kai->ki", shape(natural), corners)
+    np.testing.assert_allclose(natural_coordinates(corners, points, shape), natural, atol=1e-9)
+
+
+@pytest.fixture
+def row():
+    """Two yarns of three cubes each, one above the other."""
+    x, y, z = np.meshgrid(np.arange(4.0), [0.0, 1.0], [0.0, 1.0], indexing="ij")
+    nodes = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    first = np.array([0, 4, 6, 2, 1, 5, 7, 3]) + 4 * np.arange(3)[:, None]
+    return InverseMap(
+        np.concatenate([nodes, nodes + np.array([0, 0, 1.5])]),
+        np.concatenate([first, first + 16]),
+        np.repeat([0, 1], 16),
+        shape,
+    )
+
+
+def test_points_in_and_beside_elements_are_sums_of_nodes(row):
+    points = np.array([[0.2, 0.4, 0.5], [2.9, 0.1, 0.7], [1.5, 0.5, 1.25], [1.5, 0.5, 1.25]])
+    nodes, weight = row.locate(points, np.array([0, 0, 0, 1]))
+    np.testing.assert_allclose(np.einsum("ka,kai->ki", weight, row.nodes[nodes]), points, atol=1e-12)
+    np.testing.assert_allclose(weight.sum(axis=1), 1)
+    assert row.yarn[nodes].tolist() == [[0] * 8, [0] * 8, [0] * 8, [1] * 8]
+    assert weight[:2].min() >= 0
+
+
+def test_points_far_from_their_yarn_are_refused(row):
+    with refusal(r"\(1, 0.5, 9\) is too far from yarn 0"):
+        row.locate(np.array([[1.0, 0.5, 9.0]]), np.array([0]))
