@@ -1,4 +1,4 @@
-"""Solids against exact solutions: patch test, rigid rotation, tangents, manufactured solution."""
+"""Solids against exact solutions: patch test, rigid rotation, manufactured solution, modes without energy."""
 
 import dataclasses
 from collections.abc import Callable
@@ -6,10 +6,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from hexahedral_block import ISOTROPIC, LAWS, block, connect, solid, unknowns, with_middles
+from refusals import refusal
 
 from knitstudy.mechanics.elements import hexahedron, quadratic
 from knitstudy.mechanics.elements.hexahedron import CORNERS, GAUSS, OnePointHexahedron, jacobians
-from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
+from knitstudy.mechanics.elements.quadratic import NATURAL, QuadraticHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
@@ -218,3 +219,24 @@ def _bar(count, high):
     counts = np.array([count, high, high])
     grid = np.stack(np.meshgrid(*map(np.arange, counts + 1), indexing="ij"), axis=-1)
     return grid.reshape(-1, 3) / high, connect(counts)
+
+
+@pytest.mark.parametrize(("counts", "modes"), [((1, 1, 1), 6), ((3, 1, 1), 4), ((2, 2, 1), 0)])
+def test_modes_without_energy(counts, modes):
+    """Six of one cube alone; where two by two lie side by side, as in the section of a yarn, there are none."""
+    nodes = np.stack(np.meshgrid(*(np.arange(n + 1.0) for n in counts), indexing="ij"), axis=-1).reshape(
+        -1, 3
+    )
+    nodes, elements, _ = with_middles(nodes, connect(counts))
+    model = solid(nodes, elements, element=QuadraticHexahedron)
+    stiffness = np.linalg.eigvalsh(model.respond(model.start(), stiffness=True).stiffness.toarray())
+    assert (stiffness < 1e-10 * stiffness[-1]).sum() == 6 + modes  # and rigid motions
+
+
+def test_folded_elements():
+    nodes = NATURAL[None] + 0.0
+    element = QuadraticHexahedron(nodes, Hencky(1.0, 0.3))
+    inside_out = -2 * nodes * [1, 0, 0]
+    assert np.isnan(element.respond(slice(None), inside_out, stiffness=True).force).all()
+    with refusal("folded"):
+        QuadraticHexahedron(nodes * [-1, 1, 1], Hencky(1.0, 0.3))
