@@ -1,10 +1,15 @@
-"""What knitstudy refuses: an error of its own whose message is one line."""
+"""What knitstudy refuses: an error of its own whose message is one line; ``refused.yaml`` holds inputs and messages."""
 
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
+import yaml
 
 from knitstudy.errors import KnitstudyError
+
+REFUSED = yaml.safe_load(Path(__file__).with_name("refused.yaml").read_text(encoding="utf-8"))
+"""Rows of inputs and what is said of them, by what refuses them."""
 
 
 @contextmanager

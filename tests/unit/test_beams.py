@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from refusals import refusal
 from scipy.spatial import cKDTree
-from scipy.spatial.transform import Rotation
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.knit.models.beam import cell as endless_beams
@@ -188,18 +187,6 @@ def test_pinned_ties_join_points_and_not_sections(tied_scene, knit):
     np.testing.assert_allclose(springs.stiffness, np.tile(penalty * np.eye(3), (beams.tied.sum(), 1, 1)))
     points = beams.network.nodes[springs.ends] + springs.offsets
     np.testing.assert_allclose(points[:, 0], points[:, 1], atol=1e-12)
-
-
-def test_crossings_of_a_knit_that_moves_as_a_whole_move_as_it_does(tied_scene, knit):
-    """A crossing is displaced as the point where both sections met, which turns with the sections."""
-    beams = beam_knit(tied_scene, knit)
-    state = beams.model.start()
-    turn, shift = Rotation.from_rotvec([0.1, -0.2, 0.3]).as_matrix(), np.array([1e-3, 2e-3, -3e-3])
-    rotation = turn @ state.rotation
-    moved = replace(state, position=state.position @ turn.T + shift, rotation=rotation)
-    points = np.broadcast_to(knit.crossings.point.mean(axis=1)[:, None], (len(knit.crossings), 2, 3))
-    displacement = beams.at_crossings(moved)["crossing_displacement"]
-    np.testing.assert_allclose(displacement, points @ (turn - np.eye(3)).T + shift, atol=1e-12)
 
 
 def test_a_way_to_rest_that_ends_says_how_to_draw_the_loops(monkeypatch):

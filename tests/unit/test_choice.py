@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner
-from refusals import refusal
+from refusals import REFUSED, refusal
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import write_table
@@ -92,22 +92,8 @@ def test_a_model_that_fails_too_often_is_not_promised(ask):
     assert [each.name for each in ask(scene="yarns-isotropic-course", accuracy=0.05).settings] == ["yarns2"]
 
 
-OUTSIDE = {
-    "yarn.poisson_ratio": (0.49, "is 0.49, but models were measured from 0.1 to 0.45"),
-    "load.strain": (-0.02, "is -0.02, but"),
-    "yarn.diameter": (0.5e-3, "pattern.course_spacing over yarn.diameter is 10, but models were measured"),
-    "pattern.loop_length": (25e-3, "over that of Peirce's loop is 1.139, but models were measured from 0.97"),
-    "geometry.samples": (50, "is 50, but models were measured with 100"),
-    "pattern.loops": (30, "is 30, but models were measured from 3 to 4"),
-    "specimen": ("knit", "is 'knit', but models were measured on cut_knit and cell"),
-    "yarn.material": ("neo_hookean", "is 'neo_hookean', but models were measured with 'hencky'"),
-    "tie.radius": (0.3, "is 0.3, but models were measured with 0.183"),
-}
-
-
-@pytest.mark.parametrize("key", OUTSIDE)
-def test_outside_of_the_box_nothing_is_promised(ask, key):
-    value, message = OUTSIDE[key]
+@pytest.mark.parametrize(("key", "value", "message"), REFUSED["outside"])
+def test_outside_of_the_box_nothing_is_promised(ask, key, value, message):
     with pytest.raises(ConfigurationError) as raised:
         ask({key: value}, accuracy=5.0)
     assert message in str(raised.value)
@@ -148,21 +134,10 @@ def test_a_knit_of_ones_own_takes_its_own_measurements(ask):
         ask(accuracy=0.5)
 
 
-@pytest.mark.parametrize(
-    ("asks", "message"),
-    [
-        ({"accuracy": 0.001}, r"ask\.accuracy is 0\.001, but nearest comes yarns2: .*if no edges matter"),
-        (
-            {"accuracy": 0.03, "seconds": 5},
-            r"ask\.seconds is 5, .* the least is yarns2: .*; within it comes network",
-        ),
-        ({"accuracy": 0.03, "memory": 2}, r"ask\.memory is 2, .*; nothing is within it"),
-        ({"accuracy": 0.1, "among": ("beam",)}, r"no model of cut-knit-tied among beam"),
-        ({"accuracy": 0.1, "among": ("beams",)}, r"ask\.among: unknown fidelity 'beams'"),
-    ],
-)
+@pytest.mark.parametrize(("asks", "message"), REFUSED["questions"])
 def test_a_question_without_an_answer_names_the_nearest_choices(ask, asks, message, monkeypatch):
     monkeypatch.setattr(choice, "without_edges", lambda *_: "if no edges matter, a cell")
+    asks = {name: tuple(value) if name == "among" else value for name, value in asks.items()}
     with refusal(message):
         ask(**asks)
 

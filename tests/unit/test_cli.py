@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from refusals import REFUSED
 from synthetic import geometry
 
 from knitstudy.errors import ConvergenceError, EndedEarly
@@ -49,16 +50,7 @@ def test_help_and_completion_import_no_library_of_results_and_no_model(printed_a
     assert printed_and_imported(code) == ["[0, 0, 0, 0]", "[]"]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "reason"),
-    [
-        (("frobnicate",), "No such command 'frobnicate'"),
-        (("run", "dns-a", "--set", "load.strain"), "'load.strain' is not key=value"),
-        (("run", "dns-a", "--set", "load.strain=045"), "load.strain, line 1: 045 is no plain number"),
-        (("export", "dns-a", "--dialect", "nastran"), "'nastran' is not one of 'abaqus', 'calculix'"),
-        (("show", "table.csv", "--plot", "a.png"), "--plot draws netCDF files"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "reason"), REFUSED["usage"])
 def test_wrong_usage_has_status_2(knitstudy, arguments, reason):
     result = knitstudy(*arguments)
     assert result.exit_code == 2
@@ -196,22 +188,7 @@ def test_file_of_several_scenes_and_none(knitstudy, tmp_path):
     )
 
 
-@pytest.mark.parametrize(
-    ("arguments", "reason"),
-    [
-        (("run", "nonsense"), r"unknown scene 'nonsense'; \d+ names are allowed, such as"),
-        (("run", "dns-tie-cuorse"), "did you mean 'dns-tie-course' or 'yarns-tie-course'"),
-        (("run", "dns-tie-course", "--set", "youngs_modulus=1"), r"\(did you mean 'yarn.youngs_modulus'\?\)"),
-        (("run", "dns-tie-course", "--set", "degree=1"), r"\(did you mean 'mesh.degree'"),
-        (("run", "dns-tie-course", "--set", "friction=1"), r"\(did you mean 'contact.friction'\?\)"),
-        (
-            ("run", "dns-tie-course", "--set", "load.strain=5%"),
-            "load.strain is '5%' but must be a number from",
-        ),
-        (("export", "dns-b", "--dialect", "abaqus"), "unknown scene 'dns-b'"),
-        (("run", "dns-a", "--config", "nowhere"), "nowhere/defaults.yaml: is missing"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "reason"), REFUSED["commands"])
 def test_wrong_scenes_end_with_one_message_of_near_names(knitstudy, arguments, reason):
     line = message(knitstudy(*arguments))
     assert re.search(reason, line), line

@@ -4,7 +4,7 @@ import re
 
 import pytest
 import yaml
-from refusals import refusal
+from refusals import REFUSED, refusal
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.run.configuration import CONFIG, load_scene, load_scenes
@@ -56,14 +56,7 @@ def test_scenes_of_one_knit_share_its_geometry(config):
         load_scenes(config)
 
 
-@pytest.mark.parametrize(
-    ("file", "content", "message"),
-    [
-        ("loop.yaml", None, r"loop\.yaml: is missing"),
-        ("defaults.yaml", "lod: 3", r"defaults\.yaml: unknown key 'lod' \(did you mean 'load'\?\)"),
-        ("defaults.yaml", "specimen: knit\nspecimen: pair", r"defaults\.yaml, line 2: the key 'specimen'"),
-    ],
-)
+@pytest.mark.parametrize(("file", "content", "message"), REFUSED["configurations"])
 def test_file_that_is_missing_or_broken(config, file, content, message):
     (config / file).unlink()
     if content is not None:
@@ -150,25 +143,7 @@ def test_files_are_read_in_the_order_of_their_numbers(folder):
     assert read_families(family_files(path))["a"].studies == ()
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("[reduced, full]", "[reduced, huge]", "family.yaml, scenes 'dns-{case}-{mesh}': studies: unknown"),
-        ("studies: [reduced, full]\n", "", "the key 'studies' is missing, in the family as well; [] is for"),
-        (
-            "studies: [",
-            "name: a\nstudies: [",
-            "family.yaml: the key 'name' belongs to a scene but is a key of the",
-        ),
-        ("studies: [", "studdies: [", "family.yaml: unknown key 'studdies' (did you mean 'studies'?)"),
-        ("  knit: plain", "  knit: '{cas}'", "knit is '{cas}': unknown placeholder 'cas' (did you mean"),
-        ("  fine: {mesh.size: 0.2}", "  fine: {interaction: rough}", "is 'tie' of case 'tie' but 'rough'"),
-        ('  mesh: [fine, "045"]\n', "", "unknown placeholder 'mesh'; allowed are case; an entry of scenes"),
-        ('[fine, "045"]', "[fine, 0.45]", "mesh is ['fine', 0.45] but must be all, or of fine, 045"),
-        ("name: dns-{case}-{mesh}", "name: dns-{case}", "scene 'dns-tie': is there twice, the first in the"),
-        ("{mesh.size: 0.2}", "{mesh.size: 2001-99-99}", "family.yaml: is not YAML: month must be in 1..12"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "message"), REFUSED["families"])
 def test_family_that_is_not_allowed(folder, old, new, message):
     assert message in refused(folder(family=replaced(old, new)))
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from refusals import refusal
 from scipy.spatial import cKDTree
-from tubes import crossing, hairpin, tube
+from tubes import crossing, tube
 
 from knitstudy.knit.mesh.spacing import drawn_angles
 from knitstudy.knit.models.spline_yarns.build import space_on, yarn_spans
@@ -80,53 +80,6 @@ def test_surfaces_that_nearly_touch_are_pulled_together():
     np.testing.assert_allclose(points.pressure, -10.0 * points.gap)
     pull = answer.forces(points, stiffness=False).node_force
     assert pull[upper, 2].sum() > 0 > pull[~upper, 2].sum()  # internal forces: what moves the upper tube down
-
-
-def test_places_that_were_far_apart_touch_within_one_increment():
-    nodes, grids, upper = crossing(3.0)
-    answer = contact(nodes, grids, meets=APART)
-    assert not len(answer.points(nodes, nodes, ContactHistory.empty()).evaluated)
-    moved = nodes + np.where(upper[:, None], [0.5, 0.3, -3.06], 0)
-    points = answer.points(moved, nodes, ContactHistory.empty())
-    assert len(points.active) > 10
-    assert points.gap.min() == pytest.approx(-0.06, abs=5e-3)
-    # Of the way of 3 m, all but the last 0.06 was in the air.
-    assert points.slip_share[points.active].max() < 0.03
-
-
-def test_a_yarn_touches_itself():
-    nodes, grid = hairpin(4.0)
-    answer = contact(nodes, [grid])
-    assert not len(answer.points(nodes, nodes, ContactHistory.empty()).active)
-    # The legs turn towards each other about the bend.
-    share = np.clip(-nodes[:, 0] / 8, 0, 1)
-    moved = nodes + (np.where(nodes[:, 1] > 2, -1.05, 1.05) * share)[:, None] * [0, 1.0, 0]
-    points = answer.points(moved, nodes, ContactHistory.empty())
-    assert len(points.active) > 0
-    row = answer.quadrature.places(points.history.point[points.active])[1][:, 0]
-    assert np.all(np.abs(row - points.projection.xi[points.active, 0]) > 10)
-
-
-def test_slip_adds_up_and_is_forgotten_when_a_point_opens(pressed):
-    answer, before, nodes, upper = pressed
-    history, slid = answer.commit(answer.points(nodes, before, ContactHistory.empty())), nodes
-    for _ in range(2):
-        last, slid = slid, slid + np.where(upper[:, None], [0.05, 0, 0], 0)
-        points = answer.points(slid, last, history)
-        deep = points.pressure > 0.8 * points.pressure.max()
-        assert set(points.status[deep]) == {SLIP}
-        history = answer.commit(points)
-    # All of the way but the elastic part.
-    np.testing.assert_allclose(
-        history.slip[points.number[deep]], 0.1 - 0.3 * points.pressure[deep] / 7, atol=5e-3
-    )
-    assert history.dissipated > 0
-    lifted = slid + np.where(upper[:, None], [0, 0, 0.1], 0)
-    points = answer.points(lifted, slid, history)
-    assert np.all(points.status == OPEN)
-    after = answer.commit(points)
-    assert not after.slip.any()
-    assert after.dissipated == history.dissipated
 
 
 class Restless(Grids):
@@ -242,14 +195,6 @@ def crossed():
         [straight(own, -(RADIUS + 0.005) * z, x, z), straight(own, (RADIUS + 0.005) * z, y, z)]
     )
     return space, nodes, Cylinders(space, RADIUS, [np.array(CELLS)] * 2, ANGLES)
-
-
-def test_normals_point_outward_and_points_stand_for_the_area(crossed):
-    _, nodes, surfaces = crossed
-    contact = Contact(nodes, surfaces, Coulomb(1.0, 1.0, 0.0), margin=0.1, overlap=1e-3)
-    assert contact.quadrature.area.sum() == pytest.approx(2 * 2 * np.pi * RADIUS * LENGTH, rel=1e-12)
-    points = contact.points(nodes, nodes, ContactHistory.empty())
-    assert contact.smallest_gap(points) == pytest.approx(0.01, abs=1e-3)
 
 
 def beside(length, *heights):

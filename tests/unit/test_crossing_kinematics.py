@@ -58,12 +58,6 @@ def test_spin_and_tilt_of_rotations_by_hand(pair):
     np.testing.assert_allclose(turned["section_contraction"], 0.0, atol=1e-14)
 
 
-def test_relative_rotation_takes_the_lower_section_to_the_upper(pair):
-    common = exp([0.3, 0.1, -0.7])
-    turned = of_pair(pair, common, exp(0.4 * Z) @ common)
-    np.testing.assert_allclose(turned["relative_rotation"], 0.4 * Z, atol=1e-14)
-
-
 def test_stretches_of_turned_sections_by_hand(pair):
     """Stretches along x, y and z; z is the normal of both yarns, along and across change places."""
     stretch = np.diag([1.02, 0.99, 0.96])

@@ -5,7 +5,7 @@ import os
 import extremes
 import pytest
 import yaml
-from extremes import CAUSES, KEPT, QUANTITIES, Trial, cause, draw, judged, load_trials, run
+from extremes import CAUSES, KEPT, Trial, cause, draw, judged, load_trials, run
 from layout import room_around
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, GeometryError
@@ -112,15 +112,6 @@ def test_values_and_cases_change_one_thing_at_a_time(campaign):
     assert changes(campaign, "strain") == [("b", {"load.strain": -1}), ("b", {"load.stops": [0.01]})]
     both = {"contact.normal_stiffness": 3, "contact.tangential_stiffness": 3}
     assert changes(campaign, "both") == [("c", both)]
-
-
-def test_quantities_change_the_key_that_they_stand_for(campaign):
-    scenes = {trial.group: trial.scene() for trial in campaign if trial.group in ("size", *QUANTITIES)}
-    large, soft, fine = (scenes[name] for name in ("size", "stiffness", "across"))
-    assert large.yarn.diameter == pytest.approx(1.0)
-    assert large.mesh.size == pytest.approx(1 / 3)
-    assert (soft.yarn.youngs_modulus, soft.yarn.diameter) == (1.0, 1.8e-3)
-    assert fine.mesh.size == pytest.approx(2 / 5)
 
 
 def test_draws_lie_in_their_ranges_and_are_of_keys_that_the_scene_has(campaign):

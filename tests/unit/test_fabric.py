@@ -89,17 +89,6 @@ def test_yarns_that_pass_far_apart_do_not_cross():
     assert len(of_curves(lines, RADIUS).crossings) == 0
 
 
-def test_zones_of_a_knit_lie_where_their_numbers_say(loop):
-    knit = plain_knit(loop, 2, 3)
-    place = knit.crossings.point.reshape(3, 2, 4, 2, 3)
-    middle, centre = place.mean(axis=3), knit.cell[0] * (np.arange(2) + 0.5)[:, None]
-    assert (middle[..., [0, 2], 0] < centre).all()
-    assert (middle[..., [1, 3], 0] > centre).all()
-    assert (middle[..., [2, 3], 1] > middle[..., [0, 1], 1]).all()
-    in_front = place[..., 1, 2] > place[..., 0, 2]
-    np.testing.assert_array_equal(in_front, np.broadcast_to([False, False, True, True], in_front.shape))
-
-
 def test_grips_of_a_knit(loop):
     knit = plain_knit(loop, 3, 2)
     held, driven = knit.grips["course"]
@@ -314,14 +303,6 @@ def test_cuts_are_half_way_up_the_legs(knit):
     slope = knit.centrelines[0].tangent(legs)
     assert np.all(np.abs(slope[:, 1]) > 0.6)
     assert np.all(slope[::2, 1] > 0)
-
-
-def test_no_crossing_is_lost(knit, pieces):
-    crossings = pieces.crossings
-    for side in range(2):
-        for k, piece in enumerate(crossings.yarn[:, side]):
-            place = pieces.centrelines[piece].position(crossings.arc_length[k : k + 1, side])[0]
-            assert place == pytest.approx(knit.crossings.point[k, side], abs=1e-6 * knit.radius)
 
 
 def test_sinker_that_is_free_across_the_load_is_led_to_its_first_contact(scene, knit_of):

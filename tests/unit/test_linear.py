@@ -10,7 +10,7 @@ from refusals import refusal
 from knitstudy.mechanics import pattern_sum
 from knitstudy.mechanics.linear import LU, System
 from knitstudy.mechanics.linear.krylov import Krylov
-from knitstudy.mechanics.linear.three_scale import FabricScale, KnitStructure, YarnScale
+from knitstudy.mechanics.linear.three_scale import FabricScale, KnitStructure
 from knitstudy.mechanics.model import eliminate
 from knitstudy.mechanics.pattern_sum import PatternSum, lacking
 
@@ -180,39 +180,6 @@ def test_grid_turns_yarns_about_where_they_have_moved_to():
     moved = np.random.default_rng(2).normal(size=(NODES, 3))
     basis = FabricScale(knit).prolongation(moved).toarray()
     assert_rigid(basis, replace(knit, position=knit.position + moved))
-
-
-def banded_matrix(knit, further=()):
-    """Positive definite, of the bandwidth of the yarns, with further rows that join nodes."""
-    count = len(knit.yarn)
-    apart = np.abs(np.arange(count)[:, None] - np.arange(count))
-    pattern = (apart <= knit.bandwidth) & (knit.yarn[:, None] == knit.yarn)
-    rows = np.random.default_rng(2).normal(size=(count, count)) * pattern
-    scalar = rows @ rows.T * pattern
-    scalar += np.diag(np.abs(scalar).sum(axis=1))
-    for i, j in further:
-        scalar[np.ix_([i, j], [i, j])] += [[5.0, -5.0], [-5.0, 5.0]]
-    dense = np.kron(scalar, np.eye(3) + 0.1)
-    return sp.bsr_matrix(dense, blocksize=(3, 3))
-
-
-def corrected(knit, matrix):
-    """Residual of a random right-hand side, and after the correction of the yarns."""
-    scale = YarnScale(knit)
-    scale.update(matrix)
-    given = np.random.default_rng(3).normal(size=matrix.shape[0])
-    residual, correction = given.copy(), np.zeros_like(given)
-    scale.correct(residual, correction)
-    return given, residual, correction
-
-
-@pytest.mark.parametrize("further", [(), [(3, 3 + 7)]])
-def test_the_band_of_a_yarn_holds_entries_a_little_outside(further):
-    knit = structure()
-    matrix = banded_matrix(knit, further)
-    given, _, correction = corrected(knit, matrix)
-    left = np.abs(given - matrix @ correction).max()
-    assert left < 1e-4 * np.abs(given).max()  # single precision
 
 
 NODES_SUMS = 12

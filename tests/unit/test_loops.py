@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from calibrate import UNUSABLE, first_guess, read_problem, residuals, whole_loop
 from loops import KEPT, OUTCOMES, loop_map
 from refusals import refusal
 from scipy.optimize import minimize
@@ -22,7 +21,7 @@ from knitstudy.knit.geometry.optimise import optimise, squared_join_curvature
 from knitstudy.knit.geometry.spline import CatmullRom, Centreline
 from knitstudy.knit.geometry.symmetry import symmetric_motions, symmetries
 from knitstudy.knit.scene.alternatives import diameter_of, read_points
-from knitstudy.run.configuration import CONFIG, knits_of, load_scene, load_scenes
+from knitstudy.run.configuration import knits_of, load_scene, load_scenes
 
 COURSE, WALE = 0.9e-3, 1.1e-3  # the spacings of a jersey
 
@@ -292,21 +291,6 @@ def test_point_without_its_image_is_refused():
     free[2, 2] = True
     with refusal(r"geometry\.free"):
         symmetric_motions(free, group_of(plain_points()))
-
-
-def test_quarter_makes_a_loop_with_mirror_and_half_turn():
-    quarter = np.random.default_rng(5).normal(size=(5, 3))
-    quarter[0, 0], quarter[-1, :2] = 0.0, (3.0, 0.0)
-    assert len(group_of(whole_loop(quarter, WALE_OPTIMISE))) == 4
-
-
-def test_residuals_keep_their_number_where_there_is_no_knit():
-    problem, _ = read_problem(CONFIG)
-    unknowns = first_guess(problem)
-    apart = unknowns.copy()
-    apart[1] *= 10  # rows too far from each other to cross
-    assert (residuals(apart, problem) == UNUSABLE).all()
-    assert residuals(apart, problem).shape == residuals(unknowns, problem).shape
 
 
 EPS = 1e-12  # rounding of a few dozen operations on numbers of order ten

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner
-from refusals import refusal
+from refusals import REFUSED, refusal
 
 from knitstudy.errors import KnitstudyError
 from knitstudy.files import read_dataset, read_table
@@ -49,32 +49,7 @@ def test_a_file_is_read_as_it_is(tmp_path, text, named, only):
         named = {}
 
 
-@pytest.mark.parametrize(
-    ("text", "named", "message"),
-    [
-        (
-            "Weg,Kraft\n1,2\n",
-            {},
-            "no columns are named like a strain: 'Weg', 'Kraft'; add --strain COLUMN UNIT",
-        ),
-        ("strain,load,force\n1,2,3\n", {}, "2 columns are named like a force: 'load', 'force'; add --force"),
-        ("strain,force_N\n1,2\n", {}, "'force_N' is in N: add --width of the specimen in m"),
-        ("strain,force_N_m\n5,2\n", {}, "'strain' does not say its unit; add --strain"),
-        (PLAIN, {"strain": ("strain", "%")}, "unknown column 'strain' (did you mean 'strain (%)'?)"),
-        ("yarn,strain,force_N_m\na,0,2\nb,0,2\n", {}, "has 2 curves by 'yarn' (a, b): add --only yarn=a"),
-        ("strain,force_N_m\n0,2\nx,1\n", {}, "has 1 rows of numbers up to the largest strain; 3 are needed"),
-        ("", {}, "must be a table with names of columns above rows of numbers"),
-        ("1,2\n2,3\n", {}, "has no names of columns above its first row of numbers"),
-        ("strain (%),force (N/m)\n1,2\n2,oops\n3,4\n", {}, "line 3 (2 | oops) is no row of the 2 columns"),
-        ("strain (%),force (N/m)\n1,2\n2,3,4\n3,4\n", {}, "line 3 (2 | 3 | 4) is no row of the 2 columns"),
-        ("strain (%);force (N/m)\n1.5;2\n2;3,25\n", {}, "1.5 has a decimal point and 3,25 a decimal comma"),
-        ('strain (%),force (N/m)\n1,"2,105"\n2,"4,227"\n', {}, "2,105 can be a thousand times as much"),
-        ("strain (%),load (dyn)\n1,2\n2,3\n", {}, "'load (dyn)': unit dyn is not known; add --force"),
-        ("extension,force (N/m)\n0.1,2\n0.2,3\n", {}, "'extension' does not say its unit; add --strain"),
-        ("strain (%),stress (MPa)\n1,2\n2,3\n", {}, "is in MPa: add --thickness of the specimen in m"),
-        ("strain,force_N_m\n0,-5\n0.1,5\n0.2,4\n", {}, "no curve of tension"),
-    ],
-)
+@pytest.mark.parametrize(("text", "named", "message"), REFUSED["curves"])
 def test_unreadable_files_are_refused_with_a_remedy(tmp_path, text, named, message):
     path = tmp_path / "lab.csv"
     path.write_text(text)

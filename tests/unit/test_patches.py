@@ -10,7 +10,7 @@ from knitstudy.knit.geometry.specimens import yarn_pair
 from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.models.hexahedra import build as hexahedra
 from knitstudy.knit.yarns.interactions import STIFFNESS, tie_crossings
-from knitstudy.mechanics.contact.indentation import Crossing, indentation
+from knitstudy.mechanics.contact.indentation import indentation
 from knitstudy.mechanics.contact.patch_compliance import (
     missing_compliance,
     missing_tie_compliance,
@@ -143,13 +143,6 @@ POISSON, MODULUS_LAW, RADIUS = 0.4, 1300.0, 0.5
 @pytest.fixture(scope="module")
 def law():
     return indentation(3, 0.9, 3, modulus=MODULUS_LAW, poisson=POISSON, radius=RADIUS, friction=0.3)
-
-
-def test_crossing_at_right_angles_is_a_sphere_on_a_plane():
-    hertz = Crossing.at(np.pi / 2)
-    assert (hertz.ratio, hertz.radius) == pytest.approx((1.0, 1.0))
-    assert hertz.semiaxis == pytest.approx(0.75 ** (1 / 3), rel=1e-9)
-    assert hertz.approach == pytest.approx(0.75 ** (2 / 3), rel=1e-9)
 
 
 def test_pressure_goes_on_with_its_last_slope_beyond_the_table(law):

@@ -8,7 +8,7 @@ import netCDF4
 import pytest
 import xarray as xr
 import yaml
-from refusals import refusal
+from refusals import REFUSED, refusal
 
 from knitstudy import registry
 from knitstudy.errors import ConvergenceError, DataFileError
@@ -56,15 +56,7 @@ def test_reduced_model_is_made_from_contacts_of_its_own_geometry(plan):
     assert direct.name == f"dns-a-{direct.hash[:8]}"
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"rom.contacts_from": "dns-b"}, r"unknown scene of solid yarns 'dns-b' \(did you mean 'dns-a'\?\)"),
-        ({"rom.contacts_from": "rom3d-a"}, r"unknown scene of solid yarns 'rom3d-a'"),
-        ({"interaction": "rough"}, r"interaction is 'rough' but must be 'tie'"),
-        ({"load.direction": "wale"}, r"load\.direction is 'wale' but must be 'course'"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "message"), REFUSED["sources"])
 def test_sources_that_do_not_fit(plan, changes, message):
     scene = plan.scenes["rom3d-a"].vary(changes)
     with refusal(message):

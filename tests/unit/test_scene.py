@@ -4,7 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
-from refusals import refusal
+from refusals import REFUSED, refusal
 
 from knitstudy.knit.scene.keys import Section, key
 from knitstudy.knit.scene.scene import Scene, flat
@@ -43,111 +43,7 @@ def test_scenes_go_to_other_processes(scenes):
         assert pickle.loads(pickle.dumps(each)) == each
 
 
-MISFITS = {
-    "dns-tie-course": [
-        ({"yarn.poisson_ratio": 0.5}, r"is 0\.5 but must be a number between -1 and 0\.5 \(both excluded\)"),
-        (
-            {"yarn.material": "rubber"},
-            r"is 'rubber' but must be hencky \(linear in logarithmic strain\), neo_hook",
-        ),
-        (
-            {"load.strain": 0},
-            r"scene 'dns-tie-course': load\.strain is 0 but must be a number from -0\.2 to 0\.5, not",
-        ),
-        ({"load.strain": float("nan")}, "is nan but must be a finite number"),
-        (
-            {"outputs": ["film"]},
-            r"is \['film'\] but must be a list out of \[fields, vtu, deck\] where fidelity is hexa",
-        ),
-        ({"name": "Has spaces"}, "is 'Has spaces' but must be a name of at most 200 small letters"),
-        (
-            {"fidelity": ["hexahedra"]},
-            r"must be beam \(beams in contact\), hexahedra \(solid yarns of hexahedra\)",
-        ),
-        ({"interaction": "glued"}, "unknown interaction 'glued'; allowed are tie, rough, isotropic"),
-        ({"load.strane": 1.0}, r"unknown key 'load.strane' \(did you mean 'load.strain'"),
-        ({"geometry.free": ["z"] * 7}, r"geometry\.free has 7 entries but must have"),
-        ({"pattern.wale_spacing": 1.8e-3}, r"pattern\.wale_spacing is 0\.0018 m but must exceed"),
-        ({"load.stops": [0.02, 0.01]}, r"must go on from one to the next between 0 and load\.strain, 0\.05"),
-        ({"load.stops": [[0.01, 0]]}, r"load\.stops"),
-        ({"load.stops": [[0.04, 1e-12]]}, "100,000 of them at most"),
-        ({"fidelity": "beam"}, "must be rough or isotropic where fidelity is beam"),
-        ({"yarn.transverse_modulus": 1e9}, r"is 1e\+09 but must be null where yarn\.material is"),
-        (
-            {"yarn.material": "transversely_isotropic", "yarn.transverse_modulus": 1e12},
-            r"yarn\.poisson_ratio is 0\.42 and stores no positive energy",
-        ),
-        ({"pattern.loop_length": 4e-3, "pattern.keep": "length"}, "must be 'shape' where"),
-        ({"pattern.courses_per_metre": 1e3, "pattern.course_spacing": 1e-3}, "say the same"),
-        ({"yarn.tex": 20.0}, "yarn.density is missing"),
-        ({"pattern.wales_per_metre": -1}, "must be a number > 0"),
-        ({"pattern.points_file": "nowhere.csv"}, "must be a CSV file"),
-        (
-            {"pattern.stitches": ["KP", "KT"], "pattern.loops": 2, "pattern.rows": 2},
-            "must be cell and beam where",
-        ),
-        (
-            {"pattern.stitches": ["K", "F"]},
-            r"stitch 1 of row 2 is 'F' but must be - .float., K .knit., P .purl. or T",
-        ),
-        ({"pattern.stitches": ["KT"]}, "stitch 2 is T in all rows but must be K or P in one"),
-        ({"pattern.stitches": ["K", "-"]}, "row 2 floats past all needles"),
-        ({"pattern.stitches": ["KP", "K"]}, "all of one length"),
-        ({"pattern.stitches": ["KP"], "pattern.loops": 3}, "pattern.loops is 3 but must be a multiple of 2"),
-    ],
-    "dns-isotropic-course": [
-        ({"pattern.rows": 2, "specimen": "knit"}, r"contact\.tied_edges is 'outer' but must be none"),
-        ({"load.direction": "wale", "pattern.loops": 2}, r"must be none where pattern\.loops is 2"),
-    ],
-    "pair-slid-90": [
-        ({"load.path": [[0.0, 1.0]]}, r"\[0\.0, 1\.0\] but must be a list of one displacement x, y")
-    ],
-    "rom3d-tie-course": [
-        (
-            {"interaction": "isotropic", "rom.contacts_from": None},
-            "contacts_from is empty but must name a scene of solid",
-        ),
-        ({"interaction": "isotropic", "rom.stiffness": [1e3]}, r"rom\.stiffness is"),
-        (
-            {"interaction": "isotropic", "rom.stiffness": [1e3, 2e3, 3e3], "rom.springs_from": "dns-b"},
-            r"takes an empty rom\.springs_from",
-        ),
-        ({"yarn.material": "transversely_isotropic"}, "must be isotropic where fidelity is rom3d"),
-    ],
-    "rom2d-tie-course": [
-        ({"rom.honeycomb": "principal_stress"}, "stress_from is .* but must"),
-        ({"rom.stress_from": "dns-a"}, "stress_from is .* but must"),
-    ],
-    "beam-isotropic-course": [
-        *(
-            (
-                {"mesh.section_law": "curved", f"yarn.{key}": 1e-8},
-                f"section_law is 'curved' but must be straight where yarn.{key} is given",
-            )
-            for key in ("bending", "stretching", "twisting")
-        ),
-        ({"yarn.of": "acrilic"}, r"unknown yarn 'acrilic' .did you mean 'acrylic'"),
-    ],
-    "cell-course": [
-        ({"load.deformation": "twist"}, "is 'twist' but must be course, wale, biaxial or shear"),
-        ({"fidelity": "rom3d"}, "'rom3d' but must be beam or spline_yarns where specimen is cell"),
-        (
-            {"interaction": "rough", "outputs": [], "contact.tied_edges": "outer"},
-            "contact.tied_edges is 'outer' but must be none where specimen is cell",
-        ),
-        ({"yarn.of": "acrylic"}, "which scenes of fidelity spline_yarns do not have; take"),
-        ({"mesh.degree": 1}, r"mesh.degree is 1 but must be a whole number from 2 to 12.* too"),
-        ({"mesh.degree": 5}, r"mesh.crossing_degree is \d but must be at least mesh.degree, 5"),
-        ({"mesh.span": 0.3}, r"mesh.crossing_span is 0.\d+ but must be at most mesh.span, 0.3"),
-        ({"mesh.size": 1 / 3}, "mesh.size is no key of a scene"),
-    ],
-}
-"""Changes of scenes that fit neither their keys nor each other, and what knitstudy says of them."""
-
-
-@pytest.mark.parametrize(
-    ("name", "changes", "message"), [(name, *row) for name, rows in MISFITS.items() for row in rows]
-)
+@pytest.mark.parametrize(("name", "changes", "message"), REFUSED["scenes"])
 def test_changes_that_are_refused(name, changes, message):
     with refusal(message):
         load_scene(name).vary(changes)

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 import synthetic
 from pressing import HALF, crossing_over_plates, power_law
-from refusals import refusal
+from refusals import REFUSED, refusal
 from scipy.integrate import quad
 
 from knitstudy.knit.loading.history import DIRECTIONS
@@ -43,19 +43,7 @@ def test_a_scene_takes_the_values_of_its_yarn_and_its_own_count_more(name, knit)
     assert again.yarn == scene.yarn
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"diameter": "{value: 1e-3, unit: mm, provenance: measured, source: a scale}"}, "must be 'm'"),
-        (
-            {"diametre": "{value: 1e-3, unit: m, provenance: measured, source: a scale}"},
-            "did you mean 'diameter'",
-        ),
-        ({"diameter": "{value: 1e-3, unit: m, provenance: guessed, source: a scale}"}, "diameter.provenance"),
-        ({"diameter": "{value: 1e-3, unit: m, provenance: measured}"}, "diameter.source. is missing"),
-        ({"friction": "{value: null, unit: '1', provenance: assumed, source: none}"}, "must be null where"),
-    ],
-)
+@pytest.mark.parametrize(("change", "message"), REFUSED["yarns"])
 def test_a_file_that_says_too_little_is_refused(tmp_path, knit, change, message):
     path = tmp_path / "wool.yaml"
     path.write_text("name: wool\nvalues:\n" + "".join(f"  {key}: {value}\n" for key, value in change.items()))

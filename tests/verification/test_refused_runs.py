@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from refusals import refusal
+from refusals import REFUSED, refusal
 
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
@@ -28,38 +28,9 @@ def pair(changes):
     return scene, mesh_fabric(specimen, scene.mesh.size, scene.mesh.growth), specimen
 
 
-SLID = {
-    "mesh.size": 0.78,
-    "mesh.element": "quadratic",  # the mesh is too coarse for hourglass control
-    "contact.friction": 0.1,
-    "solver.increments": 5,
-}
-
-REFUSED = {
-    "slip longer than the surface": (
-        SLID | {"load.path": [[2.2e-3, 0, -45e-6]]},
-        r"increment \d+, load factor .*: contact slides over the end of a surface \(surface 0, place .* of .*\)"
-        ".* use a smaller load, or longer yarns or bodies",
-    ),
-    "penetration": (
-        {"load.path": [[0, 0, -90e-6]], "contact.augmentations": 0, "solver.increments": 6},
-        r"surfaces penetrate each other by .*; allowed is 6e-06 .*after 0 updates.*contact.augmentations",
-    ),
-    "unreachable end": (
-        {
-            "interaction": "tie",
-            "load.path": [[0, 0, -20e-6], [0, 0, -1.0]],  # the second leg is longer than any knit is thick
-            "solver.increments": 2,
-        },
-        r"increment 2 does not converge beyond load factor 0\.5: .*halved 8 times.*More increments",
-    ),
-}
-"""Changes that make a run end early, and what it says then."""
-
-
-@pytest.mark.parametrize("case", REFUSED)
-def test_what_had_converged_is_kept(case, tmp_path):
-    changes, message = REFUSED[case]
+@pytest.mark.parametrize(("case", "changes", "message"), REFUSED["runs"])
+def test_what_had_converged_is_kept(case, changes, message, tmp_path):
+    """A slip longer than the surface, yarns that penetrate, and a second leg that is longer than any knit is thick."""
     scene, mesh, specimen = pair(changes)
     seen = []
     restart = tmp_path / "run.npz"
@@ -130,41 +101,9 @@ PRESSED = {
     "solver.increments": 2,
     "gates.ledger": 1,
 }
-KNIT = {"pattern.loops": 1, "load.strain": 0.002, "load.stops": [], "solver.increments": 2}
 
 
-@pytest.mark.parametrize(
-    ("name", "changes", "message"),
-    [
-        (
-            "pair-slid-90",
-            {"contact.tangential_stiffness": 1e-3},
-            r"tangential_stiffness is 0\.001: .* 0\.28 or more",
-        ),
-        (
-            "pair-slid-90",
-            {"contact.tangential_stiffness": 0.1, "contact.normal_stiffness": 0.1, "contact.points": 1},
-            r"contact\.tangential_stiffness is 0\.1: contact would be softer",
-        ),
-        (
-            "pair-slid-90",
-            {"contact.normal_stiffness": 1.0},
-            r"have taken 1\d\.\d% of the work.*gates\.penalty allows",
-        ),
-        ("pair-slid-90", {"contact.points": 2}, r"contact\.points is 2: yarns penetrate .*use an odd number"),
-        (
-            "beam-isotropic-course",
-            KNIT | {"beam.stiffness": 0.01},
-            r"beam\.stiffness is 0\.01: contact would be softer",
-        ),
-        (
-            "beam-isotropic-course",
-            KNIT | {"mesh.beam_size": 10 / 3},
-            r"mesh\.beam_size is 3\.33.*: use 2\.\d or less",
-        ),
-    ],
-    ids=["tangential", "both", "normal", "points", "beams", "beam_size"],
-)
+@pytest.mark.parametrize(("name", "changes", "message"), REFUSED["silent"])
 def test_silent_answers_are_refused(name, changes, message):
     base = PRESSED if name.startswith("pair") else {}
     with refusal(message):
