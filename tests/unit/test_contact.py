@@ -16,7 +16,6 @@ from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK, ContactHistory, Coulomb
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.contact.search import Search
 from knitstudy.mechanics.contact.tangent import Quadrature
 from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
 
@@ -195,39 +194,6 @@ def crossed():
         [straight(own, -(RADIUS + 0.005) * z, x, z), straight(own, (RADIUS + 0.005) * z, y, z)]
     )
     return space, nodes, Cylinders(space, RADIUS, [np.array(CELLS)] * 2, ANGLES)
-
-
-def beside(length, *heights):
-    """Two yarns beside each other, by their heights over their lengths: nodes for every pair of heights, surfaces."""
-    x, y, z = np.eye(3)
-    own = yarn_space(np.arange(length + 1.0), [2] * length)
-    s = np.linspace(0, length, 400)
-
-    def yarn(height):
-        centre = own.spline.fit(s, s[:, None] * x + np.broadcast_to(height(s), s.shape)[:, None] * z)
-        return own.coefficients(centre, *(np.tile(d, (own.spline.size, 1)) for d in (z, -y)), RADIUS)
-
-    surfaces = Cylinders(Space((own, own)), RADIUS, [np.linspace(0, length, 2 * length + 1)] * 2, ANGLES)
-    return [np.concatenate([yarn(height) for height in both]) for both in heights], surfaces
-
-
-def test_pairs_are_found_again_where_yarns_have_moved(monkeypatch):
-    """Of two long yarns beside each other one bends towards the other at its end; all else has not moved."""
-    below, above = (lambda s: 0 * s), (lambda s: 2 * RADIUS + 0.25)
-    near = below, lambda s: above(s) - 0.27 * np.exp(-((s - 57) ** 2))
-    (nodes, bent), surfaces = beside(60, (below, above), near)
-    anew, again = (
-        Contact(nodes, surfaces, Coulomb(1.0, 1.0, 0.0), margin=0.1, overlap=1e-3) for _ in range(2)
-    )
-    find, searched = Search.find, []
-    monkeypatch.setattr(Search, "find", lambda *given: searched.append(given[3:]) or find(*given))
-    assert not len(again.points(nodes, nodes, ContactHistory.empty()).active)
-    actual = again.points(bent, nodes, ContactHistory.empty())
-    ((rings,),) = searched
-    assert 0 < rings.mean() < 0.5
-    expected = anew.points(bent, bent, ContactHistory.empty())
-    np.testing.assert_array_equal(actual.signature(), expected.signature())
-    assert len(actual.active) > 10
 
 
 def test_no_place_moves_farther_than_is_said(crossed):

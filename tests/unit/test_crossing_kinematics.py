@@ -2,9 +2,7 @@
 
 import numpy as np
 import pytest
-import synthetic
 
-from knitstudy.knit.contacts.contacts import extract
 from knitstudy.knit.contacts.kinematics import (
     Axes,
     kinematics,
@@ -16,7 +14,6 @@ from knitstudy.knit.contacts.kinematics import (
 from knitstudy.knit.geometry.specimens import yarn_pair
 from knitstudy.knit.loading.columns import CONTACTS
 from knitstudy.knit.mesh.mesher import mesh_fabric
-from knitstudy.knit.simulate import build, solve
 from knitstudy.mechanics.rotation import exp
 
 RADIUS = 0.9e-3
@@ -157,24 +154,3 @@ def test_affine_motions_are_exact(knitted, gradient):
     np.testing.assert_allclose(motion.gradient, np.tile(gradient, (count, 2, 1, 1)), atol=1e-12)
     expected = crossings.point @ (gradient - np.eye(3)).T + shift
     np.testing.assert_allclose(motion.displacement, expected, atol=1e-15)
-
-
-def test_history_of_a_simulation_holds_the_motion_of_sections(plain_scene):
-    """Tied yarns, the upper one pushed along the lower: the maps are those of its displacements at full load."""
-    scene = synthetic.pair_scene(plain_scene, [[2e-5, 0.0, -1e-5]], interaction="tie")
-    scene = scene.vary({"outputs": ["fields"], "solver.increments": 1, "gates.elements_across": 4})
-    pair = yarn_pair(0.9e-3, 90.0, scene.pair.length, 0.01)
-    mesh = mesh_fabric(pair, SIZE, 2.0)
-    history = solve(scene, pair, mesh=mesh)
-    assert history["section_gradient"].dims == ("increment", "crossing", "side", "xyz", "undeformed_xyz")
-    assert not history["section_displacement"][0].any()
-    nodes = build(scene, pair, mesh=mesh).observer.yarns.parts.nodes
-    motion = section_motion(pair.crossings, mesh, nodes, history["node_displacement"].to_numpy())
-    np.testing.assert_allclose(history["section_gradient"][-1], motion.gradient, rtol=1e-12, atol=1e-15)
-    np.testing.assert_allclose(
-        history["section_displacement"][-1], motion.displacement, rtol=1e-9, atol=1e-15
-    )
-    contacts = extract(pair, history)
-    assert 1e-5 < contacts["centreline_relative_displacement"][-1, 0, 0] < 2e-5, "most of the push"
-    # The tie holds the lower face of the upper yarn back, which turns that about its own axis, y.
-    assert np.argmax(np.abs(contacts["section_rotation"].to_numpy()[-1, 0, 1])) == 1

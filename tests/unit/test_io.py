@@ -219,26 +219,6 @@ def test_hashes_of_digits_alone_stay_texts(tmp_path):
     assert table["force [N]"].tolist() == [1.5, 2.0]
 
 
-KILLED = """
-import os, signal, sys
-from knitstudy.files import replacing
-with replacing(sys.argv[1]) as temporary:
-    temporary.write_text("half")
-    os.kill(os.getpid(), signal.SIGKILL)
-"""
-
-
-def test_a_kill_leaves_the_old_file(tmp_path):
-    path = tmp_path / "a.csv"
-    path.write_text("old")
-    ended = subprocess.run([sys.executable, "-c", KILLED, str(path)], check=False)
-    assert ended.returncode == -signal.SIGKILL
-    assert path.read_text() == "old"
-    with replacing(path) as temporary:
-        temporary.write_text("new")
-    assert list(tmp_path.iterdir()) == [path], "what the killed process left is gone"
-
-
 def test_strains_in_the_plane_have_names(tmp_path):
     """Forces per width of a cell by name; two parameters of another plane have none."""
     forces = xr.Dataset({"force_per_width": (("increment", "plane"), [[1.0, 2.0, 3.0]])})

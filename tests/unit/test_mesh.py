@@ -7,7 +7,6 @@ import pytest
 from curves import Arc, Helix, Straight
 from refusals import refusal
 
-from knitstudy.knit.contacts.kinematics import section_motion
 from knitstudy.knit.mesh import quality
 from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.mesh.quadratic import quadratic_mesh
@@ -245,17 +244,6 @@ def test_crossings_that_are_too_near_are_refused():
     near = np.array([0.0, 5.0])
     with refusal(r"mesh.refinement: crossings 5 m apart .* too near for 3.*use 1"):
         GRADING.pull(np.zeros(3), near, np.zeros(2))
-
-
-def test_motion_of_a_drawn_section_is_that_of_the_yarn(pair):
-    """Sections bend in a parabola about the crossing: its slope there is 0, whichever side has more nodes."""
-    actual = []
-    for refinement in (1.0, 3.0):
-        mesh = mesh_fabric(pair, SIZE, 1.0, refinement)
-        moved = np.zeros_like(mesh.nodes)
-        moved[:, 2] = 10 * (mesh.nodes[:, 0] ** 2 + mesh.nodes[:, 1] ** 2)
-        actual.append(section_motion(pair.crossings, mesh, mesh.nodes, moved).gradient)
-    np.testing.assert_allclose(actual[0], actual[1], atol=2e-4)
 
 
 def test_sizes_that_leave_no_room_between_crossings_are_refused(knit):

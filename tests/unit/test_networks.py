@@ -12,7 +12,7 @@ from knitstudy.knit.models.rom2d.build import heights_by_stress, moved
 from knitstudy.knit.models.rom3d.build import spring_joints
 from knitstudy.knit.simulate import build, solve
 from knitstudy.knit.yarns.contact_springs import contact_normals, spring_axes, springs
-from knitstudy.knit.yarns.joints import Joints, contact_normal_planes, joint_points
+from knitstudy.knit.yarns.joints import contact_normal_planes, joint_points
 from knitstudy.knit.yarns.network import spatial_network
 from knitstudy.measures.centre_cell import angle_to_x, angles_to_axes, central, honeycomb_segments
 
@@ -323,14 +323,3 @@ def test_axes_of_the_springs_are_those_of_the_scene(scene, knit, touching):
     force = np.einsum("kij,kaj->kai", stiffness, axes)
     np.testing.assert_allclose(force, axes * [[1e3], [2e3], [3e3]], atol=1e-9)
     assert np.abs(stiffness[:, 0, 2]).min() > 1  # no axis of the contact is one of the knit
-
-
-def test_pins_take_the_place_of_ties_alone():
-    stiffness = np.full((3, 3, 3), np.nan)
-    stiffness[1] = 2.0 * np.eye(3)
-    joints = Joints(np.array([False, False, True]), stiffness)
-    pinned = joints.pinned(5.0)
-    assert not pinned.tied.any()
-    np.testing.assert_array_equal(pinned.open, joints.open)
-    np.testing.assert_array_equal(pinned.stiffness[0], 5.0 * np.eye(3))
-    np.testing.assert_array_equal(pinned.stiffness[1:], stiffness[1:])

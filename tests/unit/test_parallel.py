@@ -10,15 +10,12 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from refusals import refusal
-from tubes import crossing
 
 from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.simulate import build
 from knitstudy.mechanics.batches import VARIABLE, Reserve, by_parts, share, threads
-from knitstudy.mechanics.contact.friction import ContactHistory, Coulomb
-from knitstudy.mechanics.contact.grids import Grids
-from knitstudy.mechanics.contact.interaction import Contact
+from knitstudy.mechanics.contact.friction import ContactHistory
 from knitstudy.mechanics.linear.krylov import Rows
 from knitstudy.mechanics.solid import SolidState
 
@@ -164,20 +161,3 @@ def test_arrays_in_use_keep_their_memory():
     reserve.give_back()
     kept[:] = 1.0
     assert reserve.size == 0
-
-
-def test_tangents_of_contact_share_memory_until_a_search_takes_it():
-    nodes, grids, upper = crossing(0.02)
-    after = nodes + np.where(upper[:, None], [0, 0, -0.08], 0)
-    contact = Contact(nodes, Grids(grids), Coulomb(10.0, 7.0, 0.3), margin=0.2, overlap=1e-3)
-    points = contact.points(after, nodes, ContactHistory.empty())
-    first = contact.forces(points, stiffness=True)
-    assert first.stiffness.nnz
-    memory = address(contact.reserve.arrays((1,))[0])
-    second = contact.forces(points, stiffness=True)
-    assert address(contact.reserve.arrays((1,))[0]) == memory, "matrices refer to no memory of the reserve"
-    np.testing.assert_array_equal(first.stiffness.data, second.stiffness.data)
-    apart = contact.points(nodes, nodes, ContactHistory.empty())
-    assert not contact.forces(apart, stiffness=True).stiffness.nnz
-    contact.points(after, after, ContactHistory.empty())
-    assert contact.reserve.size == 0

@@ -57,16 +57,6 @@ def test_rule_of_the_disc_is_exact(rings):
     np.testing.assert_allclose(moments(points) * weight @ moments(points).T, np.eye(3), atol=1e-14)
 
 
-def test_resultants_pull_the_lower_yarn_after_the_upper_one(tie, parts, pair):
-    displacement = (parts.yarn == 1)[:, None] * [0.0, 0.0, 1e-6]
-    stiffness = STIFFNESS * MODULUS * pair.radius
-    force = tie.resultants(displacement)
-    np.testing.assert_allclose(force, [[0, 0, stiffness * 1e-6]], rtol=1e-9, atol=1e-9)
-    # And so do the links.
-    pull = -(tie.links @ displacement)[parts.yarn == 0].sum(axis=0)
-    np.testing.assert_allclose(pull, force[0], rtol=1e-9, atol=1e-9)
-
-
 def test_compliance_that_the_yarns_do_not_show_softens_the_tie(parts, pair):
     own = 1 / (STIFFNESS * MODULUS * pair.radius)
     soft = replace(
@@ -151,17 +141,6 @@ def test_pressure_goes_on_with_its_last_slope_beyond_the_table(law):
     stiffness = law.at(-law.end * np.array([1 - 1e-6, 1 + 1e-6, 1.5, 2.0]), angle).normal
     assert stiffness[1] == pytest.approx(stiffness[0], rel=1e-4)
     np.testing.assert_allclose(stiffness[2:], stiffness[0], rtol=0.01)
-
-
-def test_a_small_patch_sticks_as_mindlins_and_a_large_one_gives_way_less_in_the_law(law):
-    """The indentation of a large patch that the space shows is in series with the law, whose share grows."""
-    depth, angle = np.array([0.0, 0.01, 0.03]) * RADIUS, np.full(3, np.pi / 2)
-    assert depth[-1] < law.end
-    stiffness = law.at(-depth, angle)
-    share = stiffness.tangential / stiffness.normal
-    assert share[0] == pytest.approx(2 * (1 - POISSON) / (2 - POISSON))
-    assert share[0] == pytest.approx(law.attributes()["stick_over_normal"])
-    assert np.all(np.diff(share) > 0.02)
 
 
 def test_nothing_presses_across_an_open_gap(law):
