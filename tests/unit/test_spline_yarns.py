@@ -165,9 +165,3 @@ def test_the_deck_has_the_section_column_by_column(tmp_path):
         assert number == pytest.approx(matrix[int(name[1]) - 1, int(name[2]) - 1], rel=1e-12)
     np.testing.assert_allclose(section_matrix(cell_history()), matrix)
     np.testing.assert_allclose(shell_entries(matrix), numbers, rtol=1e-12)
-
-
-def test_a_cell_has_the_values_that_its_specimen_requires():
-    assert (
-        load_scene("cell-course").vary({"interaction": "rough", "outputs": []}).contact.tied_edges == "none"
-    )
