@@ -1,4 +1,4 @@
-"""What knitstudy refuses: an error of its own whose message is one line; ``refused.yaml`` holds inputs and messages."""
+"""What knitstudy refuses, by an error of its own whose message is one line, and tables of what it refuses and reads."""
 
 from contextlib import contextmanager
 from pathlib import Path
@@ -8,8 +8,12 @@ import yaml
 
 from knitstudy.errors import KnitstudyError
 
-REFUSED = yaml.safe_load(Path(__file__).with_name("refused.yaml").read_text(encoding="utf-8"))
+HERE = Path(__file__).parent
+REFUSED = yaml.safe_load((HERE / "refused.yaml").read_text(encoding="utf-8"))
 """Rows of inputs and what is said of them, by what refuses them."""
+
+READ = yaml.safe_load((HERE / "read.yaml").read_text(encoding="utf-8"))
+"""Rows of inputs and what is read of them, by what reads them."""
 
 
 @contextmanager

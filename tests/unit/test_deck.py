@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import meshio
 import numpy as np
 import pytest
-from refusals import refusal
+from refusals import READ, refusal
 
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import initial_loop, lay_out
@@ -142,19 +142,7 @@ def test_surfaces_in_contact_hold_the_facets_within_reach_of_the_other_yarn(made
         assert 0 < len(corners) == (distance < radius + travel).sum() < len(every)
 
 
-@pytest.mark.parametrize(
-    ("dialect", "friction", "expected"),
-    [
-        ("abaqus", 0.76, {"*SURFACE BEHAVIOR, PENALTY=LINEAR": ["k"], "*FRICTION, ELASTIC SLIP=": ["mu"]}),
-        (
-            "calculix",
-            0.76,
-            {"*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR": ["k", 1.0], "*FRICTION": ["mu", "t"]},
-        ),
-        ("abaqus", 0.0, {"*SURFACE BEHAVIOR, PENALTY=LINEAR": ["k"]}),
-        ("calculix", 0.0, {"*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR": ["k", 1.0]}),
-    ],
-)
+@pytest.mark.parametrize(("dialect", "friction", "expected"), READ["contact in decks"])
 def test_law_of_contact(made, written, dialect, friction, expected):
     changes = {"contact.friction": friction}
     path, law = written(dialect, "pair", changes), made("pair", changes).deck.interaction.law
@@ -204,27 +192,7 @@ def remarks(path):
     return [sentence.split(":")[0].split(" is ")[0] for sentence in text.split("NOT QUITE THE SCENE: ")[1:]]
 
 
-@pytest.mark.parametrize(
-    ("dialect", "specimen", "changes", "keys"),
-    [
-        ("abaqus", "knit", {}, ["yarn.material", "ties"]),
-        ("abaqus", "pair", {}, ["yarn.material", "contact.tangential_stiffness"]),
-        ("calculix", "knit", {}, ["solver.hourglass", "yarn.material", "ties"]),
-        ("calculix", "pair", {"interaction": "rough"}, ["solver.hourglass", "yarn.material", "interaction"]),
-        (
-            "calculix",
-            "pair",
-            {"contact.augmentations": 10, "solver.stabilisation": 1e-9},
-            [
-                "solver.hourglass",
-                "yarn.material",
-                "contact in CalculiX",
-                "contact.augmentations",
-                "solver.stabilisation",
-            ],
-        ),
-    ],
-)
+@pytest.mark.parametrize(("dialect", "specimen", "changes", "keys"), READ["omissions of decks"])
 def test_omissions_of_a_deck_are_named_in_it_and_in_the_log(
     written, caplog, dialect, specimen, changes, keys
 ):

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from refusals import refusal
+from refusals import READ, refusal
 
 from knitstudy.knit.geometry.readers import read_fabric
 from knitstudy.knit.scene.knitout import parents_of_letters, read_repeat, repeat_of
@@ -28,19 +28,9 @@ def knitted(path, *instructions):
     return path
 
 
-@pytest.mark.parametrize(
-    ("name", "rows"),
-    [
-        ("jersey", ("K",)),
-        ("rib", ("PK",)),
-        ("half_cardigan", ("PK", "TK")),
-        ("jacquard", ("K-", "-K")),
-        ("cable", ("K>K(", "KK")),
-        ("lace", ("K)K", "TK")),
-    ],
-)
+@pytest.mark.parametrize(("name", "rows"), READ["repeats"])
 def test_repeats_of_examples(name, rows):
-    assert repeat_of(FILES / f"{name}.k") == rows
+    assert repeat_of(FILES / f"{name}.k") == tuple(rows)
     assert read_repeat(FILES / f"{name}.k").wale_spacing == pytest.approx(25.4e-3 / 15)
 
 
@@ -79,15 +69,7 @@ def test_errors_of_knitting_name_line_and_reason(tmp_path, text, reason):
         repeat_of(path)
 
 
-@pytest.mark.parametrize(
-    ("moves", "rows"),
-    [
-        (["xfer f2 b2", "xfer f3 b3", "rack 1", "xfer b2 f3", "rack -1", "xfer b3 f2"], "KK>K(K KKKK"),
-        (["xfer f2 b2", "xfer f3 b3", "rack -1", "xfer b3 f2", "rack 1", "xfer b2 f3"], "KK)K<K KKKK"),
-        (["xfer f2 b2", "rack 1", "xfer b2 f3"], "KK)KK KTKK"),
-        (["xfer f2 b2", "xfer f3 b3", "rack 1", "xfer b2 f3", "rack 0", "xfer b3 f3"], "KK>KK KTKK"),
-    ],
-)
+@pytest.mark.parametrize(("moves", "rows"), READ["moves"])
 def test_loops_that_change_needles_pass_others_as_they_are_handed_over(tmp_path, moves, rows):
     """Of two loops the one that comes back first lies in front: of a cable, and of two loops on one needle."""
     moved = [*moves, "rack 0", *row("+", "kkkk"), *row("-", "kkkk")]
@@ -125,31 +107,12 @@ def piece(path, rows, more=(), carrier="3"):
 
 
 PLAIN = ["KKKK"] * 6
-SPECIFIED = {
-    "extensions": (HEAD, HEAD + "x-stitch-number 63\nx-presser-mode auto\n"),
-    "stitch": (HEAD, HEAD + "stitch 10 20\n"),
-    "empty comments": ("tuck", ";\n;;\ntuck"),
-    "amiss": ("knit - f3 3", "amiss f3\nknit - f3 3"),
-    "decimals of the gauge": ("Gauge: 15", "Gauge: 7.5"),
-    "Windows": ("\n", "\r\n"),
-    "tabs": (" f", "\tf"),
-    "spaces": ("Gauge: 15", "Gauge :  15  "),
-    "free headers": (HEAD, HEAD + ";;Yarn-3: merino, red\n;;X-Made-By: hand\n"),
-    "machine with a space": ("SWG091N2", "Shima SWG091N2"),
-    "pause with words": ("knit - f3 3", "pause change the yarn!\nknit - f3 3"),
-    "hook at a needle": ("inhook 3", "inhook - f4 3"),
-    "no carriers": (";;Carriers: 1 2 3 4 5 6 7 8 9 10\n", ""),
-    "named carriers": (" 3\n", " wool\n"),
-    "byte order mark": (";!knitout", "\ufeff;!knitout"),
-    "signed rack": ("tuck - f4", "rack +0.25\nrack 0\ntuck - f4"),
-    "a space at the end": ("\n", " \n"),
-}
 
 
-@pytest.mark.parametrize("change", SPECIFIED.values(), ids=SPECIFIED)
-def test_what_the_format_allows_is_read(tmp_path, change):
+@pytest.mark.parametrize(("name", "old", "new"), READ["knitout"])
+def test_what_the_format_allows_is_read(tmp_path, name, old, new):
     path = piece(tmp_path / "a.k", PLAIN)
-    path.write_bytes(path.read_text().replace(*change).encode())
+    path.write_bytes(path.read_text().replace(old.format(HEAD=HEAD), new.format(HEAD=HEAD)).encode())
     assert repeat_of(path) == ("K",)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner
-from refusals import REFUSED, refusal
+from refusals import READ, REFUSED, refusal
 
 from knitstudy.errors import KnitstudyError
 from knitstudy.files import read_dataset, read_table
@@ -12,32 +12,10 @@ from knitstudy.run.commands.main import main
 from knitstudy.use.curve_fit import SIMULATED, fit
 from knitstudy.use.measured_curve import read_curve
 
-OPTIONS = {"strain": ("Weg", "mm"), "force": ("Kraft", "N"), "width": 0.05, "length": 0.1}
 PLAIN = "strain (%),force_per_width_N_mm\n1,0.1\n2,0.3\n4,0.9\n"
 
 
-@pytest.mark.parametrize(
-    ("text", "named", "only"),
-    [
-        (PLAIN, {}, {}),
-        (PLAIN + "3,0.5\n2,0.2\n", {}, {}),  # unloading
-        ("Elongation [1];Load (N/m)\n0,01;100\n0,02;300,0\n0,04;900\n", {}, {}),
-        ("strain,strain_sd,force [N/cm]\n0.01,5,1\n0.02,5,3\n0.04,5,9\n", {}, {}),
-        ("Weg\tKraft\tN\nmm\tN\t-\n1\t5\t1\n2\t15\t2\n4\t45\t3\n", OPTIONS, {}),
-        ("direction,strain,load N/m\nwale,1,1\ncourse,.01,100\ncourse,.02,300\ncourse,.04,900\n", {}, {}),
-        ("yarn,strain,load N/m\nb,1,1\na,.01,100\na,.02,300\na,.04,900\n", {}, {"yarn": "a"}),
-        # What machines write: metadata, units below names, comments, remarks; signs, preloads, cycles
-        ("Specimen,A1\nWidth,50,mm\n\nstrain,load\n%,N/m\n1,100,\n2,300,\n4,900,\nend of test\n", {}, {}),
-        ('sep=;\n# Monday\nstrain (%);force (mN/mm)\n1,00;100,0\n2,00;300,0\n4,00;"900,0"\n', {}, {}),
-        ('strain (%),force (cN/cm),t\n1.0,"100.0",1\n2.0,300.0,2\n4.0,"0,900.0",3\n', {}, {}),
-        ("strain_%  load_N/m\n1.0   100\n2.0   300\n4.0   900\n", {}, {}),
-        ("strain (%),force (N/m)\n-1,-100\n-2,-300\n-4,-900\n", {}, {}),
-        ("strain (%),force (N/m)\n1,100\n2,300\n4,900\n4,800\n2,100\n0.5,0\n2,200\n4,850\n", {}, {}),
-        ("true strain,force (N/m)\n0.00995033,100\n0.01980263,300\n0.03922071,900\n", {}, {}),
-        ("strain (%),stress (kPa)\n1,100\n2,300\n4,900\n", {"thickness": 1e-3}, {}),
-        ("elongation (in),load (gf)\n1,10.1972\n2,30.5915\n4,91.7745\n", {"length": 2.54, "width": 1e-3}, {}),
-    ],
-)
+@pytest.mark.parametrize(("text", "named", "only"), READ["curves"])
 def test_a_file_is_read_as_it_is(tmp_path, text, named, only):
     path = tmp_path / "lab.csv"
     path.write_text(text, encoding="utf-8-sig")

@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from refusals import refusal
+from refusals import REFUSED, refusal
 
 from knitstudy.knit.geometry.crossings import plane_crossings
 from knitstudy.knit.geometry.drawn_loop import LoopTarget
@@ -207,14 +207,7 @@ def test_a_cable_beside_a_plain_column_leaves_no_needle_empty():
     assert [each.place for each in (right, left, plain, *above)] == [0] * 6
 
 
-@pytest.mark.parametrize(
-    ("stitches", "reason"),
-    [
-        (("K>K", "KK"), "stitch 1 of row 2 has no loop to be drawn through"),
-        (("K><K", "KK"), "has marks of one kind"),
-        (("K->", "KK"), "a float none"),
-    ],
-)
+@pytest.mark.parametrize(("stitches", "reason"), REFUSED["marks"])
 def test_marks_that_make_no_knit_are_refused(plain_scene, stitches, reason):
     cell = {
         "specimen": "cell",
