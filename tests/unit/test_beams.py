@@ -136,15 +136,6 @@ def twice():
     return contact, replace(state, contact=contact.start(state))
 
 
-def test_motion_counts_between_yarns_that_are_near_each_other(twice):
-    contact, state = twice
-    every, wave = np.ones((122, 1)), (np.arange(122) >= 61)[:, None]
-    far = replace(state, position=state.position + every * [3.0, 2.0, 1.0])
-    apart = replace(far, position=far.position + wave * [0, 0, 0.1])
-    assert contact.motion(state, far) == pytest.approx(0, abs=1e-12)
-    assert contact.motion(state, apart) == pytest.approx(0.1)
-
-
 def test_forces_of_points_are_those_of_the_nearer_crossing(twice):
     contact, state = twice
     actual, force = contact.commit(state), contact.respond(state)[0][:, :3]

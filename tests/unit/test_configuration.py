@@ -1,6 +1,7 @@
 """Configuration files and families become scenes, or one message that names file, key and fault."""
 
 import re
+from pathlib import Path
 
 import pytest
 import yaml
@@ -65,32 +66,9 @@ def test_file_that_is_missing_or_broken(config, file, content, message):
         load_scenes(config)
 
 
-CASES = """\
-case:
-  tie: {interaction: tie}
-  slip: {interaction: isotropic}
-"""
-
-FAMILY_FAMILY = """\
-studies: [reduced, full]
-keys:
-  knit: plain
-  load.strain by case: {tie: 0.05, slip: 0.03}
-
-mesh:
-  fine: {mesh.size: 0.2}
-  "045": {mesh.size: 0.5}
-
-scenes:
-- name: dns-{case}-{mesh}
-  case: all
-  mesh: [fine, "045"]
-- name: rom-{case}
-  case: slip
-  studies: ci
-  keys:
-    rom.contacts_from: dns-{case}-fine
-"""
+CASES, BOTH = (
+    (Path(__file__).parent / "families" / name).read_text() for name in ("cases.yaml", "family.yaml")
+)
 
 
 @pytest.fixture
@@ -98,14 +76,14 @@ def folder(tmp_path):
     """Function that writes files of families, by default the two above, and returns their folder."""
 
     def write(**files):
-        for name, text in ({"cases": CASES, "family": FAMILY_FAMILY} | files).items():
+        for name, text in ({"cases": CASES, "family": BOTH} | files).items():
             (tmp_path / f"{name}.yaml").write_text(text)
         return tmp_path
 
     return write
 
 
-def replaced(old, new, text=FAMILY_FAMILY):
+def replaced(old, new, text=BOTH):
     assert old in text
     return text.replace(old, new)
 

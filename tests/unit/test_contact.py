@@ -10,7 +10,7 @@ from tubes import crossing, tube
 
 from knitstudy.knit.mesh.spacing import drawn_angles
 from knitstudy.knit.models.spline_yarns.build import space_on, yarn_spans
-from knitstudy.knit.yarns.discretisation import COARSE, contact_surfaces
+from knitstudy.knit.yarns.discretisation import contact_surfaces
 from knitstudy.mechanics.contact.candidate_pairs import WIDTH, Neighbourhoods
 from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK, ContactHistory, Coulomb
@@ -54,31 +54,6 @@ def test_the_search_misses_nothing(pressed):
         near = mine[distance < 0.9 * answer.margin]
         assert len(near) > 0
         assert {(point, 1 - number) for point in near} <= followed
-
-
-def test_motion_counts_between_yarns_that_are_near_each_other(pressed):
-    answer, before, after, upper = pressed
-    assert answer.motion(before, 3.0 + before) == pytest.approx(0, abs=1e-12)
-    assert answer.motion(before, after) == pytest.approx(0.08)
-    far = before + np.where(upper[:, None], [0, 0, 9.0], 0)
-    assert answer.motion(far, far + np.where(upper[:, None], [0, 0, 5.0], 0)) == pytest.approx(0, abs=1e-12)
-
-
-def test_surfaces_that_nearly_touch_are_pulled_together():
-    """Pressures close the gaps of the pairs that are nearly as near as the nearest ones, and no other pair touches."""
-    nodes, grids, upper = crossing(0.01)
-    answer = contact(nodes, grids, meets=APART, margin=0.3)
-    assert not len(answer.points(nodes, nodes, ContactHistory.empty()).active)
-    points = answer.points(nodes, nodes, ContactHistory.empty(), pulled=True)
-    nearest = points.evaluated_gap.min()
-    assert 0 < nearest < 0.015
-    near = points.evaluated_gap < nearest + 0.003
-    assert near.any()
-    np.testing.assert_array_equal(points.number, points.evaluated[near])
-    assert np.all(points.status == STICK)
-    np.testing.assert_allclose(points.pressure, -10.0 * points.gap)
-    pull = answer.forces(points, stiffness=False).node_force
-    assert pull[upper, 2].sum() > 0 > pull[~upper, 2].sum()  # internal forces: what moves the upper tube down
 
 
 class Restless(Grids):
@@ -231,20 +206,6 @@ def scene(plain_scene):
 @pytest.fixture(scope="module")
 def knit(scene, knit_of):
     return knit_of(scene)
-
-
-def test_cells_are_small_near_crossings_only(scene, knit):
-    _, rings = contact_surfaces(scene, space_on(scene, yarn_spans(scene, knit)), knit)
-    cell, window = scene.contact.cell * knit.radius, scene.contact.window * knit.radius
-    for yarn, edges in enumerate(rings.arc_length):
-        stations = knit.crossings.arc_length[knit.crossings.yarn == yarn]
-        size, middle = np.diff(edges), 0.5 * (edges[1:] + edges[:-1])
-        near = np.abs(middle[:, None] - stations).min(axis=1) < window
-        assert edges[0] == 0
-        assert edges[-1] == pytest.approx(knit.centrelines[yarn].length)
-        assert size.min() > 0
-        assert size[near].max() <= cell * (1 + 1e-9)
-        assert 2 * cell < size[~near].max() <= COARSE * cell * (1 + 1e-9)
 
 
 def test_crossings_nearer_than_their_windows_are_refused(scene, knit):

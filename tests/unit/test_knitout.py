@@ -58,33 +58,11 @@ def test_rows_that_bind_off_do_not_count(tmp_path):
     assert repeat_of(path) == ("K",)
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [("knit - f4 7", "knit - f4 7: .*inactive yarn"), ("knot - f4 3", "knot - f4 3: .*expected")],
-)
-def test_errors_of_knitting_name_line_and_reason(tmp_path, text, reason):
-    path = knitted(tmp_path / "a.k", text)
-    number = path.read_text().splitlines().index(text) + 1
-    with refusal(rf"a\.k, line {number}: cannot be knitted: {reason}"):
-        repeat_of(path)
-
-
 @pytest.mark.parametrize(("moves", "rows"), READ["moves"])
 def test_loops_that_change_needles_pass_others_as_they_are_handed_over(tmp_path, moves, rows):
     """Of two loops the one that comes back first lies in front: of a cable, and of two loops on one needle."""
     moved = [*moves, "rack 0", *row("+", "kkkk"), *row("-", "kkkk")]
     assert repeat_of(knitted(tmp_path / "a.k", *row("-", "kkkk"), *3 * moved)) == tuple(rows.split())
-
-
-def test_operations_that_are_not_simulated_are_named_with_their_line(tmp_path):
-    away, back = [f"xfer f{n} b{n}" for n in (1, 2, 3)], ["rack 1", "xfer b1 f2", "rack -2", "xfer b3 f1"]
-    both = [*away, *back, "rack 1", "xfer b2 f3", "rack 0", *row("+", "kkkk")]
-    with refusal("needle f3 in row 3 passes in front of one loop and behind another"):
-        repeat_of(knitted(tmp_path / "a.k", *row("-", "kkkk"), *both))
-    with refusal("nothing is a stitch"):
-        repeat_of(knitted(tmp_path / "a.k"))
-    with refusal("there is no such file"):
-        repeat_of(tmp_path / "b.k")
 
 
 def piece(path, rows, more=(), carrier="3"):
@@ -199,21 +177,6 @@ def test_what_no_letter_says_is_refused_with_its_line(tmp_path, lines, reason):
     assert re.search(r"a\.k, line \d+: ", str(refused.value))
 
 
-@pytest.mark.parametrize(("text", "reason"), [("", "is empty"), (HEAD, "has no stitches")])
-def test_files_without_stitches(tmp_path, text, reason):
-    path = tmp_path / "a.k"
-    path.write_text(text)
-    with refusal(reason):
-        repeat_of(path)
-
-
-def test_a_gauge_is_a_number(tmp_path):
-    path = piece(tmp_path / "a.k", PLAIN)
-    path.write_text(path.read_text().replace("Gauge: 15", "Gauge: fine"))
-    with refusal("'fine' but must be needles per inch"):
-        read_repeat(path)
-
-
 SEED = ["KPKPKPKP", "PKPKPKPK"] * 6
 
 
@@ -229,6 +192,42 @@ def test_the_body_is_the_largest_part_that_repeats_itself(tmp_path, caplog):
 def test_a_picture_is_not_its_plain_rows(tmp_path):
     picture = ["KKKKKK", "KKPPKK", "KPKKPK", "KPPKPK", "KKPPKK", "KKKKKK", "KKKKKK"]
     assert repeat_of(piece(tmp_path / "a.k", picture)) == tuple(picture)
+
+
+PASSED = ["xfer f1 b1", "xfer f2 b2", "xfer f3 b3", "rack 1", "xfer b1 f2", "rack -2", "xfer b3 f1"]
+PASSED += ["rack 1", "xfer b2 f3", "rack 0", *row("+", "kkkk")]
+WRONG = {
+    "inactive yarn": (["knit - f4 7"], r"a\.k, line 11: cannot be knitted: knit - f4 7: .*inactive yarn"),
+    "no instruction": (["knot - f4 3"], r"a\.k, line 11: cannot be knitted: knot - f4 3: .*expected"),
+    "both sides": ([*row("-", "kkkk"), *PASSED], "needle f3 in row 3 passes in front of one loop and behind"),
+    "no stitch": ([], "nothing is a stitch"),
+}
+
+
+@pytest.mark.parametrize(("lines", "reason"), WRONG.values(), ids=WRONG)
+def test_what_cannot_be_knitted_or_simulated_is_named(tmp_path, lines, reason):
+    with refusal(reason):
+        repeat_of(knitted(tmp_path / "a.k", *lines))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        (";;Gauge: 15", ";;Gauge: fine", "'fine' but must be needles per inch"),
+        (";;Gauge: 15\n", "", "names no ;;Gauge:"),
+        (HEAD, "", "is empty"),
+        (HEAD, HEAD, "has no stitches"),
+        ("", "", "there is no such file"),
+    ],
+)
+def test_files_without_gauge_or_stitches(tmp_path, old, new, reason):
+    path = tmp_path / "a.k"
+    if "Gauge" in reason or "inch" in reason:
+        path.write_text((FILES / "rib.k").read_text().replace(old, new))
+    elif old:
+        path.write_text(new)
+    with refusal(reason):
+        read_fabric(path)
 
 
 def test_rows_of_waste_yarn_are_questioned_and_chosen(tmp_path):
@@ -288,10 +287,3 @@ def test_a_scene_takes_a_part_of_a_file(plain_scene):
     assert plain_scene.vary(keys).pattern.stitches == ("PK", "TK")
     with refusal("must be the first and the last one"):
         plain_scene.vary(keys | {"pattern.knitout_rows": [6, 3]})
-
-
-def test_a_file_without_gauge_is_no_fabric(tmp_path):
-    path = tmp_path / "a.k"
-    path.write_text((FILES / "rib.k").read_text().replace(";;Gauge: 15\n", ""))
-    with refusal("names no ;;Gauge:"):
-        read_fabric(path)

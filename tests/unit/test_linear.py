@@ -12,7 +12,7 @@ from knitstudy.mechanics.linear import LU, System
 from knitstudy.mechanics.linear.krylov import Krylov
 from knitstudy.mechanics.linear.three_scale import FabricScale, KnitStructure
 from knitstudy.mechanics.model import eliminate
-from knitstudy.mechanics.pattern_sum import PatternSum, lacking
+from knitstudy.mechanics.pattern_sum import PatternSum
 
 COUNT = 60
 
@@ -205,14 +205,6 @@ def test_sum_is_the_sum(large, small, rows, monkeypatch):
         total = PatternSum(one, other).add(one, other)
         np.testing.assert_allclose(total.toarray(), expected, rtol=1e-15)
         assert all(np.all(np.diff(total.indices[low:high]) > 0) for low, high in _rows(total))
-
-
-def test_a_part_is_taken_off_for_a_while():
-    whole, part = matrix(0, 1.0), matrix(1, 0.3)
-    before, less = whole.toarray(), (whole - part).toarray()
-    with lacking(whole, part):
-        np.testing.assert_array_equal(whole.toarray(), less)
-    np.testing.assert_allclose(whole.toarray(), before, rtol=0, atol=4 * np.finfo(float).eps)
 
 
 def _rows(total):

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from loops import KEPT, OUTCOMES, loop_map
+from loops import KEPT, loop_map
 from refusals import refusal
 from scipy.optimize import minimize
 
@@ -76,11 +76,6 @@ def test_length_that_does_not_fit_is_refused_with_one_that_does(settings, diamet
     assert named > 1.04 * free
     expected = jersey(diameter, 1e-3 * named)
     assert_fits(fitted_loop(expected, settings)[1], expected)
-
-
-def test_wales_too_wide_for_a_drawn_interlock_are_refused_with_a_remedy(settings):
-    with refusal(r"no loop is drawn that interlocks: .*take a pattern.wale_spacing of"):
-        fitted_loop(LoopTarget(COURSE, 10 * COURSE, 0.1e-3, 0.01), settings)
 
 
 def test_yarn_that_is_too_thick_is_refused_with_limit_and_spacings_that_fit(settings):
@@ -181,17 +176,6 @@ def test_file_that_is_no_loop_is_refused_in_one_line(tmp_path, paper_points, spo
         read_points(written(tmp_path / "loop.csv", spoil(paper_points[0]), head))
 
 
-def test_map_names_the_limits_of_loops_that_do_not_fit(plain_scene):
-    scene = plain_scene.vary(
-        {"geometry.samples": 20, "geometry.beta": 1e-5, "geometry.gamma": 1e-3, "geometry.beta_0": 20.0}
-    )
-    actual = loop_map(scene, np.array([5.0]), np.array([3.5, 6.0]))
-    assert OUTCOMES[int(actual["outcome"][0, 0])] in ("row", "rows")
-    assert 0.5 < actual["thickest"][0, 0] < 3.5 / 4, "four yarns stand side by side in a wale"
-    assert actual["outcome"][0, 1] == 0
-    assert actual["gap_error"][0, 1] < 0.01
-
-
 @pytest.mark.parametrize(("course", "wale"), [(3.0, 6.5), (6.0, 6.0)])
 def test_kept_map_has_loops_of_today(course, wale):
     kept = read_table(KEPT).set_index(["course", "wale"]).loc[(course, wale)]
@@ -212,85 +196,78 @@ def test_join_curvature_is_that_of_a_circle_through_a_regular_polygon():
     assert np.sqrt(square[0]) == pytest.approx(2 / sigma * np.sin(phi / 2), rel=1e-12)
 
 
-@pytest.mark.parametrize("height", [0, -1], ids=["flat", "inside out"])
-def test_loops_that_do_not_interlock_are_refused(scene, height):
-    loop = initial_loop(scene)
-    with refusal("interlock"):
-        optimise(replace(loop, control_points=loop.control_points * [1, 1, height]), scene.geometry)
-
-
-def test_weight_too_small_to_part_the_yarns_is_refused(scene):
-    with refusal(r"crossing zone .* geometry\.alpha"):
-        lay_out(scene.replace("geometry.alpha", 1e-5))
-
-
-@pytest.fixture(scope="module")
-def metrics(scene):
-    loop = initial_loop(scene)
-    return loop, loop_metrics(loop)
-
-
-def test_yarn_that_would_fold_is_refused(metrics):
-    loop, measured = metrics
-    with refusal("radius of curvature"):
-        check_yarns(replace(measured, radius_of_curvature=0.99 * loop.radius), loop, 0.0)
-
-
-@pytest.mark.parametrize(("gap", "other_gap"), [(-0.002, 0.5), (0.01, -1e-6)])
-def test_yarns_that_overlap_are_refused(metrics, gap, other_gap):
-    loop, measured = metrics
-    overlapping = replace(measured, gap=gap * loop.radius, other_gap=other_gap * loop.radius)
-    with refusal("yarns overlap"):
-        check_yarns(overlapping, loop, 0.001)
-
-
-COARSE = 12  # samples a Bezier curve: closest points are refined from them, fewer only cost less
-
-
-def test_loop_that_cannot_be_made_is_named_with_its_keys_and_a_remedy():
-    keys = {"pattern.course_ratio": 1.3, "pattern.keep": "length", "geometry.samples": COARSE}
-    impossible = load_scene("sweep-wale-tie-course").vary(keys)
-    named = r"course_ratio 1\.3, pattern\.keep 'length': no wale spacing .*: take a pattern\.course_ratio nearer to 1"
-    with refusal(named):
-        lay_out(impossible)
-
-
-WALE_OPTIMISE = 12.0
-
-
 def plain_points(count=16):
     t = 2 * np.pi * np.arange(count) / count
-    return np.column_stack(
-        [WALE_OPTIMISE * t / (2 * np.pi) + 2.5 * np.sin(2 * t), -7 * np.cos(t), -np.cos(2 * t)]
-    )
+    return np.column_stack([12.0 * t / (2 * np.pi) + 2.5 * np.sin(2 * t), -7 * np.cos(t), -np.cos(2 * t)])
 
 
 def group_of(points):
-    return symmetries(Loop(points, WALE_OPTIMISE, 10.0, 1.0))
+    return symmetries(Loop(points, 12.0, 10.0, 1.0))
 
 
 def test_plain_loop_has_mirror_and_half_turn():
     assert len(group_of(plain_points())) == 4, "with the identity and the product of the two"
 
 
-def test_loop_without_mirror_is_refused():
-    points = plain_points()
-    points[3, 0] += 0.1
-    with refusal(r"pattern\.control_points.*mirror"):
-        group_of(points)
+def checked(loop, **radii):
+    """Check the yarns of a loop some of whose measures are so many radii."""
+    changed = {name: radii[name] * loop.radius for name in radii}
+    check_yarns(replace(loop_metrics(loop), **changed), loop, 0.001)
+
+
+def flattened(loop, height):
+    return replace(loop, control_points=loop.control_points * [1, 1, height])
+
+
+def alone(row, column):
+    """An array of points' components, of which one is 1 and all others are 0."""
+    actual = np.zeros((16, 3))
+    actual[row, column] = 1
+    return actual
+
+
+LONG = {"pattern.course_ratio": 1.3, "pattern.keep": "length", "geometry.samples": 12}
+SQUARE = LoopTarget(COURSE, 10 * COURSE, 0.1e-3, 0.01)
+REFUSALS = {
+    "flat": (lambda scene, loop: optimise(flattened(loop, 0), scene.geometry), "interlock"),
+    "inside out": (lambda scene, loop: optimise(flattened(loop, -1), scene.geometry), "interlock"),
+    "wide wales": (
+        lambda scene, loop: fitted_loop(SQUARE, scene.geometry),
+        "no loop is drawn that interlocks: .*take a pattern.wale_spacing of",
+    ),
+    "yarns that do not part": (
+        lambda scene, loop: lay_out(scene.replace("geometry.alpha", 1e-5)),
+        r"crossing zone .* geometry\.alpha",
+    ),
+    "a fold": (lambda scene, loop: checked(loop, radius_of_curvature=0.99), "radius of curvature"),
+    "overlap at crossings": (lambda scene, loop: checked(loop, gap=-0.002, other_gap=0.5), "yarns overlap"),
+    "overlap elsewhere": (lambda scene, loop: checked(loop, gap=0.01, other_gap=-1e-6), "yarns overlap"),
+    "no wale spacing": (
+        lambda scene, loop: lay_out(load_scene("sweep-wale-tie-course").vary(LONG)),
+        r"course_ratio 1\.3, pattern\.keep 'length': no wale spacing .*: take a pattern\.course_ratio nearer to 1",
+    ),
+    "no mirror": (
+        lambda scene, loop: group_of(plain_points() + 0.1 * alone(3, 0)),
+        r"pattern\.control_points.*mirror",
+    ),
+    "a point without its image": (
+        lambda scene, loop: symmetric_motions(alone(2, 2) > 0, group_of(plain_points())),
+        r"geometry\.free",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSALS)
+def test_loops_that_are_refused(scene, name):
+    make, message = REFUSALS[name]
+    with refusal(message):
+        make(scene, initial_loop(scene))
 
 
 def test_motions_are_independent_and_span_all_that_is_symmetric():
     motions = symmetric_motions(np.ones((16, 3), dtype=bool), group_of(plain_points()))
     # Sinker's y and z, x y z of three points, the leg's z: the rest is fixed by symmetry.
     assert np.linalg.matrix_rank(motions.reshape(48, -1)) == motions.shape[-1] == 12
-
-
-def test_point_without_its_image_is_refused():
-    free = np.zeros((16, 3), dtype=bool)
-    free[2, 2] = True
-    with refusal(r"geometry\.free"):
-        symmetric_motions(free, group_of(plain_points()))
 
 
 EPS = 1e-12  # rounding of a few dozen operations on numbers of order ten

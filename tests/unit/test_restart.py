@@ -152,16 +152,6 @@ def test_files_that_no_run_has_written_are_refused(saved, changes, message):
         file.load(recorder())
 
 
-def test_something_else_in_the_place_of_a_restart_file_is_refused(tmp_path):
-    array, folder = tmp_path / "array.npz", tmp_path / "folder.npz"
-    with array.open("wb") as file:
-        np.save(file, np.ones(3))
-    folder.mkdir()
-    for path in (array, folder):
-        with refusal(rf"{path.name}: this restart file cannot be used .*delete it"):
-            Checkpoint(path, "key", State).load(recorder())
-
-
 def test_time_left_counts_from_where_a_run_goes_on(monkeypatch):
     """Half was done before; a half of the rest in thirty seconds."""
     clock, stream = iter([100.0, 130.0]), io.StringIO()

@@ -98,14 +98,6 @@ def test_a_knit_is_its_inputs_at_any_scale(trade):
                 assert trade.case_of(cell) == replace(case, specimen="cell")
 
 
-def test_cells_of_beams_say_nothing_of_crossings(trade):
-    """Their histories have no crossings; the other questions are answered."""
-    cell, inputs = Case("cell", "touching"), replace(next(trade.points()), friction=0.3)
-    scene = trade.scene(cell, inputs, drawn_defaults()).vary(trade.settings_of(cell)["beams"])
-    history = xr.Dataset({"strain": ("increment", [0.0, inputs.strain])})
-    assert answers(QUESTIONS["contact"], scene, history, None, inputs.strain) == {}
-
-
 def test_beams_answer_by_the_crossings_of_the_middle_cell(trade):
     """Force and slip are the means of its four crossings; the slip of a tied crossing counts as 0."""
     case = Case("cut_knit", "touching")
