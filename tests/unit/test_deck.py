@@ -18,7 +18,6 @@ from knitstudy.use.deck import Interaction, specimen_deck
 from knitstudy.use.inp import write_inp
 
 # Corners of the faces S1 to S6 of C3D8, from its definition.
-FACES = np.array([[1, 2, 3, 4], [5, 8, 7, 6], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 8, 4], [4, 8, 5, 1]]) - 1
 E, NU = 1.3e9, 0.42
 G, K = E / (2 * (1 + NU)), E / (3 * (1 - 2 * NU))
 DIALECTS = pytest.mark.parametrize("dialect", ["abaqus", "calculix"])
@@ -124,22 +123,6 @@ def test_equations_tie_the_moments_of_both_yarns(made, written):
     rigid = shift + np.cross(deck.nodes, [0.3, -0.2, 0.5])
     followed = np.einsum("km,kmi->ki", equations.weight, rigid[equations.master])
     np.testing.assert_allclose(followed, rigid[equations.slave], atol=1e-12)
-
-
-def test_surfaces_in_contact_hold_the_facets_within_reach_of_the_other_yarn(made):
-    """Yarns that cross are in reach near the crossing alone, on the sides that face each other."""
-    actual, radius = made("pair"), made("pair").mesh.radius
-    (pair,) = actual.deck.contacts
-    assert not made("knit").deck.contacts
-    mesh = actual.mesh
-    travel = 1e-4
-    for surface, yarn, other in ((pair.slave, 1, 0), (pair.master, 0, 1)):
-        corners = np.take_along_axis(mesh.hexahedra[surface.elements], FACES[surface.faces - 1], axis=1)
-        assert set(mesh.yarn_of_slice[corners.ravel() // mesh.section.size]) == {yarn}
-        every = mesh.nodes[mesh.surface_quads(yarn)].mean(axis=1)
-        opposite = mesh.nodes[mesh.surface_quads(other)].mean(axis=1)
-        distance = np.linalg.norm(every[:, None] - opposite, axis=2).min(axis=1)
-        assert 0 < len(corners) == (distance < radius + travel).sum() < len(every)
 
 
 @pytest.mark.parametrize(("dialect", "friction", "expected"), READ["contact in decks"])

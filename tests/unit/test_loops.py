@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 from loops import KEPT, loop_map
 from refusals import refusal
-from scipy.optimize import minimize
 
 from knitstudy.files import read_table
-from knitstudy.knit.geometry.crossings import refine
 from knitstudy.knit.geometry.drawn_loop import LoopTarget, peirce_length
 from knitstudy.knit.geometry.fit import ROUNDS, fitted_loop
 from knitstudy.knit.geometry.lay_out import initial_loop, lay_out
@@ -309,24 +307,3 @@ def test_straight_centreline_is_its_arc_length():
 
 
 WALE_SPLINE, COURSE_SPLINE = 12.0, 20.0
-
-
-def test_closest_points_in_windows_are_those_of_a_bounded_minimisation():
-    """Of two lines at 29 degrees; in most windows the closest points lie on the bounds."""
-    number = np.arange(8.0)[:, None]
-    along, across = np.array([1.0, 0.0, 0.0]), np.array([0.9, 0.5, 0.0])
-    lines = [
-        CatmullRom(number * along, 8 * along),
-        CatmullRom([0.0, -2.0, 0.5] + number * across, 8 * across),
-    ]
-    random = np.random.default_rng(1)
-    low = random.uniform(1, 5, (40, 2))
-    windows = np.stack([low, low + 1], axis=-1)
-    actual = refine(*lines, low + random.uniform(0, 1, (40, 2)), windows)
-    assert 0 < actual.interior.sum() < 20
-
-    def square(u):
-        return float(np.sum((lines[0].value(u[:1]) - lines[1].value(u[1:])) ** 2))
-
-    least = [minimize(square, each.mean(axis=1), bounds=each, tol=1e-14).fun for each in windows]
-    np.testing.assert_allclose(actual.distance**2, least, rtol=1e-6)

@@ -6,24 +6,7 @@ from refusals import refusal
 
 from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.simulate import solve
-from knitstudy.mechanics.elements import ELEMENTS, ElementResponse
-from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
 from knitstudy.mechanics.materials.isotropic import Hencky, Isotropic
-
-
-@pytest.fixture
-def toy(monkeypatch):
-    """An element that is twice as stiff as its like."""
-    monkeypatch.setattr(ELEMENTS, "_entries", dict(ELEMENTS.all()))
-
-    @ELEMENTS.register
-    class ToyElement(OnePointHexahedron):
-        name, meaning = "toy_element", "twice as stiff"
-
-        def respond(self, batch, displacement, stiffness, out=None):
-            actual = super().respond(batch, displacement, stiffness)
-            tangent = 2 * actual.stiffness if stiffness else None
-            return ElementResponse(2 * actual.force, 2 * actual.internal, 2 * actual.hourglass, tangent)
 
 
 @pytest.fixture
@@ -47,11 +30,6 @@ def pull(plain_scene, knit_of):
         return float(solve(scene, knit, mesh=mesh)["force"][-1])
 
     return pull
-
-
-def test_a_toy_element_goes_through_a_simulation(toy, pull):
-    stiff = pull(mesh__element="toy_element")
-    assert stiff == pytest.approx(2 * pull(), rel=1e-3)  # springs of ties stay as they are
 
 
 @pytest.mark.parametrize("fidelity", ["hexahedra", "spline_yarns"])

@@ -10,7 +10,6 @@ import scipy.sparse as sp
 from refusals import refusal
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics import guided
 from knitstudy.mechanics.increment import (
     TRIALS,
     PrescribedDisplacement,
@@ -199,33 +198,6 @@ def test_a_guide_begins_increments_where_another_model_ends_them():
         np.testing.assert_allclose(half[load].state.x, each.state.x, atol=1e-6)
 
 
-@pytest.mark.parametrize("hold", [1e-2, 1.0])
-def test_springs_hold_the_first_guess_of_a_guide_and_none_is_left(hold, monkeypatch):
-    """The first iteration stays nearer to the guess; the state in the end is balanced without springs."""
-    monkeypatch.setattr(guided, "CLOSED", 1e-3)
-    guess = np.array([0.0, 0.5, 1.5, 3.0])
-    law = lambda e: np.array([1.0, 4.0, 16.0]) * e, lambda e: np.array([1.0, 4.0, 16.0])
-    chain, seen = Chain(4, *law), []
-
-    class Watched(LU):
-        def solve(self, rhs, tolerance):
-            solution = super().solve(rhs, tolerance)
-            seen.append(np.abs(solution.x).max())
-            return solution
-
-    def end(hold):
-        seen.clear()
-        settings = Settings(increments=1, hold=hold)
-        *_, last = trace(chain, PULL, settings, Watched(), guide=lambda load, target: guess.copy())
-        return last, seen[0]
-
-    (loose, far), (held, near) = end(0.0), end(hold)
-    assert near < far / (1 + 0.1 * hold)
-    assert held.newton_iterations > loose.newton_iterations
-    for each in (loose, held):
-        np.testing.assert_allclose(each.state.x, np.array([0, 16, 20, 21]) / 7, atol=1e-9)
-
-
 def test_a_guide_that_leads_astray_costs_one_attempt():
     """Springs that tear: beyond a stretch of two they have no tangent, and a path that begins there fails."""
     chain = Chain(4, lambda e: np.where(e < 2, e, np.nan), lambda e: np.where(e < 2, 1.0, np.nan))
@@ -234,24 +206,6 @@ def test_a_guide_that_leads_astray_costs_one_attempt():
     for model in (chain, far):
         *_, end = trace(model, PULL, Settings(increments=2), LU(), guide=lambda load, target: astray.copy())
         np.testing.assert_allclose(end.state.x, [0, 1, 2, 3], atol=1e-5)
-
-
-def test_a_guide_leads_by_itself_where_the_rate_of_the_model_leads_astray():
-    """Uneven springs that tear; the guide is wrong in the second increment, and so is the rate beside its own."""
-    uneven = np.array([1.0, 4.0, 16.0])
-    law = (
-        lambda e: np.where(e < 2, uneven * e + e**3, np.nan),
-        lambda e: np.where(e < 2, uneven + 3 * e**2, np.nan),
-    )
-    chain, settings = Chain(4, *law), Settings(increments=4)
-    alone = {each.load: each for each in trace(chain, PULL, settings, LU())}
-    wrong = np.array([0.0, 60.0, -60.0, 0.0])
-
-    def guide(load, target):
-        return alone[target].state.x - alone[load].state.x + (wrong if load == 0.25 else 0.0)
-
-    led = list(trace(chain, PULL, settings, LU(), guide=guide))
-    assert [each.newton_iterations > 1 for each in led[1:]] == [False, True, False, False]
 
 
 class Loose(Chain):
