@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import study
-import sweeping
 import synthetic
 import xarray as xr
 import yaml
@@ -32,14 +31,14 @@ DIRECT = ("tie", "rough", "isotropic", "untied")
 @pytest.fixture(scope="module")
 def evidence(plain_scene, knit, contacts, paper, cases):
     """Everything as the paper has it."""
-    scenes, swept = cases, sweeping.scenes()
+    scenes, swept = cases, study.swept_scenes()
     sizes, grown = study.domain(plain_scene)
     solid = scenes["dns-isotropic-course"].replace("solver.stabilisation", 1e-4)
     compared = {kind: solid.replace("interaction", kind) for kind in ("tie", "rough")}
     compared |= {"isotropic": solid, "untied": solid, SLIPPERY: solid.replace("contact.friction", 0.1)}
     # Knits with the drawn loop would be the main simulations of the four cases.
     swept = {name: scene for name, scene in swept.items() if name.startswith("sweep-")}
-    sweeps = sweeping.histories(swept, {"shape": 1.0})
+    sweeps = study.swept_histories(swept, {"shape": 1.0})
     histories, touching = in_contact(knit)
     return Evidence(
         geometry=synthetic.geometry(plain_knit(initial_loop(plain_scene), 2, 2), flattened=0.99),

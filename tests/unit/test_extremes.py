@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import extremes
 import pytest
+import study
 import yaml
 from extremes import CAUSES, KEPT, Trial, cause, draw, judged, load_trials, run
-from layout import room_around
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, GeometryError
 from knitstudy.files import read_table
@@ -88,4 +88,4 @@ def test_trials_change_one_thing_or_draw_values_within_their_ranges():
 
 
 def test_the_map_of_the_kept_trials_fits_on_its_page():
-    assert min(room_around(draw(read_table(KEPT)))) > 0
+    assert min(study.room_around(draw(read_table(KEPT)))) > 0

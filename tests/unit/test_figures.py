@@ -8,9 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import study
-import sweeping
 import synthetic
-from layout import room_around
 from matplotlib.image import imread
 from matplotlib.text import Text
 from PIL import Image
@@ -70,12 +68,12 @@ def results(knit, plain_scene, touching, paper, cases):
         "paper": paper,
         "every": every,
         "every_contacts": {},
-        "scenes": sweeping.scenes() | varied | cases | {"dns": cases["dns-tie-course"]},
+        "scenes": study.swept_scenes() | varied | cases | {"dns": cases["dns-tie-course"]},
         "course": touching["contacts"],
         "wale": touching["contacts"],
         "whole": curve(force=(0, 5, 10), lift=1e-4),
         "drawn": {},
-        "sweeps": sweeping.histories(sweeping.scenes(), {"shape": 1.0}),
+        "sweeps": study.swept_histories(study.swept_scenes(), {"shape": 1.0}),
         "beams": {
             f"beam-{kind}isotropic-course": curve(force=(0, 4, 8)) for kind in ("", "pinned-", "hertz-")
         },
@@ -165,7 +163,7 @@ def test_every_figure_is_written_with_units_and_its_origin(drawn, results, name,
         if text.get_text().strip() and text.get_fontsize() < 8
     }
     assert not small, "labels of eight points at least"
-    assert min(room_around(figure)) > -ROUNDING, "nothing is cut off"
+    assert min(study.room_around(figure)) > -ROUNDING, "nothing is cut off"
     for axes in filter(attrgetter("axison"), figure.axes):
         curves = [line for line in axes.lines if len(line.get_xdata()) > 2 and line.get_linestyle() != "None"]
         assert len(curves) <= 5, "no more can be told apart"

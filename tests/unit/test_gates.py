@@ -87,10 +87,6 @@ def test_friction_gives_nothing_back(friction, ends):
         require_lasting_friction(recorder, 4)
 
 
-def test_friction_is_not_judged_before_an_increment():
-    require_lasting_friction(recorded([0.0], [0.0], friction=[-1.0]), 0)
-
-
 def test_expected_work_is_that_of_the_rest_of_the_path():
     # 1 N after a third of 2 m, growing by 1.5 N/m over the other 4/3 m.
     going_on = recorded([0.0, 1.0, 2.0, 3.0], np.zeros(4), only=2)
@@ -230,18 +226,6 @@ def test_straight_yarns(depth, angle):
     across = np.column_stack([10 + (S - 10) * np.cos(turn), (S - 10) * np.sin(turn), 0 * S + 2 - depth])
     # Places lie at most a quarter of the radius apart.
     assert overlap(line(0.0), across) == pytest.approx(depth, abs=0.03)
-
-
-def test_a_hairpin_overlaps_itself_and_a_bend_does_not():
-    turn = np.linspace(0, np.pi, 60)
-
-    def hairpin(bend):
-        head = np.column_stack([bend * np.sin(turn), -bend * np.cos(turn), 0 * turn])
-        leg = np.column_stack([np.linspace(-10, 0, 60)[:-1], np.full(59, -bend), np.zeros(59)])
-        return np.concatenate([leg, head, (leg * [1, -1, 1])[::-1]])
-
-    assert overlap(hairpin(1.05)) == pytest.approx(0.0, abs=1e-3)
-    assert overlap(hairpin(0.7)) == pytest.approx(0.6, abs=0.02)
 
 
 def test_images_overlap_as_yarns_do():

@@ -5,10 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from loops import KEPT, loop_map
 from refusals import refusal
 
-from knitstudy.files import read_table
 from knitstudy.knit.geometry.drawn_loop import LoopTarget, peirce_length
 from knitstudy.knit.geometry.fit import ROUNDS, fitted_loop
 from knitstudy.knit.geometry.lay_out import initial_loop, lay_out
@@ -172,14 +170,6 @@ def test_points_of_a_file_are_turned_and_made_symmetric(tmp_path, paper_points, 
 def test_file_that_is_no_loop_is_refused_in_one_line(tmp_path, paper_points, spoil, head, reason):
     with refusal(reason):
         read_points(written(tmp_path / "loop.csv", spoil(paper_points[0]), head))
-
-
-@pytest.mark.parametrize(("course", "wale"), [(3.0, 6.5), (6.0, 6.0)])
-def test_kept_map_has_loops_of_today(course, wale):
-    kept = read_table(KEPT).set_index(["course", "wale"]).loc[(course, wale)]
-    actual = loop_map(load_scene("sweep-wale-tie-course"), np.array([course]), np.array([wale]))
-    assert kept["outcome"] == "found"
-    assert float(actual["length"][0, 0]) == pytest.approx(kept["length"], rel=1e-4)
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,6 @@ import threading
 
 import numpy as np
 import pytest
-import scipy.sparse as sp
 from refusals import refusal
 
 from knitstudy.errors import ConfigurationError, ConvergenceError
@@ -16,7 +15,6 @@ from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.simulate import build
 from knitstudy.mechanics.batches import VARIABLE, Reserve, by_parts, share, threads
 from knitstudy.mechanics.contact.friction import ContactHistory
-from knitstudy.mechanics.linear.krylov import Rows
 from knitstudy.mechanics.solid import SolidState
 
 
@@ -108,16 +106,6 @@ def test_forces_and_tangents_do_not_depend_on_threads(monkeypatch, plain_scene, 
     np.testing.assert_array_equal(one.force, three.force)
     np.testing.assert_array_equal(one.stiffness.data, three.stiffness.data)
     assert one.energy == three.energy
-
-
-def test_rows_give_the_product_of_the_matrix(monkeypatch):
-    monkeypatch.setenv(VARIABLE, "2")
-    rng = np.random.default_rng(0)
-    matrix = sp.random(900, 300, density=0.5, random_state=0).tobsr(blocksize=(3, 6))
-    vector = rng.normal(size=300)
-    monkeypatch.setattr("knitstudy.mechanics.linear.krylov.ENTRIES", 5000)
-    np.testing.assert_array_equal(Rows.of(matrix) @ vector, matrix @ vector)
-    np.testing.assert_array_equal(Rows.of(sp.bsr_matrix((6, 6), blocksize=(3, 3))) @ np.ones(6), np.zeros(6))
 
 
 # Pages that the system clears while arrays, 120 MB in all, are made once more

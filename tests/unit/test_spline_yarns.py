@@ -43,15 +43,6 @@ def test_splines_and_derivatives(degree):
         np.testing.assert_allclose(mine, reference(s, order), rtol=1e-10, atol=1e-10)
 
 
-def test_a_fit_meets_ends_and_polynomials():
-    spline = Spline.on(BREAKS, 3)
-    s = np.linspace(0, 2.5, 40)
-    coefficients = spline.fit(s, np.column_stack([s**3 - s, np.sin(3 * s)]))
-    fitted = spline.matrix(s) @ coefficients
-    np.testing.assert_allclose(fitted[:, 0], s**3 - s, atol=1e-12)
-    np.testing.assert_allclose(fitted[[0, -1], 1], np.sin(3 * s[[0, -1]]), atol=1e-14)
-
-
 def two_yarns():
     """Two straight yarns of radius 1 that differ in degrees, the second one 5 to the side."""
     yarns = (yarn_space(BREAKS, [2, 2, 4, 3, 2]), yarn_space(BREAKS, 3, 2))
