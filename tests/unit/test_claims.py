@@ -15,7 +15,7 @@ from knitstudy.knit.geometry.lay_out import initial_loop
 from knitstudy.knit.geometry.specimens import KNITS, plain_knit
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.discretisation import problem_of
-from knitstudy.paper.claims.contact import asymmetry, largest_bend
+from knitstudy.paper.claims.contact import asymmetry
 from knitstudy.paper.claims.evidence import BY_OTHERS, Evidence, decide
 from knitstudy.paper.claims.fabric import PAPERS_MESH
 from knitstudy.paper.claims.scale import at_least, at_most
@@ -174,13 +174,6 @@ def test_rows_of_equal_values_are_equal(value):
     """Also without a margin: a reading touches the claims whose rows differ from those of the base."""
     for bounded in (at_least, at_most):
         assert bounded("bend", value, "large", bar=0.5) == bounded("bend", value, "large", bar=0.5)
-
-
-def test_largest_bend_is_where_the_slope_changes():
-    strain = np.linspace(0, 0.05, 26)
-    history = synthetic.history(strain=strain, force=np.abs(strain - 0.02))
-    assert largest_bend(history) == pytest.approx(0.02)
-    assert np.isnan(largest_bend(synthetic.history(strain=(0, 1e-4), force=(0, 1))))
 
 
 def test_asymmetry_by_hand():

@@ -31,20 +31,6 @@ def two_yarns():
     return sweep([Straight(12.0), Straight(12.0, (0, 3.0, 0))], Section.butterfly(3, 1), 0.9, Spacing(0.5))
 
 
-def test_ends_and_surface(two_yarns):
-    mesh = two_yarns
-    np.testing.assert_array_equal(mesh.nodes[mesh.slice_nodes(mesh.first_slice[:-1]).ravel(), 0], 0.0)
-    np.testing.assert_array_equal(mesh.nodes[mesh.slice_nodes(mesh.first_slice[1:] - 1).ravel(), 0], 12.0)
-    surface = mesh.nodes[mesh.surface_nodes(1)]
-    assert surface.shape == (25, 12, 3)
-    radius = np.linalg.norm(surface - mesh.centres[25:, None], axis=-1)
-    np.testing.assert_allclose(radius, radius[0, 0], rtol=1e-14)
-    quads = mesh.nodes[mesh.surface_quads(1)]
-    normal = np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1])
-    outward = quads.mean(axis=1) - [0, 3, 0]
-    assert (np.einsum("fi,fi->f", normal, outward * [0, 1, 1]) > 0).all()
-
-
 def test_volume_of_a_straight_yarn_is_the_cylinder_s():
     mesh = sweep([Straight(12.0)], Section.butterfly(4, 1), 0.9, Spacing(0.3))
     assert volumes(mesh).min() > 0

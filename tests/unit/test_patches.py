@@ -12,13 +12,10 @@ from knitstudy.knit.models.hexahedra import build as hexahedra
 from knitstudy.knit.yarns.interactions import STIFFNESS, tie_crossings
 from knitstudy.mechanics.contact.indentation import indentation
 from knitstudy.mechanics.contact.patch_compliance import (
-    missing_compliance,
-    missing_tie_compliance,
     moments,
     polar_rule,
     surface_compliance,
 )
-from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
 from knitstudy.run.configuration import load_scene
 
 MODULUS = 1.3e9
@@ -104,18 +101,6 @@ def test_long_waves_see_a_rod():
         2 * np.pi / (np.pi / 4 * 0.01**4),
         rtol=1e-2,
     )
-
-
-def test_patches_of_yarns_miss_as_much_as_their_spans():
-    radius, modulus = 0.9e-3, 1.3e9
-    own = yarn_space(radius * 0.5 * np.arange(13), np.array([3] * 6 + [4] * 6))
-    place = radius * np.array([0.5, 1.5, 5.25, 4.8])
-    actual = missing_tie_compliance(
-        Space((own,)), radius, modulus, NU, np.zeros(4, dtype=int), place, PATCH * radius
-    )
-    for (p, share), each in zip([(3, 0.0), (3, 0.0), (4, 0.5), (4, 0.6)], actual, strict=True):
-        full = np.diag(missing_compliance(p, 3, 0.5, share, PATCH, NU)) / (modulus * radius)
-        np.testing.assert_allclose(each, [full[:3].mean(), full[3:].mean()], rtol=6e-3)
 
 
 POISSON, MODULUS_LAW, RADIUS = 0.4, 1300.0, 0.5

@@ -13,7 +13,6 @@ from refusals import refusal
 from knitstudy.knit.contacts.contacts import extract
 from knitstudy.knit.geometry.specimens import cut_cells
 from knitstudy.knit.mesh.mesher import mesh_fabric, slices_of
-from knitstudy.measures.centre_cell import first_symmetric_contact
 from knitstudy.measures.cost import SERIES
 from knitstudy.measures.response import (
     distance_of_curves,
@@ -75,14 +74,6 @@ def test_transverse_contraction_by_hand():
     assert transverse_contraction(history.assign(centreline_displacement=motion)) == pytest.approx(0.2)
     motion[:, :, 1] -= 1e-3 * (history["yarn"] == 1)
     assert transverse_contraction(history.assign(centreline_displacement=motion)) == pytest.approx(0.25)
-
-
-def test_first_symmetric_contact():
-    """Left lower alone, then both lower ones: symmetric at increment 2."""
-    zones = np.array([[0, 0, 0, 0], [1, 0, 0, 0], [1, 2, 0, 0], [1, 0, 0, 0]])
-    touching = contacts(1, 1).assign(zones=(("increment", "crossing"), zones))
-    assert first_symmetric_contact(touching) == 2
-    assert first_symmetric_contact(touching.isel(increment=slice(0, 2))) is None
 
 
 def test_names_of_scenes_are_those_of_the_configuration():

@@ -6,7 +6,7 @@ import pytest
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.loading.history import load_path
-from knitstudy.knit.models.beam.build import beam_knit, build
+from knitstudy.knit.models.beam.build import beam_knit
 from knitstudy.knit.models.spline_yarns import beam_guide
 from knitstudy.knit.models.spline_yarns.build import discretise
 from knitstudy.knit.simulate import build, solve

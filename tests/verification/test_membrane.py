@@ -96,10 +96,6 @@ def test_strips_converge_under_refinement():
     assert forces[1] == pytest.approx(forces[2], rel=2e-3)
 
 
-def test_a_strip_between_clamps_has_a_waist():
-    assert 0.5 < float(stretch_strip(FABRIC, 0.0691, 0.0666, 0.3, elements=8)["waist"][-1]) < 0.99
-
-
 def test_a_strip_that_finds_no_equilibrium_is_refused():
     with refusal("finds no equilibrium at a strain of -1") as refused:
         stretch_strip(FABRIC, 1.0, 1.0, -1.0, elements=1)
