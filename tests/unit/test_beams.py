@@ -11,16 +11,15 @@ from scipy.spatial import cKDTree
 from knitstudy.errors import ConvergenceError
 from knitstudy.knit.models.beam import cell as endless_beams
 from knitstudy.knit.models.beam.build import beam_knit
-from knitstudy.knit.models.beam.contact import joined, pressed
+from knitstudy.knit.models.beam.contact import contact_of, joined
 from knitstudy.mechanics.beams import beam
-from knitstudy.mechanics.beams.beam import Elements, Section
+from knitstudy.mechanics.beams.beam import BeamSection, BeamState, Elements
 from knitstudy.mechanics.beams.beam_contact import NO_LATTICE, BeamContact
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.curved_rod import CurvedSection
+from knitstudy.mechanics.beams.laws import Power, Repulsion
 from knitstudy.mechanics.beams.line_contact import LineContact
 from knitstudy.mechanics.beams.pair_search import PairSearch
-from knitstudy.mechanics.beams.repulsion import Power, Repulsion
-from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.rotation import Halfway, exp, log
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.store import simulate
@@ -52,7 +51,7 @@ def test_scalars_equal_their_closed_forms(angle):
 
 
 def test_circular_section():
-    section = Section.circular(diameter=2.0, youngs_modulus=100.0, poisson_ratio=0.25)
+    section = BeamSection.circular(diameter=2.0, youngs_modulus=100.0, poisson_ratio=0.25)
     assert section.EA == pytest.approx(100 * np.pi)
     assert section.EI == pytest.approx(100 * np.pi / 4)
     assert section.GJ == pytest.approx(40 * np.pi / 2)
@@ -62,7 +61,7 @@ def test_circular_section():
 def test_full_slenderness_compensation_gives_one_element_the_exact_s_bending_stiffness():
     """With the factor kGA / EA both ends clamped give 1 / (L^3 / 12 EI + L / kGA) (MacNeal 1978)."""
     EA, kGA, EI, L = 7e3, 2e3, 5.0, 0.8
-    element = Elements.between(np.array([[L, 0, 0]]), Section(EA, kGA, EI, 3.0, slenderness=kGA / EA))
+    element = Elements.between(np.array([[L, 0, 0]]), BeamSection(EA, kGA, EI, 3.0, slenderness=kGA / EA))
     now = beam.deform(element, np.array([[L, 0.0, 0.0]]), np.eye(3)[None], np.eye(3)[None])
     K = beam.stiffness(element, now)[0]
     assert K[7, 7] == pytest.approx(1 / (L**3 / (12 * EI) + L / kGA), rel=1e-14)
@@ -79,8 +78,8 @@ def test_rod_bent_too_tightly_is_refused(bend):
 def test_friction_takes_the_place_of_normal_forces(friction, share):
     """Sticking yarns pull in all directions; nu R^2 / c is 1.645 at nu = 0.42."""
     scene = load_scene("beam-hertz-patch-isotropic-course").vary({"contact.friction": friction})
-    assert pressed(scene) == pytest.approx(share, abs=2e-3)
-    assert pressed(scene.vary({"interaction": "rough"})) == 0.0
+    assert contact_of(scene).pressed == pytest.approx(share, abs=2e-3)
+    assert contact_of(scene.vary({"interaction": "rough"})).pressed == 0.0
 
 
 UNEVEN = np.array([0.0, 1.0, 1.6, 2.9, 4.0, 4.5, 6.0])

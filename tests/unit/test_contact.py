@@ -8,8 +8,8 @@ from refusals import refusal
 from scipy.spatial import cKDTree
 from tubes import crossing, tube
 
-from knitstudy.knit.mesh.spacing import drawn_angles
-from knitstudy.knit.models.spline_yarns.build import space_on, yarn_spans
+from knitstudy.knit.mesh.section import drawn_angles
+from knitstudy.knit.models.spline_yarns.build import undeformed_yarns
 from knitstudy.knit.yarns.discretisation import contact_surfaces
 from knitstudy.mechanics.contact.candidate_pairs import WIDTH, Neighbourhoods
 from knitstudy.mechanics.contact.cylinders import Cylinders
@@ -211,6 +211,6 @@ def knit(scene, knit_of):
 def test_crossings_nearer_than_their_windows_are_refused(scene, knit):
     wide = scene.vary({"contact.window": 4.0})
     thick = replace(knit, radius=2 * knit.radius)
-    space = space_on(wide, yarn_spans(wide, thick))
+    space = undeformed_yarns(wide, thick)[0]
     with refusal(r"two crossings of a yarn are .* contact\.window, 4\.00"):
-        contact_surfaces(wide, space, thick)
+        contact_surfaces(space, thick, wide.contact.cell, wide.contact.window)

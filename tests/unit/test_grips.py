@@ -23,7 +23,7 @@ def test_arcs_of_the_outer_yarns_are_gripped_from_end_to_end(scene, knit, contac
     """Sinkers of the bottom yarn and heads of the top yarn: whole sections, and no element reaches out of a grip."""
     if fidelity == "hexahedra":
         mesh = mesh_fabric(knit, 1.0, 2.0, 2.0, "wale")
-        ends, arc_length, yarn = grips_of_mesh(mesh, scene, knit), mesh.arc_length, mesh.yarn_of_slice
+        ends, arc_length, yarn = grips_of_mesh(mesh, knit, "wale"), mesh.arc_length, mesh.yarn_of_slice
         node = np.arange(mesh.slices * mesh.section.size).reshape(mesh.slices, -1)
     else:
         network = build(scene.replace("fidelity", fidelity), knit, contacts=contacts).observer.network
@@ -43,9 +43,9 @@ def test_arcs_of_the_outer_yarns_are_gripped_from_end_to_end(scene, knit, contac
         assert apart.max() < 1e-9 * arc_length.max()
 
 
-def test_a_mesh_without_slices_where_grips_end_is_refused(scene, knit):
+def test_a_mesh_without_slices_where_grips_end_is_refused(knit):
     with refusal(r"mesh of yarn 0: no slice at s = .* where a grip ends"):
-        grips_of_mesh(mesh_fabric(knit, 1.0, 2.0, 2.0), scene, knit)
+        grips_of_mesh(mesh_fabric(knit, 1.0, 2.0, 2.0), knit, "wale")
 
 
 @pytest.mark.parametrize(("lateral", "given"), [("fixed", [0, 1, 2, 3, 4, 5]), ("free", [1, 3, 5])])

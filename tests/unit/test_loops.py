@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 from refusals import refusal
 
-from knitstudy.knit.geometry.drawn_loop import LoopTarget, peirce_length
-from knitstudy.knit.geometry.fit import ROUNDS, fitted_loop
+from knitstudy.knit.geometry.fit import ITERATIONS, LARGEST_CURVATURE, ROUNDS, fitted_loop
 from knitstudy.knit.geometry.lay_out import initial_loop, lay_out
-from knitstudy.knit.geometry.loop import Loop
+from knitstudy.knit.geometry.loop import Loop, LoopTarget, peirce_length
 from knitstudy.knit.geometry.loop_metrics import check_yarns, loop_metrics
-from knitstudy.knit.geometry.loop_room import ITERATIONS, LARGEST_CURVATURE
 from knitstudy.knit.geometry.optimise import optimise, squared_join_curvature
 from knitstudy.knit.geometry.spline import CatmullRom, Centreline
 from knitstudy.knit.geometry.symmetry import symmetric_motions, symmetries

@@ -9,7 +9,7 @@ from refusals import refusal
 from scipy.optimize import brentq
 
 from knitstudy.files import read_dataset, write_dataset
-from knitstudy.mechanics.membrane_law import ExponentialLaw, StretchLaw, forces_per_width
+from knitstudy.mechanics.membrane import ExponentialLaw, StretchLaw, forces_per_width
 from knitstudy.run.commands.main import main
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.record import Record

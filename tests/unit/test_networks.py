@@ -11,8 +11,13 @@ from knitstudy.knit.models.rom2d import build as network_2d
 from knitstudy.knit.models.rom2d.build import heights_by_stress, moved
 from knitstudy.knit.models.rom3d.build import spring_joints
 from knitstudy.knit.simulate import build, solve
-from knitstudy.knit.yarns.contact_springs import contact_normals, spring_axes, springs
-from knitstudy.knit.yarns.joints import contact_normal_planes, joint_points
+from knitstudy.knit.yarns.joints import (
+    contact_normal_planes,
+    contact_normals,
+    joint_points,
+    spring_axes,
+    springs,
+)
 from knitstudy.knit.yarns.network import spatial_network
 from knitstudy.measures.centre_cell import angle_to_x, angles_to_axes, central, honeycomb_segments
 

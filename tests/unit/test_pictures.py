@@ -19,7 +19,7 @@ from synthetic import history_of as stations_of
 from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
 from knitstudy.knit.geometry.lay_out import initial_loop, lay_out
 from knitstudy.knit.geometry.specimens import endless_cell, plain_knit
-from knitstudy.knit.models.spline_yarns.build import space_on, undeformed, yarn_spans
+from knitstudy.knit.models.spline_yarns.build import undeformed, undeformed_yarns
 from knitstudy.mechanics.materials import material_of
 from knitstudy.use import deformed
 from knitstudy.use.picture import AROUND
@@ -188,7 +188,7 @@ def pair(plain_scene):
 
 @pytest.fixture(scope="module")
 def space(pair):
-    return space_on(pair[0], yarn_spans(*pair))
+    return undeformed_yarns(*pair)[0]
 
 
 def history(space, specimen, points=()):

@@ -8,12 +8,11 @@ import pytest
 from refusals import REFUSED, refusal
 
 from knitstudy.knit.geometry.crossings import plane_crossings
-from knitstudy.knit.geometry.drawn_loop import LoopTarget
 from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
-from knitstudy.knit.geometry.fit import fitted_loop
+from knitstudy.knit.geometry.fit import LARGEST_CURVATURE, fitted_loop
 from knitstudy.knit.geometry.lay_out import all_of_repeat, lay_out
+from knitstudy.knit.geometry.loop import LoopTarget
 from knitstudy.knit.geometry.loop_metrics import loop_metrics
-from knitstudy.knit.geometry.loop_room import LARGEST_CURVATURE
 from knitstudy.knit.geometry.stitch_mesh import endless_cell_of_stitches, stitches_of
 from knitstudy.knit.geometry.stitches import sides, standard
 from knitstudy.knit.scene.stitches import size_of_repeat

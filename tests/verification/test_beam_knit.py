@@ -7,7 +7,7 @@ from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.loading.history import load_path
 from knitstudy.knit.models.beam.build import beam_knit
-from knitstudy.knit.models.spline_yarns import beam_guide
+from knitstudy.knit.models.spline_yarns import build as guided
 from knitstudy.knit.models.spline_yarns.build import discretise
 from knitstudy.knit.simulate import build, solve
 from knitstudy.knit.yarns.network import grips, tension
@@ -101,8 +101,9 @@ def knit():
 def test_yarns_follow_a_rigid_motion_of_the_beams(knit, verify):
     """Every coefficient turns with the knit, and those of the constant move with it."""
     scene, fabric, parts = knit
-    guide = beam_guide.BeamGuide(scene, fabric, parts.space, np.arange(len(parts.nodes)))
-    stations = build(guide.scene, fabric).stations
+    beams = build(scene.vary(guided.BEAMS), fabric)
+    guide = guided.BeamGuide(lambda: beams, fabric, parts.space, np.arange(len(parts.nodes)))
+    stations = beams.stations
     rotation = exp(TURN)
     moved = stations.position @ rotation.T + SHIFT - stations.position
     way = np.hstack([moved, np.tile(TURN, (len(moved), 1))])
@@ -117,10 +118,10 @@ def test_yarns_follow_a_rigid_motion_of_the_beams(knit, verify):
 def test_what_beams_refuse_is_no_error(knit, monkeypatch):
     """A beam that is too long for a bend."""
     scene, fabric, parts = knit
-    monkeypatch.setattr(beam_guide, "LARGE", 1)
+    monkeypatch.setattr(guided, "LARGE", 1)
     nodes = np.arange(len(parts.nodes))
-    monkeypatch.setitem(beam_guide.BEAMS, "mesh.beam_size", 3.0)
-    assert beam_guide.guide_of(scene, fabric, parts.space, nodes)(0.0, 1.0) is None
+    monkeypatch.setitem(guided.BEAMS, "mesh.beam_size", 3.0)
+    assert guided.guide_of(scene, fabric, parts.space, nodes)(0.0, 1.0) is None
 
 
 @pytest.mark.xfail(
@@ -128,16 +129,16 @@ def test_what_beams_refuse_is_no_error(knit, monkeypatch):
 )
 def test_beams_do_not_lead_yarns_whose_axis_they_do_not_know(knit, monkeypatch):
     scene, fabric, parts = knit
-    monkeypatch.setattr(beam_guide, "LARGE", 1)
+    monkeypatch.setattr(guided, "LARGE", 1)
     directional = scene.vary({"yarn.material": "transversely_isotropic"} | ACROSS)
-    assert beam_guide.guide_of(directional, fabric, parts.space, np.arange(len(parts.nodes))) is None
+    assert guided.guide_of(directional, fabric, parts.space, np.arange(len(parts.nodes))) is None
 
 
 @pytest.mark.full
 def test_forces_do_not_depend_on_a_guide(knit, verify, monkeypatch):
     scene, fabric, _ = knit
     alone = solve(scene, fabric)
-    monkeypatch.setattr(beam_guide, "LARGE", 1)
+    monkeypatch.setattr(guided, "LARGE", 1)
     led = solve(scene, fabric)
     assert led["newton_iterations"].sum() != alone["newton_iterations"].sum(), "it was led"
     verify.within(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from polynomial_rods import POISSON, RADIUS, YOUNG, Rod, arc
 
-from knitstudy.mechanics.beams.beam import Section
+from knitstudy.mechanics.beams.beam import BeamSection
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.curved_rod import (
     PLANES,
@@ -15,8 +15,8 @@ from knitstudy.mechanics.beams.curved_rod import (
     eased_by_pressure,
     section_compliance,
 )
-from knitstudy.mechanics.contact import patch_compliance as rod_patch
-from knitstudy.mechanics.contact.patch_compliance import APART, _beam_patch, cylinder_patch
+from knitstudy.mechanics.contact import compliance as rod_patch
+from knitstudy.mechanics.contact.compliance import APART, _beam_patch, cylinder_patch
 from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.spline_yarn import basis as disc
 
@@ -159,7 +159,7 @@ def chain(bend, curved):
     section = (
         CurvedSection(RADIUS, YOUNG, POISSON, along)
         if curved
-        else Section.circular(2 * RADIUS, YOUNG, POISSON)
+        else BeamSection.circular(2 * RADIUS, YOUNG, POISSON)
     )
     model = BeamModel(nodes, ends, section, RADIUS)
     tangent = model.respond(model.start(), stiffness=True).stiffness.toarray()

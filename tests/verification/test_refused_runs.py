@@ -13,7 +13,7 @@ from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.simulate import solve
 from knitstudy.knit.yarns.network import RING
 from knitstudy.measures.summary import summarise
-from knitstudy.mechanics.beams.beam import Section
+from knitstudy.mechanics.beams.beam import BeamSection
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.store import simulate
@@ -52,7 +52,7 @@ def test_what_had_converged_is_kept(case, changes, message, tmp_path):
 
 def test_local_indentation_is_not_taken_beyond_its_law(monkeypatch):
     # Beyond the tables, since two yarns held at their ends yield by bending before they reach 2.5 times that depth.
-    monkeypatch.setattr("knitstudy.knit.yarns.interactions.FURTHER", 1.0)
+    monkeypatch.setattr("knitstudy.knit.models.spline_yarns.build.FURTHER", 1.0)
     scene = load_scene("pair-slid-90")
     scene = scene.vary(
         {
@@ -134,7 +134,7 @@ def pulled(count, radius=1e-3):
     angle = np.linspace(0, np.pi / 2, count + 1)
     nodes = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
     ends = np.column_stack([np.arange(count), np.arange(count) + 1])
-    model = BeamModel(nodes, ends, Section.circular(2 * radius, 1e9, 0.3, np.ones(count)), radius)
+    model = BeamModel(nodes, ends, BeamSection.circular(2 * radius, 1e9, 0.3, np.ones(count)), radius)
     stiffness = model.respond(model.start(), stiffness=True).stiffness.toarray()
     # Both ends stay in their planes of symmetry; the last one is moved by 1.
     given = np.r_[1:6, 6 * count + np.arange(6)]

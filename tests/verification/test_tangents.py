@@ -25,16 +25,14 @@ from test_solids import KINDS
 from knitstudy.knit.geometry.lay_out import initial_loop
 from knitstudy.knit.geometry.optimise import CostFunction
 from knitstudy.knit.geometry.spline import CatmullRom
-from knitstudy.mechanics.beams.beam import LinearSprings, Section
+from knitstudy.mechanics.beams.beam import BeamSection, LinearSprings
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.curved_rod import CurvedSection
-from knitstudy.mechanics.beams.hertz import LAYERS, Patch
-from knitstudy.mechanics.beams.repulsion import CrossedCylinders, Power
+from knitstudy.mechanics.beams.laws import LAYERS, CrossedCylinders, Patch, Power
 from knitstudy.mechanics.contact.friction import SLIP, STICK, ContactHistory
 from knitstudy.mechanics.contact.indentation import indentation
 from knitstudy.mechanics.materials import VOIGT
-from knitstudy.mechanics.membrane import MembraneModel
-from knitstudy.mechanics.membrane_law import ExponentialLaw, StretchLaw, forces_per_width, green
+from knitstudy.mechanics.membrane import ExponentialLaw, MembraneModel, StretchLaw, forces_per_width, green
 from knitstudy.mechanics.rotation import Halfway, exp
 from knitstudy.mechanics.solid import SolidState
 from knitstudy.run.configuration import knits_of, load_scenes
@@ -90,7 +88,7 @@ def network(offsets, arms_turn=True, springs=False, curved=False):
     arm = 0.4 * rng.normal(size=(2, 2, 3)) * offsets
     stiffness = np.array([np.diag([100.0, 300.0, 900.0]), 50 * np.outer([1, 2, 3], [1, 2, 3])])
     joined = LinearSprings(np.array([[0, 4], [5, 1]]), arm, stiffness)
-    section = Section(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0)
+    section = BeamSection(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0)
     if curved:
         section = CurvedSection(0.7, 1e3, 0.42, 0.4 * rng.normal(size=(6, 3)))
     return BeamModel(nodes, ends, section, 0.7, arms, arms_turn, joined if springs else None)
@@ -207,7 +205,8 @@ def beams_in_contact(name, kind):
 def endless_beams(friction, patch):
     """Beams, and contact that slides at some pairs, sticks at others and begins at some."""
     model = two_rows(friction, per_node=2)
-    model.contact.repulsion = replace(model.contact.repulsion, patch=patch)
+    law = replace(model.contact.repulsion.law, patch=patch)
+    model.contact.repulsion = replace(model.contact.repulsion, law=law)
     state = disturbed(model)
     active = model.contact.active_pairs(model.at_points(state), model.vectors(state), state.contact)
     assert len(active.pairs.i) > 50
@@ -304,7 +303,7 @@ def law_of_membranes(name, of):
 REPULSIONS = {
     "power": Power(3.0),
     "half spaces": hertz(1.3e9, 0.42, 0.9e-3),
-    "cylinders": CrossedCylinders.of(1.3e9, 0.42, 0.9e-3),
+    "cylinders": CrossedCylinders.elastic(1.3e9, 0.42, 0.9e-3),
 }
 
 
