@@ -32,7 +32,7 @@ from knitstudy.mechanics.beams.laws import LAYERS, CrossedCylinders, Patch, Powe
 from knitstudy.mechanics.contact.friction import SLIP, STICK, ContactHistory
 from knitstudy.mechanics.contact.indentation import indentation
 from knitstudy.mechanics.materials import VOIGT
-from knitstudy.mechanics.membrane import ExponentialLaw, MembraneModel, StretchLaw, forces_per_width, green
+from knitstudy.mechanics.membrane import MembraneModel, forces_per_width, green
 from knitstudy.mechanics.rotation import Halfway, exp
 from knitstudy.mechanics.solid import SolidState
 from knitstudy.run.configuration import knits_of, load_scenes
@@ -278,11 +278,6 @@ def cell_of_tied_yarns(axis):
     return Case(lambda t: stretched(cell, at + t * way)[1], tangent[:, axis], (1e-4,), 1e-4)
 
 
-FORM = np.array([[3.0, 1.0, 0.2], [1.0, 5.0, 0.1], [0.2, 0.1, 0.8]])
-MEMBRANE_LAWS = {
-    "exponential": ExponentialLaw(FORM, np.array([0.5, 0.2]), np.array([[4.0, -2.0, 0.5], [-1.0, 3.0, 2.0]])),
-    "of stretches": StretchLaw(FORM),
-}
 OF_MEMBRANES = {
     "stress": (lambda law, x: law.energy(x), lambda law, x, way: (law.stress(x) * way).sum(-1)),
     "tangent": (lambda law, x: law.stress(x), lambda law, x, way: (law.tangent(x) @ way[..., None])[..., 0]),
@@ -293,8 +288,8 @@ OF_MEMBRANES = {
 }
 
 
-def law_of_membranes(name, of):
-    law, (function, derivative) = MEMBRANE_LAWS[name], OF_MEMBRANES[of]
+def law_of_membranes(of):
+    law, (function, derivative) = COUPLED, OF_MEMBRANES[of]
     strain, way = 0.1 * normal((2, 8, 3))
     strain[:, :2] += 0.2
     return Case(lambda t: function(law, strain + t * way), derivative(law, strain, way), (1e-5,))
@@ -394,11 +389,7 @@ CASES = {
         for name, of in (("force", force_of), ("energy", energy_of))
     },
     **{f"tied cell, strain {axis}": partial(cell_of_tied_yarns, axis) for axis in range(3)},
-    **{
-        f"{of} of the membrane law {name}": partial(law_of_membranes, name, of)
-        for name in MEMBRANE_LAWS
-        for of in OF_MEMBRANES
-    },
+    **{f"{of} of a law of membranes": partial(law_of_membranes, of) for of in OF_MEMBRANES},
     **{
         f"repulsion, {name}: {of}": partial(repulsion, name, order)
         for name in REPULSIONS
