@@ -12,10 +12,16 @@ configfile: workflow.source_path("config/config.yaml")
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/stages.smk"
-include: "workflow/rules/displays.smk"
-include: "workflow/rules/figures.smk"
-include: "workflow/rules/tables.smk"
-include: "workflow/rules/report.smk"
+
+
+# Figures, tables and the report belong to a wing of the package, which may have been removed.
+FIGURES, TABLES, REPORT = [], [], []
+if any(wing.report for wing in wings()):
+
+    include: "workflow/rules/displays.smk"
+    include: "workflow/rules/figures.smk"
+    include: "workflow/rules/tables.smk"
+    include: "workflow/rules/report.smk"
 
 
 # Seconds each: Snakemake runs them itself where other jobs wait in a queue, since a start costs a minute there.

@@ -2,6 +2,9 @@
 
 Files of the package are found in the folder of their kind. Those from outside are plugins: entry points of the group
 ``knitstudy.plugins`` or modules, which the configuration or the command names; importing one registers its entries.
+
+A wing is a folder of the package that nothing below imports, so that a checkout without the folder works: what the
+wing adds is known by the `Wing` in its ``__init__``.
 """
 
 from __future__ import annotations
@@ -9,6 +12,8 @@ from __future__ import annotations
 import difflib
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
 from importlib.util import find_spec
@@ -38,9 +43,10 @@ class Registry(Generic[Entry]):
         Kind of the entries, or the key that names one; begins messages.
     package : str, optional
         Dotted name of the package whose modules register entries; they are imported when one is asked for.
+        By default, or if it is empty, entries come from plugins alone.
     """
 
-    def __init__(self, what: str, package: str | None = None) -> None:
+    def __init__(self, what: str, package: str = "") -> None:
         self.what, self._package = what, package
         self._entries: dict[str, Entry] = {}
         self._modules: dict[str, str] = {}
@@ -58,8 +64,8 @@ class Registry(Generic[Entry]):
 
     def all(self) -> dict[str, Entry]:
         """Return all entries, in the order of their names, whatever module has been imported first."""
-        if self._package is not None:
-            name, self._package = self._package, None
+        if self._package:
+            name, self._package = self._package, ""
             for module in sorted(iter_modules(import_module(name).__path__), key=lambda entry: entry.name):
                 import_module(f"{name}.{module.name}")
         return dict(sorted(self._entries.items()))
@@ -82,6 +88,32 @@ class Registry(Generic[Entry]):
         """Return the dotted name of the module that registers an entry."""
         self.find(name)
         return self._modules[name]
+
+
+@dataclass(frozen=True)
+class Wing:
+    """What a removable folder of the package adds, in dotted names, whose modules are imported when they are needed.
+
+    The folder's ``__init__`` has it under the name ``WING``.
+    """
+
+    # Subcommands by name: ``module:function``, and the line of the help
+    commands: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    # Functions that write files for other programs, ``module:function`` by the name of their stage
+    exports: Mapping[str, str] = field(default_factory=dict)
+    names: Mapping[str, str] = field(default_factory=dict)  # ``module:name`` of public names of the package
+    figures: str = ""  # package whose modules register figures
+    tables: str = ""  # package whose modules register tables
+    report: str = ""  # module of the report
+
+
+@cache
+def wings() -> tuple[Wing, ...]:
+    """Return the wings that are there, in the order of the names of their folders."""
+    package = __name__.partition(".")[0]
+    folders = sorted(entry.name for entry in iter_modules(import_module(package).__path__) if entry.ispkg)
+    modules = (import_module(f"{package}.{name}") for name in folders)
+    return tuple(module.WING for module in modules if hasattr(module, "WING"))
 
 
 def find(what: str, entries: Mapping[str, Entry], name: str, where: str = "") -> Entry:

@@ -64,6 +64,7 @@ def displays(catalogue, scenes, reference=None):
     return Displays(catalogue, Plan({scene.name: scene for scene in scenes}), scenes, reference or {})
 
 
+@pytest.mark.wings
 def test_they_are_planned_from_the_scenes_of_a_study(toy, scenes):
     assert FIGURES.module("toy_curve") == TABLES.module("toy_stiffness") == toy
     assert (FIGURES.names()[0], FIGURES.names()[-1]) == ("fig15_force_strain", "toy_curve"), (

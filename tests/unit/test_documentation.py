@@ -47,6 +47,7 @@ def test_documentation_is_up_to_date(docs_script, name):
     assert (docs.renewed(page) if name == "columns" else docs.keys_page()) == page
 
 
+@pytest.mark.wings
 @pytest.mark.parametrize("page", TEXTS, ids=lambda page: str(page.relative_to(ROOT)))
 def test_texts_name_modules_and_keys_that_are_there(page):
     text = page.read_text(encoding="utf-8")

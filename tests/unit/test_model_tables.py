@@ -18,6 +18,7 @@ def reference(cases):
     return study.reference(cases)
 
 
+@pytest.mark.wings
 def test_distances_of_all_models_from_the_reference(every, cases, reference):
     sources = {"models": every, "scenes": cases, "reference": reference}
     table = TABLES.make("rom_distance", **sources).set_index("model")
@@ -38,6 +39,7 @@ def test_distances_of_all_models_from_the_reference(every, cases, reference):
     assert other_mesh["discretisation"] == "one-point hexahedra of 0.45 mm"
 
 
+@pytest.mark.wings
 def test_responses_by_hand(every, cases):
     """10 N at 5 % on 3 loops and rows: widths are 3 w and 3 c."""
     table = TABLES.make("responses", every=every, scenes=cases).set_index("scene")

@@ -11,7 +11,7 @@ sys.executable = shlex.quote(sys.executable)
 sys.path.insert(0, str(Path(workflow.basedir) / "src"))
 
 from knitstudy.errors import KnitstudyError
-from knitstudy.registry import find, load_plugins
+from knitstudy.registry import find, load_plugins, wings
 from knitstudy.run.cost import machine_memory, time_limit
 from knitstudy.run.plan import Plan
 from knitstudy.run.stages import STAGES

@@ -1,6 +1,6 @@
 """Figures and tables: functions that register themselves with the results of named scenes that they are made from.
 
-One file makes one figure or table of the paper: a module of `paper.figures` or `paper.tables`, or one from
+One file makes one figure or table of the paper: a module of a wing's package of figures or tables, or one from
 outside that the configuration names under ``plugins``, whose function is decorated with ``FIGURES.add`` or
 ``TABLES.add``. A study makes the figures and tables whose scenes it has.
 """
@@ -20,7 +20,7 @@ import xarray as xr
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.registry import Registry
+from knitstudy.registry import Registry, wings
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -204,5 +204,5 @@ class Catalogue(Registry[Display]):
         return display.make(**{name: sources[name] for name in display.takes if name in sources})
 
 
-FIGURES = Catalogue("figure", "knitstudy.paper.figures")
-TABLES = Catalogue("table", "knitstudy.paper.tables")
+FIGURES = Catalogue("figure", "".join(wing.figures for wing in wings()))
+TABLES = Catalogue("table", "".join(wing.tables for wing in wings()))

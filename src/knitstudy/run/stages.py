@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import fault_of
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.registry import later
+from knitstudy.registry import later, wings
 from knitstudy.run.code import MESH, MODEL
 from knitstudy.run.cost import expected_memory, expected_seconds, machine_memory
 
@@ -170,22 +170,24 @@ def _solids(scene: Scene, named: Named) -> Needs:
     return {"geometry": ("geometry", scene), "mesh": ("mesh", scene)}
 
 
-def _export(name: str, path: str, what: str, function: str, outputs: str, **known: Any) -> Stage:
-    """Return a stage whose `function` of `use` writes a file for another program, of scenes with some outputs.
+EXPORTS = {name: function for wing in wings() for name, function in wing.exports.items()}
+"""Functions of the wings that write files for other programs, by the name of their stage."""
+
+
+def _export(name: str, path: str, what: str, outputs: str, **known: Any) -> Stage:
+    """Return a stage that writes a file for another program, of scenes with some outputs.
 
     Unless `known` says otherwise, scenes with a mesh have the stage that may have these outputs.
     """
     asked = set(outputs.split())
     known = {
         "reads": MODEL_KEYS,
-        "code": (*(f"use/{name}.py" for name in ("deck", "inp", "membrane", "series", "vtu")), *MODEL),
+        "code": ("use/deck.py", "use/inp.py", "use/vtu.py", *MODEL),
         "of": lambda scene: has_mesh(scene) and asked <= set(scene.kind.outputs),
         "needs": _solids,
         "wanted": lambda scene: asked <= set(scene.outputs),
     } | known
-    return Stage(
-        name, path, f"Write {what} of {{wildcards.scene}}", later(f"knitstudy.use.{function}"), **known
-    )
+    return Stage(name, path, f"Write {what} of {{wildcards.scene}}", later(EXPORTS.get(name, "")), **known)
 
 
 _STAGES = (
@@ -257,23 +259,24 @@ _STAGES = (
         needs=_fields,
         memory=lambda scene: 1000 + expected_memory(scene) // 2,
     ),
-    _export("mesh_vtu", "mesh/{scene}.vtu", "the mesh", "vtu:write_mesh", "vtu", reads=("mesh.element",)),
+)
+
+_EXPORTS = (
+    _export("mesh_vtu", "mesh/{scene}.vtu", "the mesh", "vtu", reads=("mesh.element",)),
     _export(
         "series",
         "simulation/{scene}.pvd",
         "all increments",
-        "series:write_series",
         "vtu",
         of=lambda _: True,
         needs=_series,
     ),
-    _export("deck_abaqus", "mesh/{scene}.abaqus.inp", "the Abaqus deck", "inp:write_abaqus", "deck"),
-    _export("deck_calculix", "mesh/{scene}.calculix.inp", "the CalculiX deck", "inp:write_calculix", "deck"),
+    _export("deck_abaqus", "mesh/{scene}.abaqus.inp", "the Abaqus deck", "deck"),
+    _export("deck_calculix", "mesh/{scene}.calculix.inp", "the CalculiX deck", "deck"),
     _export(
         "shell_section",
         "simulation/{scene}.abaqus.inp",
         "the Abaqus shell section",
-        "inp:write_shell",
         "deck",
         reads=(),
         of=lambda scene: scene.specimen == "cell" and not scene.kind.interaction.touches,
@@ -281,5 +284,7 @@ _STAGES = (
     ),
 )
 
-# All stages by their names, each after the stages that it needs
-STAGES = {stage.name: stage for stage in _STAGES}
+# All stages by their names, each after the stages that it needs; of exports those that a wing writes
+STAGES = {
+    stage.name: stage for stage in (*_STAGES, *(export for export in _EXPORTS if export.name in EXPORTS))
+}
