@@ -15,7 +15,7 @@ from knitstudy.knit.geometry.fabric_file import fabric_dataset
 from knitstudy.knit.geometry.lay_out import initial_loop
 from knitstudy.knit.geometry.specimens import endless_cell, plain_knit
 from knitstudy.use import deformed
-from knitstudy.use.picture import AROUND
+from knitstudy.use.solids import AROUND
 
 SCENE = SimpleNamespace(name="made-up", yarn=SimpleNamespace(radius=0.4e-3))  # not that of the drawn fabric
 

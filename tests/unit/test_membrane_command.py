@@ -10,7 +10,7 @@ from knitstudy.files import read_dataset, write_dataset
 from knitstudy.run.commands.main import main
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.record import Record
-from knitstudy.use.membrane import THICKNESS, solid_entries
+from knitstudy.use.inp import THICKNESS, solid_entries
 
 
 def command(*arguments):

@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 
 from knitstudy.errors import DataFileError
 from knitstudy.mechanics.membrane_law import ExponentialLaw, StretchLaw, forces_per_width, green
-from knitstudy.use.membrane_fit import States, fit_exponentials, law_of, membrane
+from knitstudy.use.fabric_law import States, fit_exponentials, law_of, membrane
 
 FORM = np.array([[3.0, 1.0, 0.2], [1.0, 5.0, 0.1], [0.2, 0.1, 0.8]])
 COUPLED = ExponentialLaw(FORM, np.array([0.5, 0.2]), np.array([[4.0, -2.0, 0.5], [-1.0, 3.0, 2.0]]))

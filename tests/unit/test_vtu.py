@@ -12,8 +12,7 @@ from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.models.spline_yarns.build import space_on, undeformed, yarn_spans
 from knitstudy.mechanics.materials import material_of
-from knitstudy.use.series import write_series
-from knitstudy.use.vtu import write_spline_yarns
+from knitstudy.use.vtu import write_series, write_spline_yarns
 
 STRETCH = np.array([[1.02, 0.05, 0.0], [0.0, 0.97, 0.01], [-0.03, 0.0, 1.01]])
 SHIFT = np.array([1e-4, -2e-4, 3e-4])

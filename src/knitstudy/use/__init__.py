@@ -24,7 +24,7 @@ WING = Wing(
     },
     exports={
         "mesh_vtu": "knitstudy.use.vtu:write_mesh",
-        "series": "knitstudy.use.series:write_series",
+        "series": "knitstudy.use.vtu:write_series",
         "deck_abaqus": "knitstudy.use.inp:write_abaqus",
         "deck_calculix": "knitstudy.use.inp:write_calculix",
         "shell_section": "knitstudy.use.inp:write_shell",

@@ -64,7 +64,8 @@ class Interaction:
 
         A program whose stick stiffness is mu p over this length has the stiffness of the law at this pressure.
         """
-        return self.law.friction * self.law.normal / self.law.tangential * self.penetration
+        law = self.law
+        return float(law.friction * law.normal / law.tangential * self.penetration)
 
 
 @dataclass(frozen=True)
@@ -111,7 +112,7 @@ def specimen_deck(scene: Scene, specimen: Fabric, mesh: SweptMesh) -> Deck:
     tie = tie_crossings(parts, specimen, tied, scene.tie.radius, scene.yarn.youngs_modulus)
     mesh, crossings = parts.mesh, specimen.crossings
     free = tie.free(mesh.nodes)
-    touching = [] if tied.all() else np.unique(crossings.yarn, axis=0).tolist()
+    touching: list[tuple[int, int]] = [] if tied.all() else np.unique(crossings.yarn, axis=0).tolist()
     travel = max((float(np.linalg.norm(leg)) for leg in scene.value("load.path") or ()), default=0.0)
     reach = CONTACT_REACH * mesh.radius + travel
     interaction = None

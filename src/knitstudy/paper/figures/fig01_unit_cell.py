@@ -12,9 +12,17 @@ from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.specimens import cut_cells
 from knitstudy.measures.centre_cell import loop_of
 from knitstudy.run.catalogue import FIGURES, solid
-from knitstudy.use.picture import bounds, draw_rows, scale_bar, sphere, yarn_tubes
-from knitstudy.use.renderer import MILLIMETRE, Picture, Surface, View
-from knitstudy.use.style import PAPER, YARNS, panel_letter
+from knitstudy.use.solids import (
+    Picture,
+    Surface,
+    View,
+    bounds,
+    draw_rows,
+    scale_bar,
+    sphere,
+    yarn_tubes,
+)
+from knitstudy.use.style import MILLIMETRE, PAPER, YARNS, panel_letter
 
 WIDTH = 120.0  # of the figure [mm]
 VIEW = View.orbit(turn=-24, tilt=14)

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.run.catalogue import FIGURES
-from knitstudy.use.picture import draw_arrow, write
+from knitstudy.use.solids import draw_arrow, write
 from knitstudy.use.style import ACCENT, DOUBLE, INK, PAPER, YARNS, figure, panel_letter, tint
 
 SLAVE, MASTER = YARNS[1], YARNS[2]

@@ -10,9 +10,17 @@ from matplotlib.figure import Figure
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.run.catalogue import FIGURES, solid
-from knitstudy.use.picture import bounds, draw_arrow, draw_rows, scale_bar, yarn_colours, yarn_tubes
-from knitstudy.use.renderer import FRONT, MILLIMETRE, Picture
-from knitstudy.use.style import ACCENT, INK, PAPER, panel_letter, shared_legend, tint
+from knitstudy.use.solids import (
+    FRONT,
+    Picture,
+    bounds,
+    draw_arrow,
+    draw_rows,
+    scale_bar,
+    yarn_colours,
+    yarn_tubes,
+)
+from knitstudy.use.style import ACCENT, INK, MILLIMETRE, PAPER, panel_letter, shared_legend, tint
 
 TIED = {"marker": "s", "s": 20, "facecolor": ACCENT, "edgecolor": PAPER, "label": "tied"}
 FRICTION = {"marker": "o", "s": 25, "facecolor": PAPER, "edgecolor": INK, "label": "contact with friction"}

@@ -10,9 +10,17 @@ from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.models.rom2d import build as network_2d
 from knitstudy.run.catalogue import FIGURES, of_solid
-from knitstudy.use.picture import HALO, bounds, draw_rows, scale_bar, yarn_colours, yarn_of_mesh
-from knitstudy.use.renderer import FRONT, MILLIMETRE, Picture
-from knitstudy.use.style import ACCENT, INK, MODELS, PAPER, SINGLE, shared_legend, tint
+from knitstudy.use.solids import (
+    FRONT,
+    HALO,
+    Picture,
+    bounds,
+    draw_rows,
+    scale_bar,
+    yarn_colours,
+    yarn_of_mesh,
+)
+from knitstudy.use.style import ACCENT, INK, MILLIMETRE, MODELS, PAPER, SINGLE, shared_legend, tint
 
 BEAM = {"linewidths": 2.2, "capstyle": "round", "path_effects": HALO, "zorder": 5}
 ZONE = {"s": 26, "facecolor": PAPER, "edgecolor": ACCENT, "linewidth": 1.4, "zorder": 6}

@@ -15,9 +15,19 @@ from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.yarns.contact_springs import contact_normals
 from knitstudy.knit.yarns.joints import contact_normal_planes, joint_points
 from knitstudy.run.catalogue import FIGURES, of_solid
-from knitstudy.use.picture import arrow, bounds, draw_rows, label, scale_bar, tube, yarn_colours
-from knitstudy.use.renderer import MILLIMETRE, Picture, Surface, View
-from knitstudy.use.style import ACCENT, INK, PAPER, SINGLE
+from knitstudy.use.solids import (
+    Picture,
+    Surface,
+    View,
+    arrow,
+    bounds,
+    draw_rows,
+    label,
+    scale_bar,
+    tube,
+    yarn_colours,
+)
+from knitstudy.use.style import ACCENT, INK, MILLIMETRE, PAPER, SINGLE
 
 VIEW = View.orbit(turn=-12, tilt=-36)  # from below: here planes and normals part most in the picture
 REACH = 2.0  # how much of the yarns is shown beyond the contacts, in radii

@@ -12,9 +12,20 @@ from knitstudy.knit.yarns.contact_springs import spring_axes
 from knitstudy.knit.yarns.joints import joint_points
 from knitstudy.paper.figures.fig05_contact_points import InterlockSide, name_points, piece
 from knitstudy.run.catalogue import FIGURES, network, of_solid
-from knitstudy.use.picture import arrow, bounds, draw_rows, scale_bar, sphere, tube, write, yarn_colours
-from knitstudy.use.renderer import MILLIMETRE, Picture, Surface, View
-from knitstudy.use.style import ACCENT, INK, panel_letter
+from knitstudy.use.solids import (
+    Picture,
+    Surface,
+    View,
+    arrow,
+    bounds,
+    draw_rows,
+    scale_bar,
+    sphere,
+    tube,
+    write,
+    yarn_colours,
+)
+from knitstudy.use.style import ACCENT, INK, MILLIMETRE, panel_letter
 
 WHOLE, DETAIL = View.orbit(turn=-18, tilt=16), View.orbit(turn=34, tilt=-37)
 BEAM, ARM = 0.26, 0.16  # radii in which beams and joints are drawn, over the yarn's

@@ -16,9 +16,12 @@ from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.measures.centre_cell import Snapshot, area_of_cell, centre_cell, snapshots, zones_of_cell
 from knitstudy.run.catalogue import FIGURES, of_solid
-from knitstudy.use.picture import (
+from knitstudy.use.solids import (
     BAR,
+    FRONT,
     HALO,
+    Picture,
+    Surface,
     colour_bar,
     draw_rows,
     scale_bar,
@@ -27,13 +30,13 @@ from knitstudy.use.picture import (
     write,
     yarn_colours,
 )
-from knitstudy.use.renderer import FRONT, MILLIMETRE, Picture, Surface
 from knitstudy.use.style import (
     ACCENT,
     FAINT,
     INCH,
     INTERACTIONS,
     MEGAPASCAL,
+    MILLIMETRE,
     PERCENT,
     panel_letter,
     place,

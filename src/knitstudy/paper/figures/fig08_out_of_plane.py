@@ -13,9 +13,29 @@ from knitstudy.measures.response import Z, transverse_contraction
 from knitstudy.paper.figures.fig15_force_strain import Curve, draw_curves
 from knitstudy.paper.figures.fig16_out_of_plane import colour_scale, elevated_yarns, elevation, elevation_bar
 from knitstudy.run.catalogue import FIGURES, of_solid
-from knitstudy.use.picture import BAR, HALO, bounds, draw_rows, scale_bar, tube
-from knitstudy.use.renderer import FRONT, MILLIMETRE, Picture, View
-from knitstudy.use.style import ACCENT, FAINT, INCH, INK, INTERACTIONS, PERCENT, panel_letter, place, tint
+from knitstudy.use.solids import (
+    BAR,
+    FRONT,
+    HALO,
+    Picture,
+    View,
+    bounds,
+    draw_rows,
+    scale_bar,
+    tube,
+)
+from knitstudy.use.style import (
+    ACCENT,
+    FAINT,
+    INCH,
+    INK,
+    INTERACTIONS,
+    MILLIMETRE,
+    PERCENT,
+    panel_letter,
+    place,
+    tint,
+)
 
 OBLIQUE = View.orbit(turn=-28, tilt=24)
 CURVES = 58.0  # height of (a) and (b) [mm]

@@ -8,8 +8,7 @@ from matplotlib.figure import Figure
 from knitstudy.measures.response import out_of_plane
 from knitstudy.paper.figures.fig15_force_strain import Curve, draw_curves
 from knitstudy.run.catalogue import FIGURES, solid
-from knitstudy.use.renderer import MILLIMETRE
-from knitstudy.use.style import DOUBLE, INTERACTIONS, figure, panel_letter
+from knitstudy.use.style import DOUBLE, INTERACTIONS, MILLIMETRE, figure, panel_letter
 
 
 @FIGURES.add(

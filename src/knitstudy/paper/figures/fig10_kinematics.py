@@ -18,9 +18,18 @@ from knitstudy.measures.centre_cell import centre_cell, closest_neighbour, rotat
 from knitstudy.paper.figures.fig07_contact import deformed_yarns
 from knitstudy.paper.figures.fig08_out_of_plane import OBLIQUE, draw_forces
 from knitstudy.run.catalogue import FIGURES, of_solid
-from knitstudy.use.picture import HALO, bounds, draw_arrow, draw_rows, scale_bar, window_around, write
-from knitstudy.use.renderer import MILLIMETRE, Picture, View
-from knitstudy.use.style import ACCENT, FAINT, INCH, INK, MICROMETRE, PERCENT, panel_letter, tint
+from knitstudy.use.solids import (
+    HALO,
+    Picture,
+    View,
+    bounds,
+    draw_arrow,
+    draw_rows,
+    scale_bar,
+    window_around,
+    write,
+)
+from knitstudy.use.style import ACCENT, FAINT, INCH, INK, MICROMETRE, MILLIMETRE, PERCENT, panel_letter, tint
 
 CURVES = 112.0  # height of the curves [mm]
 REACH = 2.4  # half the width of the pictures of the crossing, in radii

@@ -14,8 +14,7 @@ from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.discretisation import INTERACTIONS, SOLID_YARNS
 from knitstudy.paper.sweeps import DIAMETER, HELD, RESULTS, SPACING, Point, Sweep, sweeps_of
 from knitstudy.run.catalogue import FIGURES
-from knitstudy.use.renderer import MILLIMETRE
-from knitstudy.use.style import DOUBLE, INK, figure, panel_letter, shared_legend
+from knitstudy.use.style import DOUBLE, INK, MILLIMETRE, figure, panel_letter, shared_legend
 
 COLOURS = {"wale_spacing": INK, "length": "#0072B2", "shape": "#D9740B"}  # by the quantity that is held fixed
 LOOKS = {"isotropic": ("-", "o"), "tie": ("--", "s")}  # dash and marker by interaction, a row each

@@ -15,9 +15,19 @@ from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.mechanics.materials import FULL
 from knitstudy.mechanics.solid import principal_axes
 from knitstudy.run.catalogue import FIGURES, solid
-from knitstudy.use.picture import BAR, bounds, colour_bar, draw_rows, scale_bar, tube, window_around
-from knitstudy.use.renderer import FRONT, MILLIMETRE, Picture, Surface
-from knitstudy.use.style import MEGAPASCAL, panel_letter
+from knitstudy.use.solids import (
+    BAR,
+    FRONT,
+    Picture,
+    Surface,
+    bounds,
+    colour_bar,
+    draw_rows,
+    scale_bar,
+    tube,
+    window_around,
+)
+from knitstudy.use.style import MEGAPASCAL, MILLIMETRE, panel_letter
 
 YARN = "#EDEAE4"  # of yarns below the streaks
 SHADES = 14  # colours of streaks

@@ -16,8 +16,10 @@ from knitstudy.knit.models.rom2d.build import heights_by_stress, zone_places
 from knitstudy.knit.yarns.joints import contacts_of_crossings
 from knitstudy.measures.centre_cell import SEGMENT, central, centre_cell
 from knitstudy.run.catalogue import FIGURES, solid
-from knitstudy.use.picture import (
+from knitstudy.use.solids import (
+    FRONT,
     HALO,
+    Picture,
     draw_rows,
     scale_bar,
     window_around,
@@ -25,8 +27,7 @@ from knitstudy.use.picture import (
     yarn_colours,
     yarn_tubes,
 )
-from knitstudy.use.renderer import FRONT, MILLIMETRE, Picture
-from knitstudy.use.style import INK, MODELS, PAPER, panel_letter, shared_legend
+from knitstudy.use.style import INK, MILLIMETRE, MODELS, PAPER, panel_letter, shared_legend
 
 TENSION = {"course": "#0072B2", "wale": "#8E1B5A"}  # colours of the axes in course and in wale tension
 YARNS = ("#D8D4CC", "#EFECE6")  # of neighbouring yarns, pale below the segments

@@ -17,9 +17,18 @@ from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.measures.response import RMS_U_Z, Z, out_of_plane_correlation, rms_out_of_plane
 from knitstudy.run.catalogue import FIGURES, Results, network, solid
-from knitstudy.use.picture import BAR, bounds, colour_bar, draw_rows, graded_tube, scale_bar
-from knitstudy.use.renderer import FRONT, MILLIMETRE, Picture, Surface
-from knitstudy.use.style import PERCENT, panel_letter
+from knitstudy.use.solids import (
+    BAR,
+    FRONT,
+    Picture,
+    Surface,
+    bounds,
+    colour_bar,
+    draw_rows,
+    graded_tube,
+    scale_bar,
+)
+from knitstudy.use.style import MILLIMETRE, PERCENT, panel_letter
 
 THICKNESS = 0.62  # drawn over true diameter of the yarns, so that those behind are seen
 SHOWN = ("tie", "isotropic")  # interactions, from above

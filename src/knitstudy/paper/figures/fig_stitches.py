@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.specimens import plain_knit
 from knitstudy.run.catalogue import FIGURES, several
-from knitstudy.use.picture import bounds, draw_rows, scale_bar, yarn_tubes
-from knitstudy.use.renderer import FRONT, Picture, View
+from knitstudy.use.solids import FRONT, Picture, View, bounds, draw_rows, scale_bar, yarn_tubes
 from knitstudy.use.style import DOUBLE, YARNS, panel_letter
 
 BACK = View((0.0, 0.0, 1.0))

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from textwrap import shorten
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 import yaml
@@ -34,6 +34,8 @@ from knitstudy.run.configuration import (
 
 if TYPE_CHECKING:
     import xarray as xr
+
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 FOLDER = click.Path(path_type=Path, file_okay=False)
 FILE = click.Path(path_type=Path, dir_okay=False)
@@ -154,7 +156,7 @@ def _scenes(context: click.Context, argument: click.Parameter, begun: str) -> li
     return [name for name in families if name.startswith(begun)]
 
 
-def scene_argument(name: str = "scene", **options: Any) -> Any:
+def scene_argument(name: str = "scene", **options: Any) -> Callable[[Function], Function]:
     """Return the argument of a command that names a scene, or a file that defines one."""
     return click.argument(name, is_eager=True, shell_complete=_scenes, **options)
 
