@@ -3,8 +3,7 @@
 import pandas as pd
 import study
 
-from knitstudy.measures.discretisation import problem_of
-from knitstudy.measures.reference import NEEDED
+from knitstudy.measures.reference import NEEDED, problem_of
 from knitstudy.measures.response import LARGEST_U_Z
 from knitstudy.paper.sweeps import DRAWN
 from knitstudy.run.configuration import load_scenes, load_study

@@ -8,7 +8,7 @@ import pytest
 
 from knitstudy.knit.scene.alternatives import OTHER_WAYS
 from knitstudy.knit.scene.kinds import Labels, all_sections, role_of
-from knitstudy.measures.discretisation import HOW_FAR, physics_of
+from knitstudy.measures.reference import HOW_FAR, physics_of
 from knitstudy.run.configuration import load_scenes
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -10,7 +10,7 @@ import yaml
 from matplotlib.figure import Figure
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.paper.report.page import numbers, render
+from knitstudy.paper.report import numbers, render
 from knitstudy.run.catalogue import FIGURES, TABLES
 from knitstudy.use.style import save
 

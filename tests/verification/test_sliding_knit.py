@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pull import pull
 
-from knitstudy.measures.history_checks import ledger_gap
+from knitstudy.measures.response import ledger_gap
 from knitstudy.mechanics.batches import VARIABLE
 from knitstudy.run.configuration import load_scene
 

@@ -5,7 +5,7 @@ import pytest
 from pull import knit_and_mesh, pull
 
 from knitstudy.knit.simulate import build
-from knitstudy.measures.history_checks import ledger_gap
+from knitstudy.measures.response import ledger_gap
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.load_path import trace
 from knitstudy.run.configuration import load_scene

@@ -2,7 +2,7 @@
 
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.paper.figures import draw
-from knitstudy.paper.report.files import read_sources
+from knitstudy.paper.report import read_sources
 from knitstudy.registry import load_plugins
 from knitstudy.run.job import frame
 from knitstudy.use.style import save

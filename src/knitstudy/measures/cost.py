@@ -1,4 +1,4 @@
-"""Cost of simulations: memory, time and size; cost and response of square knits as they grow (Fig. 12a, Table 3)."""
+"""Cost of simulations: memory, time and size, and their growth in square knits (Fig. 12a, Table 3)."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import xarray as xr
 from numpy.polynomial import Polynomial
 
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.measures.discretisation import INTERACTIONS, is_direct, made_of
 from knitstudy.measures.estimate import Estimate
+from knitstudy.measures.reference import INTERACTIONS, is_direct, made_of
 
 MEGABYTE = 1e6
 NO_GROWTH = 1e3  # Least growth of memory in ratios and logarithms [bytes]
@@ -40,10 +40,7 @@ def element_length(history: xr.Dataset) -> float:
     return float(step[same_yarn].mean())
 
 
-# Scenes of square knits go by their names, "{stem}-{n}x{n}" with the stems of `SERIES`.
-
-
-# Series by the stem of their names, with the scene of 3 x 3 cells where it is one of another name.
+# Stems of the names of square knits, "{stem}-{n}x{n}", with the scene of 3 x 3 cells if it is one of another name.
 SERIES = {
     "domain-yarns-tie-course": "yarns-tie-course",
     "domain-yarns-tie-wale": "yarns-tie-wale",
@@ -115,11 +112,3 @@ def series_of(scenes: Iterable[Scene]) -> list[Series]:
         if len(group) >= FEWEST:
             series.append(Series(stem, tuple(sorted(group, key=lambda scene: scene.pattern.loops))))
     return series
-
-
-def force_per_width(history: xr.Dataset, scene: Scene, increment: int = -1) -> float:
-    """Return the force of the driven side over the width that it pulls, at full load or an increment [N/m]."""
-    spacing, count = scene.pattern.course_spacing, scene.pattern.rows
-    if scene.load.direction == "wale":
-        spacing, count = scene.pattern.wale_spacing, scene.pattern.loops
-    return float(history["force"][increment]) / (spacing * count)

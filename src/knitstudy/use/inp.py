@@ -183,7 +183,11 @@ def _template_numbers(deck: Deck) -> dict[str, float]:
     }
     if touch is not None:
         law = touch.law
-        numbers |= {"normal": law.normal, "tangential": law.tangential, "friction": law.friction}
+        numbers |= {
+            "normal": float(law.normal),
+            "tangential": float(law.tangential),
+            "friction": law.friction,
+        }
         numbers["elastic_slip"] = touch.elastic_slip
     return numbers
 
@@ -356,8 +360,8 @@ def write_shell(scene: Scene, path: Path | str, history: xr.Dataset) -> None:
 
 # The linear law of a fabric as a membrane, exact for any thickness: stresses times thickness are forces per width.
 # Abaqus has it as the limit b = A / c of Fung's law, c / 2 (exp(E . b E) - 1), for a large c; with b and c fitted the
-# law of Fung is no nearer to cells (docs/notes/membrane.md). Its E is that of the distortion, which of an incompressible
-# material in plane stress is the one in the plane, and there is no stress across. In CalculiX the modulus across
+# law of Fung is no nearer to cells (docs/notes/membrane.md). Its E is that of the distortion, which is the one in the
+# plane for an incompressible material in plane stress, and there is no stress across. In CalculiX the modulus across
 # couples with nothing, so that the thickness stays.
 
 THICKNESS = 1e-3  # m, of the element; forces do not depend on it

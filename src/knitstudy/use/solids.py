@@ -103,7 +103,9 @@ AROUND = 40  # facets around a tube
 STEP = 0.15  # distance of the points that yarns are drawn through, in radii
 
 
-def tube(centreline: Floats, radius: float | Floats, colour: ColorType, opacity: float = 1.0) -> Surface:
+def tube(
+    centreline: Sequence[Floats] | Floats, radius: float | Floats, colour: ColorType, opacity: float = 1.0
+) -> Surface:
     """Return a closed tube about a curve through points (k, 3) [m], of one radius or one at every point (k,) [m]."""
     centreline = np.asarray(centreline, dtype=float)
     tangent = np.gradient(centreline, axis=0)
@@ -136,9 +138,11 @@ def yarn_tubes(fabric: Fabric, colours: Sequence[ColorType]) -> list[Surface]:
     return surfaces
 
 
-def graded_tube(centreline: Floats, radius: float, colours: Sequence[str]) -> list[Surface]:
+def graded_tube(
+    centreline: Sequence[Floats] | Floats, radius: float, colours: NDArray[np.str_]
+) -> list[Surface]:
     """Return a closed tube about a curve through points (k, 3) [m] whose colours (k,) change from point to point."""
-    whole = tube(centreline, radius, colours[0])
+    whole = tube(centreline, radius, str(colours[0]))
     # Rings of facets: the first cap, k - 1 between the points, the last cap.
     ahead = np.concatenate([[colours[0]], colours[1:], [colours[-1]]])
     of_face = np.repeat(ahead, AROUND)
@@ -175,7 +179,7 @@ BAR = 15.0  # room for a bar of colours and its label [mm]
 GAP = 0.015  # between pictures side by side, over the width of the figure
 
 
-def window_around(points: Floats, room: Sequence[float], view: View = FRONT) -> Window:
+def window_around(points: Floats, room: Place, view: View = FRONT) -> Window:
     """Return the window about points (k, 3) [m], with room (2,) on the right and left and above and below [mm]."""
     flat = MILLIMETRE * view.project(points)
     (left, bottom), (right, top) = flat.min(axis=0) - room, flat.max(axis=0) + room

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import code_version, replacing
 from knitstudy.knit.scene.kinds import MODELS as ALL_MODELS
-from knitstudy.measures.discretisation import INTERACTIONS as INTERACTION_NAMES
+from knitstudy.measures.reference import INTERACTIONS as INTERACTION_NAMES
 
 # It tells at length how it cuts fonts for PDF.
 logging.getLogger("fontTools").setLevel(logging.WARNING)
@@ -150,6 +150,13 @@ def place(drawing: Figure, left: float, bottom: float, width: float, height: flo
     """Return new axes; `left` and `width` are shares of the figure's width, `bottom` and `height` are in mm."""
     whole = INCH * drawing.get_figheight()
     return drawing.add_axes((left, bottom / whole, width, height / whole))
+
+
+def height(axes: Axes) -> float:
+    """Return the height of axes [mm]."""
+    drawing = axes.get_figure(root=True)
+    assert drawing is not None
+    return float(INCH * drawing.get_figheight() * axes.get_position().height)
 
 
 def shared_legend(drawing: Figure, **look: Any) -> Legend:

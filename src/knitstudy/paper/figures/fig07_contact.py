@@ -38,6 +38,8 @@ from knitstudy.use.style import (
     MEGAPASCAL,
     MILLIMETRE,
     PERCENT,
+    Style,
+    height,
     panel_letter,
     place,
     tint,
@@ -75,7 +77,7 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     for axes, point, (spot, pressure) in zip(panels, points, touching, strict=True):
         order = np.argsort(pressure)
         at, colours = MILLIMETRE * FRONT.project(spot[order]), scale.to_rgba(MEGAPASCAL * pressure[order])
-        axes.scatter(*at.T, c=colours, s=12, linewidth=0, zorder=5, rasterized=True)
+        axes.scatter(at[:, 0], at[:, 1], c=colours, s=12, linewidth=0, zorder=5, rasterized=True)
         _point_at_contacts(axes, contacts, cell, point)
         panel_letter(axes, f"c{point.number}", f"{PERCENT * point.strain:.3g} % strain")
     scale_bar(panels[0], 2, left=0.43)
@@ -105,7 +107,7 @@ def _draw_curves(upper: Axes, lower: Axes, force: Axes, dns: xr.Dataset, contact
     upper.yaxis.set_major_locator(MaxNLocator(integer=True))
     lower.yaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))  # few digits: the label needs the room
     for axes, letter in ((upper, "a"), (force, "b")):
-        above = 1 + NUMBERS / (INCH * axes.figure.get_figheight() * axes.get_position().height)
+        above = 1 + NUMBERS / height(axes)
         _number(axes, points, above)
         axes.text(-0.17, above, f"({letter})", transform=axes.transAxes, fontsize=8.5)
 
@@ -117,9 +119,9 @@ def _number(axes: Axes, points: Sequence[Snapshot], above: float) -> None:
     for point in points:
         x = PERCENT * point.strain
         at = max(x, at + apart)
-        line = {"arrowstyle": "-", "linewidth": 0.7, "color": FAINT, "shrinkA": 1, "shrinkB": 0}
-        look = {"ha": "center", "va": "bottom", "fontweight": "bold", "annotation_clip": False}
-        frames = {"xycoords": ("data", "axes fraction"), "textcoords": ("data", "axes fraction")}
+        line: Style = {"arrowstyle": "-", "linewidth": 0.7, "color": FAINT, "shrinkA": 1, "shrinkB": 0}
+        look: Style = {"ha": "center", "va": "bottom", "fontweight": "bold", "annotation_clip": False}
+        frames: Style = {"xycoords": ("data", "axes fraction"), "textcoords": ("data", "axes fraction")}
         axes.annotate(str(point.number), (x, 1.0), (at, above), arrowprops=line, **look, **frames)
 
 
@@ -143,10 +145,10 @@ def _point_at_contacts(axes: Axes, contacts: xr.Dataset, cell: np.ndarray, point
     now = contacts.isel(increment=point.increment, crossing=cell)
     closed = now["zones"].to_numpy() > 0
     middle = axes.transLimits.inverted().transform((0.5, 0.5))
-    look = {"arrowstyle": "-|>", "linewidth": 1.4, "color": ACCENT, "path_effects": HALO}
+    look: Style = {"arrowstyle": "-|>", "linewidth": 1.4, "color": ACCENT, "path_effects": HALO}
     for tip in MILLIMETRE * FRONT.project(now["contact_centroid"].to_numpy()[closed]):
         outwards = (tip - middle) / np.linalg.norm(tip - middle)
-        tail = {"xytext": tuple(ARROW * outwards), "textcoords": "offset points"}
+        tail: Style = {"xytext": tuple(ARROW * outwards), "textcoords": "offset points"}
         axes.annotate("", tip + 0.35 * outwards, **tail, arrowprops=look, zorder=8)
     if not closed.any():
         write(axes, (0.5, 0.45), "no\ncontact", transform=axes.transAxes)

@@ -19,7 +19,7 @@ from knitstudy.paper.cases import label_of
 from knitstudy.paper.figures.fig15_force_strain import draw_curves, draw_reference, force_curve, owners
 from knitstudy.paper.unknowns import NONE, SIZES, counted_models
 from knitstudy.run.catalogue import BEAM_MODELS, FIGURES, of_case, one, several, solid
-from knitstudy.use.style import ACCENT, DIRECT, DOUBLE, MODELS, Look, figure, panel_letter, place
+from knitstudy.use.style import ACCENT, DIRECT, DOUBLE, MODELS, Look, Style, figure, panel_letter, place
 
 SHOWN = np.geomspace(3.0, 30.0, 40)  # cells in a row between which fitted laws are drawn
 DASHES = {
@@ -90,7 +90,7 @@ def _draw_size(axes: Axes, geometry: xr.Dataset, scene: Scene, paper: pd.DataFra
             lines.append(("paper, contact: its law", model.law, ACCENT, ":"))
     for name, law, colour, dash in lines:
         axes.plot(SHOWN, law(SHOWN), color=colour, linestyle=dash)
-        end = {
+        end: Style = {
             "xytext": (5, {"hexahedra": -14, "paper, contact: its law": 6}.get(name, 0)),
             "textcoords": "offset points",
             "va": "center",

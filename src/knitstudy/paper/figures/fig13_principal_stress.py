@@ -70,10 +70,9 @@ def draw(**results: xr.Dataset) -> Figure:
         scale_bar(lower, 2)
         label = f"maximum principal stress in {direction} tension (MPa)"
         bar = colour_bar(drawing, scale, label, 0.11 + 0.5 * place, 0.285, extend="max")
-        largest = scale.norm.vmax
-        bar.set_ticks(
-            [*(tick for tick in MaxNLocator(4).tick_values(0, largest) if tick <= 0.8 * largest), largest]
-        )
+        _, largest = scale.get_clim()
+        ticks = MaxNLocator(4).tick_values(0, largest)
+        bar.set_ticks([*(tick for tick in ticks if tick <= 0.8 * largest), largest])
         bar.ax.xaxis.set_major_formatter("{x:.3g}")
     return drawing
 

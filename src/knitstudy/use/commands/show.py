@@ -181,7 +181,7 @@ def _print_keys(dataset: xr.Dataset, file: Path, config: Path) -> None:
 
 def _print_differences(first: xr.Dataset, second: xr.Dataset, file: Path, other: Path) -> None:
     """Print the keys that differ between two results, then their numbers."""
-    from knitstudy.measures.differences import pairs, side_by_side
+    from knitstudy.measures.summary import pairs, side_by_side
 
     try:
         keys = _keys(first, file), _keys(second, other)

@@ -1,34 +1,57 @@
-"""Fig. 16: out-of-plane displacement along the yarns, of the DNS and of the 3D reduced model."""
+"""Figs. 8 and 16: out-of-plane displacement along the yarns, contraction, and the interfacial forces behind them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import matplotlib
 import numpy as np
 import pandas as pd
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, to_hex
 from matplotlib.figure import Figure
 
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.reference import Reference, reference_of
-from knitstudy.measures.response import RMS_U_Z, Z, out_of_plane_correlation, rms_out_of_plane
-from knitstudy.run.catalogue import FIGURES, Results, network, solid
+from knitstudy.measures.response import (
+    RMS_U_Z,
+    Z,
+    out_of_plane_correlation,
+    rms_out_of_plane,
+    transverse_contraction,
+)
+from knitstudy.paper.figures.fig15_force_strain import Curve, draw_curves
+from knitstudy.run.catalogue import FIGURES, Results, network, of_solid, solid
 from knitstudy.use.solids import (
     BAR,
     FRONT,
+    HALO,
     Picture,
     Surface,
+    View,
     bounds,
     colour_bar,
     draw_rows,
     graded_tube,
     scale_bar,
+    tube,
 )
-from knitstudy.use.style import MILLIMETRE, PERCENT, panel_letter
+from knitstudy.use.style import (
+    ACCENT,
+    FAINT,
+    INCH,
+    INK,
+    INTERACTIONS,
+    MILLIMETRE,
+    PERCENT,
+    Style,
+    panel_letter,
+    place,
+    tint,
+)
 
 THICKNESS = 0.62  # drawn over true diameter of the yarns, so that those behind are seen
 SHOWN = ("tie", "isotropic")  # interactions, from above
@@ -56,7 +79,7 @@ def _results(direction: str) -> dict[str, Results]:
     "Fig. 16, wale tension: out-of-plane displacement along the yarns",
     results=_results("wale"),
 )
-def draw(
+def draw_models(
     geometry: xr.Dataset, scenes: Mapping[str, Scene], reference: pd.DataFrame, **models: xr.Dataset
 ) -> Figure:
     """Draw the deformed yarns of both models, a row with a scale of colours for each interaction."""
@@ -76,7 +99,7 @@ def _titles(kind: str, dns: xr.Dataset, rom3d: xr.Dataset, true: Reference) -> l
     ):
         amplitude = true.ratio(history, RMS_U_Z, rms_out_of_plane(history))
         third = f"\namplitude {amplitude} of the reference's" if amplitude.known else ""
-        titles.append(f"{label}, {INTERACTIONS[kind]}\n{_largest(history)}{second}{third}")
+        titles.append(f"{label}, {INTERACTIONS[kind].label}\n{_largest(history)}{second}{third}")
     return titles
 
 
@@ -157,4 +180,78 @@ def elevation_bar(
     bar = colour_bar(
         drawing, scale, f"{panels}out-of-plane displacement $u_z$ (mm)", left, width, format="%.3g"
     )
-    bar.set_ticks(np.linspace(scale.norm.vmin, scale.norm.vmax, 5))
+    low, high = scale.get_clim()
+    bar.set_ticks(np.linspace(low, high, 5).tolist())
+
+
+# ---- Fig. 8: contraction, motion and interfacial forces
+
+OBLIQUE = View.orbit(turn=-28, tilt=24)
+CURVES = 58.0  # height of (a) and (b) [mm]
+LONGEST = 4.0  # length at which the largest force is drawn [mm of the knit]
+
+
+@FIGURES.add(
+    "fig08_out_of_plane",
+    "Fig. 8: contraction, out-of-plane motion and interfacial forces",
+    results=of_solid("isotropic-course", "geometry", "dns", "contacts"),
+)
+def draw_motion(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
+    """Draw contraction and motion over strain, and the knit at full load with the forces on lower yarns."""
+    radius = float(geometry["radius"])
+    scale = colour_scale(elevation(dns))
+    start, motion = dns["centreline"].to_numpy(), dns["centreline_displacement"].to_numpy()[-1]
+    yarns = [dns["yarn"].to_numpy() == i for i in np.unique(dns["yarn"])]
+    before = [tube(start[yarn], radius, tint(FAINT, 0.5), 0.35) for yarn in yarns]
+    pale = [tube((start + motion)[yarn], radius, tint(FAINT, 0.35)) for yarn in yarns]
+    shown = ((before + elevated_yarns(dns, radius, scale), FRONT), (pale, OBLIQUE))
+    pictures = [Picture(surfaces, view, bounds(surfaces, view)) for surfaces, view in shown]
+    drawing, panels = draw_rows([pictures], foot=BAR, above=CURVES)
+    _draw_curves(drawing, dns)
+    panel_letter(panels[0], "c", f"out-of-plane motion at {PERCENT * float(dns['strain'][-1]):.3g} % strain")
+    panel_letter(panels[1], "d", "interfacial forces on the lower rows' yarns")
+    for axes, (_, view) in zip(panels, shown, strict=True):
+        scale_bar(axes, 5, view)
+    elevation_bar(drawing, scale, 0.08, 0.36)
+    draw_forces(panels[1], contacts, np.ones(contacts.sizes["crossing"]))
+    return drawing
+
+
+def _draw_curves(drawing: Figure, dns: xr.Dataset) -> None:
+    """Draw transverse contraction, and the largest displacements to either side of the fabric, over strain."""
+    u_z = MILLIMETRE * dns["centreline_displacement"].to_numpy()[..., Z]
+    shrunk = [PERCENT * transverse_contraction(dns.isel(increment=slice(k + 1))) for k in range(len(u_z))]
+    motions = {"to the front": u_z.max(axis=1), "to the back": -u_z.min(axis=1)}
+    quantities = (
+        ("transverse contraction", "%", {"middle third": np.array(shrunk)}),
+        ("out-of-plane motion", "mm", motions),
+    )
+    for k, (quantity, unit, values) in enumerate(quantities):
+        axes = place(
+            drawing, 0.085 + 0.5 * k, INCH * drawing.get_figheight() - CURVES + 12, 0.29, CURVES - 18
+        )
+        curves = [
+            Curve(replace(INTERACTIONS["isotropic"], label=name, marker=mark), dns["strain"].to_numpy(), u_z)
+            for (name, u_z), mark in zip(values.items(), "^v", strict=False)
+        ]
+        draw_curves(axes, curves, quantity, unit)
+        panel_letter(axes, "ab"[k])
+
+
+def draw_forces(axes: Axes, contacts: xr.Dataset, sign: np.ndarray) -> None:
+    """Draw forces at the end of the load where yarns touch or are tied, times a sign (K,); none where that is zero."""
+    last = contacts.isel(increment=-1)
+    force, spot = sign[:, None] * last["force"].to_numpy(), last["contact_centroid"].to_numpy()
+    size = np.linalg.norm(force, axis=1)
+    acting = (size > 0) & np.isfinite(spot).all(axis=1)
+    if not acting.any():
+        return
+    scale = LONGEST / size[acting].max()
+    tied = last["tied"].to_numpy().astype(bool)
+    for which, colour, text in ((~tied, ACCENT, "contact with friction"), (tied, INK, "tied")):
+        tail = MILLIMETRE * OBLIQUE.project(spot[acting & which])
+        arm = scale * OBLIQUE.project(force[acting & which])
+        look: Style = {"color": colour, "width": 0.3, "zorder": 6, "path_effects": HALO, "label": text}
+        axes.quiver(*tail.T, *arm.T, angles="xy", units="xy", scale_units="xy", scale=1, **look)
+    title = f"longest arrow {size[acting].max():.3g} N"
+    axes.legend(loc="lower center", bbox_to_anchor=(0.48, -0.03), ncols=2, title=title)

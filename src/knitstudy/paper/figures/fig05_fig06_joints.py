@@ -1,4 +1,4 @@
-"""Fig. 5: from the two contacts on one side of an interlock to the points C1 to C4 of the 3D reduced model."""
+"""Figs. 5 and 6: the points C1 to C4 of the three-dimensional reduced model, and its joints."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from knitstudy.errors import DataFileError
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.knit.yarns.contact_springs import contact_normals
+from knitstudy.knit.yarns.contact_springs import contact_normals, spring_axes
 from knitstudy.knit.yarns.joints import contact_normal_planes, joint_points
-from knitstudy.run.catalogue import FIGURES, of_solid
+from knitstudy.run.catalogue import FIGURES, network, of_solid
 from knitstudy.use.solids import (
     Picture,
     Surface,
@@ -24,10 +24,12 @@ from knitstudy.use.solids import (
     draw_rows,
     label,
     scale_bar,
+    sphere,
     tube,
+    write,
     yarn_colours,
 )
-from knitstudy.use.style import ACCENT, INK, MILLIMETRE, PAPER, SINGLE
+from knitstudy.use.style import ACCENT, INK, MILLIMETRE, PAPER, SINGLE, panel_letter
 
 VIEW = View.orbit(turn=-12, tilt=-36)  # from below: here planes and normals part most in the picture
 REACH = 2.0  # how much of the yarns is shown beyond the contacts, in radii
@@ -36,7 +38,7 @@ PLANES = ("#E69F00", "#6B6B80")  # colours of the contact normal planes of P1 an
 RIM = 0.4  # margin of the drawn part of a plane, in radii
 LEFT_ZONES = (0, 2)  # lower and upper contact on the left of an interlock, where P1 and P2 of Fig. 5 lie
 
-PLACES = {
+PLACES: dict[str, tuple[float, float]] = {
     "$C_1$": (-34, 8),
     "$C_2$": (-30, 26),
     "$C_3$": (34, 6),
@@ -54,7 +56,7 @@ PLACES = {
     "Fig. 5: points of the 3D reduced model",
     results=of_solid("isotropic-course", "geometry", "contacts"),
 )
-def draw(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
+def draw_contact_points(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw the left side of the middle interlock, with translucent yarns."""
     knit = fabric_of(geometry)
     side, radius = InterlockSide.in_the_middle(knit, contacts), knit.radius
@@ -105,7 +107,7 @@ def name_points(
     """Draw dots and names over the picture, so that no yarn dims them."""
     for name, point in points.items():
         at = MILLIMETRE * view.project(point)
-        axes.scatter(*at, s=25, color=colour, edgecolor=PAPER, zorder=8)
+        axes.scatter(at[0], at[1], s=25, color=colour, edgecolor=PAPER, zorder=8)
         label(axes, at, name, offsets[name], colour)
 
 
@@ -143,7 +145,8 @@ class InterlockSide:
         of_pair = (points.centroid, points.point, points.arc_length, normal, plane)
         yarn = points.yarn[pair[0]]
         colours = [yarn_colours(knit)[number] for number in yarn]
-        return cls(yarn, *(array[pair] for array in of_pair), colours)
+        P, C, arc_length, normal, plane = (array[pair] for array in of_pair)
+        return cls(yarn, P, C, arc_length, normal, plane, colours)
 
 
 def piece(
@@ -151,5 +154,77 @@ def piece(
 ) -> Surface:
     """Return the tube about a yarn's centreline between two arc lengths [m], cut at its ends."""
     centreline = knit.centrelines[yarn]
-    s = np.linspace(*np.clip(span, 0.0, centreline.length), 160)
+    low, high = np.clip(span, 0.0, centreline.length)
+    s = np.linspace(low, high, 160)
     return tube(centreline.position(s), radius, colour, opacity)
+
+
+# ---- Fig. 6
+
+WHOLE, DETAIL = View.orbit(turn=-18, tilt=16), View.orbit(turn=34, tilt=-37)
+BEAM, ARM = 0.26, 0.16  # radii in which beams and joints are drawn, over the yarn's
+REACH_OF_JOINT = 3.2  # how much of the yarns the detail shows on either side of the joint, in radii
+AXIS = 2.0  # length of the directions in the detail, in radii
+PLACES_OF_JOINT: dict[str, tuple[float, float]] = {
+    "$C_1$": (-32, -10),
+    "$C_3$": (34, 8),
+    "$P_1$": (0, -30),
+}  # offsets of names from points [points]
+
+
+@FIGURES.add(
+    "fig06_joints",
+    "Fig. 6: 3D reduced model and its joints",
+    results=of_solid("isotropic-course", "geometry", "contacts")
+    | {"rom3d": network("rom3d", "isotropic-course")},
+)
+def draw_joints(geometry: xr.Dataset, contacts: xr.Dataset, rom3d: xr.Dataset) -> Figure:
+    """Draw the beams of the model between their nodes with the arms that join them, and the joint at P1."""
+    knit = fabric_of(geometry)
+    side, radius = InterlockSide.in_the_middle(knit, contacts), knit.radius
+    axes = spring_axes(side.normal, "local")[0]
+    whole, joint = _whole(knit, contacts, rom3d), _joint(knit, side, rom3d, axes)
+    pictures = [
+        Picture(surfaces, view, bounds(surfaces, view, below))
+        for surfaces, view, below in ((whole, WHOLE, 3.0), (joint, DETAIL, 0.5))
+    ]
+    drawing, (left, right) = draw_rows([pictures])
+    scale_bar(left, 5, WHOLE)
+    panel_letter(left, "a", "beams and joints")
+    points = {"$C_1$": side.C[0, 0], "$C_3$": side.C[0, 1], "$P_1$": side.P[0]}
+    name_points(right, DETAIL, points, PLACES_OF_JOINT, ACCENT)
+    for name, direction in zip("xyz", axes, strict=True):
+        tip = side.P[0] + (AXIS + 0.3) * radius * direction
+        write(right, MILLIMETRE * DETAIL.project(tip), f"${name}$")
+    scale_bar(right, 1)
+    panel_letter(right, "b", "joint of $C_1$ and $C_3$ at $P_1$")
+    return drawing
+
+
+def _whole(knit: Fabric, contacts: xr.Dataset, rom3d: xr.Dataset) -> list[Surface]:
+    """Return every yarn's chain of straight beams, the arms from the points C to P, and the points C."""
+    yarn, position = rom3d["yarn"].to_numpy(), rom3d["centreline"].to_numpy()
+    points, radius = joint_points(knit, contacts), knit.radius
+    surfaces = [
+        tube(position[yarn == i], BEAM * radius, colour) for i, colour in enumerate(yarn_colours(knit))
+    ]
+    for pair, centroid in zip(points.point, points.centroid, strict=True):
+        for end in pair:
+            surfaces.append(tube([end, centroid], ARM * radius, ACCENT))
+            surfaces.append(sphere(end, 1.35 * BEAM * radius, ACCENT))
+    return surfaces
+
+
+def _joint(knit: Fabric, side: InterlockSide, rom3d: xr.Dataset, axes: np.ndarray) -> list[Surface]:
+    """Return C1 and C3, the arms from there to P1, the beam nodes around, and the axes (3, 3) of its springs."""
+    radius, start = knit.radius, side.P[0]
+    s, of_yarn = rom3d["arc_length"].to_numpy(), rom3d["yarn"].to_numpy()
+    surfaces = [arrow(start, AXIS * radius * direction, 0.05 * radius, INK) for direction in axes]
+    for yarn, middle, end, colour in zip(side.yarn, side.arc_length[0], side.C[0], side.colours, strict=True):
+        reach = REACH_OF_JOINT * radius
+        nodes = rom3d["centreline"].to_numpy()[(of_yarn == yarn) & (abs(s - middle) <= reach)]
+        surfaces.append(piece(knit, yarn, (middle - reach, middle + reach), radius, colour, 0.2))
+        surfaces.append(tube(nodes, 0.09 * radius, colour))
+        surfaces += [sphere(node, 0.16 * radius, colour) for node in nodes]
+        surfaces.append(tube([end, start], 0.10 * radius, ACCENT))
+    return surfaces
