@@ -275,7 +275,7 @@ def test_rendered_sphere_is_round_and_in_its_place(opacity):
     left, right, bottom, top = window = (-1.5, 4.5, 0.5, 3.5)
     surfaces = (sphere(centre, radius, "#0072B2", opacity),)
     try:
-        image = solids.rendered(Picture(surfaces, view, window, (300, 150)))
+        image = solids.rendered(Picture(surfaces, view, window, pixels=(300, 150)))
     except RenderingError:
         pytest.skip("VTK cannot render on this machine")
     covered = image[..., 3] > 0.25 * opacity * 255

@@ -30,7 +30,19 @@ from knitstudy.errors import KnitstudyError
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.mesh.sweep import SweptMesh, rotation_minimising
 from knitstudy.mechanics.arrays import Floats, Ints
-from knitstudy.use.style import DOUBLE, INCH, INK, MILLIMETRE, PAPER, YARNS, Style, figure, place, resolution
+from knitstudy.use.style import (
+    DOUBLE,
+    INCH,
+    INK,
+    MILLIMETRE,
+    PAPER,
+    YARNS,
+    Style,
+    figure,
+    panel_letter,
+    place,
+    resolution,
+)
 
 FEATURE_ANGLE = 50.0  # beyond which an edge stays sharp [deg]: of caps and arrow heads, not round a tube
 
@@ -94,6 +106,8 @@ class Picture:
     surfaces: Sequence[Surface]
     view: View
     window: Window
+    bar: float = 0.0  # length of the scale bar at its foot [mm]; without one there is none
+    directions: bool = True  # whether the directions of x, y and z stand beside the scale bar
     pixels: tuple[int, int] = (0, 0)  # width and height
 
 
@@ -200,6 +214,8 @@ def draw_rows(
     head: float = 7.0,
     foot: float = 0.0,
     above: float = 0.0,
+    titles: Sequence[str] = (),
+    letters: Sequence[str] = "abcdefgh",
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure that rows of pictures fill, and their axes, row by row.
 
@@ -212,6 +228,8 @@ def draw_rows(
         Width of the figure [mm].
     head, foot, above : float
         Room above each row for titles, below all rows, and above all of them [mm].
+    titles, letters : sequence of str
+        Titles of the first panels, and the letters before them.
     """
 
     def high(row: Sequence[Picture | None]) -> float:
@@ -228,11 +246,15 @@ def draw_rows(
             panels.append(place(drawing, left, bottom, 1 / len(row) - GAP, high(row) - head))
             if picture:
                 show(panels[-1], picture)
+    for axes, letter, title in zip(panels, letters, titles, strict=False):
+        panel_letter(axes, letter, title)
     return drawing, panels
 
 
 def show(axes: Axes, picture: Picture) -> None:
-    """Fill axes with a picture; their coordinates are mm in its plane. Its window is widened to the shape of the axes.
+    """Fill axes with a picture and its scale bar; their coordinates are mm in its plane.
+
+    The window of the picture is widened to the shape of the axes.
 
     Raises ConfigurationError when the environment variable KNITSTUDY_DPI names no resolution, and RenderingError when
     VTK cannot render on this machine.
@@ -250,6 +272,8 @@ def show(axes: Axes, picture: Picture) -> None:
     wide, high = (resolution() / INCH * size).astype(int).tolist()
     image = rendered(replace(picture, window=window, pixels=(wide, high)))
     axes.imshow(image, extent=window, interpolation="none", zorder=0)
+    if picture.bar:
+        scale_bar(axes, picture.bar, picture.view if picture.directions else None)
 
 
 def colour_bar(

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.specimens import cut_cells
+from knitstudy.knit.loading.history import DIRECTIONS
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.models.rom2d import build as network_2d
 from knitstudy.measures.centre_cell import loop_of
@@ -24,7 +25,6 @@ from knitstudy.use.solids import (
     bounds,
     draw_arrow,
     draw_rows,
-    scale_bar,
     sphere,
     yarn_colours,
     yarn_of_mesh,
@@ -39,7 +39,6 @@ from knitstudy.use.style import (
     SINGLE,
     YARNS,
     Style,
-    panel_letter,
     shared_legend,
     tint,
 )
@@ -65,12 +64,11 @@ def draw_unit_cell(geometry: xr.Dataset) -> Figure:
     yarns = [yarn_tubes(knit, COLOURS) for knit in knits]
     window = bounds([*yarns[0], *yarns[1]], VIEW)
     pictures = [
-        Picture(tubes + overlaps(knit), VIEW, window) for tubes, knit in zip(yarns, knits, strict=True)
+        Picture(tubes + overlaps(knit), VIEW, window, 5) for tubes, knit in zip(yarns, knits, strict=True)
     ]
-    drawing, panels = draw_rows([pictures], WIDTH, foot=13.0)
-    for axes, letter, state in zip(panels, "ab", STATES, strict=True):
-        scale_bar(axes, 5, VIEW)
-        panel_letter(axes, letter, f"{state} optimisation")
+    titles = [f"{state} optimisation" for state in STATES]
+    drawing, panels = draw_rows([pictures], WIDTH, foot=13.0, titles=titles)
+    for axes, state in zip(panels, STATES, strict=True):
         text = _numbers(geometry.sel(state=state), float(geometry["radius"]))
         axes.text(0.5, -0.06, text, transform=axes.transAxes, ha="center", va="top")
     return drawing
@@ -120,18 +118,14 @@ def draw_interactions(geometry: xr.Dataset, course: xr.Dataset, wale: xr.Dataset
     knit = fabric_of(geometry)
     surfaces = yarn_tubes(knit, [tint(colour) for colour in yarn_colours(knit)])
     left, right, bottom, top = bounds(surfaces)
-    picture = Picture(surfaces, FRONT, (left, right + 0.7 * PULL, bottom, top + 0.7 * PULL))
-    drawing, panels = draw_rows([(picture, picture)], foot=9.0)
+    picture = Picture(surfaces, FRONT, (left, right + 0.7 * PULL, bottom, top + 0.7 * PULL), 5)
+    drawing, panels = draw_rows([(picture, picture)], foot=9.0, titles=("course tension", "wale tension"))
     place = MILLIMETRE * FRONT.project(knit.crossings.point.mean(axis=1))
-    for axes, letter, (direction, contacts) in zip(
-        panels, "ab", {"course": course, "wale": wale}.items(), strict=True
-    ):
+    for axes, direction, contacts in zip(panels, DIRECTIONS, (course, wale), strict=True):
         _draw_grips(axes, knit, direction)
         tied = contacts["tied"].to_numpy().astype(bool)
         for which, look in ((tied, TIED), (~tied, FRICTION)):
             axes.scatter(*place[which].T, linewidth=1.2, zorder=6, **look)
-        panel_letter(axes, letter, f"{direction} tension")
-        scale_bar(axes, 5, FRONT)
     shared_legend(drawing, ncols=4, labelcolor=INK)
     return drawing
 
@@ -165,9 +159,8 @@ def draw_honeycomb(geometry: xr.Dataset, mesh: xr.Dataset, contacts: xr.Dataset)
     """Draw the honeycomb over the undeformed mesh, with the contact zones that are its joints."""
     knit, swept = fabric_of(geometry), SweptMesh.from_dataset(mesh)
     surfaces = [yarn_of_mesh(swept, i, tint(colour)) for i, colour in enumerate(yarn_colours(knit))]
-    picture = Picture(surfaces, FRONT, bounds(surfaces))
+    picture = Picture(surfaces, FRONT, bounds(surfaces), 5)
     drawing, (axes,) = draw_rows([[picture]], 1.5 * SINGLE, head=0, foot=9.0)
-    scale_bar(axes, 5, FRONT)
     network = network_2d.planar_network(knit, contacts)
     nodes, colour = MILLIMETRE * FRONT.project(network.nodes), MODELS["rom2d"].colour
     beams = LineCollection(nodes[network.ends], colors=colour, label="beam of the 2D ROM", **BEAM)

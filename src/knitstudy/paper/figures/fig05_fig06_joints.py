@@ -23,13 +23,12 @@ from knitstudy.use.solids import (
     bounds,
     draw_rows,
     label,
-    scale_bar,
     sphere,
     tube,
     write,
     yarn_colours,
 )
-from knitstudy.use.style import ACCENT, INK, MILLIMETRE, PAPER, SINGLE, panel_letter
+from knitstudy.use.style import ACCENT, INK, MILLIMETRE, PAPER, SINGLE
 
 VIEW = View.orbit(turn=-12, tilt=-36)  # from below: here planes and normals part most in the picture
 REACH = 2.0  # how much of the yarns is shown beyond the contacts, in radii
@@ -72,14 +71,13 @@ def draw_contact_points(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
             surfaces.append(tube(corners[[k - 1, k]], 0.02 * radius, colour))
         normal = ARROW * radius * side.normal[contact]
         surfaces.append(arrow(side.P[contact], normal, 0.06 * radius, ACCENT))
-    picture = Picture(surfaces, VIEW, bounds(surfaces, VIEW, below=0.4))
+    picture = Picture(surfaces, VIEW, bounds(surfaces, VIEW, below=0.4), 1)
     drawing, (axes,) = draw_rows([[picture]], 1.2 * SINGLE, head=0)
     tips = MILLIMETRE * VIEW.project(side.P + ARROW * radius * side.normal)
     name_points(axes, VIEW, {f"$C_{i + 1}$": side.C[i % 2, i // 2] for i in range(4)}, PLACES, INK)
     name_points(axes, VIEW, {"$P_1$": side.P[0], "$P_2$": side.P[1]}, PLACES, ACCENT)
     for tip, name in zip(tips, (r"$\mathbf{n}_1$", r"$\mathbf{n}_2$"), strict=True):
         label(axes, tip, name, PLACES[name], ACCENT)
-    scale_bar(axes, 1, VIEW)
     return drawing
 
 
@@ -185,19 +183,16 @@ def draw_joints(geometry: xr.Dataset, contacts: xr.Dataset, rom3d: xr.Dataset) -
     axes = spring_axes(side.normal, "local")[0]
     whole, joint = _whole(knit, contacts, rom3d), _joint(knit, side, rom3d, axes)
     pictures = [
-        Picture(surfaces, view, bounds(surfaces, view, below))
-        for surfaces, view, below in ((whole, WHOLE, 3.0), (joint, DETAIL, 0.5))
+        Picture(surfaces, view, bounds(surfaces, view, below), bar, directions=view is WHOLE)
+        for surfaces, view, below, bar in ((whole, WHOLE, 3.0, 5), (joint, DETAIL, 0.5, 1))
     ]
-    drawing, (left, right) = draw_rows([pictures])
-    scale_bar(left, 5, WHOLE)
-    panel_letter(left, "a", "beams and joints")
+    titles = "beams and joints", "joint of $C_1$ and $C_3$ at $P_1$"
+    drawing, (_, right) = draw_rows([pictures], titles=titles)
     points = {"$C_1$": side.C[0, 0], "$C_3$": side.C[0, 1], "$P_1$": side.P[0]}
     name_points(right, DETAIL, points, PLACES_OF_JOINT, ACCENT)
     for name, direction in zip("xyz", axes, strict=True):
         tip = side.P[0] + (AXIS + 0.3) * radius * direction
         write(right, MILLIMETRE * DETAIL.project(tip), f"${name}$")
-    scale_bar(right, 1)
-    panel_letter(right, "b", "joint of $C_1$ and $C_3$ at $P_1$")
     return drawing
 
 

@@ -40,7 +40,6 @@ from knitstudy.use.style import (
     PERCENT,
     Style,
     height,
-    panel_letter,
     place,
     tint,
 )
@@ -65,7 +64,9 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     passing = np.unique(contacts["yarn"].to_numpy()[cell])
     yarns = [deformed_yarns(knit, dns, passing, point.increment) for point in points]
     pictures = [Picture(surfaces, FRONT, window) for surfaces in yarns]
-    drawing, panels = draw_rows([pictures], foot=BAR, above=CURVES)
+    titles = [f"{PERCENT * point.strain:.3g} % strain" for point in points]
+    letters = [f"c{point.number}" for point in points]
+    drawing, panels = draw_rows([pictures], foot=BAR, above=CURVES, titles=titles, letters=letters)
     foot = INCH * drawing.get_figheight() - CURVES
     upper, lower = (place(drawing, 0.075, foot + bottom, 0.4, high) for bottom, high in ((49, 30), (17, 28)))
     _draw_curves(upper, lower, place(drawing, 0.57, foot + 17, 0.4, 62), dns, contacts)
@@ -79,7 +80,6 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
         at, colours = MILLIMETRE * FRONT.project(spot[order]), scale.to_rgba(MEGAPASCAL * pressure[order])
         axes.scatter(at[:, 0], at[:, 1], c=colours, s=12, linewidth=0, zorder=5, rasterized=True)
         _point_at_contacts(axes, contacts, cell, point)
-        panel_letter(axes, f"c{point.number}", f"{PERCENT * point.strain:.3g} % strain")
     scale_bar(panels[0], 2, left=0.43)
     colour_bar(drawing, scale, "contact pressure (MPa)", 0.3, 0.4)
     return drawing

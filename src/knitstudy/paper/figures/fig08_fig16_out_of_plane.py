@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import matplotlib
@@ -36,7 +36,6 @@ from knitstudy.use.solids import (
     colour_bar,
     draw_rows,
     graded_tube,
-    scale_bar,
     tube,
 )
 from knitstudy.use.style import (
@@ -82,12 +81,22 @@ def _results(direction: str) -> dict[str, Results]:
 def draw_models(
     geometry: xr.Dataset, scenes: Mapping[str, Scene], reference: pd.DataFrame, **models: xr.Dataset
 ) -> Figure:
-    """Draw the deformed yarns of both models, a row with a scale of colours for each interaction."""
-    rows, titles = [], []
+    """Draw the deformed yarns of both models at full load, displacements true to scale.
+
+    Every interaction has a row with a scale of colours of its own.
+    """
+    radius, rows, scales, titles = float(geometry["radius"]), [], [], []
     for kind in SHOWN:
-        rows.append((models[f"{kind}_dns"], models[f"{kind}_rom3d"]))
-        titles += _titles(kind, *rows[-1], reference_of(reference, scenes[f"{kind}_dns"]))
-    return draw_elevations(rows, titles, float(geometry["radius"]), THICKNESS)
+        histories = models[f"{kind}_dns"], models[f"{kind}_rom3d"]
+        scales.append(colour_scale(np.concatenate([elevation(history) for history in histories])))
+        rows.append([elevated_yarns(history, radius, scales[-1], THICKNESS) for history in histories])
+        titles += _titles(kind, *histories, reference_of(reference, scenes[f"{kind}_dns"]))
+    window = bounds([surface for row in rows for surfaces in row for surface in surfaces])
+    pictures = [[Picture(surfaces, FRONT, window, 5 * (row is rows[-1])) for surfaces in row] for row in rows]
+    drawing, _ = draw_rows(pictures, head=14.5, foot=BAR, titles=titles)
+    for number, (scale, panels) in enumerate(zip(scales, ("a, b", "c, d"), strict=True)):
+        elevation_bar(drawing, scale, (number + 0.1) / 2, 0.4, f"({panels})  ")
+    return drawing
 
 
 def _titles(kind: str, dns: xr.Dataset, rom3d: xr.Dataset, true: Reference) -> list[str]:
@@ -108,40 +117,6 @@ def _largest(history: xr.Dataset) -> str:
 
 
 # ---- yarns coloured by their out-of-plane displacement ----
-
-
-def draw_elevations(
-    rows: Sequence[Sequence[xr.Dataset]], titles: Sequence[str], radius: float, thickness: float = 1.0
-) -> Figure:
-    """Return a figure of knits at full load, displacements true to scale, every row coloured on a scale of its own.
-
-    Parameters
-    ----------
-    rows : sequence of sequences of Dataset
-        Two histories a row.
-    titles : sequence of str
-        Of the panels, row by row.
-    radius : float
-        Radius of the yarns [m].
-    thickness : float
-        Drawn over true diameter of the yarns.
-    """
-    scales = [colour_scale(np.concatenate(list(map(elevation, row)))) for row in rows]
-    yarns = [
-        [elevated_yarns(history, radius, scale, thickness) for history in row]
-        for row, scale in zip(rows, scales, strict=True)
-    ]
-    window = bounds([surface for row in yarns for surfaces in row for surface in surfaces])
-    pictures = [[Picture(surfaces, FRONT, window) for surfaces in row] for row in yarns]
-    drawing, panels = draw_rows(pictures, head=14.5, foot=BAR)
-    for axes, letter, title in zip(panels, "abcdefgh", titles, strict=False):
-        panel_letter(axes, letter, title)
-    for axes in panels[-2:]:
-        scale_bar(axes, 5, FRONT)
-    share = 1 / len(scales)
-    for number, (scale, panels_of) in enumerate(zip(scales, ("a, b", "c, d", "e, f", "g, h"), strict=False)):
-        elevation_bar(drawing, scale, (number + 0.1) * share, 0.8 * share, f"({panels_of})  ")
-    return drawing
 
 
 def elevation(history: xr.Dataset) -> np.ndarray:
@@ -205,13 +180,11 @@ def draw_motion(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> 
     before = [tube(start[yarn], radius, tint(FAINT, 0.5), 0.35) for yarn in yarns]
     pale = [tube((start + motion)[yarn], radius, tint(FAINT, 0.35)) for yarn in yarns]
     shown = ((before + elevated_yarns(dns, radius, scale), FRONT), (pale, OBLIQUE))
-    pictures = [Picture(surfaces, view, bounds(surfaces, view)) for surfaces, view in shown]
-    drawing, panels = draw_rows([pictures], foot=BAR, above=CURVES)
+    pictures = [Picture(surfaces, view, bounds(surfaces, view), 5) for surfaces, view in shown]
+    motion_at = f"out-of-plane motion at {PERCENT * float(dns['strain'][-1]):.3g} % strain"
+    titles = motion_at, "interfacial forces on the lower rows' yarns"
+    drawing, panels = draw_rows([pictures], foot=BAR, above=CURVES, titles=titles, letters="cd")
     _draw_curves(drawing, dns)
-    panel_letter(panels[0], "c", f"out-of-plane motion at {PERCENT * float(dns['strain'][-1]):.3g} % strain")
-    panel_letter(panels[1], "d", "interfacial forces on the lower rows' yarns")
-    for axes, (_, view) in zip(panels, shown, strict=True):
-        scale_bar(axes, 5, view)
     elevation_bar(drawing, scale, 0.08, 0.36)
     draw_forces(panels[1], contacts, np.ones(contacts.sizes["crossing"]))
     return drawing

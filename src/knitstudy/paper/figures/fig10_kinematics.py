@@ -26,7 +26,6 @@ from knitstudy.use.solids import (
     bounds,
     draw_arrow,
     draw_rows,
-    scale_bar,
     window_around,
     write,
 )
@@ -91,13 +90,12 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     views = [_crossing(knit, dns, states, k) for k in range(3)]
     left, right, bottom, top = bounds(free, OBLIQUE)
     room = 0.25 * (right - left)  # the free body takes two thirds of the width
-    alone = Picture(free, OBLIQUE, (left - room, right + room, bottom, top))
+    alone = Picture(free, OBLIQUE, (left - room, right + room, bottom, top), 5)
     drawing, (body, *panels, section) = draw_rows(
         [[alone], [*(picture for picture, _, _ in views), None]], head=12.0, foot=CURVES
     )
     panel_letter(body, "a", "forces on one yarn, a free body, at full load")
     draw_forces(body, contacts, (contacts["yarn"].to_numpy() == yarn) @ [1.0, -1.0])
-    scale_bar(body, 5, OBLIQUE)
     turned = np.degrees(np.linalg.norm(states["section_rotation"], axis=1))
     numbers = (PERCENT * states["strain"], turned, MICROMETRE * np.abs(states["sliding"]))
     for k, (_, diameter, (start, way)) in enumerate(views):
@@ -105,7 +103,6 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
         axes.plot(*diameter.T, color=INK, linewidth=2.0, zorder=7, path_effects=HALO)
         draw_arrow(axes, start, way, ACCENT, 2.0)
         panel_letter(axes, f"b{k + 1}", f"{strain:.2f} % strain\nturned {angle:.1f}°, slid {distance:.0f} µm")
-    scale_bar(panels[0], 1)
     text = f"turn and slide are drawn {MAGNIFIED:g} times as large"
     panels[1].text(0.5, -0.02, text, transform=panels[1].transAxes, ha="center", va="top")
     _draw_spin(section, np.nan_to_num(states["contact_spin"]))
@@ -154,7 +151,7 @@ def _crossing(
     start, slide = view.project(middle), MAGNIFIED * view.project(np.nan_to_num(state["slide"].to_numpy()))
     window = window_around(middle[None], 2 * (REACH * MILLIMETRE * knit.radius,), view)
     return (
-        Picture(surfaces, view, window),
+        Picture(surfaces, view, window, bar=0.0 if k else 1.0, directions=False),
         MILLIMETRE * np.stack([start - across, start + across]),
         MILLIMETRE * np.stack([start, slide]),
     )

@@ -21,13 +21,12 @@ from knitstudy.use.solids import (
     HALO,
     Picture,
     draw_rows,
-    scale_bar,
     window_around,
     write,
     yarn_colours,
     yarn_tubes,
 )
-from knitstudy.use.style import INK, MILLIMETRE, MODELS, PAPER, Style, panel_letter, shared_legend
+from knitstudy.use.style import INK, MILLIMETRE, MODELS, PAPER, Style, shared_legend
 
 TENSION = {"course": "#0072B2", "wale": "#8E1B5A"}  # colours of the axes in course and in wale tension
 YARNS = ("#D8D4CC", "#EFECE6")  # of neighbouring yarns, pale below the segments
@@ -54,18 +53,16 @@ def draw(geometry: xr.Dataset, contacts: xr.Dataset, **stresses: xr.Dataset) -> 
     by_direction = {way: stresses[f"isotropic_{way}_dns_stress"] for way in TENSION}
     centroid = contacts["centroid"].to_numpy()
     window = window_around(centroid[centre_cell(contacts)], MILLIMETRE * knit.radius * np.array(MARGIN))
-    picture = Picture(yarn_tubes(knit, yarn_colours(knit, YARNS)), FRONT, window)
-    drawing, (left, right) = draw_rows([(picture, None)], foot=14.0)
-    panel_letter(left, "a", "segments and axes, undeformed cell")
+    picture = Picture(yarn_tubes(knit, yarn_colours(knit, YARNS)), FRONT, window, 2, directions=False)
+    titles = "segments and axes, undeformed cell", "honeycombs through the crossings"
+    drawing, (left, right) = draw_rows([(picture, None)], foot=14.0, titles=titles)
     _draw_segments(left, contacts, by_direction, knit.radius)
     size = 2 * MILLIMETRE * np.sqrt(np.nan_to_num(contacts["area"].to_numpy()) / np.pi)
     place: Style = {"offsets": MILLIMETRE * FRONT.project(centroid), "offset_transform": left.transData}
     look: Style = {"facecolor": PAPER, "edgecolor": INK, "linewidth": 1.2, "zorder": 6}
     left.add_collection(EllipseCollection(size, size, 0 * size, units="xy", **place, **look), autolim=False)
     left.scatter([], [], s=25, **look, label="contact, true area")
-    scale_bar(left, 2)
     _draw_honeycombs(right, knit, contacts_of_crossings(knit), by_direction)  # as claim M2 does
-    panel_letter(right, "b", "honeycombs through the crossings")
     shared_legend(drawing, ncols=2, labelcolor=INK)
     return drawing
 

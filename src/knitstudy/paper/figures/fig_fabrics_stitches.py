@@ -13,7 +13,7 @@ from knitstudy.knit.geometry.specimens import plain_knit
 from knitstudy.knit.loading.history import DIRECTIONS
 from knitstudy.paper.fabrics import CELLS, FITTED, measured, predicted
 from knitstudy.run.catalogue import FIGURES, Datasets, several
-from knitstudy.use.solids import FRONT, Picture, View, bounds, draw_rows, scale_bar, yarn_tubes
+from knitstudy.use.solids import FRONT, Picture, View, bounds, draw_rows, yarn_tubes
 from knitstudy.use.style import DOUBLE, INK, YARNS, Style, figure, panel_letter, shared_legend
 
 STITCHES = (FITTED, "garter", "rib", "seed")
@@ -76,12 +76,17 @@ def draw_stitches(knits: Mapping[str, xr.Dataset]) -> Figure:
     for loop in loops:
         knit = plain_knit(loop, LOOPS + -LOOPS % loop.columns, ROWS + -ROWS % loop.rows)
         tubes = yarn_tubes(knit, [YARNS[yarn % 2] for yarn in range(len(knit.centrelines))])
-        pictures.append([Picture(tubes, view, bounds(tubes, view, below=0.6)) for view in (FRONT, BACK)])
-    drawing, panels = draw_rows(list(zip(*pictures, strict=True)), DOUBLE)
-    for k, (name, loop) in enumerate(zip(knits, loops, strict=True)):
-        stitch = name.removeprefix(STUDIED).rpartition("-")[0]
-        front, back = panels[k], panels[k + len(loops)]
-        panel_letter(front, "abcdefgh"[k], f"{stitch}: {' / '.join(loop.stitches)}, front")
-        panel_letter(back, "abcdefgh"[k], "back")
-    scale_bar(panels[0], 1)
-    return drawing
+        bar = 0.0 if pictures else 1.0
+        pictures.append(
+            [
+                Picture(tubes, view, bounds(tubes, view, below=0.6), bar * (view is FRONT), directions=False)
+                for view in (FRONT, BACK)
+            ]
+        )
+    stitches = (name.removeprefix(STUDIED).rpartition("-")[0] for name in knits)
+    titles = [
+        f"{name}: {' / '.join(loop.stitches)}, front" for name, loop in zip(stitches, loops, strict=True)
+    ]
+    letters = 2 * "abcdefgh"[: len(loops)]
+    titles += len(loops) * ["back"]
+    return draw_rows(list(zip(*pictures, strict=True)), DOUBLE, titles=titles, letters=letters)[0]
