@@ -11,6 +11,7 @@ import xarray as xr
 from numpy.polynomial import Polynomial
 
 from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.scene.specimens import Looped
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import INTERACTIONS, is_direct, made_of
 
@@ -61,7 +62,7 @@ class Series:
     """Simulations of square knits, from the smallest to the largest, that differ in their number of cells alone."""
 
     stem: str
-    scenes: tuple[Scene, ...]
+    scenes: tuple[Looped, ...]
 
     @property
     def cells(self) -> np.ndarray:
@@ -105,10 +106,10 @@ class Series:
 
 def series_of(scenes: Iterable[Scene]) -> list[Series]:
     """Return the series (`SERIES`) among scenes, each of `FEWEST` sizes or more."""
-    scenes = list(scenes)
+    knits = [scene for scene in scenes if isinstance(scene, Looped)]
     series = []
     for stem, three in SERIES.items():
-        group = [scene for scene in scenes if scene.name == three or scene.name.startswith(f"{stem}-")]
+        group = [scene for scene in knits if scene.name == three or scene.name.startswith(f"{stem}-")]
         if len(group) >= FEWEST:
             series.append(Series(stem, tuple(sorted(group, key=lambda scene: scene.pattern.loops))))
     return series

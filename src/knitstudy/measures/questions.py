@@ -11,6 +11,7 @@ import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
 from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.scene.specimens import Looped
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.estimate import UNKNOWN, Estimate
 from knitstudy.measures.reference import Reference
@@ -132,6 +133,7 @@ def _pressure(history: xr.Dataset, contacts: xr.Dataset) -> np.ndarray:
 
 def _of_beams(values: np.ndarray, scene: Scene) -> np.ndarray:
     """Return the mean size (I,) over the crossings of the centre cell of values (I, k, ...) at all crossings."""
+    assert isinstance(scene, Looped), "yarns of loops cross"
     loops, rows = scene.pattern.loops, scene.pattern.rows
     middle = (rows // 2) * loops + loops // 2
     values = values[:, ZONES * middle : ZONES * (middle + 1)]

@@ -163,7 +163,7 @@ class RefinementSeries:
         """Resolutions in words."""
         if self.name == SOLID_YARNS:
             return "p = " + ", ".join(f"{degree:g}" for degree in self.resolutions)
-        return ", ".join(f"{1e3 * scene.metres('mesh.size'):.3g}" for scene in self.scenes) + " mm"
+        return ", ".join(f"{_millimetres(scene):.3g}" for scene in self.scenes) + " mm"
 
     @property
     def order(self) -> float:
@@ -225,16 +225,21 @@ def discretisation(scene: Scene) -> str:
 def resolution(scene: Scene) -> float:
     """Return the element size in yarn radii, or the degree of polynomials near crossings, of a direct simulation."""
     degree = scene.value("mesh.crossing_degree")
-    return scene.mesh.size if degree is None else degree
+    return float(scene.value("mesh.size") if degree is None else degree)
+
+
+def _millimetres(scene: Scene) -> float:
+    """Return the size of elements [mm]."""
+    return float(1e3 * (scene.value("mesh.size") * scene.yarn.radius))
 
 
 def made_of(scene: Scene) -> str:
     """Return discretisation and resolution in words."""
     if scene.value("mesh.crossing_degree") is None:
         times = scene.value("mesh.refinement") or 1
-        near = f", {times:g} times finer at crossings" if times != 1 else ""
-        return f"{discretisation(scene)} of {1e3 * scene.metres('mesh.size'):.2f} mm{near}"
-    near, far = scene.mesh.crossing_degree, scene.mesh.degree
+        finer = f", {times:g} times finer at crossings" if times != 1 else ""
+        return f"{discretisation(scene)} of {_millimetres(scene):.2f} mm{finer}"
+    near, far = scene.value("mesh.crossing_degree"), scene.value("mesh.degree")
     return f"{SOLID_YARNS} of degree {near}" + (f", {far} on legs" if far != near else "")
 
 

@@ -18,6 +18,7 @@ from knitstudy.knit.contacts.facets import tied_crossings
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.loading.history import load_path
 from knitstudy.knit.mesh.sweep import SweptMesh
+from knitstudy.knit.models.hexahedra import Hexahedra, PairOfHexahedra, TiedHexahedra, TiedPairOfHexahedra
 from knitstudy.knit.models.hexahedra.build import divide
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.yarns.interactions import STIFFNESS, Equations, penalties, tie_crossings
@@ -96,16 +97,21 @@ class Deck:
     departures: tuple[str, ...] = ()  # limits of the deck, in sentences
 
 
-def require_deck(scene: Scene) -> None:
-    """Refuse scenes whose yarns are not divided into hexahedra; ConfigurationError."""
-    if "deck" not in scene.kind.fidelity.outputs:
+Touching = Hexahedra | PairOfHexahedra
+Solid = TiedHexahedra | TiedPairOfHexahedra | Touching
+
+
+def hexahedral(scene: Scene) -> Solid:
+    """Return a scene if its yarns are divided into hexahedra; raises ConfigurationError if they are not."""
+    if not isinstance(scene, Solid):
         raise ConfigurationError(
             f"scene {scene.name!r}: fidelity is {scene.fidelity} but must be hexahedra for a deck: other programs"
             " do not have the elements and the contact of other models"
         )
+    return scene
 
 
-def specimen_deck(scene: Scene, specimen: Fabric, mesh: SweptMesh) -> Deck:
+def specimen_deck(scene: Solid, specimen: Fabric, mesh: SweptMesh) -> Deck:
     """Return the deck of a scene of hexahedra."""
     parts = divide(scene, mesh, specimen)
     tied = tied_crossings(scene, specimen.crossings)
@@ -116,8 +122,10 @@ def specimen_deck(scene: Scene, specimen: Fabric, mesh: SweptMesh) -> Deck:
     travel = max((float(np.linalg.norm(leg)) for leg in scene.value("load.path") or ()), default=0.0)
     reach = CONTACT_REACH * mesh.radius + travel
     interaction = None
+    assert parts.connectivity is not None, "hexahedra have nodes"
     if touching:
-        size = scene.metres("mesh.smallest")
+        assert isinstance(scene, Touching), "yarns that are not tied may touch"
+        size = scene.mesh.smallest * scene.yarn.radius
         law = penalties(scene, size)
         kind = scene.interaction if law.friction else "frictionless"
         interaction = Interaction(kind, law, scene.contact.penetration * size)
@@ -137,11 +145,11 @@ def specimen_deck(scene: Scene, specimen: Fabric, mesh: SweptMesh) -> Deck:
     )
 
 
-def _departures(scene: Scene, tied: np.ndarray) -> Iterator[str]:
+def _departures(scene: Solid, tied: np.ndarray) -> Iterator[str]:
     """Yield sentences on those keys of a scene that decks have no place for."""
     if tied.any():
         yield EXACTLY_JOINED
-    if tied.all():
+    if tied.all() or not isinstance(scene, Touching):
         return
     if scene.is_knit:
         yield "contact: between yarns that cross; a yarn does not touch itself in a deck, so that legs may meet"

@@ -22,7 +22,7 @@ from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.yarns.interactions import Equations
 from knitstudy.mechanics.materials.isotropic import Isotropic
-from knitstudy.use.deck import Deck, Step, Surface, specimen_deck
+from knitstudy.use.deck import Deck, Step, Surface, hexahedral, specimen_deck
 
 NUMBER = "%.12e"  # at most 19 characters: CalculiX reads no more than 20 of a number
 
@@ -303,7 +303,7 @@ def write_calculix(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: x
 
 
 def _deck(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset) -> Deck:
-    return specimen_deck(scene, fabric_of(geometry), SweptMesh.from_dataset(mesh))
+    return specimen_deck(hexahedral(scene), fabric_of(geometry), SweptMesh.from_dataset(mesh))
 
 
 # One square element of a fabric, to be copied into a model

@@ -37,7 +37,7 @@ def draw(
     spacings, diameters = (
         sweeps_of(key, {**drawn, **sweeps}, scenes, reference) for key in (SPACING, DIAMETER)
     )
-    spacing = MILLIMETRE * spacings[0].points[0].scene.pattern.course_spacing
+    spacing = MILLIMETRE * spacings[0].points[0].scene.value("pattern.course_spacing")
     columns = (("course spacing (mm)", spacings, spacing), ("yarn diameter (mm)", diameters, MILLIMETRE))
     drawing = figure(DOUBLE, 125.0, layout="constrained")
     panels = drawing.subplots(2, 2, sharex="col", sharey="row")

@@ -60,7 +60,7 @@ def draw(
     quantity = f"force over the {owners([true])}\nat full strain"
     curves = [force_curve(DIRECT, dns, true)]
     for name, history in beams.items():
-        look = BEAMS[scenes[name].beam.section]
+        look = BEAMS[scenes[name].value("beam.section")]
         dash = DASHES.get(scenes[name].value("beam.tie"), look.dash)
         curves.append(force_curve(replace(look, label=label_of(scenes[name]), dash=dash), history, true))
     axes = place(drawing, 0.11, low + 12.0, 0.5, BELOW - 20.0)

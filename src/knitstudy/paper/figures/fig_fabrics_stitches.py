@@ -72,7 +72,7 @@ STUDIED = "stitches-"  # before the name of the knit
 def draw_stitches(knits: Mapping[str, xr.Dataset]) -> Figure:
     """Draw the front of every knit above its back."""
     loops = [loop for dataset in knits.values() if (loop := fabric_of(dataset).loop)]
-    pictures = []
+    pictures: list[list[Picture]] = []
     for loop in loops:
         knit = plain_knit(loop, LOOPS + -LOOPS % loop.columns, ROWS + -ROWS % loop.rows)
         tubes = yarn_tubes(knit, [YARNS[yarn % 2] for yarn in range(len(knit.centrelines))])

@@ -14,6 +14,7 @@ from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
 from knitstudy.files import read_dataset, safe_name, write_table
 from knitstudy.knit.scene.kinds import unit_of
 from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.scene.specimens import Looped
 from knitstudy.run.commands import console
 from knitstudy.run.commands.console import SIZE, THERE
 from knitstudy.run.commands.run import log_on_console
@@ -51,14 +52,20 @@ def _stiffnesses(scene: Scene) -> list[str]:
     return [key for key in STIFFNESSES if scene.value(key) is not None]
 
 
+def _pulled(scene: Scene) -> tuple[Looped, str]:
+    """Return a scene that can be compared with a measured curve, and its direction."""
+    direction = scene.value("load.direction") or scene.value("load.deformation")
+    if not isinstance(scene, Looped) or direction not in ("course", "wale") or scene.load.strain < 0:
+        wanted = "a knit or a cell that is pulled in course or wale direction"
+        raise ConfigurationError(f"scene {scene.name!r}: must be {wanted} to be compared with a curve")
+    return scene, direction
+
+
 def _read(measured: Path, scene: Scene, named: dict[str, Any]) -> tuple[pd.Series[float], str]:
     """Return the measured curve for the direction of a scene, and its name."""
     from knitstudy.use.measured_curve import read_curve
 
-    direction = scene.value("load.direction") or scene.value("load.deformation")
-    if direction not in ("course", "wale") or scene.load.strain < 0:
-        wanted = "a knit or a cell that is pulled in course or wale direction"
-        raise ConfigurationError(f"scene {scene.name!r}: must be {wanted} to be compared with a curve")
+    _, direction = _pulled(scene)
     only = dict(pair.partition("=")[::2] for pair in named.pop("only"))
     how = {name: named.pop(name) for name in ("cycle", "branch", "skip_bad")}
     given = {name: value for name, value in named.items() if value is not None}
@@ -180,7 +187,7 @@ def fit(
     from knitstudy.use import curve_fit
     from knitstudy.use.measured_curve import at, simulated_curve, within
 
-    chosen = console.changed_scene(scene, changes, config)
+    chosen, _ = _pulled(console.changed_scene(scene, changes, config))
     for key in _stiffnesses(chosen):
         why = f"{key} is given in {unit_of(key)}, so that forces are not proportional to the modulus"
         raise ConfigurationError(f"scene {chosen.name!r}: {why}; leave it out, or compare results of several")

@@ -12,6 +12,7 @@ import click
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.alternatives import KNITOUT_PART
 from knitstudy.knit.scene.knitout import read_repeat
+from knitstudy.knit.scene.specimens import Looped
 from knitstudy.run.commands import console
 from knitstudy.run.commands.console import (
     changed_scene,
@@ -89,9 +90,9 @@ def loop(
         keys["pattern.points_file"] = str(points)
     if scene is None:  # the first one with loops
         scenes, _ = scenes_at_need(config)
-        scene = next(name for name, candidate in scenes.items() if "pattern" in candidate.sections)
+        scene = next(name for name, candidate in scenes.items() if isinstance(candidate, Looped))
     chosen = changed_scene(scene, (*keys.items(), *changes), config)
-    if "pattern" not in chosen.sections:
+    if not isinstance(chosen, Looped):
         raise ConfigurationError(
             f"scene {chosen.name!r}: specimen is {chosen.specimen} but must be made of loops"
         )

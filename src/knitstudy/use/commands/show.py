@@ -226,12 +226,10 @@ def export(
     from knitstudy.knit.mesh.sweep import SweptMesh
     from knitstudy.run.plan import Plan
     from knitstudy.run.stages import STAGES
-    from knitstudy.use.deck import require_deck, specimen_deck
+    from knitstudy.use.deck import hexahedral, specimen_deck
     from knitstudy.use.inp import write_inp
 
-    wanted = changed_scene(scene, changes, config)
-    require_deck(wanted)
-    chosen = Plan.of(config).labelled(wanted)
+    chosen = hexahedral(Plan.of(config).labelled(hexahedral(changed_scene(scene, changes, config))))
     geometry = STAGES["geometry"].function(chosen)
     mesh = SweptMesh.from_dataset(STAGES["mesh"].function(chosen, geometry=geometry))
     path = output or Path(f"{chosen.name}.{dialect}.inp")
