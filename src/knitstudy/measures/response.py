@@ -68,6 +68,11 @@ def distance_of_curves(knots: np.ndarray, values: np.ndarray, measure: np.ndarra
     return float(np.sqrt(square(values - measure) / square(measure)))
 
 
+def deformed_centrelines(history: xr.Dataset, increment: int = -1) -> np.ndarray:
+    """Return the stations (S, 3) of the centrelines at an increment [m]."""
+    return history["centreline"].to_numpy() + history["centreline_displacement"].to_numpy()[increment]
+
+
 def motion(history: xr.Dataset) -> np.ndarray:
     """Return the displacement (I, S, 3) of centrelines since the load path began [m].
 
@@ -129,8 +134,7 @@ def transverse_contraction(history: xr.Dataset) -> float:
 
     The height is the extent in y of the centrelines that began in the middle third of the width.
     """
-    drawn, displacement = (history[name].to_numpy() for name in ("centreline", "centreline_displacement"))
-    place, now = drawn + displacement[0], drawn + displacement[-1]
+    place, now = deformed_centrelines(history, 0), deformed_centrelines(history)
     x = place[:, X]
     middle = np.abs(x - 0.5 * (x.min() + x.max())) <= np.ptp(x) / 6
     return float(1 - np.ptp(now[middle, Y]) / np.ptp(place[middle, Y]))

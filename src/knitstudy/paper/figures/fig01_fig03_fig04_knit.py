@@ -90,14 +90,8 @@ def _numbers(state: xr.Dataset, radius: float) -> str:
 
 # ---- Fig. 3
 
-TIED: Style = {"marker": "s", "s": 20, "facecolor": ACCENT, "edgecolor": PAPER, "label": "tied"}
-FRICTION: Style = {
-    "marker": "o",
-    "s": 25,
-    "facecolor": PAPER,
-    "edgecolor": INK,
-    "label": "contact with friction",
-}
+TIED: Style = {"label": "tied", "marker": "s", "s": 20, "facecolor": ACCENT, "edgecolor": PAPER}
+TOUCHING: Style = {"label": "contact with friction", "s": 25, "facecolor": PAPER, "edgecolor": INK}
 HELD: Style = {"color": INK, "linewidth": 3.4, "label": "held"}
 DRIVEN: Style = {"color": "#D9740B", "linewidth": 3.4, "label": "driven"}
 STUB = 1.0  # length of the ends that are drawn as gripped where the grips are faces, in radii
@@ -124,7 +118,7 @@ def draw_interactions(geometry: xr.Dataset, course: xr.Dataset, wale: xr.Dataset
     for axes, direction, contacts in zip(panels, DIRECTIONS, (course, wale), strict=True):
         _draw_grips(axes, knit, direction)
         tied = contacts["tied"].to_numpy().astype(bool)
-        for which, look in ((tied, TIED), (~tied, FRICTION)):
+        for which, look in ((tied, TIED), (~tied, TOUCHING)):
             axes.scatter(*place[which].T, linewidth=1.2, zorder=6, **look)
     shared_legend(drawing, ncols=4, labelcolor=INK)
     return drawing

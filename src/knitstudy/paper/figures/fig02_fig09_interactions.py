@@ -122,8 +122,8 @@ def _draw_bodies(axes: Axes, lower: Profile, upper: Profile, formula: str) -> No
     ):
         axes.fill_between(x, end, profile(x), color=tint(colour, 0.22), linewidth=0)
         axes.plot(x, profile(x), color=colour, linewidth=1.4)
-        look: Style = {"color": PAPER, "markeredgecolor": colour, "markeredgewidth": 1.3, "markersize": 5}
-        axes.plot(nodes, profile(nodes), marker, **look, zorder=6)
+        rim: Style = {"markeredgecolor": colour, "markeredgewidth": 1.3}
+        axes.plot(nodes, profile(nodes), marker, color=PAPER, markersize=5, zorder=6, **rim)
         write(axes, (-2.9, height), f"{name} surface", color=colour, ha="left")
 
 

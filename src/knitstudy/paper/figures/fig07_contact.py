@@ -15,6 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.measures.centre_cell import Snapshot, area_of_cell, centre_cell, snapshots, zones_of_cell
+from knitstudy.measures.response import deformed_centrelines
 from knitstudy.run.catalogue import FIGURES, of_solid
 from knitstudy.use.solids import (
     BAR,
@@ -129,7 +130,7 @@ def deformed_yarns(
     knit: Fabric, dns: xr.Dataset, numbers: Iterable[int], increment: int, opacity: float = 1.0
 ) -> list[Surface]:
     """Return some yarns of a knit at an increment, displacements true to scale, in pale colours."""
-    position = dns["centreline"].to_numpy() + dns["centreline_displacement"].to_numpy()[increment]
+    position = deformed_centrelines(dns, increment)
     yarn, colours = dns["yarn"].to_numpy(), yarn_colours(knit)
     return [tube(position[yarn == number], knit.radius, tint(colours[number]), opacity) for number in numbers]
 
@@ -148,7 +149,7 @@ def _point_at_contacts(axes: Axes, contacts: xr.Dataset, cell: np.ndarray, point
     look: Style = {"arrowstyle": "-|>", "linewidth": 1.4, "color": ACCENT, "path_effects": HALO}
     for tip in MILLIMETRE * FRONT.project(now["contact_centroid"].to_numpy()[closed]):
         outwards = (tip - middle) / np.linalg.norm(tip - middle)
-        tail: Style = {"xytext": tuple(ARROW * outwards), "textcoords": "offset points"}
-        axes.annotate("", tip + 0.35 * outwards, **tail, arrowprops=look, zorder=8)
+        tail, head = tuple(ARROW * outwards), tuple(tip + 0.35 * outwards)
+        axes.annotate("", head, tail, textcoords="offset points", arrowprops=look, zorder=8)
     if not closed.any():
         write(axes, (0.5, 0.45), "no\ncontact", transform=axes.transAxes)

@@ -19,6 +19,7 @@ from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.measures.response import (
     RMS_U_Z,
     Z,
+    deformed_centrelines,
     out_of_plane_correlation,
     rms_out_of_plane,
     transverse_contraction,
@@ -128,7 +129,7 @@ def elevated_yarns(
     history: xr.Dataset, radius: float, scale: ScalarMappable, thickness: float = 1.0
 ) -> list[Surface]:
     """Return the yarns of a radius [m] at full load, displacements true to scale, drawn as thick as a share of it."""
-    place = history["centreline"].to_numpy() + history["centreline_displacement"].to_numpy()[-1]
+    place = deformed_centrelines(history)
     colours = np.array([to_hex(colour) for colour in scale.to_rgba(MILLIMETRE * elevation(history))])
     yarn, s = history["yarn"].to_numpy(), history["arc_length"].to_numpy()
     ends = (np.diff(yarn) != 0) | (np.diff(s) > CUT * radius)
@@ -175,10 +176,10 @@ def draw_motion(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> 
     """Draw contraction and motion over strain, and the knit at full load with the forces on lower yarns."""
     radius = float(geometry["radius"])
     scale = colour_scale(elevation(dns))
-    start, motion = dns["centreline"].to_numpy(), dns["centreline_displacement"].to_numpy()[-1]
+    start, end = dns["centreline"].to_numpy(), deformed_centrelines(dns)
     yarns = [dns["yarn"].to_numpy() == i for i in np.unique(dns["yarn"])]
     before = [tube(start[yarn], radius, tint(FAINT, 0.5), 0.35) for yarn in yarns]
-    pale = [tube((start + motion)[yarn], radius, tint(FAINT, 0.35)) for yarn in yarns]
+    pale = [tube(end[yarn], radius, tint(FAINT, 0.35)) for yarn in yarns]
     shown = ((before + elevated_yarns(dns, radius, scale), FRONT), (pale, OBLIQUE))
     pictures = [Picture(surfaces, view, bounds(surfaces, view), 5) for surfaces, view in shown]
     motion_at = f"out-of-plane motion at {PERCENT * float(dns['strain'][-1]):.3g} % strain"

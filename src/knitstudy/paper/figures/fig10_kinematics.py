@@ -16,6 +16,7 @@ from knitstudy.errors import DataFileError
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.measures.centre_cell import centre_cell, closest_neighbour, rotation_angle
+from knitstudy.measures.response import deformed_centrelines
 from knitstudy.paper.figures.fig07_contact import deformed_yarns
 from knitstudy.paper.figures.fig08_fig16_out_of_plane import OBLIQUE, draw_forces
 from knitstudy.run.catalogue import FIGURES, of_solid
@@ -141,7 +142,7 @@ def _crossing(
     out, along = state["outwards"].to_numpy(), knit.centrelines[yarn].tangent(np.array([s]))[0]
     view = View(tuple(-out), tuple(along))
     own = dns.isel(station=dns["yarn"].to_numpy() == yarn)
-    position = own["centreline"].to_numpy() + own["centreline_displacement"].to_numpy()[at]
+    position = deformed_centrelines(own, at)
     middle = np.array([np.interp(s, own["arc_length"], coordinate) for coordinate in position.T])
     surfaces = deformed_yarns(knit, dns, [yarn], at) + deformed_yarns(
         knit, dns, [int(state["other"])], at, 0.3

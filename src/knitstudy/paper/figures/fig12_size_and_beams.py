@@ -82,21 +82,17 @@ def _draw_size(axes: Axes, geometry: xr.Dataset, scene: Scene, paper: pd.DataFra
     """Draw degrees of freedom over the size, counted (lines) and the paper's (crosses)."""
     lines = []
     for model in counted_models(fabric_of(geometry), scene, paper):
-        look = MODELS[model.stem.split("-")[0]].colour
+        ink = MODELS[model.stem.split("-")[0]].colour
         if model.multiplied is NONE:
-            lines.append((model.name.removesuffix(", ties"), model.unknowns, look, "-"))
+            lines.append((model.name.removesuffix(", ties"), model.unknowns, ink, "-"))
         else:
-            lines.append(("hexahedra, contact by multipliers", model.multiplied, look, "--"))
+            lines.append(("hexahedra, contact by multipliers", model.multiplied, ink, "--"))
             lines.append(("paper, contact: its law", model.law, ACCENT, ":"))
     for name, law, colour, dash in lines:
         axes.plot(SHOWN, law(SHOWN), color=colour, linestyle=dash)
-        end: Style = {
-            "xytext": (5, {"hexahedra": -14, "paper, contact: its law": 6}.get(name, 0)),
-            "textcoords": "offset points",
-            "va": "center",
-            "color": colour,
-        }
-        axes.annotate(f"{name}: {law(SHOWN[-1]) / 1e6:.3g} million", (SHOWN[-1], law(SHOWN[-1])), **end)
+        end, above = law(SHOWN[-1]), {"hexahedra": -14, "paper, contact: its law": 6}.get(name, 0)
+        look: Style = {"textcoords": "offset points", "va": "center", "color": colour}
+        axes.annotate(f"{name}: {end / 1e6:.3g} million", (SHOWN[-1], end), (5, above), **look)
     rows = paper[
         paper["table"].astype(str).isin(["3", "5", "fig12a"]) & (paper["quantity"] == "degrees of freedom")
     ]

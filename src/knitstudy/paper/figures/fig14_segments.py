@@ -73,17 +73,12 @@ def _draw_segments(axes: Axes, contacts: xr.Dataset, stresses: dict[str, xr.Data
     place = dict(zip(labels, MILLIMETRE * FRONT.project(contacts["centroid"].to_numpy()), strict=True))
     rows, columns = (stresses["course"][f"segment_{name}"].to_numpy() for name in ("row", "column"))
     length = STROKE * MILLIMETRE * radius
-    beam: Style = {
-        "color": MODELS["rom2d"].colour,
-        "linewidth": 2.2,
-        "zorder": 5,
-        "label": "segment by geometry",
-    }
+    beam: Style = {"color": MODELS["rom2d"].colour, "label": "segment by geometry"}
     for kind, (lower, upper, up, right) in SEGMENTS.items():
         for segment in central(stresses["course"], kind):
             row, column = int(rows[segment]), int(columns[segment])
             line = np.array([place[row, column, lower], place[row + up, column + right, upper]])
-            axes.plot(*line.T, **beam, path_effects=HALO)
+            axes.plot(*line.T, **beam, linewidth=2.2, zorder=5, path_effects=HALO)
             middle = line.mean(axis=0)
             for way, stress in stresses.items():
                 axis = FRONT.project(stress["segment_axis"].sel(extent="whole").to_numpy()[segment, 0])
@@ -114,8 +109,8 @@ def _draw_honeycombs(axes: Axes, knit: Fabric, contacts: xr.Dataset, stresses: d
         lines[..., 0] += number * (COLUMNS + 0.6) * width
         axes.add_collection(LineCollection([*lines], colors=colour, linewidths=2.0, capstyle="round"))
         above = lines[..., 1].max() + 1.0
-        look: Style = {"ha": "center", "va": "bottom", "color": colour}
-        axes.text(lines[..., 0].mean(), above, f"{name}\n{step:.3g} mm a row", **look)
+        text = f"{name}\n{step:.3g} mm a row"
+        axes.text(lines[..., 0].mean(), above, text, ha="center", va="bottom", color=colour)
     axes.margins(0.04, 0.12)
     axes.autoscale_view()
     axes.set_aspect("equal", adjustable="datalim")

@@ -204,13 +204,7 @@ def draw_reference(axes: Axes, reference: Reference, unit: float = 1.0) -> None:
     strain, force, off = reference.curve()
     force, off = force / unit, off / unit
     axes.fill_between(PERCENT * strain, force - off, force + off, color=FAINT, alpha=0.6, linewidth=0)
-    look: Style = {
-        "color": INK,
-        "linestyle": "none",
-        "marker": "s",
-        "markersize": 3.0,
-        "markerfacecolor": "white",
-    }
-    look |= {"capsize": 2.5, "linewidth": 0.8, "label": "reference", "zorder": 3, "clip_on": False}
+    look: Style = {"fmt": "s", "color": INK, "markersize": 3.0, "markerfacecolor": "white", "capsize": 2.5}
+    look |= {"linewidth": 0.8, "label": "reference", "zorder": 3, "clip_on": False}
     drawn = axes.errorbar(PERCENT * strain[1:], force[1:], off[1:], **look)
     axes.legend(handles=[drawn], loc="lower right", handlelength=1.0)  # curves have labels where they end
