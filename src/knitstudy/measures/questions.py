@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
+from knitstudy.knit.scene.kinds import MODELS
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.specimens import Looped
 from knitstudy.measures.centre_cell import centre_cell
@@ -41,8 +42,8 @@ class Question:
     by: Mapping[str, tuple[str, ...]]
 
 
-_SOLIDS = ("hexahedra", "spline_yarns")
-_ALL = (*_SOLIDS, "rom2d", "rom3d", "beam")
+_SOLIDS = tuple(name for name, model in MODELS.all().items() if model.solid)
+_ALL = MODELS.names()
 
 SHARES = tuple(round(0.1 * tenth, 1) for tenth in range(1, 11))
 """Shares of the strain at which a curve is compared."""

@@ -24,6 +24,7 @@ from scipy.stats import t as student
 
 from knitstudy.errors import ConvergenceError, DataFileError
 from knitstudy.files import STRAINS
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
@@ -116,27 +117,11 @@ class LawFit:
         return {name: (float(np.sqrt(np.mean(part**2))), float(part.max())) for name, part in parts.items()}
 
 
-def fit_exponentials(
-    states: States, mirrored: bool = True, error: float = ERROR, sizes: Sequence[float] = SIZES
-) -> LawFit:
-    """Return the law of few exponentials with that error, or with nearly the least that there is.
+def _few_terms(columns: Floats, goal: Floats, error: float) -> tuple[Ints, Floats]:
+    """Return the numbers (k,) of the columns (n, terms) that an error of the goal (n,) needs, and their weights (k,)."""
+    norm = np.linalg.norm(columns, axis=0)
 
-    Of a `mirrored` law shear of either sign is the same (an orthotropic fabric). With `sizes` of (0,) the law is
-    quadratic: that of a linear membrane.
-    """
-    strain, derivative = green(states.stretch)
-    slope, size = _dictionary(mirrored, sizes)
-    slope = slope / _reach(strain)
-    pair = (slope, slope * MIRROR) if mirrored else (slope,)
-    forces = np.zeros((len(strain), len(AXES), len(slope)))
-    for mode in pair:
-        along = strain @ mode.T
-        factor = np.where(size > 0, np.expm1(along), along) / len(pair)
-        forces += np.einsum("nk,ki,nij->njk", factor, mode, derivative, optimize=True)
-    columns = (forces / states.scale[:, None, None]).reshape(-1, len(slope))
-    norm, goal = np.linalg.norm(columns, axis=0), (states.force / states.scale[:, None]).ravel()
-
-    def solve(chosen: np.ndarray) -> tuple[np.ndarray, float]:
+    def solve(chosen: Ints) -> tuple[Floats, float]:
         weight, left = nnls(columns[:, chosen] / norm[chosen], goal)
         return weight / norm[chosen], left * np.sqrt(3 / len(goal))
 
@@ -155,7 +140,29 @@ def fit_exponentials(
         if solved[best][1] > allowed:
             break
         chosen = fewer[best][solved[best][0] > 0]
-    weight, _ = solve(chosen)
+    return chosen, solve(chosen)[0]
+
+
+def fit_exponentials(
+    states: States, mirrored: bool = True, error: float = ERROR, sizes: Sequence[float] = SIZES
+) -> LawFit:
+    """Return the law of few exponentials with that error, or with nearly the least that there is.
+
+    Of a `mirrored` law shear of either sign is the same (an orthotropic fabric). With `sizes` of (0,) the law is
+    quadratic: that of a linear membrane.
+    """
+    strain, derivative = green(states.stretch)
+    slope, size = _dictionary(mirrored, sizes)
+    slope = slope / _reach(strain)
+    pair = (slope, slope * MIRROR) if mirrored else (slope,)
+    forces = np.zeros((len(strain), len(AXES), len(slope)))
+    for mode in pair:
+        along = strain @ mode.T
+        factor = np.where(size > 0, np.expm1(along), along) / len(pair)
+        forces += np.einsum("nk,ki,nij->njk", factor, mode, derivative, optimize=True)
+    columns = (forces / states.scale[:, None, None]).reshape(-1, len(slope))
+    goal = (states.force / states.scale[:, None]).ravel()
+    chosen, weight = _few_terms(columns, goal, error)
     flat, curved = size[chosen] == 0, size[chosen] > 0
     slope, both = slope[chosen], [modes[chosen] for modes in pair]
     dyads = sum(np.einsum("ki,kj->kij", modes, modes) for modes in both) / len(pair)  # of a term's form
