@@ -118,7 +118,7 @@ class LawFit:
 
 
 def _few_terms(columns: Floats, goal: Floats, error: float) -> tuple[Ints, Floats]:
-    """Return the numbers (k,) of the columns (n, terms) that an error of the goal (n,) needs, and their weights (k,)."""
+    """Return the columns (k,) of all (n, terms) that an error of the goal (n,) needs, and their weights (k,)."""
     norm = np.linalg.norm(columns, axis=0)
 
     def solve(chosen: Ints) -> tuple[Floats, float]:

@@ -108,9 +108,10 @@ def write_deformed(
 
 def _elements(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> SweptMesh | QuadraticMesh:
     """Return the mesh that the elements of a scene make of a swept one."""
-    element = scene.value("mesh.element")
-    quadratic = element is not None and ELEMENTS.find(element).nodes == NODES
-    return quadratic_mesh(mesh, specimen.centrelines) if quadratic else mesh
+    if (element := scene.value("mesh.element")) is None:
+        return mesh
+    kind: Any = ELEMENTS.find(element)
+    return quadratic_mesh(mesh, specimen.centrelines) if kind.nodes == NODES else mesh
 
 
 # Spline yarns. A section is an O-grid with the middles of its edges and faces, repeated at the ends and in the middle
