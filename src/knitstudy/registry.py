@@ -57,10 +57,11 @@ class Registry(Generic[Entry]):
 
         Raises ConfigurationError if another entry has the same name.
         """
-        if entry.name in self._entries:
-            raise ConfigurationError(f"{self.what} {entry.name!r} is registered twice")
-        self._entries[entry.name] = entry
-        self._modules[entry.name] = sys._getframe(1).f_globals["__name__"]
+        name: str = entry.name  # type: ignore[attr-defined]  # of an object, or of a class
+        if name in self._entries:
+            raise ConfigurationError(f"{self.what} {name!r} is registered twice")
+        self._entries[name] = entry
+        self._modules[name] = sys._getframe(1).f_globals["__name__"]
         return entry
 
     def all(self) -> dict[str, Entry]:
