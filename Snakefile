@@ -50,11 +50,11 @@ rule all:
         TABLES,
         REPORT,
     message:
-        "Study {config[study]}: complete"
+        f"Study {CONFIGURATION.study}: complete"
 
 
 rule campaign:
     input:
         lambda wildcards: wanted(campaign()),
     message:
-        "All scenes of {config[folder]}: complete"
+        f"All scenes of {CONFIGURATION.folder}: complete"

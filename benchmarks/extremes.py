@@ -44,10 +44,10 @@ from knitstudy.knit.scene.kinds import all_keys
 from knitstudy.knit.scene.scene import Scene, digest
 from knitstudy.measures import history_checks as checks
 from knitstudy.registry import find, unknown_choice
-from knitstudy.run.code import MODEL, code_digest
 from knitstudy.run.configuration import CONFIG, FAMILIES, load_scenes
 from knitstudy.run.job import end_with_parent
 from knitstudy.run.plan import Plan
+from knitstudy.run.stages import MODEL, code_digest
 from knitstudy.run.store import simulate
 from knitstudy.use.style import DOUBLE, FAINT, INK, figure, place, shared_legend, styled
 

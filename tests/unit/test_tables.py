@@ -16,9 +16,8 @@ from knitstudy.measures.cost import SERIES
 from knitstudy.measures.response import distance_of_curves, out_of_plane_correlation, transverse_contraction
 from knitstudy.paper.paper_values import number, numbers
 from knitstudy.paper.report.files import READERS
-from knitstudy.run.catalogue import FIGURES, TABLES
+from knitstudy.run.catalogue import FIGURES, TABLES, Displays, reference_files
 from knitstudy.run.configuration import CONFIG, load_scenes, load_study
-from knitstudy.run.displays import Displays, reference_files
 from knitstudy.run.plan import Plan
 
 

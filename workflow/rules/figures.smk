@@ -4,7 +4,7 @@ FIGURES = paths_of("figure", "png", "pdf")
 
 rule figure:
     input:
-        unpack(sources_of("figure")),
+        unpack(sources_of("figure", "png", "pdf")),
     output:
         png=report(
             update("results/figures/{figure}.png"),
@@ -18,6 +18,8 @@ rule figure:
     wildcard_constraints:
         figure="[^/]+",
     threads: 1
+    conda:
+        "../envs/knitstudy.yaml"
     resources:
         mem_mb=1000,
     params:

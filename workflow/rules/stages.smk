@@ -6,7 +6,7 @@ for stage in STAGES.values():
         name:
             stage.name
         input:
-            unpack(made(stage.name)),
+            unpack(needs_of(stage.name)),
         output:
             update(f"{RESULTS}/{stage.path_pattern}"),
         log:
@@ -14,11 +14,14 @@ for stage in STAGES.values():
         priority: 10 if stage.restarts else 0
         localrule: not stage.queued
         threads: 1
+        conda:
+            "../envs/knitstudy.yaml"
         resources:
             mem_mb=memory(stage.name),
             runtime=runtime(stage.name),
         params:
-            digest=digest(stage.name),
+            stage=stage.name,
+            digest=digest_of_step(stage.name),
         message:
             stage.message
         script:

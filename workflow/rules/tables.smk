@@ -4,7 +4,7 @@ TABLES = paths_of("table", "csv")
 
 rule table:
     input:
-        unpack(sources_of("table")),
+        unpack(sources_of("table", "csv")),
     output:
         report(
             update("results/tables/{table}.csv"),
@@ -17,6 +17,8 @@ rule table:
     wildcard_constraints:
         table="[^/]+",
     threads: 1
+    conda:
+        "../envs/knitstudy.yaml"
     resources:
         mem_mb=500,
     params:

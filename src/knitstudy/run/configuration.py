@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -23,7 +23,7 @@ from knitstudy.knit.scene.kinds import Kind, Labels, all_keys, all_kinds, defaul
 from knitstudy.knit.scene.scene import Scene, flat, set_dotted
 from knitstudy.registry import find, unknown_choice
 from knitstudy.run.advice import AUTO, Choice, Requirements, choose, is_open, of_model, problem_of_keys
-from knitstudy.run.families import STUDIES, Member, family_files, read_families
+from knitstudy.run.families import STUDIES, Member, Study, family_files, read_families
 
 FAMILIES = "scenes"  # The folder of families in a configuration folder
 
@@ -42,10 +42,12 @@ _RECORD = "achieved"  # Record of the calibration, for readers
 class Workflow(Section):
     """The study of scenes that is made, the folder that they stand in, and modules of kinds from outside."""
 
-    study: Literal["ci", "reduced", "full", "reference", "fabrics"] = output("choice")
+    study: Study = output("choice", default="reduced")
     """Which scenes are run; no result depends on it. Checked: all."""
     folder: Annotated[str, Field(min_length=1)] = output(
-        "choice", allowed="the path of a folder with defaults.yaml, families of scenes and a calibrated loop"
+        "choice",
+        allowed="the path of a folder with defaults.yaml, families of scenes and a calibrated loop",
+        default=CONFIG.name,
     )
     """Where files are. Checked: config, and folders of tests."""
     plugins: tuple[Annotated[str, Field(pattern=r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)*$")], ...] = output(
@@ -320,7 +322,7 @@ def check_together(
             check_source(scene, source, scenes, where)
 
 
-ALIKE = {
+SHARED = {
     "rom.contacts_from": ("knit", "interaction", "load.direction", "tie.radius"),
     "rom.springs_from": ("knit", "interaction"),
 }
@@ -337,7 +339,7 @@ SPRINGS = (
 """Keys that springs depend on beside the keys of the knit: springs are secants at full load."""
 
 
-def measures(scene: Scene, source: str) -> bool:
+def gives_springs(scene: Scene, source: str) -> bool:
     """Return whether springs of a scene are measured of the direct simulation that its key `source` names."""
     return (
         scene.value("rom.axes") is not None
@@ -359,7 +361,7 @@ def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: 
         message = unknown_choice(f"{source} names the unknown scene of solid yarns", name, name, direct)
         raise ConfigurationError(f"{where}: {message}")
     for shared in dict.fromkeys(
-        (*ALIKE.get(source, ("knit",)), *(SPRINGS if measures(scene, source) else ()))
+        (*SHARED.get(source, ("knit",)), *(SPRINGS if gives_springs(scene, source) else ()))
     ):
         here, there = scene.value(shared), scenes[name].value(shared)
         if here is not None and here != there:

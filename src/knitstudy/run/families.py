@@ -16,13 +16,16 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.documents import read_yaml
 from knitstudy.registry import unknown_choice
 
-STUDIES = ("ci", "reduced", "full", "reference", "fabrics")  # Names of the studies that a scene can belong to
+Study = Literal[
+    "ci", "reduced", "full", "reference", "fabrics"
+]  # Names of the studies that a scene can belong to
+STUDIES: tuple[str, ...] = get_args(Study)
 MOST = 10_000  # Scenes that one entry may make; more are taken for a mistake
 
 _OF_FAMILY = ("studies", "keys", "scenes")

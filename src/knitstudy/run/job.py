@@ -46,7 +46,7 @@ def frame(job: Any) -> Iterator[Progress]:
     the log; the script then ends with status 1.
     """
     end_with_parent()
-    label = " ".join([job.rule, *job.wildcards])
+    label = " ".join([job.params.get("stage", job.rule), *job.wildcards])
     path = Path(job.log[0])
     path.parent.mkdir(parents=True, exist_ok=True)
     started = time.monotonic()

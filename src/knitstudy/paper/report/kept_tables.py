@@ -10,9 +10,8 @@ from pathlib import Path
 from knitstudy.files import read_table
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.run.catalogue import TABLES, Catalogue
+from knitstudy.run.catalogue import TABLES, Catalogue, Displays, reference_files
 from knitstudy.run.configuration import CONFIG, load_study
-from knitstudy.run.displays import Displays, reference_files
 from knitstudy.run.plan import Plan
 
 STUDY, VERDICTS = "full", "verdicts"

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from knitstudy.files import read_dataset
-from knitstudy.run.record import scenes_of
 from knitstudy.run.stages import STAGES
+from knitstudy.run.store import scenes_of
 from knitstudy.use.deformed import deformed, page_of
 
 MOST = 120_000  # Corners of all increments: about 1 MB

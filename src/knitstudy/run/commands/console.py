@@ -198,7 +198,7 @@ def is_result(name: str) -> bool:
 
 def recorded(name: str, defaults: Mapping[str, Any]) -> tuple[Scene, dict[str, Scene]]:
     """Return the scene of a result file and the scenes that it names; `defaults` are for keys that the file lacks."""
-    from knitstudy.run.record import scenes_of
+    from knitstudy.run.store import scenes_of
 
     return scenes_of(read_dataset(name), name, defaults)
 

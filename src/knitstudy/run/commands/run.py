@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -25,9 +25,6 @@ from knitstudy.run.commands.console import (
     set_option,
 )
 from knitstudy.run.configuration import asks, plan_of, problem_of
-
-if TYPE_CHECKING:
-    pass
 
 STAGES = ("knitstudy.run.store", "knitstudy.knit.loading.solve.resumed")
 """Loggers whose messages a user sees: which stages ran, and from which increment a run goes on."""
@@ -73,7 +70,7 @@ def run(
     from knitstudy.knit.loading.run import Progress
     from knitstudy.measures.differences import differing_variables
     from knitstudy.measures.summary import summarise
-    from knitstudy.run.store import simulate, write_outputs
+    from knitstudy.run.store import simulate
 
     before = read_dataset(scene) if console.is_result(scene) else None
     chosen = changed_scene(scene, changes, config)
@@ -83,7 +80,6 @@ def run(
     try:
         with log_on_console(verbose):
             results = simulate(chosen, output, config=config, progress=Progress, anew=anew, plan=plan)
-            write_outputs(results, output)
     except KeyboardInterrupt:
         kept = f"stages that were done and the last converged increment are kept in {output}"
         raise KeyboardInterrupt(f"stopped; {kept}: the same command goes on from there") from None
@@ -121,7 +117,7 @@ def measure(scene: str, changes: tuple, output: Path, config: Path) -> None:
     knitstudy measure rom3d-tie-course
     knitstudy measure yarns-isotropic-course --set yarn.poisson_ratio=0.49
     """
-    from knitstudy.run.advice.trade import measure as measured
+    from knitstudy.run.trade import measure as measured
 
     problem, _, _ = problem_of(scene, dict(changes), config)
     with log_on_console(verbose=False):

@@ -126,7 +126,7 @@ def show(
 
 def _keys(dataset: xr.Dataset, file: Path) -> dict[str, Any]:
     """Return the keys of a result's scene by dotted name; keys of scenes that it names as ``SCENE: key``."""
-    from knitstudy.run.record import keys_of
+    from knitstudy.run.store import keys_of
 
     keys, sources = keys_of(dataset, file)
     own = {f"{name}: {key}": value for name, part in sources.items() for key, value in flat(part).items()}

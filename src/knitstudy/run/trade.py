@@ -28,9 +28,9 @@ from knitstudy.measures.questions import QUESTIONS, answers, known
 from knitstudy.measures.reference import Reference
 from knitstudy.run.advice import COLUMNS, ERROR, MEMORY, OWN, SECONDS, applies
 from knitstudy.run.advice.sample import Case, Inputs, Trade, load_trade, same_knit
-from knitstudy.run.code import MODEL, code_digest
 from knitstudy.run.job import end_with_parent
 from knitstudy.run.plan import Plan
+from knitstudy.run.stages import MODEL, code_digest
 from knitstudy.run.store import simulate
 
 FEW = 3  # Knits of the highest degree that say how far the next one is off
