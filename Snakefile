@@ -11,6 +11,19 @@ configfile: workflow.source_path("config/config.yaml")
 
 
 include: "workflow/rules/common.smk"
+
+
+# The first rule is what `snakemake` alone makes; a workflow that imports this one has a first rule of its own.
+rule all:
+    input:
+        wanted(STUDY),
+        lambda wildcards: FIGURES(wildcards),
+        lambda wildcards: TABLES(wildcards),
+        lambda wildcards: REPORT,
+    message:
+        f"Study {CONFIGURATION.study}: complete"
+
+
 include: "workflow/rules/stages.smk"
 include: "workflow/rules/displays.smk"
 include: "workflow/rules/figures.smk"
@@ -40,17 +53,6 @@ onsuccess:
 
 onerror:
     cancel_timers()
-
-
-rule all:
-    default_target: True
-    input:
-        wanted(STUDY),
-        FIGURES,
-        TABLES,
-        REPORT,
-    message:
-        f"Study {CONFIGURATION.study}: complete"
 
 
 rule campaign:

@@ -10,7 +10,9 @@ from pathlib import Path
 # Snakemake puts the interpreter into a shell command as it is: a checkout whose path has a space needs the quotes.
 sys.executable = shlex.quote(sys.executable.strip("'"))
 SOURCE = Path(workflow.current_basedir) / "../../src"
-if SOURCE.is_dir():  # a checkout; another workflow that imports this one from elsewhere has knitstudy installed
+if (
+    SOURCE.is_dir()
+):  # a checkout; another workflow that imports this one from elsewhere has knitstudy installed
     sys.path.insert(0, str(SOURCE.resolve()))
 
 from knitstudy.errors import KnitstudyError

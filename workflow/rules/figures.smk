@@ -17,9 +17,9 @@ rule figure:
         "logs/figure/{figure}.log",
     wildcard_constraints:
         figure="[^/]+",
-    threads: 1
     conda:
         "../envs/knitstudy.yaml"
+    threads: 1
     resources:
         mem_mb=1000,
     params:

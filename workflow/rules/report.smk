@@ -24,9 +24,9 @@ rule report:
         update(f"{RESULTS}/report.html"),
     log:
         "logs/report.log",
-    threads: 1
     conda:
         "../envs/knitstudy.yaml"
+    threads: 1
     resources:
         mem_mb=500,
     params:

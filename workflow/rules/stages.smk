@@ -13,9 +13,9 @@ for stage in STAGES.values():
             f"logs/{stage.name}/{stage.label}.log",
         priority: 10 if stage.restarts else 0
         localrule: not stage.queued
-        threads: 1
         conda:
             "../envs/knitstudy.yaml"
+        threads: 1
         resources:
             mem_mb=memory(stage.name),
             runtime=runtime(stage.name),

@@ -16,9 +16,9 @@ rule table:
         "logs/table/{table}.log",
     wildcard_constraints:
         table="[^/]+",
-    threads: 1
     conda:
         "../envs/knitstudy.yaml"
+    threads: 1
     resources:
         mem_mb=500,
     params:

@@ -219,7 +219,9 @@ def asked_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> tu
     return problem, validated(Requirements, wish, where, "ask."), where
 
 
-def problem_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> tuple[Scene, dict, str]:
+def problem_of(
+    name: str, changes: Mapping[str, Any], config: Path = CONFIG
+) -> tuple[Scene, dict[str, Any], str]:
     """Return the physical problem of a scene with changed keys, its keys, and the beginning of messages about it."""
     member = _named(name, load_families(config), config)
     keys = {key: value for key, value in member.keys.items() if is_open(member.keys) or not of_model(key)}
@@ -227,7 +229,7 @@ def problem_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> 
     return problem_of_keys(name, keys, member.where, layered_defaults(config)), keys, member.where
 
 
-def drawn_defaults() -> dict:
+def drawn_defaults() -> dict[str, Any]:
     """Return the defaults that models are measured with: the checkout's own."""
     return layered_defaults()
 
@@ -237,7 +239,7 @@ def _named(name: str, scenes: Mapping[str, Any], config: Path) -> Any:
     return find("scene", scenes, name, str(Path(config) / FAMILIES))
 
 
-def _scene(member: Member, defaults: dict) -> Scene:
+def _scene(member: Member, defaults: dict[str, Any]) -> Scene:
     """Return the scene of a member of a family: its keys over the defaults."""
     own: dict[str, Any] = {}
     for name, value in member.keys.items():
@@ -268,13 +270,13 @@ def default_keys(config: Path = CONFIG) -> dict[str, Any]:
     return defaults_of_fields() | flat(document)
 
 
-def _least(kind: Kind) -> dict:
+def _least(kind: Kind) -> dict[str, Any]:
     """Return the labels of a scene of a kind."""
-    least: dict = {"name": "defaults", "knit": "defaults", "outputs": []}
+    least: dict[str, Any] = {"name": "defaults", "knit": "defaults", "outputs": []}
     return least | {label: getattr(kind, label).name for label in ("fidelity", "interaction", "specimen")}
 
 
-def layered_defaults(config: Path = CONFIG) -> dict:
+def layered_defaults(config: Path = CONFIG) -> dict[str, Any]:
     """Return ``defaults.yaml``, with the loop file that ``pattern.loop`` names laid under it."""
     config = base_of(config)
     document = read_yaml(config / "defaults.yaml")
@@ -288,7 +290,7 @@ def layered_defaults(config: Path = CONFIG) -> dict:
     return document
 
 
-def _read_loop(path: Path) -> dict:
+def _read_loop(path: Path) -> dict[str, Any]:
     """Return the layer of a scene that a file of a calibrated loop gives."""
     loop = read_yaml(path)
     layer: dict[str, Any] = {}

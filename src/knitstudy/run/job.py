@@ -12,6 +12,7 @@ import time
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -78,7 +79,8 @@ def _redirected_to(log: TextIO) -> Iterator[TextIO]:
     with os.fdopen(os.dup(2), "w", buffering=1) as console:
         for descriptor in (1, 2):
             os.dup2(log.fileno(), descriptor)
-        sys.stdout.reconfigure(line_buffering=True)
+        if isinstance(sys.stdout, TextIOWrapper):
+            sys.stdout.reconfigure(line_buffering=True)
         form = "%(asctime)s %(name)s: %(message)s"
         logging.basicConfig(stream=sys.stderr, level=logging.INFO, format=form, force=True)
         logging.captureWarnings(True)

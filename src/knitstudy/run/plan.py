@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import ChainMap
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 
 from knitstudy.errors import ConfigurationError
@@ -20,7 +19,7 @@ DIGITS = 8  # Digits of a hash in the name of a scene or knit that the configura
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """A result of a scene by a stage, and all that it is made from.
+    """A result of a scene by a stage, and all that it is made from; `Plan.step` makes it.
 
     Attributes
     ----------
@@ -28,35 +27,25 @@ class Step:
         Results that the stage takes, by the parameters of its function.
     sources : mapping of str to Scene
         Scenes that the scene names, by name.
+    seen : Scene
+        The scene with the keys alone that the stage reads.
+    path : Path
+        Of the result, under the folder of results.
+    digest : str
+        Of the keys and the code that the result depends on, and of its needs. It decides which results are made again,
+        by the workflow and by `simulate`.
     """
 
     stage: Stage
     scene: Scene
     needs: Mapping[str, Step]
     sources: Mapping[str, Scene]
+    seen: Scene
+    path: Path
+    digest: str
 
     def __str__(self) -> str:
         return f"{self.stage.name} {self.scene.name}"
-
-    @cached_property
-    def path(self) -> Path:
-        """The path of the result under the folder of results."""
-        return self.stage.path(self.scene)
-
-    @cached_property
-    def digest(self) -> str:
-        """The digest of a result that is up to date: of the keys and code that it depends on, and of its needs.
-
-        It decides which results are made again, by the workflow and by `simulate`.
-        """
-        needs = {name: step.digest for name, step in self.needs.items()}
-        reads, code = self.stage.document(self.scene), code_digest(*self.stage.code)
-        return digest({"stage": self.stage.name, "reads": reads, "code": code, "needs": needs})
-
-    @cached_property
-    def seen(self) -> Scene:
-        """The scene with the keys alone that the stage reads."""
-        return self.scene.only(self.stage.document(self.scene), self.stage.reads(self.scene))
 
 
 class Plan:
@@ -97,15 +86,20 @@ class Plan:
         """
         known = self._steps.get((stage, id(scene)))
         if known is None:
-            needs = {
-                name: self.step(need.stage, self.named(scene, need.key) if need.key else scene)
-                for name, need in STAGES[stage].needs.items()
-                if need.of(scene)
-            }
-            named = filter(None, map(scene.value, scene.kind.fidelity.sources))
-            sources = {name: self.scenes[name] for name in named if name in self.scenes}
-            known = self._steps[stage, id(scene)] = Step(STAGES[stage], scene, needs, sources)
+            known = self._steps[stage, id(scene)] = self._step(STAGES[stage], scene)
         return known
+
+    def _step(self, stage: Stage, scene: Scene) -> Step:
+        path, (document, keys) = stage.path(scene), stage.read(scene)
+        needs = {
+            name: self.step(need.stage, self.named(scene, need.key) if need.key else scene)
+            for name, need in stage.needs_of(scene).items()
+        }
+        digests = {name: need.digest for name, need in needs.items()}
+        of = {"stage": stage.name, "reads": document, "code": code_digest(*stage.code), "needs": digests}
+        named = filter(None, map(scene.value, scene.kind.fidelity.sources))
+        sources = {name: self.scenes[name] for name in named if name in self.scenes}
+        return Step(stage, scene, needs, sources, scene.only(document, keys), path, digest(of))
 
     def step_of(self, stage: str, label: str) -> Step:
         """Return a result by the label in the name of its file, that of a knit or of a scene.

@@ -157,12 +157,17 @@ class Stage:
         """Return the path of its result under the folder of results."""
         return Path(self.path_pattern.format(scene=scene.name, knit=scene.knit))
 
-    def document(self, scene: Scene) -> dict[str, Any]:
-        """Return the keys that it reads of a scene, as plain data."""
-        document = scene.read(self.reads(scene))
+    def read(self, scene: Scene) -> tuple[dict[str, Any], tuple[str, ...]]:
+        """Return what it reads of a scene as plain data, and by which sections and dotted keys."""
+        keys = self.reads(scene)
+        document = scene.read(keys)
         if self.outputs:
             document["outputs"] = [name for name in self.outputs if name in scene.outputs]
-        return document
+        return document, keys
+
+    def needs_of(self, scene: Scene) -> dict[str, Need]:
+        """Return the results that it takes for a scene, by the parameters of its function."""
+        return {name: need for name, need in self.needs.items() if need.of(scene)}
 
 
 def keys(*names: str) -> Callable[[Scene], tuple[str, ...]]:

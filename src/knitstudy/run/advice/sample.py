@@ -224,7 +224,7 @@ class Trade(Section):
                 point = {name: _between(self.box[name], u) for name, u in zip(self.box, shares, strict=True)}
                 yield Inputs(**point | {"friction": point["friction"] if slips < 0.5 else inf})
 
-    def outside(self, scene: Scene, defaults: Mapping) -> str:
+    def outside(self, scene: Scene, defaults: Mapping[str, Any]) -> str:
         """Return the inputs of a scene that lie outside of the box, in words; an empty text where all lie inside.
 
         The sample was made with the keys `defaults`.
@@ -235,7 +235,7 @@ class Trade(Section):
         for name, value in asdict(Inputs.of(scene)).items():
             between, key = self.box[name], KEYS[name]
             if name == "strain":
-                between = (between[0], self.large.strain[-1])
+                between = [between[0], self.large.strain[-1]]
             of_knit = case.specimen == "cell" and name in OF_KNIT
             if of_knit and key.startswith("pattern.") and (count := scene.value(key)) != 1:
                 return f"{key} is {count}, but models were measured on cells of one loop"
@@ -253,11 +253,11 @@ class Trade(Section):
             if wanted is None and value is not None:
                 return f"{key} is set, but models were measured without it"
             if value != wanted:
-                fact = f"{lists(value)!r:.60}", f"{lists(wanted)!r:.60}"
-                return f"{key} is {fact[0]}, but models were measured with {fact[1]}"
+                here_is, there_is = f"{lists(value)!r:.60}", f"{lists(wanted)!r:.60}"
+                return f"{key} is {here_is}, but models were measured with {there_is}"
         return ""
 
-    def scene(self, case: Case, inputs: Inputs, defaults: Mapping, name: str = "sampled") -> Scene:
+    def scene(self, case: Case, inputs: Inputs, defaults: Mapping[str, Any], name: str = "sampled") -> Scene:
         """Return the physical problem of a knit; `inputs` have the strain of the case."""
         touches, endless = case.yarns == TOUCHING, case.specimen == "cell"
         interaction = ("rough" if isinf(inputs.friction) else "isotropic") if touches else "tie"
@@ -270,7 +270,7 @@ class Trade(Section):
         keys |= {KEYS[of]: value for of, value in values.items() if of not in lacks}
         if endless:
             keys["load.deformation"] = keys.pop("load.direction")
-        document: dict = {"name": name, "knit": name, "fidelity": ANY, "outputs": []}
+        document: dict[str, Any] = {"name": name, "knit": name, "fidelity": ANY, "outputs": []}
         document |= {"specimen": case.specimen, "interaction": interaction}
         for key, value in keys.items():
             set_dotted(document, key, value, name)

@@ -35,6 +35,8 @@ from knitstudy.run.configuration import (
 if TYPE_CHECKING:
     import xarray as xr
 
+Changes = tuple[tuple[str, Any], ...]  # keys that ``--set`` changes, with their values
+
 FOLDER = click.Path(path_type=Path, file_okay=False)
 FILE = click.Path(path_type=Path, dir_okay=False)
 THERE = click.Path(path_type=Path, dir_okay=False, exists=True)
@@ -64,10 +66,11 @@ def plain(value: Any) -> str:
         return printable(value)
     if isinstance(value, float):
         return f"{value:.6g}"
-    return yaml.safe_dump(value, default_flow_style=True, width=float("inf")).removesuffix("\n...\n").strip()
+    text: str = yaml.safe_dump(value, default_flow_style=True, width=float("inf"))
+    return text.removesuffix("\n...\n").strip()
 
 
-class Change(click.ParamType):
+class Change(click.ParamType):  # type: ignore[type-arg]  # which click 8.2 does not have
     """One ``key=value``: a dotted key of a scene and a YAML value."""
 
     name = "key=value"
@@ -84,7 +87,9 @@ class Change(click.ParamType):
         except ConfigurationError as error:
             self.fail(str(error), param, ctx)
 
-    def shell_complete(self, context: click.Context, option: click.Parameter, begun: str) -> list:
+    def shell_complete(
+        self, context: click.Context, option: click.Parameter, begun: str
+    ) -> list[CompletionItem]:
         """Return the keys that begin with the typed text."""
         if "=" in begun:
             return []
@@ -178,7 +183,7 @@ output_option = click.option(
 )
 
 
-def changed_scene(name: str, changes: tuple[tuple[str, Any], ...], config: Path) -> Scene:
+def changed_scene(name: str, changes: Changes, config: Path) -> Scene:
     """Return a scene of the configuration or of a result file with changed keys; a key given twice is refused."""
     keys = [key for key, _ in changes]
     for twice in (key for key in keys if keys.count(key) > 1):

@@ -43,7 +43,8 @@ class Commands(click.Group):
         """Return a subcommand, whose module is imported now: the help needs none of them."""
         if name not in COMMANDS:
             return None
-        return resolve_name(f"knitstudy.{COMMANDS[name][0]}")
+        command: click.Command = resolve_name(f"knitstudy.{COMMANDS[name][0]}")
+        return command
 
     def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of subcommands."""

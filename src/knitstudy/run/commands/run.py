@@ -17,6 +17,7 @@ from knitstudy.knit.scene.scene import questions
 from knitstudy.run.advice import ERROR, MEMORY, OWN, SECONDS
 from knitstudy.run.commands import console
 from knitstudy.run.commands.console import (
+    Changes,
     changed_scene,
     config_option,
     plain,
@@ -41,7 +42,7 @@ STAGES = ("knitstudy.run.store", "knitstudy.knit.loading.solve.resumed")
 @click.option("-v", "--verbose", is_flag=True, help="Also print what the solver says.")
 @config_option
 def run(
-    scene: str, changes: tuple, output: Path, threads: int | None, anew: bool, verbose: bool, config: Path
+    scene: str, changes: Changes, output: Path, threads: int | None, anew: bool, verbose: bool, config: Path
 ) -> None:
     """Simulate a scene, and before it the direct simulations that its joints and springs come from.
 
@@ -107,7 +108,7 @@ def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
 @set_option
 @console.output_option
 @config_option
-def measure(scene: str, changes: tuple, output: Path, config: Path) -> None:
+def measure(scene: str, changes: Changes, output: Path, config: Path) -> None:
     """Run all model settings of config/trade.yaml on the knit of a scene, whatever model the scene names.
 
     Errors and prices go to measured.csv in the working folder; `plan` and `fidelity: auto` use them for this knit.
