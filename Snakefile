@@ -47,6 +47,10 @@ def cancel_timers():
             thread.cancel()
 
 
+onstart:
+    expect_jobs()
+
+
 onsuccess:
     cancel_timers()
 

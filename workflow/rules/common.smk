@@ -14,6 +14,7 @@ if (
     SOURCE.is_dir()
 ):  # a checkout; another workflow that imports this one from elsewhere has knitstudy installed
     sys.path.insert(0, str(SOURCE.resolve()))
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (sys.path[0], os.environ.get("PYTHONPATH"))))
 
 from knitstudy.errors import KnitstudyError
 from knitstudy.registry import load_plugins
@@ -99,12 +100,18 @@ def decided(path, digest):
         workflow.dag.forcefiles.add(path)
 
 
+def settled(step):
+    """Return whether the result of a step, and all that it is made from, are there and up to date."""
+    path = f"{RESULTS}/{step.path}"
+    return recorded(path) == step.digest and all(map(settled, step.needs.values()))
+
+
 def source(what):
-    """Return the path of a step, or of a file; its time does not count where it is up to date."""
+    """Return the path of a step, or of a file; its time does not count where nothing behind it is to be made."""
     if not isinstance(what, Step):
         return ancient(str(what))
     path = f"{RESULTS}/{what.path}"
-    return ancient(path) if recorded(path) == what.digest else path
+    return ancient(path) if settled(what) else path
 
 
 def needs_of(stage):
@@ -169,3 +176,13 @@ def runtime(rule):
     """Return the function of a job's time limit [min]. What a simulation has done by then is kept for the next attempt."""
     seconds = largest(rule, STAGES[rule].seconds)
     return lambda wildcards, attempt: attempt * time_limit(seconds(wildcards))
+
+
+def expect_jobs():
+    """Tell the progress of a study which jobs are to run, and how long each may take."""
+    from snakemake_logger_plugin_knitstudy import EXPECTED, SHORT
+
+    for job in workflow.dag.needrun_jobs():
+        stage = STAGES.get(job.params.get("stage"))
+        seconds = stage.seconds(step_of(stage.name, job.wildcards).scene) if stage else SHORT
+        EXPECTED[workflow.dag.jobid(job)] = job.rule.name, seconds

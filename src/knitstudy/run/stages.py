@@ -117,7 +117,7 @@ class Stage:
     restarts: bool = False  # whether the run has a restart file as well
     queued: bool = False  # whether a cluster's queue runs it; others take seconds
     memory: Callable[[Scene], int] = lambda scene: 1000  # expected [MB]
-    seconds: Callable[[Scene], float] = lambda scene: 60.0  # expected at most, of one processor
+    seconds: Callable[[Scene], float] = lambda scene: 3.0  # expected at most, of one processor
 
     @property
     def is_dataset(self) -> bool:
@@ -225,6 +225,7 @@ _STAGES = (
         reports=True,
         queued=True,
         wanted=never,
+        seconds=lambda scene: 60.0,
     ),
     Stage(
         name="simulation",

@@ -18,7 +18,7 @@ COMMANDS = {
     "plan": ("run.commands.scenes:plan", "Choose a model for a question, and show its price."),
     "measure": ("run.commands.run:measure", "Measure what all models cost and miss on this knit."),
     "run": ("run.commands.run:run", "Simulate a scene and all that it needs."),
-    "study": ("run.commands.study:study", "Run a whole study, with its figures, tables and report."),
+    "study": ("run.commands.run:study", "Run a whole study, with its figures, tables and report."),
     "show": ("use.commands.show:show", "Show, compare or draw result files."),
     "compare": ("use.commands.curves:compare", "Compare a result with a measured curve."),
     "fit": ("use.commands.curves:fit", "Find modulus and friction from a measured curve."),
