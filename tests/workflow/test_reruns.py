@@ -95,7 +95,9 @@ def test_copies_run_nothing_whatever_their_times(checkout, tmp_path):
     assert clone.jobs() == set()
     defaults = folder / "config" / "defaults.yaml"
     text = defaults.read_text()
-    defaults.write_text(text.replace("stiffness: 10               # E R", "stiffness: 11               # E R"))
+    defaults.write_text(
+        text.replace("stiffness: 10               # E R", "stiffness: 11               # E R")
+    )
     assert {job for job in data(clone.jobs()) if job.startswith("Simulate")} == {
         "Simulate beam-isotropic-course-coarse"
     }

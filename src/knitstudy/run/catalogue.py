@@ -20,10 +20,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import file_digest
+from knitstudy.knit.scene.defaults import base_of
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.knit.scene.scene import Scene, digest
 from knitstudy.registry import Registry
-from knitstudy.run.configuration import base_of
 from knitstudy.run.plan import Plan, Step
 from knitstudy.run.stages import MODEL, STAGES, code_digest
 

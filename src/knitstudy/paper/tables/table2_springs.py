@@ -71,7 +71,7 @@ def _rows(scene: Scene, contacts: xr.Dataset, paper: pd.DataFrame) -> Iterator[d
                 "scene": scene.name,
                 "load": direction,
                 "interaction": scene.interaction,
-                "contact stiffness over E / h [1]": scene.contact.normal_stiffness,
+                "contact stiffness over E / h [1]": scene.value("contact.normal_stiffness"),
                 "displacement": measure,
                 "normal": normal,
                 "axes": axes,
@@ -105,8 +105,8 @@ def tabulate_averages(contacts: Datasets, paper: pd.DataFrame, scenes: Scenes) -
             "load": scene.load.direction,
             "interaction": scene.interaction,
             "mesh size [m]": scene.metres("mesh.size"),
-            "contact stiffness over E / h [1]": scene.contact.normal_stiffness,
-            "penalty alone": scene.contact.augmentations == 0,
+            "contact stiffness over E / h [1]": scene.value("contact.normal_stiffness"),
+            "penalty alone": scene.value("contact.augmentations") == 0,
             "axes": axes,
         }
         row |= {f"k{axis} [N/m]": measured[axis] for axis in "xyz"}

@@ -24,7 +24,7 @@ from knitstudy.knit.scene.keys import Section, output
 from knitstudy.knit.scene.kinds import MODELS, role_of
 from knitstudy.knit.scene.scene import Scene, set_dotted
 from knitstudy.knit.scene.sections import BeamYarn, Yarn
-from knitstudy.run.advice.sample import ANY, Inputs, Trade, endless, load_trade, same_knit
+from knitstudy.run.advice.sample import UNDECIDED, Inputs, Trade, endless, load_trade, same_knit
 
 TRADE_KEPT = RESOURCES / "trade.csv"  # From `make trade`: a row for every knit, model setting and question
 OWN = Path("measured.csv")  # The same for the user's own knits, in the working folder
@@ -136,7 +136,7 @@ def problem_of_keys(name: str, keys: Mapping[str, Any], where: str, defaults: Ma
             )
         if key != "fidelity" and not key.startswith("ask."):
             set_dotted(own, key, value, where)
-    return Scene.from_dict({"name": name, "fidelity": ANY} | own, where, defaults)
+    return Scene.from_dict({"name": name, "fidelity": UNDECIDED} | own, where, defaults)
 
 
 def choose(problem: Scene, ask: Requirements, drawn: Mapping[str, Any], where: str) -> Choice:

@@ -24,7 +24,7 @@ from knitstudy.knit.scene.scene import Scene, digest, set_dotted
 
 DECLARED = CONFIG / "trade.yaml"
 
-ANY = "spline_yarns"  # Models all knits: the fidelity of a problem before its model is chosen
+UNDECIDED = "spline_yarns"  # Models all knits: the fidelity of a problem before its model is chosen
 
 SPECIMENS, TIED, TOUCHING = ("cut_knit", "cell"), "tied", "touching"
 SMALL, LARGE = "small", "large"  # Strains: every knit is computed to one of both ranges
@@ -270,7 +270,8 @@ class Trade(Section):
         keys |= {KEYS[of]: value for of, value in values.items() if of not in lacks}
         if endless:
             keys["load.deformation"] = keys.pop("load.direction")
-        document: dict[str, Any] = {"name": name, "knit": name, "fidelity": ANY, "outputs": []}
+            keys.pop(KEYS["edges"], None)
+        document: dict[str, Any] = {"name": name, "knit": name, "fidelity": UNDECIDED, "outputs": []}
         document |= {"specimen": case.specimen, "interaction": interaction}
         for key, value in keys.items():
             set_dotted(document, key, value, name)
@@ -290,8 +291,7 @@ def same_knit(scene: Scene) -> str:
 def endless(scene: Scene) -> Scene:
     """Return a cell of the endless fabric of the same loops under the same strain."""
     size = {"pattern.loops": 1, "pattern.rows": 1, "load.deformation": scene.load.direction, "outputs": []}
-    tied = {"contact.tied_edges": "none"} if scene.kind.interaction.touches else {}
-    return scene.vary({"specimen": "cell", "fidelity": ANY} | size | tied)
+    return scene.vary({"specimen": "cell", "fidelity": UNDECIDED} | size)
 
 
 def _others(scene: Scene) -> dict[str, Any]:
