@@ -38,6 +38,7 @@ from pydantic import Field
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, KnitstudyError, message_of
 from knitstudy.files import write_text
+from knitstudy.interruption import end_with_parent
 from knitstudy.knit.scene.documents import RESOURCES, read_yaml
 from knitstudy.knit.scene.keys import Section, declared, validated
 from knitstudy.knit.scene.kinds import all_keys
@@ -45,7 +46,6 @@ from knitstudy.knit.scene.scene import Scene, digest
 from knitstudy.measures import history_checks as checks
 from knitstudy.registry import find, unknown_choice
 from knitstudy.run.configuration import CONFIG, FAMILIES, load_scenes
-from knitstudy.run.job import end_with_parent
 from knitstudy.run.plan import Plan
 from knitstudy.run.stages import MODEL, code_digest
 from knitstudy.run.store import simulate

@@ -183,7 +183,7 @@ def load_changed(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -
 
 def asks(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> bool:
     """Return whether a scene with changed keys leaves its model open."""
-    return is_open(load_families(config)[name].keys | changes)
+    return is_open({**load_families(config)[name].keys, **changes})
 
 
 def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Choice:
@@ -300,11 +300,10 @@ SPRINGS = (
 
 def gives_springs(scene: Scene, source: str) -> bool:
     """Return whether springs of a scene are measured of the direct simulation that its key `source` names."""
-    return (
-        scene.value("rom.axes") is not None
-        and not scene.rom.stiffness
-        and source == f"rom.{'springs' if scene.rom.springs_from else 'contacts'}_from"
-    )
+    joints = scene.value("rom")
+    if joints is None or scene.value("rom.axes") is None or joints.stiffness:
+        return False
+    return source == f"rom.{'springs' if joints.springs_from else 'contacts'}_from"
 
 
 def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: str) -> None:
@@ -319,6 +318,9 @@ def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: 
         direct = sorted(other.name for other in scenes.values() if other.kind.direct)
         message = unknown_choice(f"{source} names the unknown scene of solid yarns", name, name, direct)
         raise ConfigurationError(f"{where}: {message}")
+    if source == "rom.stress_from" and "fields" not in scenes[name].outputs:
+        wanted = "must name a scene whose outputs hold fields, which stresses come from"
+        raise ConfigurationError(f"{where}: {source} is {name!r} but {wanted}")
     for shared in dict.fromkeys(
         (*SHARED.get(source, ("knit",)), *(SPRINGS if gives_springs(scene, source) else ()))
     ):

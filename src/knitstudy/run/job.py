@@ -5,9 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import resource
-import signal
 import sys
-import threading
 import time
 import traceback
 from collections.abc import Iterator
@@ -18,25 +16,11 @@ from typing import Any, TextIO
 
 from knitstudy.errors import KnitstudyError
 from knitstudy.files import provenance
+from knitstudy.interruption import end_with_parent
 from knitstudy.knit.loading.run import Progress
 
 STARTED = "start of the process:"  # What it took, at the end of the log of a job
 INTERRUPTED = 130  # Exit status after Ctrl-C: whoever started the study says the rest
-
-
-def end_with_parent() -> None:
-    """End this process when the one that started it is killed.
-
-    An orphan would go on writing the restart file that the next run goes on from, and take the machine's time.
-    """
-    parent = os.getppid()
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(0.5)
-        os.kill(os.getpid(), signal.SIGKILL)
-
-    threading.Thread(target=watch, daemon=True).start()
 
 
 @contextmanager

@@ -135,7 +135,9 @@ class Plan:
                 given = {of: scene.value(of) for of in SPRINGS}
                 changed |= {of: value for of, value in given.items() if value not in (None, other.value(of))}
                 if strain := changed.get("load.strain"):
-                    changed["load.stops"] = [stop for stop in other.load.stops if 0 < stop / strain < 1]
+                    changed["load.stops"] = [
+                        stop for stop in other.value("load.stops") if 0 < stop / strain < 1
+                    ]
             if changed:
                 scenes = _over({name: other.vary(changed)}, scenes)
         check_source(scene, key, scenes, f"scene {scene.name!r}")

@@ -21,6 +21,7 @@ import pandas as pd
 
 from knitstudy.errors import ConfigurationError, DataFileError, message_of
 from knitstudy.files import read_table, write_table
+from knitstudy.interruption import end_with_parent
 from knitstudy.knit.loading.run import Progress
 from knitstudy.knit.scene.scene import Scene, digest
 from knitstudy.measures.cost import MEGABYTE, memory_growth
@@ -29,7 +30,6 @@ from knitstudy.measures.questions import QUESTIONS, answers, known
 from knitstudy.measures.reference import Reference
 from knitstudy.run.advice import COLUMNS, ERROR, MEMORY, OWN, SECONDS, applies
 from knitstudy.run.advice.sample import Case, Inputs, Trade, load_trade, same_knit
-from knitstudy.run.job import end_with_parent
 from knitstudy.run.plan import Plan
 from knitstudy.run.stages import MODEL, code_digest
 from knitstudy.run.store import simulate
@@ -76,7 +76,7 @@ def _run(document: Mapping[str, Any], limit: float, folder: Path, say: bool) -> 
         results = simulate(scene, folder, plan=Plan({}), progress=Progress if say else None)
     except Exception as error:  # whatever it is: the run has no result
         return {"reason": message_of(error)}
-    history, strain = results.history, scene.load.strain
+    history, strain = results.history, scene.value("load.strain")
     if float(history["strain"][-1]) < REACHED * strain:
         return {"reason": f"ended at a strain of {float(history['strain'][-1]):g}, not {strain:g}"}
     values: dict[str, float] = {}

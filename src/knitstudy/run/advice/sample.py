@@ -90,7 +90,7 @@ class Inputs:
     @classmethod
     def of(cls, scene: Scene) -> Self:
         """Return the inputs of the knit of a scene."""
-        pattern, d, load = scene.pattern, scene.yarn.diameter, scene.load
+        pattern, d, load = scene.value("pattern"), scene.yarn.diameter, scene.value("load")
         friction, endless = scene.kind.interaction.friction, scene.specimen == "cell"
         course, wale = pattern.course_ratio * pattern.course_spacing / d, pattern.wale_spacing / d
         peirce = 2 * course + wale + PEIRCE
@@ -100,7 +100,7 @@ class Inputs:
             (pattern.loop_length or peirce * d) / (peirce * d),
             scene.yarn.poisson_ratio,
             load.strain,
-            friction(scene.contact) if friction else 0.0,
+            friction(scene.value("contact")) if friction else 0.0,
             1 if endless else pattern.loops,
             1 if endless else pattern.rows,
             load.deformation if endless else load.direction,
@@ -194,7 +194,8 @@ class Trade(Section):
     def case_of(self, scene: Scene) -> Case:
         """Return the case of a scene."""
         yarns = TOUCHING if scene.kind.interaction.touches else TIED
-        return Case(scene.specimen, yarns, SMALL if scene.load.strain <= self.box["strain"][-1] else LARGE)
+        large = scene.value("load.strain") > self.box["strain"][-1]
+        return Case(scene.specimen, yarns, LARGE if large else SMALL)
 
     def settings_of(self, case: Case, number: int = 0) -> dict[str, dict[str, Any]]:
         """Return the keys of the settings that model a case, by name: all, or the settings for the knit of a number."""
@@ -290,8 +291,8 @@ def same_knit(scene: Scene) -> str:
 
 def endless(scene: Scene) -> Scene:
     """Return a cell of the endless fabric of the same loops under the same strain."""
-    size = {"pattern.loops": 1, "pattern.rows": 1, "load.deformation": scene.load.direction, "outputs": []}
-    return scene.vary({"specimen": "cell", "fidelity": UNDECIDED} | size)
+    size = {"pattern.loops": 1, "pattern.rows": 1, "load.deformation": scene.value("load.direction")}
+    return scene.vary({"specimen": "cell", "fidelity": UNDECIDED, "outputs": []} | size)
 
 
 def _others(scene: Scene) -> dict[str, Any]:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from textwrap import shorten
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 import yaml
@@ -35,6 +35,7 @@ from knitstudy.run.configuration import (
 if TYPE_CHECKING:
     import xarray as xr
 
+Command = TypeVar("Command", bound=Callable[..., Any])
 Changes = tuple[tuple[str, Any], ...]  # keys that ``--set`` changes, with their values
 
 FOLDER = click.Path(path_type=Path, file_okay=False)
@@ -130,7 +131,7 @@ def _configuration(context: click.Context, option: click.Parameter, config: Path
     return config
 
 
-def config_option(command: Any) -> Any:
+def config_option(command: Command) -> Command:
     """Add ``--config`` and ``--plugin`` to a command."""
     command = click.option(
         "--plugin",
@@ -159,7 +160,7 @@ def _scenes(context: click.Context, argument: click.Parameter, begun: str) -> li
     return [name for name in families if name.startswith(begun)]
 
 
-def scene_argument(name: str = "scene", **options: Any) -> Any:
+def scene_argument(name: str = "scene", **options: Any) -> Callable[[Command], Command]:
     """Return the argument of a command that names a scene, or a file that defines one."""
     return click.argument(name, is_eager=True, shell_complete=_scenes, **options)
 

@@ -216,7 +216,9 @@ def _print_larger(problem: Scene, small: Scene, settings: list[ModelSetting]) ->
     """Print the costs of a knit that is larger than all knits of the sample, and the errors on a smaller knit."""
     from knitstudy.run.cost import expected_memory, expected_seconds
 
-    size, less = (f"{knit.pattern.loops} x {knit.pattern.rows}" for knit in (problem, small))
+    size, less = (
+        f"{knit.value('pattern.loops')} x {knit.value('pattern.rows')}" for knit in (problem, small)
+    )
     click.echo(
         f"no error is promised of {size} cells by any model; expected costs, and errors on {less} cells:"
     )
