@@ -1,7 +1,5 @@
 # The study: scene -> geometry -> mesh -> simulation -> contacts -> figures, tables, report.
 # `snakemake` alone makes the study that config/config.yaml names; any file under results/ is a target as well.
-import threading
-
 from snakemake.utils import min_version
 
 min_version("9.11.7")
@@ -38,13 +36,6 @@ localrules:
     figure,
     table,
     report,
-
-
-def cancel_timers():
-    """Cancel all timers. Snakemake's scheduler leaves some of `max-jobs-per-timespan`, and its process waits for them."""
-    for thread in threading.enumerate():
-        if isinstance(thread, threading.Timer):
-            thread.cancel()
 
 
 onstart:

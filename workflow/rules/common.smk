@@ -4,6 +4,7 @@
 import os
 import shlex
 import sys
+import threading
 from functools import cache
 from pathlib import Path
 
@@ -14,7 +15,7 @@ if (
     SOURCE.is_dir()
 ):  # a checkout; another workflow that imports this one from elsewhere has knitstudy installed
     sys.path.insert(0, str(SOURCE.resolve()))
-    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (sys.path[0], os.environ.get("PYTHONPATH"))))
+    os.environ.update(PYTHONPATH=os.pathsep.join(filter(None, (sys.path[0], os.getenv("PYTHONPATH")))))
 
 from knitstudy.errors import KnitstudyError
 from knitstudy.registry import load_plugins
@@ -111,7 +112,7 @@ def source(what):
     if not isinstance(what, Step):
         return ancient(str(what))
     path = f"{RESULTS}/{what.path}"
-    return ancient(path) if settled(what) else path
+    return ancient(path) if workflow.is_main_process and settled(what) else path
 
 
 def needs_of(stage):
@@ -186,3 +187,10 @@ def expect_jobs():
         stage = STAGES.get(job.params.get("stage"))
         seconds = stage.seconds(step_of(stage.name, job.wildcards).scene) if stage else SHORT
         EXPECTED[workflow.dag.jobid(job)] = job.rule.name, seconds
+
+
+def cancel_timers():
+    """Cancel all timers. Snakemake's scheduler leaves some of `max-jobs-per-timespan`, and its process waits for them."""
+    for thread in threading.enumerate():
+        if isinstance(thread, threading.Timer):
+            thread.cancel()
