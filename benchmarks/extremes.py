@@ -39,16 +39,16 @@ from pydantic import Field
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, KnitstudyError, message_of
 from knitstudy.files import write_text
+from knitstudy.interruption import end_with_parent
 from knitstudy.knit.scene.documents import RESOURCES, read_yaml
 from knitstudy.knit.scene.keys import Section, declared, validated
 from knitstudy.knit.scene.kinds import all_keys
 from knitstudy.knit.scene.scene import Scene, digest
 from knitstudy.measures.response import ledger_gaps, penetration
 from knitstudy.registry import find, unknown_choice
-from knitstudy.run.code import MODEL, code_digest
 from knitstudy.run.configuration import CONFIG, FAMILIES, load_scenes
-from knitstudy.run.job import end_with_parent
 from knitstudy.run.plan import Plan
+from knitstudy.run.stages import MODEL, code_digest
 from knitstudy.run.store import simulate
 from knitstudy.use.style import DOUBLE, FAINT, INK, figure, place, shared_legend, styled
 

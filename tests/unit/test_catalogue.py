@@ -13,9 +13,8 @@ from knitstudy.knit.scene.kinds import INTERACTIONS, SPECIMENS
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.stitches import STITCHES, wrong_stitches
 from knitstudy.registry import load_plugins
-from knitstudy.run.catalogue import FIGURES, TABLES
+from knitstudy.run.catalogue import FIGURES, TABLES, Displays
 from knitstudy.run.configuration import load_scenes
-from knitstudy.run.displays import Displays
 from knitstudy.run.plan import Plan
 
 TOY = """

@@ -258,11 +258,7 @@ def simulated(monkeypatch, knit):
         asked.update(scene=scene, folder=folder, **options)
         return Results(scene, None, geometry(knit), path=folder / "simulation" / "a.nc")
 
-    def write_outputs(results, folder):
-        asked.update(outputs_of=results.scene, outputs_in=folder)
-
     monkeypatch.setattr("knitstudy.run.store.simulate", simulate)
-    monkeypatch.setattr("knitstudy.run.store.write_outputs", write_outputs)
     return asked
 
 
@@ -275,7 +271,6 @@ def test_run(knitstudy, config, simulated, monkeypatch):
     assert "mine/simulation/a.nc:" in result.stderr
     assert simulated["scene"].load.strain == 0.01
     assert (str(simulated["folder"]), simulated["config"], simulated["anew"]) == ("mine", config, False)
-    assert (simulated["outputs_of"], str(simulated["outputs_in"])) == (simulated["scene"], "mine")
 
 
 @pytest.mark.parametrize(
@@ -418,5 +413,5 @@ def test_faults_of_the_system_are_one_line(knitstudy, monkeypatch, error, line):
 
 def test_measure_refuses_a_foreign_table_before_it_runs(knitstudy, tmp_path, monkeypatch):
     (tmp_path / "measured.csv").write_text("strain,force\n0,0\n")
-    monkeypatch.setattr("knitstudy.run.advice.trade.run", lambda *_, **__: pytest.fail("it ran"))
+    monkeypatch.setattr("knitstudy.run.trade.run", lambda *_, **__: pytest.fail("it ran"))
     assert "measured.csv: has no column" in message(knitstudy("measure", "yarns-tie-course"))

@@ -5,8 +5,8 @@ import sys
 import pytest
 
 from knitstudy import registry
-from knitstudy.run import code
-from knitstudy.run.code import code_digest
+from knitstudy.run import stages as code
+from knitstudy.run.stages import code_digest
 
 
 @pytest.fixture

@@ -9,7 +9,8 @@ from test_membrane_law import ORTHOTROPIC, cells
 from knitstudy.files import read_dataset, write_dataset
 from knitstudy.run.commands.main import main
 from knitstudy.run.configuration import load_scene
-from knitstudy.run.record import Record
+from knitstudy.run.plan import Plan
+from knitstudy.run.store import described
 from knitstudy.use.inp import THICKNESS, solid_entries
 
 
@@ -22,9 +23,9 @@ def results(tmp_path_factory):
     """Histories of cells of one fabric, and one of another yarn."""
     folder, scene = tmp_path_factory.mktemp("cells"), load_scene("cell-course")
     for name, history in cells(ORTHOTROPIC).items():
-        write_dataset(Record("simulation", scene, {}).describe(history), folder / f"{name}.nc")
-    other = Record("simulation", scene.vary({"yarn.poisson_ratio": 0.1}), {})
-    write_dataset(other.describe(history), folder / "other.nc")
+        write_dataset(described(history, Plan({}).step("simulation", scene)), folder / f"{name}.nc")
+    other = Plan({}).step("simulation", scene.vary({"yarn.poisson_ratio": 0.1}))
+    write_dataset(described(history, other), folder / "other.nc")
     return folder
 
 

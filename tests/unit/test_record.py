@@ -12,9 +12,7 @@ from knitstudy.files import read_dataset, write_dataset
 from knitstudy.run.commands.main import main
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.plan import Plan
-from knitstudy.run.record import keys_of, scenes_of
-from knitstudy.run.stages import STAGES
-from knitstudy.run.store import simulate
+from knitstudy.run.store import described, keys_of, scenes_of, simulate
 
 SMALL = {"pattern.loops": 1, "pattern.rows": 1, "rom.contacts_from": None, "solver.increments": 1}
 
@@ -76,7 +74,7 @@ def test_keys_that_differ_from_defaults_come_first(file):
 def test_scenes_and_those_that_they_name_survive_the_file(config, tmp_path):
     plan = Plan.of(config)
     scene = plan.scenes["rom3d-a"]
-    data = plan.record(STAGES["simulation"], scene).describe(xr.Dataset({"strain": ("increment", [0.0])}))
+    data = described(xr.Dataset({"strain": ("increment", [0.0])}), plan.step("simulation", scene))
     write_dataset(data, tmp_path / "a.nc")
     actual, sources = scenes_of(read_dataset(tmp_path / "a.nc"), "a.nc")
     assert (actual, sources) == (scene, {"dns-a": plan.scenes["dns-a"]})

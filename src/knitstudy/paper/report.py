@@ -22,12 +22,11 @@ from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import STAMP, VERSIONS, read_dataset, read_result, read_table
 from knitstudy.knit.scene.documents import CONFIG, RESOURCES, read_yaml
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.run.catalogue import FIGURES, TABLES, Catalogue, Display
+from knitstudy.run.catalogue import FIGURES, TABLES, Catalogue, Display, Displays, reference_files
 from knitstudy.run.configuration import load_study
-from knitstudy.run.displays import Displays, reference_files
 from knitstudy.run.plan import Plan
-from knitstudy.run.record import scenes_of
 from knitstudy.run.stages import STAGES
+from knitstudy.run.store import scenes_of
 from knitstudy.use.deformed import deformed, page_of
 
 # Texts of a figure: in place of it, below it, and about the paper's and this study's finding.

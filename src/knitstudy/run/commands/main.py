@@ -16,10 +16,7 @@ _OWN = {
     "plan": ("knitstudy.run.commands.scenes:plan", "Choose a model for a question, and show its price."),
     "measure": ("knitstudy.run.commands.run:measure", "Measure what all models cost and miss on this knit."),
     "run": ("knitstudy.run.commands.run:run", "Simulate a scene and all that it needs."),
-    "study": (
-        "knitstudy.run.commands.study:study",
-        "Run a whole study, with its figures, tables and report.",
-    ),
+    "study": ("knitstudy.run.commands.run:study", "Run a whole study, with its figures, tables and report."),
 }
 
 COMMANDS = _OWN | {name: command for wing in wings() for name, command in wing.commands.items()}
@@ -40,7 +37,8 @@ class Commands(click.Group):
         """Return a subcommand, whose module is imported now: the help needs none of them."""
         if name not in COMMANDS:
             return None
-        return resolve_name(COMMANDS[name][0])
+        command: click.Command = resolve_name(COMMANDS[name][0])
+        return command
 
     def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of subcommands."""

@@ -57,7 +57,7 @@ def loop(
     scene: str | None,
     points: Path | None,
     output: Path,
-    changes: tuple[tuple[str, Any], ...],
+    changes: console.Changes,
     config: Path,
     **known: float | None,
 ) -> None:

@@ -162,7 +162,7 @@ def _write_pictures(
 
 def _keys(dataset: xr.Dataset, file: Path) -> dict[str, Any]:
     """Return the keys of a result's scene by dotted name; keys of scenes that it names as ``SCENE: key``."""
-    from knitstudy.run.record import keys_of
+    from knitstudy.run.store import keys_of
 
     keys, sources = keys_of(dataset, file)
     own = {f"{name}: {key}": value for name, part in sources.items() for key, value in flat(part).items()}
@@ -206,9 +206,7 @@ def _print_differences(first: xr.Dataset, second: xr.Dataset, file: Path, other:
     help="By default SCENE.DIALECT.inp; of a history, its name with .pvd.",
 )
 @config_option
-def export(
-    scene: str, dialect: str, changes: tuple[tuple[str, Any], ...], output: Path | None, config: Path
-) -> None:
+def export(scene: str, dialect: str, changes: console.Changes, output: Path | None, config: Path) -> None:
     """Write a scene of hexahedra as an input deck (.inp): mesh, ties, contact, grips and load, in m, N and Pa; or the
     history in a result file of any model as a time series for ParaView (.pvd), all increments, in m, N and Pa.
 
