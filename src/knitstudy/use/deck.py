@@ -18,7 +18,7 @@ from knitstudy.knit.contacts.facets import tied_crossings
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.loading.history import load_path
 from knitstudy.knit.mesh.sweep import SweptMesh
-from knitstudy.knit.models.hexahedra import Hexahedra, PairOfHexahedra, TiedHexahedra, TiedPairOfHexahedra
+from knitstudy.knit.models.hexahedra import Hexahedra, HexahedralScene, PairOfHexahedra
 from knitstudy.knit.models.hexahedra.build import divide
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.yarns.interactions import STIFFNESS, Equations, penalties, tie_crossings
@@ -98,12 +98,11 @@ class Deck:
 
 
 Touching = Hexahedra | PairOfHexahedra
-Solid = TiedHexahedra | TiedPairOfHexahedra | Touching
 
 
-def hexahedral(scene: Scene) -> Solid:
+def hexahedral(scene: Scene) -> HexahedralScene:
     """Return a scene if its yarns are divided into hexahedra; raises ConfigurationError if they are not."""
-    if not isinstance(scene, Solid):
+    if not isinstance(scene, HexahedralScene):
         raise ConfigurationError(
             f"scene {scene.name!r}: fidelity is {scene.fidelity} but must be hexahedra for a deck: other programs"
             " do not have the elements and the contact of other models"
@@ -111,10 +110,11 @@ def hexahedral(scene: Scene) -> Solid:
     return scene
 
 
-def specimen_deck(scene: Solid, specimen: Fabric, mesh: SweptMesh) -> Deck:
+def specimen_deck(scene: HexahedralScene, specimen: Fabric, mesh: SweptMesh) -> Deck:
     """Return the deck of a scene of hexahedra."""
     parts = divide(scene, mesh, specimen)
-    tied = tied_crossings(scene, specimen.crossings)
+    edges, direction = scene.value("contact.tied_edges"), scene.value("load.direction")
+    tied = tied_crossings(specimen.crossings, scene.kind.interaction.touches, edges, direction)
     tie = tie_crossings(parts, specimen, tied, scene.tie.radius, scene.yarn.youngs_modulus)
     mesh, crossings = parts.mesh, specimen.crossings
     free = tie.free(mesh.nodes)
@@ -126,7 +126,7 @@ def specimen_deck(scene: Solid, specimen: Fabric, mesh: SweptMesh) -> Deck:
     if touching:
         assert isinstance(scene, Touching), "yarns that are not tied may touch"
         size = scene.mesh.smallest * scene.yarn.radius
-        law = penalties(scene, size)
+        law = penalties(scene.contact, scene.yarn.youngs_modulus, scene.friction, size)
         kind = scene.interaction if law.friction else "frictionless"
         interaction = Interaction(kind, law, scene.contact.penetration * size)
     return Deck(
@@ -145,7 +145,7 @@ def specimen_deck(scene: Solid, specimen: Fabric, mesh: SweptMesh) -> Deck:
     )
 
 
-def _departures(scene: Solid, tied: np.ndarray) -> Iterator[str]:
+def _departures(scene: HexahedralScene, tied: np.ndarray) -> Iterator[str]:
     """Yield sentences on those keys of a scene that decks have no place for."""
     if tied.any():
         yield EXACTLY_JOINED
@@ -169,8 +169,8 @@ def _contact_pair(mesh: SweptMesh, lower: int, upper: int, reach: float, free: n
     quads = [mesh.surface_quads(yarn) for yarn in (upper, lower)]
     above, below = (mesh.nodes[facets].mean(axis=1) for facets in quads)
     may_touch = [free[facets].all(axis=1) for facets in quads]
-    slave = (cKDTree(below).query(above)[0] < reach) & may_touch[0]
-    master = (cKDTree(above).query(below)[0] < reach) & may_touch[1]
+    near = [np.less(cKDTree(other).query(own)[0], reach) for own, other in ((above, below), (below, above))]
+    slave, master = (np.logical_and(*pair) for pair in zip(near, may_touch, strict=True))
     name = f"YARNS{lower}_{upper}"
     return ContactPair(name, facet_faces(mesh, upper, slave), facet_faces(mesh, lower, master))
 

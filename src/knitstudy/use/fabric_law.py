@@ -29,8 +29,7 @@ from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
-from knitstudy.mechanics.membrane import MembraneModel, rectangle
-from knitstudy.mechanics.membrane_law import ExponentialLaw, MembraneLaw, green
+from knitstudy.mechanics.membrane import ExponentialLaw, MembraneLaw, MembraneModel, green, rectangle
 
 LEVEL = 0.95  # of the intervals
 FLOOR = 0.05

@@ -27,11 +27,13 @@ from knitstudy.knit.mesh.quadratic import FACE_CENTRE, QuadraticMesh, QuadraticS
 from knitstudy.knit.mesh.quality import scaled_jacobian
 from knitstudy.knit.mesh.section import Section
 from knitstudy.knit.mesh.sweep import SweptMesh
+from knitstudy.knit.models.hexahedra import HexahedralScene
+from knitstudy.knit.models.hexahedra.build import kind_of
+from knitstudy.knit.models.spline_yarns import SplineScene
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.stress import hexahedral_cell_stress, stressed_points, undeformed_splines
 from knitstudy.mechanics.arrays import Floats, Ints
-from knitstudy.mechanics.elements import ELEMENTS
-from knitstudy.mechanics.elements.quadratic import NODES
+from knitstudy.mechanics.elements.hexahedron import NODES
 from knitstudy.mechanics.materials import Material, material_of
 from knitstudy.mechanics.solid import principal_axes, von_mises
 from knitstudy.mechanics.spline_yarn.space import Space, locate
@@ -96,9 +98,11 @@ def write_deformed(
 ) -> None:
     """Write the undeformed yarns of a scene with their displacement at full load; hexahedra take their mesh."""
     specimen = fabric_of(geometry)
-    if mesh is None or scene.fidelity == "spline_yarns":
+    if isinstance(scene, SplineScene):
         write_spline_yarns(scene, path, specimen, history)
         return
+    assert isinstance(scene, HexahedralScene), "solids are divided in one of two ways"
+    assert mesh is not None, "hexahedra have a mesh"
     swept = SweptMesh.from_dataset(mesh)
     moved = history["node_displacement"].to_numpy()
     stress = hexahedral_cell_stress(scene, swept, specimen, moved).mean
@@ -108,10 +112,8 @@ def write_deformed(
 
 def _elements(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> SweptMesh | QuadraticMesh:
     """Return the mesh that the elements of a scene make of a swept one."""
-    if (element := scene.value("mesh.element")) is None:
-        return mesh
-    kind: Any = ELEMENTS.find(element)
-    return quadratic_mesh(mesh, specimen.centrelines) if kind.nodes == NODES else mesh
+    quadratic = isinstance(scene, HexahedralScene) and kind_of(scene).nodes == NODES
+    return quadratic_mesh(mesh, specimen.centrelines) if quadratic else mesh
 
 
 # Spline yarns. A section is an O-grid with the middles of its edges and faces, repeated at the ends and in the middle
@@ -163,7 +165,7 @@ class CurvedCells:
         return np.flatnonzero(self.yarn == yarn).reshape(-1, len(self.x))[:, self.rim]
 
 
-def write_spline_yarns(scene: Scene, path: Path | str, specimen: Fabric, history: xr.Dataset) -> None:
+def write_spline_yarns(scene: SplineScene, path: Path | str, specimen: Fabric, history: xr.Dataset) -> None:
     """Write undeformed spline yarns with their fields at full load.
 
     Fields of nodes: displacement; von Mises and principal values (the largest first) of the Cauchy stress; where
@@ -271,7 +273,7 @@ def write_series(
             entries.append((time, part, f"{path.stem}/{target.name}"))
         if (
             number == last
-            and (mesh is not None or scene.fidelity == "spline_yarns")
+            and (mesh is not None or isinstance(scene, SplineScene))
             and "node_displacement" in history
         ):
             write_deformed(scene, path.with_suffix(".vtu"), geometry, mesh, history)

@@ -157,7 +157,7 @@ def draw_honeycomb(geometry: xr.Dataset, mesh: xr.Dataset, contacts: xr.Dataset)
     drawing, (axes,) = draw_rows([[picture]], 1.5 * SINGLE, head=0, foot=9.0)
     network = network_2d.planar_network(knit, contacts)
     nodes, colour = MILLIMETRE * FRONT.project(network.nodes), MODELS["rom2d"].colour
-    beams = LineCollection(nodes[network.ends], colors=colour, label="beam of the 2D ROM", **BEAM)
+    beams = LineCollection([*nodes[network.ends]], colors=colour, label="beam of the 2D ROM", **BEAM)
     axes.add_collection(beams, autolim=False)
     zones = MILLIMETRE * FRONT.project(contacts["centroid"].to_numpy())
     axes.scatter(*zones.T, label="contact zone, a joint", **ZONE)

@@ -12,8 +12,7 @@ from matplotlib.figure import Figure
 from knitstudy.errors import DataFileError
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.knit.yarns.contact_springs import contact_normals, spring_axes
-from knitstudy.knit.yarns.joints import contact_normal_planes, joint_points
+from knitstudy.knit.yarns.joints import contact_normal_planes, contact_normals, joint_points, spring_axes
 from knitstudy.run.catalogue import FIGURES, network, of_solid
 from knitstudy.use.solids import (
     Picture,
