@@ -21,7 +21,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from pkgutil import iter_modules, resolve_name
 from traceback import walk_tb
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, TypeVar
 
 from knitstudy.errors import ConfigurationError, message_of
 
@@ -33,19 +33,10 @@ PLUGINS = "knitstudy.plugins"  # Group of entry points
 _imported: dict[str, str] = {}  # The modules of plugins, by the names that asked for them
 
 
-class Named(Protocol):
-    """An object, or a class, with a name."""
-
-    @property
-    def name(self) -> str:
-        """The name."""
+Entry = TypeVar("Entry")  # Entry of a registry: an object or a class with a `name`
 
 
-Entry = TypeVar("Entry")
-NamedEntry = TypeVar("NamedEntry", bound=Named)
-
-
-class Registry(Generic[NamedEntry]):
+class Registry(Generic[Entry]):
     """Entries by their names.
 
     Parameters
@@ -59,10 +50,10 @@ class Registry(Generic[NamedEntry]):
 
     def __init__(self, what: str, package: str = "") -> None:
         self.what, self._package = what, package
-        self._entries: dict[str, NamedEntry] = {}
+        self._entries: dict[str, Entry] = {}
         self._modules: dict[str, str] = {}
 
-    def register(self, entry: NamedEntry) -> NamedEntry:
+    def register(self, entry: Entry) -> Entry:
         """Add an entry of the calling module and return it: a decorator of classes as well.
 
         Raises ConfigurationError if another entry has the same name.
@@ -74,7 +65,7 @@ class Registry(Generic[NamedEntry]):
         self._modules[name] = sys._getframe(1).f_globals["__name__"]
         return entry
 
-    def all(self) -> dict[str, NamedEntry]:
+    def all(self) -> dict[str, Entry]:
         """Return all entries, in the order of their names, whatever module has been imported first."""
         if self._package:
             name, self._package = self._package, ""
@@ -87,7 +78,7 @@ class Registry(Generic[NamedEntry]):
         """Return all names."""
         return tuple(self.all())
 
-    def find(self, name: str, where: str = "") -> NamedEntry:
+    def find(self, name: str, where: str = "") -> Entry:
         """Return an entry; a name that does not exist raises a ConfigurationError, whose message `where` begins.
 
         Where a module has the name of the entry, no other module is imported.
