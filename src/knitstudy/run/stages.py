@@ -301,6 +301,10 @@ STAGES = {
 }
 
 
+KEYS = "models/*/__init__.py"
+"""Files of keys, whose values a digest of a scene has already: their code does not count."""
+
+
 def code_digest(*rooms: str) -> str:
     """Return a digest of the bytes of all files in rooms: folders or files of this package.
 
@@ -322,7 +326,9 @@ def _digest(rooms: tuple[str, ...], plugins: tuple[Path, ...]) -> str:
     digest = hashlib.sha256()
     for room in sorted(set(rooms)):
         path = PACKAGE / room
-        inside = sorted(file for file in path.rglob("*") if file.suffix in (".py", ".tsv"))
+        inside = sorted(
+            file for file in path.rglob("*") if file.suffix in (".py", ".tsv") and not file.match(KEYS)
+        )
         for file in [path] if path.is_file() else inside:
             digest.update(f"{file.relative_to(PACKAGE).as_posix()}\n".encode() + file.read_bytes())
     for file in plugins:
