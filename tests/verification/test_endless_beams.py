@@ -18,7 +18,6 @@ from knitstudy.run.stages import STAGES
 BEAMS = {
     "fidelity": "beam",
     "interaction": "isotropic",
-    "contact.tied_edges": "none",
     "load.lateral": "fixed",
     "mesh.beam_size": 0.41,
     "beam.section": "hertz",

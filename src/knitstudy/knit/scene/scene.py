@@ -227,9 +227,7 @@ class Scene(Part, metaclass=SceneType):
     def _own_values(self) -> dict[str, Any]:
         """Return the values of all keys by dotted name, but for the labels."""
         sections = self.sections.items()
-        return {
-            f"{name}.{key}": getattr(part, key) for name, part in sections for key in type(part).model_fields
-        }
+        return {f"{name}.{key}": value for name, part in sections for key, value in vars(part).items()}
 
     def values_of(self, *roles: str) -> dict[str, Any]:
         """Return the values of all keys of some roles, by dotted key, but for the labels; retired keys as well."""
