@@ -7,7 +7,7 @@ from knitstudy.knit.geometry.specimens import cut_cells
 from knitstudy.knit.mesh.mesher import mesh_fabric, slices_of
 from knitstudy.mechanics.membrane import strains
 from knitstudy.mechanics.membrane_law import StretchLaw, forces_per_width
-from knitstudy.paper.unknowns import law_of, nodes_2d, nodes_3d
+from knitstudy.paper.sweeps import law_of, nodes_2d, nodes_3d
 
 
 def test_counts_of_a_cell_are_those_of_larger_knits(plain_scene, knit_of):

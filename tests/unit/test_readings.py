@@ -17,9 +17,18 @@ from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import Reference, transferred_uncertainty
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
-from knitstudy.paper.claims.combinations import OPEN, combinations_of, exclusive
 from knitstudy.paper.claims.evidence import Judgement
-from knitstudy.paper.claims.verdicts import INPUT, READING, Reading, conclude, findings, readings_of
+from knitstudy.paper.claims.verdicts import (
+    INPUT,
+    OPEN,
+    READING,
+    Reading,
+    combinations_of,
+    conclude,
+    exclusive,
+    findings,
+    readings_of,
+)
 from knitstudy.run.configuration import load_scenes
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"

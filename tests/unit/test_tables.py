@@ -14,7 +14,7 @@ from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.measures.centre_cell import first_symmetric_contact
 from knitstudy.measures.cost import SERIES
 from knitstudy.measures.response import distance_of_curves, out_of_plane_correlation, transverse_contraction
-from knitstudy.paper.paper_values import number, numbers
+from knitstudy.paper.cases import number, numbers
 from knitstudy.paper.report.files import READERS
 from knitstudy.run.catalogue import FIGURES, TABLES
 from knitstudy.run.configuration import CONFIG, load_scenes, load_study

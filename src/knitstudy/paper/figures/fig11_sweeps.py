@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.discretisation import INTERACTIONS, SOLID_YARNS
+from knitstudy.paper.columns import rows_of
 from knitstudy.paper.sweeps import DIAMETER, HELD, RESULTS, SPACING, Point, Sweep, sweeps_of
 from knitstudy.run.catalogue import FIGURES
 from knitstudy.use.renderer import MILLIMETRE
@@ -35,7 +36,8 @@ def draw(
     reference: pd.DataFrame,
 ) -> Figure:
     """Draw the largest |u_z| at full strain over both, with friction above and with ties below."""
-    spacings, diameters = (sweeps_of(key, drawn | sweeps, scenes, reference) for key in (SPACING, DIAMETER))
+    rows = rows_of(scenes, {**drawn, **sweeps})
+    spacings, diameters = (sweeps_of(key, rows, reference) for key in (SPACING, DIAMETER))
     spacing = MILLIMETRE * spacings[0].points[0].scene.pattern.course_spacing
     columns = (("course spacing (mm)", spacings, spacing), ("yarn diameter (mm)", diameters, MILLIMETRE))
     drawing = figure(DOUBLE, 125.0, layout="constrained")

@@ -7,7 +7,7 @@ from itertools import product
 from matplotlib.figure import Figure
 
 from knitstudy.knit.loading.history import DIRECTIONS
-from knitstudy.paper.fabrics import CELLS, FITTED, measured, predicted
+from knitstudy.paper.tables.fabrics import CELLS, FITTED, measured, predicted
 from knitstudy.run.catalogue import FIGURES, Datasets
 from knitstudy.use.style import DOUBLE, INK, YARNS, figure, panel_letter, shared_legend
 

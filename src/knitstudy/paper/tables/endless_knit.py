@@ -19,34 +19,25 @@ MODULI = (
     "Poisson's ratio of course tension at rest [1]",
     "Poisson's ratio of wale tension at rest [1]",
 )
-
-STRAINS = ["course strain [1]", "wale strain [1]", "angle of shear [rad]"]
-
-FORCES = ["course force over width [N/m]", "wale force over width [N/m]", "shear force over width [N/m]"]
+STRAINS = ("course strain [1]", "wale strain [1]", "angle of shear [rad]")
+FORCES = ("course force over width [N/m]", "wale force over width [N/m]", "shear force over width [N/m]")
 # Strain and force of secant and tangent, by ``load.deformation``: of a biaxial stretch the course's.
 AXIS = {"course": 0, "wale": 1, "biaxial": 0, "shear": 2}
-CONTRACTS = {"course": (1, 0), "wale": (0, 1)}  # Strain across and along, of a pull
 AT_REST = ("knit", "pattern", "yarn", "mesh", "tie")  # Keys that the stiffness at rest depends on
 UNITS = {0: "N/m", 1: "N", 2: "N m"}  # By how many of row and column are bending
+CELLS = {"cells": several("simulation", "cell-*")}
 
 
-@TABLES.add(
-    "cell",
-    "Forces per width of an endless knit",
-    results={"cells": several("simulation", "cell-*")},
-    order=5.8,
-)
+@TABLES.add("cell", "Forces per width of an endless knit", results=CELLS, order=5.8)
 def tabulate_cells(cells: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row for every cell: forces per width at full load, and moduli at rest."""
-    return pd.DataFrame([_row(scenes[name], history) for name, history in cells.items()])
+    return pd.DataFrame([_cell(scenes[name], history) for name, history in cells.items()])
 
 
-def _row(scene: Scene, history: xr.Dataset) -> dict:
+def _cell(scene: Scene, history: xr.Dataset) -> dict:
     kind, free = scene.load.deformation, scene.load.lateral == "free"
-    strain = history["cell_strain"].to_numpy()[-1]
-    force = history["force_per_width"].to_numpy()[-1]
-    axis = AXIS[kind]
-    across = CONTRACTS.get(kind) if free else None
+    strain, force = (history[name].to_numpy()[-1] for name in ("cell_strain", "force_per_width"))
+    axis, pulled = AXIS[kind], free and kind in ("course", "wale")
     rest = dict.fromkeys(MODULI, np.nan)  # of yarns that are not tied and do not touch
     if "membrane_stiffness" in history:
         rest = moduli(history["membrane_stiffness"].to_numpy())
@@ -61,7 +52,7 @@ def _row(scene: Scene, history: xr.Dataset) -> dict:
         **dict(zip(FORCES, force, strict=True)),
         "secant modulus [N/m]": force[axis] / strain[axis],
         "tangent modulus [N/m]": _slope(history, kind, free),
-        "Poisson's ratio, secant [1]": -strain[across[0]] / strain[across[1]] if across else np.nan,
+        "Poisson's ratio, secant [1]": -strain[1 - axis] / strain[axis] if pulled else np.nan,
         **rest,
     }
 
@@ -87,9 +78,7 @@ def moduli(membrane: np.ndarray) -> dict[str, float]:
     return dict(zip(MODULI, (*(1 / along), *contractions), strict=True))
 
 
-@TABLES.add(
-    "shell", "An endless knit as a shell", results={"cells": several("simulation", "cell-*")}, order=5.9
-)
+@TABLES.add("shell", "An endless knit as a shell", results=CELLS, order=5.9)
 def tabulate_shells(cells: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row for every cell that differs at rest: the symmetric stiffness in the order of Abaqus.
 

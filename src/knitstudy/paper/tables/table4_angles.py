@@ -15,7 +15,7 @@ from knitstudy.measures.centre_cell import (
     stress_angles,
 )
 from knitstudy.measures.discretisation import INTERACTIONS, made_of
-from knitstudy.paper.paper_values import numbers
+from knitstudy.paper.cases import numbers
 from knitstudy.run.catalogue import (
     CASES,
     OTHER_SOLIDS,

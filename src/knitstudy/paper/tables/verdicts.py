@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from itertools import product
+from math import nan
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.response import FORCE, LARGEST_U_Z, QUANTITIES
-from knitstudy.paper.claims.combinations import OPEN, Combination, combinations_of, exclusive
-from knitstudy.paper.claims.evidence import SOURCES
-from knitstudy.paper.claims.scale import (
+from knitstudy.paper.claims import (
+    CLAIMS,
     CONTRADICTED,
     DIRECTION,
     NOT_RUN,
@@ -22,25 +21,22 @@ from knitstudy.paper.claims.scale import (
     Row,
     margin_of,
 )
-from knitstudy.paper.claims.verdicts import RULES, Finding, conclude, findings
+from knitstudy.paper.claims.evidence import SOURCES
+from knitstudy.paper.claims.verdicts import (
+    OPEN,
+    Combination,
+    Finding,
+    combinations_of,
+    conclude,
+    exclusive,
+    findings,
+)
 from knitstudy.run.catalogue import TABLES
 
 COLUMNS = [
-    *(
-        "id",
-        "where",
-        "short",
-        "claim",
-        "verdict",
-        "margin",
-        "readings",
-        "quantity",
-        "paper",
-        "ours",
-        "sentence",
-    ),
-    *("rule", "rule fixed", "reason", "older rule", "older verdict", "measured", "uncertainty", "depends on"),
-    *("note", "explanation", "see"),
+    *("id", "where", "short", "claim", "verdict", "margin", "readings", "quantity", "paper", "ours"),
+    *("sentence", "rule", "rule fixed", "reason", "older rule", "older verdict", "measured", "uncertainty"),
+    *("depends on", "note", "explanation", "see"),
 ]
 MOST = 12  # Combinations that the table shows
 
@@ -54,9 +50,10 @@ def tabulate(claims: pd.DataFrame, readings: pd.DataFrame, **sources: Any) -> pd
 
     Raises ConfigurationError when a claim has no rule.
     """
-    if lacking := [claim for claim in claims["id"] if claim not in RULES]:
+    known = CLAIMS.names()
+    if lacking := [claim for claim in claims["id"] if claim not in known]:
         raise ConfigurationError(
-            f"claim {lacking[0]!r} has no rule by which it is judged; known are {', '.join(RULES)}: take it out of "
+            f"claim {lacking[0]!r} has no rule by which it is judged; known are {', '.join(known)}: take it out of "
             "resources/reference/paper_claims.csv, or give it one in knitstudy.paper.claims"
         )
     under_readings = findings(readings, **sources)
@@ -89,8 +86,8 @@ def _row(finding: Finding) -> dict[str, object]:
     row = {of: getattr(reading, of) for of in ("name", "choice", "reading", "base", "against")}
     for quantity, kind in product((FORCE, LARGEST_U_Z), INTERACTIONS):
         unit, values = QUANTITIES[quantity]
-        history = evidence.histories.get(evidence.direct.get(kind))
-        value = np.nan if history is None else float(values(history, history)[-1])
+        history = evidence.history(kind) if kind in evidence.direct else None
+        value = nan if history is None else float(values(history, history)[-1])
         row[f"{quantity}, {INTERACTIONS[kind]} [{unit}]"] = value
     row |= {claim: judged.verdict for claim, judged in finding.judged.items()}
     return row | {"claims that depend on the reading": ", ".join(finding.turned)}

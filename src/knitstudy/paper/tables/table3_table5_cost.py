@@ -1,7 +1,8 @@
-"""Cost and response of square knits of rising size."""
+"""Tables 3 and 5: cost and response of square knits of rising size, and cost of the models."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import nan
 
 import numpy as np
@@ -9,10 +10,23 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.measures.cost import MEGABYTE, Series, effort, memory_growth, series_of
+from knitstudy.measures.cost import MEGABYTE, Series, effort, element_length, memory_growth, series_of
+from knitstudy.measures.discretisation import discretisation
 from knitstudy.measures.estimate import UNKNOWN
-from knitstudy.paper.paper_values import number_if_printed
-from knitstudy.paper.unknowns import NONE, SIZES, counted_models
+from knitstudy.paper.cases import (
+    MODELS,
+    OVER_REFERENCE,
+    REPORTED,
+    UNCERTAIN,
+    Case,
+    cases_of,
+    label_of,
+    number,
+    number_if_printed,
+    reported,
+)
+from knitstudy.paper.columns import DOF, MEMORY, Simulation, rows_of
+from knitstudy.paper.sweeps import NONE, SIZES, counted_models
 from knitstudy.run.catalogue import SQUARES, TABLES, Datasets, Scenes, one, several
 
 KILOBYTE = 1e3
@@ -21,7 +35,7 @@ KNITS = several("simulation", *SQUARES, fewest=12)  # Fewer are not all of Table
 
 
 @TABLES.add("table3_domain_size", "Cost of square knits of rising size", results={"domain": KNITS}, order=5)
-def tabulate(domain: Datasets, scenes: Scenes) -> pd.DataFrame:
+def tabulate_size(domain: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row for every size of every series."""
     rows = []
     for series in series_of(scenes[name] for name in domain):
@@ -131,3 +145,69 @@ def tabulate_unknowns(
                 }
             )
     return pd.DataFrame(rows)
+
+
+# ---- Table 5: models with ties and with isotropic friction, and the paper's numbers for ties
+
+BEAM = "beam, 2 nodes, 1 point"
+
+THEIRS = {
+    "mesh size": "mesh size, paper [m]",
+    "degrees of freedom": "degrees of freedom, paper [1]",
+    "memory": "memory, paper [MB]",
+}
+COLUMNS = [
+    *("model", "scene", "element", "element, paper", "mesh size [m]", "mesh size, paper [m]"),
+    *("degrees of freedom [1]", "degrees of freedom, paper [1]", "DNS's degrees of freedom over these [1]"),
+    *("memory growth [MB]", "memory peak [MB]", "memory, paper [MB]", "increments [1]"),
+    *("Newton iterations [1]", "time [s]", "DNS's time over this [1]"),
+    *(OVER_REFERENCE, UNCERTAIN),
+]
+
+
+@TABLES.add(
+    "table5_cost", "Table 5: cost of the models", results={"models": several("simulation", *MODELS)}, order=7
+)
+def tabulate_cost(
+    models: Datasets, paper: pd.DataFrame, scenes: Scenes, reference: pd.DataFrame
+) -> pd.DataFrame:
+    """Return size, memory and time of the main models of each case, with their distance from the reference.
+
+    Memory growth is the largest resident memory above that of the process just before the simulation. Degrees of
+    freedom are counted as in the paper, before ties and joints are eliminated. Ratios are to the direct simulation with
+    the paper's element where a case has it, else to the main one.
+    """
+    rows = [row for case in cases_of(rows_of(scenes, models), reference) for row in _rows(case, paper)]
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def _rows(case: Case, paper: pd.DataFrame) -> Iterator[dict]:
+    direct = [case.by_hexahedra or case.dns]
+    direct += [case.dns] if case.dns is not direct[0] else []
+    for fidelity in REPORTED:
+        for model in direct if fidelity == "dns" else filter(None, [case.main.get(fidelity)]):
+            yield _row(fidelity, model, direct[0], case, paper)
+
+
+def _row(fidelity: str, model: Simulation, first: Simulation, case: Case, paper: pd.DataFrame) -> dict:
+    history, cost, dns = model.history, model.history.attrs, first.history.attrs
+    ratio = case.reference.force_ratio(history)
+    values = {
+        "model": f"{label_of(model.scene)}; {case.label}",
+        "scene": model.scene.name,
+        "element": discretisation(model.scene) if fidelity == "dns" else BEAM,
+        "mesh size [m]": model.scene.metres("mesh.size") if fidelity == "dns" else element_length(history),
+        DOF.head: model[DOF],
+        "DNS's degrees of freedom over these [1]": dns["dof"] / cost["dof"],
+        MEMORY.head: model[MEMORY],
+        "memory peak [MB]": cost["memory_peak"] / MEGABYTE,
+        **effort(history),
+        "DNS's time over this [1]": dns["wall_seconds"] / cost["wall_seconds"],
+        OVER_REFERENCE: ratio.value,
+        UNCERTAIN: ratio.uncertainty,
+    }
+    if (case.interaction, case.direction) == ("tie", "course") and (fidelity != "dns" or model is first):
+        for quantity, column in THEIRS.items():
+            values[column] = number(paper, "5", REPORTED[fidelity], quantity)
+        values["element, paper"] = reported(paper, "5", REPORTED[fidelity], "mesh size")["note"]
+    return values
