@@ -18,6 +18,7 @@ from knitstudy.measures import response
 from knitstudy.measures.discretisation import HEXAHEDRA, INTERACTIONS, discretisation, is_direct, made_of
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import Reference, reference_of
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.paper.columns import FORCE, RMS_U_Z, SECANT, STRAIN, U_Z, Rows, Simulation
 from knitstudy.run.catalogue import (
     BEAM_MODELS,
@@ -125,8 +126,10 @@ def cases_of(rows: Rows, reference: pd.DataFrame) -> Iterator[Case]:
     for case in CASES:
         for dns in taken(case, SOLIDS, several=False):
             main = {fidelity: taken(case, names, several=False) for fidelity, names in NETWORKS.items()}
+            interaction, direction = case.split("-")
             yield Case(
-                *case.split("-"),
+                interaction,
+                direction,
                 dns=dns,
                 others=tuple(model for model in taken(case, OTHER_SOLIDS) if model is not dns),
                 reduced=taken(case, REDUCED),
@@ -183,7 +186,7 @@ def reported(paper: pd.DataFrame, table: str, case: str, quantity: str) -> pd.Se
     return rows.iloc[0]
 
 
-def numbers(paper: pd.DataFrame, table: str, case: str, quantity: str) -> np.ndarray:
+def numbers(paper: pd.DataFrame, table: str, case: str, quantity: str) -> Floats:
     """Return numbers that are printed together, for example the angles of a line to x, y and z."""
     row = reported(paper, table, case, quantity)
     try:
@@ -196,7 +199,7 @@ def numbers(paper: pd.DataFrame, table: str, case: str, quantity: str) -> np.nda
 
 def number(paper: pd.DataFrame, table: str, case: str, quantity: str) -> float:
     """Return a printed number in its unit."""
-    return numbers(paper, table, case, quantity)[0]
+    return float(numbers(paper, table, case, quantity)[0])
 
 
 def number_if_printed(paper: pd.DataFrame, table: str, case: str, quantity: str) -> float:

@@ -108,16 +108,16 @@ MEMORY = Column("memory growth", "MB", lambda history: history.attrs["memory_gro
 STABILISED = Column(
     "stabilisation over internal energy at full load", "1", lambda history: _stabilised(history["energy"][-1])
 )
-EFFORT = tuple(
-    Column(name, unit, lambda history, head=f"{name} [{unit}]": effort(history)[head])
-    for name, unit in (
-        ("increments", "1"),
-        ("Newton iterations", "1"),
-        ("Krylov iterations", "1"),
-        ("time", "s"),
-    )
-)
 
 
 def _stabilised(energy: xr.DataArray) -> float:
     return float(energy.sel(form="stabilisation") / energy.sel(form="internal"))
+
+
+def _effort(name: str, unit: str) -> Column:
+    return Column(name, unit, lambda history: effort(history)[f"{name} [{unit}]"])
+
+
+INCREMENTS, NEWTON = _effort("increments", "1"), _effort("Newton iterations", "1")
+KRYLOV, TIME = _effort("Krylov iterations", "1"), _effort("time", "s")
+EFFORT = (INCREMENTS, NEWTON, KRYLOV, TIME)

@@ -15,6 +15,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from math import nan
+from typing import Any
 
 import pandas as pd
 from numpy.polynomial import Polynomial
@@ -75,15 +76,15 @@ class Sweep:
 
 def sweeps_of(key: str, rows: Rows, reference: pd.DataFrame) -> list[Sweep]:
     """Return the sweeps of a key in the order of `HELD`, each of two values or more; with knits of the drawn loop."""
-    errors: dict[tuple, list[float]] = {}
-    groups: dict[tuple, list[Simulation]] = {}
+    errors: dict[tuple[Any, ...], list[float]] = {}
+    groups: dict[tuple[Any, ...], list[Simulation]] = {}
     for name, row in rows.items():
         kind, letter = _place(name)
         if kind is not None and "simulation" in row.results:
             errors.setdefault(kind, []).extend(_errors(row, rows, reference))
             if letter in (None, LETTER[key]):
                 groups.setdefault((row.scene.pattern.keep, *kind), []).append(row)
-    most: dict[tuple, int] = {}
+    most: dict[tuple[Any, ...], int] = {}
     for (*held, _), group in groups.items():
         most[*held,] = max(most.get((*held,), 0), len(group))
     sweeps = []
@@ -146,6 +147,7 @@ class Counted:
 
 def law_of(count: Callable[[Fabric], int], knit: Fabric) -> Polynomial:
     """Return the law a n^2 + b n of counts in knits of n x n cells like a given one, from n = 1 and n = 2."""
+    assert knit.loop is not None, "a knit has a loop"
     more = knit.cells[1] - knit.cells[0]
     single, four = (count(KNITS[knit.specimen](knit.loop, n, n + more)) for n in (1, 2))
     return Polynomial([0.0, 2 * single - four / 2, four / 2 - single])

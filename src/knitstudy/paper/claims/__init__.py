@@ -140,58 +140,38 @@ def holds(
     return Row(quantity, ours, paper, grade(direction, size), margin)
 
 
+Value = Estimate | float
+
+
 def at_least(
     quantity: str,
-    value: Estimate | float,
+    value: Value,
     paper: str,
     bar: float,
     sense: float | None = None,
     text: str = "",
+    sign: int = 1,
 ) -> Row:
     """Return the row of a value that must reach `bar` (size) and must exceed `sense` (direction).
 
-    Without `sense` the bar decides both: a value below it contradicts the claim.
+    Without `sense` the bar decides both: a value below it contradicts the claim. With the sign -1 the value must not
+    exceed the bar, and must lie below `sense`.
     """
-    return _bounded(1, quantity, value, paper, bar, sense, text)
-
-
-def at_most(
-    quantity: str,
-    value: Estimate | float,
-    paper: str,
-    bar: float,
-    sense: float | None = None,
-    text: str = "",
-) -> Row:
-    """Return the row of a value that must not exceed `bar` (size) and must lie below `sense` (direction)."""
-    return _bounded(-1, quantity, value, paper, bar, sense, text)
-
-
-def _bounded(
-    sign: int,
-    quantity: str,
-    value: Estimate | float,
-    paper: str,
-    bar: float,
-    sense: float | None,
-    text: str,
-) -> Row:
-    """Return the row of a value that is bounded from below (sign 1) or from above (-1)."""
-    text, value = text or _text(value), _estimate(value)
+    text, value = text or (str(value) if isinstance(value, Estimate) else f"{value:.2f}"), _estimate(value)
     signed = Estimate(sign * value.value, value.uncertainty)
-    size = signed.above(sign * bar)
-    direction = size if sense is None else _not(signed.below(sign * sense))
+    size = direction = signed.above(sign * bar)
+    if sense is not None:
+        below = signed.below(sign * sense)
+        direction = None if below is None else not below
     over, under = (value.value, bar) if sign > 0 else (bar, value.value)
     return Row(quantity, text, paper, grade(direction, size), over / under if under > 0 else inf)
 
 
+at_most = partial(at_least, sign=-1)
+
+
 def comparable(
-    quantity: str,
-    value: Estimate | float,
-    paper: float,
-    text: str,
-    printed: str,
-    direction: bool | None = None,
+    quantity: str, value: Value, paper: float, text: str, printed: str, direction: bool | None = None
 ) -> Row:
     """Return the row of a value that must lie within a factor of `COMPARABLE` of the paper's number.
 
@@ -222,15 +202,7 @@ def _goes(one: Estimate, other: Estimate, sign: int) -> float:
     return float(change > 0)
 
 
-def _not(holds: bool | None) -> bool | None:
-    return None if holds is None else not holds
-
-
-def _text(value: Estimate | float) -> str:
-    return str(value) if isinstance(value, Estimate) else f"{value:.2f}"
-
-
-def _estimate(value: Estimate | float) -> Estimate:
+def _estimate(value: Value) -> Estimate:
     return value if isinstance(value, Estimate) else Estimate(float(value), 0.0)
 
 

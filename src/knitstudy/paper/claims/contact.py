@@ -12,6 +12,7 @@ from knitstudy.measures import centre_cell, response
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import transferred_uncertainty
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.paper.claims import CLAIMS, COMPARABLE, NotRun, Remark, Row, at_least, at_most, holds
 from knitstudy.paper.claims.evidence import NO_DIRECT, Evidence
 from knitstudy.paper.columns import CONTRACTION, STABILISED, STRAIN, U_Z
@@ -44,7 +45,7 @@ def zones(evidence: Evidence) -> Iterator[Row | Remark]:
 
 
 def _at_snapshot(
-    evidence: Evidence, number: int, test: Callable[[np.ndarray, int, float], bool]
+    evidence: Evidence, number: int, test: Callable[[Floats, int, float], bool]
 ) -> Iterator[Row]:
     """Yield the zones of the centre cell at a point of Fig. 7; withhold the verdict where no increment ends there."""
     contacts = evidence.contact("isotropic")
@@ -104,7 +105,7 @@ def motion(evidence: Evidence) -> Iterator[Row | Remark]:
     yield Remark(note, (evidence.direct["isotropic"],))
 
 
-def asymmetry(history: xr.Dataset, whole: np.ndarray | None = None) -> float:
+def asymmetry(history: xr.Dataset, whole: Floats | None = None) -> float:
     """Return the difference of the envelopes of u_z of yarns mirrored about the mid line, over the largest |u_z|.
 
     `whole` (Y,) holds for every piece in the history the number of its yarn.
@@ -151,7 +152,7 @@ def kinematics(evidence: Evidence) -> Iterator[Row | Remark]:
     )
 
 
-def _range(values: np.ndarray, unit: str) -> str:
+def _range(values: Floats, unit: str) -> str:
     return f"{values.min():.2g} to {values.max():.2g} {unit}"
 
 
@@ -178,7 +179,7 @@ def order_of_motions(evidence: Evidence) -> Iterator[Row | Remark]:
     yield Remark(f"increments there take {step:.2%} strain", (evidence.direct["isotropic"],))
 
 
-def _half(contacts: xr.Dataset, values: np.ndarray) -> tuple[float, float]:
+def _half(contacts: xr.Dataset, values: Floats) -> tuple[float, float]:
     """Return the first strain at which the mean of values (I, ...) is half of the last one, and its increment."""
     strain, mean = contacts["strain"].to_numpy(), np.nan_to_num(values.reshape(len(values), -1)).mean(axis=1)
     last = max(int(np.argmax(mean >= 0.5 * mean[-1])), 1)
@@ -211,8 +212,8 @@ def order(evidence: Evidence, quantity: str, order: tuple[str, ...]) -> Iterator
     }
     for one, other in pairwise(order):
         yield _larger(quantity, one, other, known)
-    for kind, value in known.items():
-        yield Row(f"{quantity} of the reference, {INTERACTIONS[kind]}", f"{value} {unit}")
+    for kind, estimate in known.items():
+        yield Row(f"{quantity} of the reference, {INTERACTIONS[kind]}", f"{estimate} {unit}")
     yield from shown
     yield Remark(scenes=_three(evidence))
 
@@ -253,8 +254,8 @@ def smaller_friction(evidence: Evidence) -> Iterator[Row | Remark]:
     tests = [_larger("force", "rough contact", called[name], forces) for name in slides]
     tests.append(_larger("force", "ties", "rough contact", forces))
     yield from sorted(tests, key=lambda row: row.margin)
-    for label, force in forces.items():
-        yield Row(f"force, {label}", f"{force} N")
+    for label, known in forces.items():
+        yield Row(f"force, {label}", f"{known} N")
     yield Remark(
         "the reference where it knows the problem; else uncertain by how much this discretisation is off where it does",
         (tie, rough, *slides),

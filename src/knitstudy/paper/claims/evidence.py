@@ -183,9 +183,10 @@ class Judgement:
         if not self.verdict:
             object.__setattr__(self, "verdict", worst(self.rows))
 
-    def noted(self, *notes: str, **changes: str) -> Judgement:
-        """Return the judgement with further remarks and other changes."""
-        return replace(self, note="; ".join(filter(None, [self.note, *notes])), **changes)
+    def noted(self, note: str, verdict: str = "") -> Judgement:
+        """Return the judgement with a further remark, and another verdict."""
+        notes = "; ".join(filter(None, [self.note, note]))
+        return replace(self, note=notes, verdict=verdict or self.verdict)
 
 
 def judge(claim: str, evidence: Evidence) -> Judgement:

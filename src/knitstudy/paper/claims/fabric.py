@@ -25,6 +25,7 @@ from knitstudy.measures.centre_cell import (
 from knitstudy.measures.cost import memory_growth, series_of
 from knitstudy.measures.discretisation import HEXAHEDRA, INTERACTIONS, made_of
 from knitstudy.measures.estimate import Estimate, all_hold
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.paper.cases import numbers
 from knitstudy.paper.claims import (
     CLAIMS,
@@ -220,7 +221,7 @@ class Stressed:
         lines = honeycomb_segments(contacts_of_crossings(self.knit))
         return {kind: float(angles_to_axes(line)[:, 0].mean()) for kind, line in lines.items()}
 
-    def printed(self, way: str) -> np.ndarray:
+    def printed(self, way: str) -> Floats:
         """Return the angles to x of segments 1 to 6 in Table 4 [deg]."""
         return numbers(self.evidence.paper, "4", f"mps-{way}", "segments 1..6 angle to x")
 
@@ -243,7 +244,7 @@ def directions(evidence: Evidence) -> Iterator[Row | Remark]:
         for kind in LEGS:
             angle, line = stressed.angles[way][kind], stressed.drawn[kind]
             paper = stressed.printed(way)[SEGMENT[kind] - 1]
-            turns.append(angle.of(lambda value, line=line, towards=towards: towards * (value - line)))
+            turns.append(_turn(angle, line, towards))
             theirs.append(towards * (paper - line))
             place = f"segment {SEGMENT[kind]}, {way} tension ({line:.0f}° by geometry)"
             shown.append(Row(place, f"{angle}°", f"{paper:g}°"))
@@ -259,6 +260,10 @@ def directions(evidence: Evidence) -> Iterator[Row | Remark]:
         yield comparable(name, mean, paper, f"{mean}°", f"{paper:.0f}°", direction=mean.above(0.0))
     yield from shown
     yield stressed.remark()
+
+
+def _turn(angle: Estimate, line: float, towards: int) -> Estimate:
+    return angle.of(lambda value: towards * (value - line))
 
 
 @CLAIMS.add("M2")
@@ -287,7 +292,7 @@ def height_ratio(knit: Fabric, stresses: Sequence[xr.Dataset]) -> Estimate:
 
 def _height(knit: Fabric, angles: Sequence[float]) -> float:
     """Return the height of a row over that of the knit by the angles of both pairs of legs to x [deg]."""
-    return heights(knit, contacts_of_crossings(knit), *angles).course / knit.cell[1]
+    return float(heights(knit, contacts_of_crossings(knit), *angles).course / knit.cell[1])
 
 
 @CLAIMS.add("M3")
@@ -304,7 +309,7 @@ def ligaments(evidence: Evidence) -> Iterator[Row | Remark]:
     near, shown = [], []
     for way in stressed.names:
         for kind, line in drawn.items():
-            apart = angles[way][kind].of(lambda value, line=line: abs(value - line))
+            apart = _apart(angles[way][kind], line)
             number = SEGMENT[kind]
             theirs = f"{abs(stressed.printed(way)[number - 1] - lines[number - 1]):.0f}°"
             near.append(apart.below(ALONG))
@@ -317,3 +322,7 @@ def ligaments(evidence: Evidence) -> Iterator[Row | Remark]:
     for _, row in sorted(shown, key=lambda entry: entry[0], reverse=True):
         yield row
     yield stressed.remark()
+
+
+def _apart(angle: Estimate, line: float) -> Estimate:
+    return angle.of(lambda value: abs(value - line))

@@ -14,6 +14,7 @@ from knitstudy.measures.cost import memory_growth
 from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.estimate import UNKNOWN, Estimate
 from knitstudy.measures.reference import transferred_uncertainty
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.paper.cases import REPORTED, Case, amplitude, is_plain, label_of
 from knitstudy.paper.claims import (
     CLAIMS,
@@ -114,9 +115,7 @@ def _in_cases(
 @CLAIMS.add("R3")
 def order_of_motion(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that the 3D model, like the reference, moves further out of its plane with friction than with ties."""
-    cases = [_case(evidence, kind, "rom3d") for kind in ("isotropic", "tie")]
-    if None in cases:
-        raise NotRun(NO_3D)
+    cases = [_case(NO_3D, evidence, kind, "rom3d") for kind in ("isotropic", "tie")]
     _require_reference(*cases)
     models, direct = [case.main["rom3d"] for case in cases], [case.dns for case in cases]
     name = "largest |u_z|, friction over ties"
@@ -204,7 +203,7 @@ def _by_penalty(evidence: Evidence, direction: str) -> Iterator[Row]:
         yield Row(f"{about} {stiffness:g}", f"{kz:.3g} kN/m")
 
 
-def _springs(evidence: Evidence, name: str, axes: str | None = None) -> np.ndarray:
+def _springs(evidence: Evidence, name: str, axes: str | None = None) -> Floats:
     """Return averaged springs of interfaces (3,) [kN/m] along axes, by default along the axes of the reading."""
     contacts = evidence.rows[name].results["contacts"]
     return springs(contacts, "interface", axes or evidence.axes, evidence.normal).averaged / 1e3
@@ -213,9 +212,10 @@ def _springs(evidence: Evidence, name: str, axes: str | None = None) -> np.ndarr
 @CLAIMS.add("R5", worst_first=True)
 def cost(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield savings of the reduced models with ties, at the paper's mesh size."""
-    case = _case(evidence, "tie", "rom3d", "rom2d")
-    if case is None or case.by_hexahedra is None:
-        raise NotRun("the study has not all models of ties in course tension, the paper's element among them")
+    lacking = "the study has not all models of ties in course tension, the paper's element among them"
+    case = _case(lacking, evidence, "tie", "rom3d", "rom2d")
+    if case.by_hexahedra is None:
+        raise NotRun(lacking)
     models = {"dns": case.by_hexahedra, "rom3d": case.main["rom3d"], "rom2d": case.main["rom2d"]}
     reported = {
         quantity: {name: evidence.printed("5", REPORTED[name], quantity) for name in models}
@@ -232,20 +232,20 @@ def cost(evidence: Evidence) -> Iterator[Row | Remark]:
         yield row if name != "rom2d" else replace(row, grade="")
         yield Row(f"memory growth, {label}", f"{ours[name]:.1f} MB", f"{theirs[name]:g} MB")
     unknowns, memory, time = _savings(models["dns"], case)
-    printed, name = theirs["dns"] / theirs["rom3d"], "memory growth, DNS over 3D ROM"
-    yield at_least(name, memory, f"{printed:.1f}", printed / COMPARABLE, sense=1.0, text=f"{memory:.0f}")
+    more, name = theirs["dns"] / theirs["rom3d"], "memory growth, DNS over 3D ROM"
+    yield at_least(name, memory, f"{more:.1f}", more / COMPARABLE, sense=1.0, text=f"{memory:.0f}")
     extra, usual = ((of["rom3d"] - of["rom2d"]) / of["dns"] for of in (ours, theirs))
     name = "memory growth, 3D ROM less 2D ROM over DNS"
     yield at_most(name, extra, f"{usual:.1%}", MUCH * usual, sense=1.0, text=f"{extra:.1%}")
-    printed = reported["degrees of freedom"]
-    fewer = f"{printed['dns'] / printed['rom3d']:.0f}"
-    yield Row("degrees of freedom, DNS over 3D ROM", f"{unknowns:.0f}", fewer)
+    counts = reported["degrees of freedom"]
+    fewer = counts["dns"] / counts["rom3d"]
+    yield Row("degrees of freedom, DNS over 3D ROM", f"{unknowns:.0f}", f"{fewer:.0f}")
     yield Row("processor time, DNS over 3D ROM", f"{time:.0f}")
     note = (
         "the yarn's length and diameter were inferred from the printed DOF: that part was used in calibration"
     )
     element, wanted = (
-        models["dns"].scene.metres("mesh.size"),
+        models["dns"].scene.metres("mesh.size") or np.nan,
         evidence.printed("5", REPORTED["dns"], "mesh size"),
     )
     if not np.isclose(element, wanted):
@@ -256,11 +256,9 @@ def cost(evidence: Evidence) -> Iterator[Row | Remark]:
 @CLAIMS.add("R6", worst_first=True)
 def cost_with_friction(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that with friction the 3D model saves as much as with ties; over the paper's element if both have it."""
-    cases = slides, tie = [_case(evidence, kind, "rom3d") for kind in ("isotropic", "tie")]
-    if None in cases:
-        raise NotRun(NO_3D)
-    direct = [case.by_hexahedra for case in cases]
-    if None in direct or made_of(direct[0].scene) != made_of(direct[1].scene):
+    cases = slides, tie = [_case(NO_3D, evidence, kind, "rom3d") for kind in ("isotropic", "tie")]
+    direct = [case.by_hexahedra for case in cases if case.by_hexahedra]
+    if len({made_of(model.scene) for model in direct}) != 1 or len(direct) < 2:
         direct = [case.dns for case in cases]
     for name, ours, theirs in zip(SAVINGS, *map(_savings, direct, cases), strict=True):
         bar = 1 / COMPARABLE
@@ -280,10 +278,11 @@ def _savings(direct: Simulation, case: Case) -> tuple[float, float, float]:
 @CLAIMS.add("B1")
 def beams(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that beams in contact at one point of a crossing, with rigid sections, are softer than solids."""
-    case = _case(evidence, "isotropic")
-    plain = [model for model in case.beams if is_plain(model.scene)] if case else []
+    lacking = "the study has no beams in contact beside solids in course tension"
+    case = _case(lacking, evidence, "isotropic")
+    plain = [model for model in case.beams if is_plain(model.scene)]
     if not plain:
-        raise NotRun("the study has no beams in contact beside solids in course tension")
+        raise NotRun(lacking)
     beams, ties = plain[0], plain[0].scene.value("contact.tied_edges")
     known, alike = case.reference, case.beams
     same = ties == case.dns.scene.value("contact.tied_edges")
@@ -293,7 +292,7 @@ def beams(evidence: Evidence) -> Iterator[Row | Remark]:
         solids, known = evidence.history("untied"), evidence.reference_of("untied")
         if not known.known:
             known = transferred_uncertainty(case.reference, case.dns.history, solids)
-        alike = [beam for beam in case.beams if beam.scene.value("contact.tied_edges") == ties]
+        alike = tuple(beam for beam in case.beams if beam.scene.value("contact.tied_edges") == ties)
     else:
         raise NotRun("the study has no solids whose rows are tied as those of the beams")
     ratio = known.force_ratio(beams.history)
@@ -313,12 +312,12 @@ def _require_reference(*cases: Case) -> None:
         raise NotRun(f"there is no reference of {', '.join(lacking)}")
 
 
-def _case(evidence: Evidence, interaction: str, *fidelities: str) -> Case | None:
-    """Return the case of an interaction in course tension with some reduced models, None where a study lacks it."""
+def _case(lacking: str, evidence: Evidence, interaction: str, *fidelities: str) -> Case:
+    """Return the case of an interaction in course tension with reduced models; raise `NotRun` where there is none."""
     for case in evidence.cases:
         if (case.interaction, case.direction) == (interaction, "course") and {*fidelities} <= set(case.main):
             return case
-    return None
+    raise NotRun(lacking)
 
 
 def _names(*models: Simulation) -> tuple[str, ...]:

@@ -80,7 +80,7 @@ def readings_of(table: pd.DataFrame) -> list[Reading]:
         raise DataFileError(
             f"the table of readings has no column {missing[0]!r}; needed are {', '.join(names)}"
         )
-    return [Reading(), *(Reading(**row) for row in table[names].fillna("").to_dict("records"))]
+    return [Reading(), *(Reading(*row) for row in table[names].fillna("").itertuples(index=False))]
 
 
 @dataclass(frozen=True)
@@ -122,6 +122,7 @@ def findings(table: pd.DataFrame, **sources: Any) -> list[Finding]:
 def conclude(claim: str, uncertainty: str, under_readings: Sequence[Finding]) -> Judgement:
     """Return the verdict on a claim under the base, which comes first, and how many readings share the verdict."""
     first, *others = under_readings
+    assert first.evidence is not None, "the base has evidence"
     judged = decide(claim, first.evidence, uncertainty)
     decided = [other for other in others if claim in other.touched and other.judged[claim].verdict in DECIDED]
     if judged.verdict == NOT_RUN or not decided:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.discretisation import made_of
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several
 from knitstudy.use.inp import SHELL_ENTRIES, section_matrix, shell_entries
 
@@ -34,7 +37,7 @@ def tabulate_cells(cells: Datasets, scenes: Scenes) -> pd.DataFrame:
     return pd.DataFrame([_cell(scenes[name], history) for name, history in cells.items()])
 
 
-def _cell(scene: Scene, history: xr.Dataset) -> dict:
+def _cell(scene: Scene, history: xr.Dataset) -> dict[str, Any]:
     kind, free = scene.load.deformation, scene.load.lateral == "free"
     strain, force = (history[name].to_numpy()[-1] for name in ("cell_strain", "force_per_width"))
     axis, pulled = AXIS[kind], free and kind in ("course", "wale")
@@ -70,7 +73,7 @@ def _slope(history: xr.Dataset, kind: str, free: bool) -> float:
     return float((stiffness @ way[driven])[np.flatnonzero(driven).tolist().index(axis)])
 
 
-def moduli(membrane: np.ndarray) -> dict[str, float]:
+def moduli(membrane: Floats) -> dict[str, float]:
     """Return `MODULI` from forces per width by strains in the plane (3, 3) [N/m]."""
     compliance = np.linalg.inv(membrane)
     along = np.diag(compliance)

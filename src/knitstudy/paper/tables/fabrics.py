@@ -14,6 +14,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -23,6 +24,7 @@ from scipy.interpolate import BSpline
 from knitstudy.errors import ConvergenceError, DataFileError
 from knitstudy.knit.loading.history import DIRECTIONS
 from knitstudy.knit.scene.documents import RESOURCES
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.membrane_law import MembraneLaw, Parts
 from knitstudy.run.catalogue import TABLES, Datasets, several
 from knitstudy.use.strip import strain_at, stretch_strip
@@ -41,10 +43,10 @@ SMALL = 2e-3  # strain across below which forces give no stiffness
 class Pulled:
     """Strains along (n,) of a cell, rising, with strains across and forces per width along and across [N/m]."""
 
-    along: np.ndarray
-    across: np.ndarray
-    force: np.ndarray
-    force_across: np.ndarray
+    along: Floats
+    across: Floats
+    force: Floats
+    force_across: Floats
 
     @classmethod
     def of(cls, history: xr.Dataset, direction: str) -> Pulled:
@@ -55,7 +57,7 @@ class Pulled:
         return cls(*(values[rising, i] for values in (strain, force) for i in (axis, 1 - axis)))
 
     @property
-    def strain(self) -> np.ndarray:
+    def strain(self) -> Floats:
         """Strains at `FORCES`; nan beyond the largest force."""
         return np.interp(FORCES, self.force / 1e3, self.along, right=np.nan)
 
@@ -84,7 +86,7 @@ class StripLaw(MembraneLaw):
             shear,
         )
 
-    def respond(self, strain: np.ndarray) -> Parts:
+    def respond(self, strain: Floats) -> Parts:
         """Return energy, stress and tangent at strains (..., 3)."""
         a, b = self.axis, 1 - self.axis
         one, two = np.sqrt(1 + 2 * strain[..., a]), np.sqrt(1 + 2 * strain[..., b])
@@ -108,7 +110,7 @@ class StripLaw(MembraneLaw):
         return energy, stress[..., order], tangent[..., order, :][..., order]
 
 
-def _curve(x: np.ndarray, y: np.ndarray, before: float = 1.0) -> BSpline:
+def _curve(x: Floats, y: Floats, before: float = 1.0) -> BSpline:
     """Return a smooth curve near values (n,), straight beyond the last and, times a share, before the first.
 
     A cubic spline with values as coefficients at the means of its knots turns no more often than they do (Schoenberg).
@@ -118,7 +120,7 @@ def _curve(x: np.ndarray, y: np.ndarray, before: float = 1.0) -> BSpline:
     at = np.linspace(0, path[-1], KNOTS)
     x, y = (np.interp(at, path, values) for values in (x, y))
     first, last = (np.diff(y) / np.diff(x))[[0, -1]]
-    x, y = [x[0] - 1, *x, x[-1] + 4], [y[0] - before * first, *y, y[-1] + 4 * last]
+    x, y = np.r_[x[0] - 1, x, x[-1] + 4], np.r_[y[0] - before * first, y, y[-1] + 4 * last]
     knots = np.concatenate([[x[0]] * 3, x, [x[-1]] * 3])
     means = (knots[1:-3] + knots[2:-2] + knots[3:-1]) / 3
     return BSpline(knots, np.interp(means, x, y), 3)
@@ -128,9 +130,9 @@ def _curve(x: np.ndarray, y: np.ndarray, before: float = 1.0) -> BSpline:
 class Strip:
     """Strains at `FORCES` of a strip between clamps; nan where its cells were not strained that far."""
 
-    strain: np.ndarray
-    clamps: np.ndarray  # by how much strips of half and twice the length differ from it, the larger one
-    loose: np.ndarray  # relative change of the free cell's strains without friction on the way to rest
+    strain: Floats
+    clamps: Floats  # by how much strips of half and twice the length differ from it, the larger one
+    loose: Floats  # relative change of the free cell's strains without friction on the way to rest
 
 
 def strip_of(
@@ -143,7 +145,7 @@ def strip_of(
     size = measured("sizes", yarn=yarn, stitch=stitch, direction=direction)
     length, width = (size[name].iloc[0] / 1e3 for name in ("clamp_distance_mm", "width_mm"))
 
-    def strain(times: float) -> np.ndarray:
+    def strain(times: float) -> Floats:
         far, size = np.nanmax(free.strain), (times * length, width)
         try:
             strip = stretch_strip(law, *size, far, axis, elements=ELEMENTS, largest_force=force[-1])
@@ -167,10 +169,11 @@ def measured(name: str, **of: str) -> pd.DataFrame:
     return table
 
 
-def measured_strain(yarn: str, direction: str) -> np.ndarray:
+def measured_strain(yarn: str, direction: str) -> Floats:
     """Return the measured strains of stockinette at `FORCES`."""
     table = measured(FITTED, yarn=yarn, direction=direction)
-    return np.interp(FORCES, table["force_per_width_N_mm"], table["strain"], right=np.nan)
+    strain: Floats = np.interp(FORCES, table["force_per_width_N_mm"], table["strain"], right=np.nan)
+    return strain
 
 
 FITTED = "stockinette"  # the only stitch whose curves have a say in values of yarns
@@ -194,8 +197,8 @@ def predicted(cells: Mapping[str, xr.Dataset]) -> pd.DataFrame:
                 strips[yarn, stitch, direction] = strip_of(pulled, cells[sheared], yarn, stitch, direction)
     parts = []
     for (yarn, stitch, direction), strip in strips.items():
-        known = [strips.get((yarn, FITTED, direction)) for direction in DIRECTIONS]
-        if None in known:
+        known = [strips[key] for key in ((yarn, FITTED, way) for way in DIRECTIONS) if key in strips]
+        if len(known) < len(DIRECTIONS):
             continue
         curves = np.array([measured_strain(yarn, direction) for direction in DIRECTIONS])
         off = np.array([strip.strain for strip in known]) / curves - 1
@@ -231,14 +234,14 @@ def tabulate_stockinette(cells: Datasets) -> pd.DataFrame:
     """Return a row for every yarn, direction and force."""
     parts = []
     for (yarn, direction), rows in predicted(cells).groupby(["yarn", "direction"]):
-        known = measured_strain(yarn, direction)
-        strains = {
+        known = measured_strain(str(yarn), str(direction))
+        columns: dict[str, Any] = {
+            "force per width [N/mm]": rows["force_per_width_N_mm"],
             "measured strain [1]": known,
             "predicted strain [1]": rows["strain"],
             "error [%]": 100 * (rows["strain"] / known - 1),
         }
-        force = rows["force_per_width_N_mm"].rename("force per width [N/mm]")
-        parts.append(pd.concat([rows[["yarn", "direction"]], force], axis=1).assign(**strains))
+        parts.append(rows[["yarn", "direction"]].assign(**columns))
     return pd.concat(parts)
 
 

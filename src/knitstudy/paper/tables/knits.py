@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -25,13 +26,16 @@ from knitstudy.paper.cases import COMPARED, MODELS, Case, cases_of, comparison, 
 from knitstudy.paper.columns import (
     CONTRACTION,
     DOF,
-    EFFORT,
     FORCE,
+    INCREMENTS,
+    KRYLOV,
     MEMORY,
+    NEWTON,
     SCENE,
     SECANT,
     STABILISED,
     STRAIN,
+    TIME,
     U_Z,
     Column,
     Simulation,
@@ -135,9 +139,11 @@ RESPONSES = (
     _energy_per_area("dissipated", "friction", "stabilisation"),
     DOF,
     Column("unknowns", "1", lambda history: int(history.attrs["unknowns"])),
-    EFFORT[-1],
+    TIME,
     MEMORY,
-    *EFFORT[:-1],
+    INCREMENTS,
+    NEWTON,
+    KRYLOV,
 )
 
 
@@ -188,7 +194,7 @@ for order, (name, (title, case)) in enumerate(CHECKED.items(), start=10):
     TABLES.add(name, title, results={"dns": solid("simulation", case)}, order=order)(tabulate_checks)
 
 
-def _ties(dns: xr.Dataset) -> Iterator[tuple]:
+def _ties(dns: xr.Dataset) -> Iterator[tuple[Any, ...]]:
     """Yield quantity, unit and value."""
     for name, unit, attribute in (
         ("tolerance of the ties beyond the clearance", "m", "tie_tolerance"),
@@ -203,7 +209,7 @@ def _ties(dns: xr.Dataset) -> Iterator[tuple]:
     yield "tied area of a crossing, largest", "m2", dns["tied_area"].max()
 
 
-def _solution(dns: xr.Dataset, scene: Scene) -> Iterator[tuple]:
+def _solution(dns: xr.Dataset, scene: Scene) -> Iterator[tuple[Any, ...]]:
     """Yield quantity, unit and value, and a bar of some."""
     bars = scene.solver
     yield "largest residual over mean internal force", "1", dns["residual"].max(), bars.residual_tolerance
@@ -215,7 +221,7 @@ def _solution(dns: xr.Dataset, scene: Scene) -> Iterator[tuple]:
     yield "largest hourglass over internal energy", "1", hourglass_share(dns), HOURGLASS
 
 
-def _contact(row: Simulation) -> Iterator[tuple]:
+def _contact(row: Simulation) -> Iterator[tuple[Any, ...]]:
     dns, energy = row.history, row.history["energy"][-1]
     what = "local indentation" if "indentation_deepest" in dns.attrs else "penetration"
     yield f"deepest {what}", "m", penetration(dns), allowed_penetration(dns)
@@ -256,12 +262,11 @@ def tabulate_beams(models: Datasets, scenes: Scenes, reference: pd.DataFrame) ->
     Beams show what each ingredient of their contact changes.
     """
     cases = [case for case in cases_of(rows_of(scenes, models), reference) if case.beams]
-    effort = [EFFORT[i].head for i in (0, 1, 3)]
-    columns = ["model", "scene", *COMPARED, OVER_FIRST, *effort]
+    columns = ["model", "scene", *COMPARED, OVER_FIRST, INCREMENTS.head, NEWTON.head, TIME.head]
     return pd.DataFrame([row for case in cases for row in _rows_of_beams(case)], columns=columns)
 
 
-def _rows_of_beams(case: Case) -> Iterator[dict]:
+def _rows_of_beams(case: Case) -> Iterator[dict[str, Any]]:
     plain = [model for model in case.beams if is_plain(model.scene)]
     base = plain[0][SECANT] if plain else np.nan
     beside = [case.main["rom3d"]] if "rom3d" in case.main else []
@@ -326,7 +331,7 @@ SWEEPS = {SPACING: "course spacing", DIAMETER: "yarn diameter"}
     results={"geometry": solid("geometry", "tie-course")},
     order=14,
 )
-def tabulate_unit_cell(geometry: xr.Dataset, targets: dict) -> pd.DataFrame:
+def tabulate_unit_cell(geometry: xr.Dataset, targets: dict[str, Any]) -> pd.DataFrame:
     """Return measures and terms of F before and after, with targets and residuals where there are any.
 
     Raises ConfigurationError when a target is missing.
@@ -345,7 +350,7 @@ def tabulate_unit_cell(geometry: xr.Dataset, targets: dict) -> pd.DataFrame:
     return table.assign(residual=table["after"] - table["target"])
 
 
-def _target(targets: dict, name: str | None) -> float:
+def _target(targets: dict[str, Any], name: str | None) -> float:
     if name is None:
         return np.nan
     try:

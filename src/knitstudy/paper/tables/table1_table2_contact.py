@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -47,7 +48,7 @@ def tabulate_contact(dns: xr.Dataset, paper: pd.DataFrame, scenes: Scenes) -> pd
     tangential = contact.tangential_stiffness if by_penalty else NONE
     allowed, reached = allowed_penetration(dns), penetration(dns)
     stabilisation = scenes["dns"].solver.stabilisation
-    rows = [
+    rows: list[tuple[str, str, Any, Any]] = [
         ("contact-overclosure relation", "1", HARD, PENALTY if by_penalty else INDENTATION),
         ("contact stiffness over element stiffness", "1", ratio, normal),
         ("contact stiffness, pressure over gap", "Pa/m", NOT_STATED, attrs.get("contact_stiffness", NONE)),
@@ -108,7 +109,7 @@ def tabulate_springs(contacts: Datasets, paper: pd.DataFrame, scenes: Scenes) ->
     )
 
 
-def _rows(scene: Scene, contacts: xr.Dataset, paper: pd.DataFrame) -> Iterator[dict]:
+def _rows(scene: Scene, contacts: xr.Dataset, paper: pd.DataFrame) -> Iterator[dict[str, Any]]:
     theirs = _printed(scene, contacts, paper)
     measures = [measure for measure, variable in MEASURES.items() if variable in contacts]
     for measure, (normal, axes) in product(measures, READINGS):
@@ -153,7 +154,7 @@ def tabulate_averages(contacts: Datasets, paper: pd.DataFrame, scenes: Scenes) -
     rows = []
     for (name, dataset), axes in product(contacts.items(), ("global", "local")):
         scene, measured = scenes[name], springs(dataset, "interface", axes, MAIN)
-        averages = {"": measured.averaged, ", paper": _printed(scene, dataset, paper)}
+        averages = {"": measured.averaged.tolist(), ", paper": _printed(scene, dataset, paper)}
         row = {
             "scene": name,
             "load": scene.load.direction,

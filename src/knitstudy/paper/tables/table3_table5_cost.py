@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import nan
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -25,39 +26,51 @@ from knitstudy.paper.cases import (
     number_if_printed,
     reported,
 )
-from knitstudy.paper.columns import DOF, MEMORY, Simulation, rows_of
+from knitstudy.paper.columns import (
+    DOF,
+    INCREMENTS,
+    KRYLOV,
+    MEMORY,
+    NEWTON,
+    SCENE,
+    TIME,
+    Column,
+    Simulation,
+    rows_of,
+    tabulated,
+)
 from knitstudy.paper.sweeps import NONE, SIZES, counted_models
 from knitstudy.run.catalogue import SQUARES, TABLES, Datasets, Scenes, one, several
 
-KILOBYTE = 1e3
-
 KNITS = several("simulation", *SQUARES, fewest=12)  # Fewer are not all of Table 3
+
+GROWTH = Column("memory growth", "MB", lambda history: memory_growth(history) / MEGABYTE)
+PER_ITERATION = Column(
+    "time of a Newton iteration",
+    "s",
+    lambda history: float(history["seconds"].sum()) / max(int(history["newton_iterations"].sum()), 1),
+)
+
+
+def _costs(series: Series, domain: Datasets) -> pd.DataFrame:
+    """Return a row for every size of a series: degrees of freedom, memory and its law, and time."""
+    rows = [Simulation(scene, {"simulation": domain[scene.name]}) for scene in series.scenes]
+    costs = tabulated(rows, (SCENE, DOF, GROWTH, PER_ITERATION, TIME, NEWTON, KRYLOV, INCREMENTS))
+    law = series.memory(costs[DOF.head].to_numpy(), costs[GROWTH.head].to_numpy())
+    costs.insert(3, "memory over its law [1]", costs[GROWTH.head] / law(costs[DOF.head]))
+    return costs
 
 
 @TABLES.add("table3_domain_size", "Cost of square knits of rising size", results={"domain": KNITS}, order=5)
 def tabulate_size(domain: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row for every size of every series."""
-    rows = []
+    parts = []
     for series in series_of(scenes[name] for name in domain):
-        dof, memory, seconds = _costs(series, domain)
-        over_law = memory / series.memory(dof, memory)(dof)
-        for place, scene in enumerate(series.scenes):
-            work = effort(domain[scene.name])
-            row = {
-                "model": series.model,
-                "interaction": series.interaction,
-                "cells in a row [1]": int(series.cells[place]),
-                "scene": scene.name,
-                "degrees of freedom [1]": int(dof[place]),
-                "memory growth [MB]": memory[place],
-                "memory over its law [1]": over_law[place],
-                "memory of an unknown [kB]": memory[place] * MEGABYTE / KILOBYTE / dof[place],
-                "time of a Newton iteration [s]": seconds[place],
-                "time of a path [s]": work["time [s]"],
-            }
-            counts = "Newton iterations [1]", "Krylov iterations [1]", "increments [1]"
-            rows.append(row | {name: work[name] for name in counts})
-    return pd.DataFrame(rows)
+        costs = _costs(series, domain).rename(columns={TIME.head: "time of a path [s]"})
+        costs.insert(4, "memory of an unknown [kB]", costs[GROWTH.head] * MEGABYTE / 1e3 / costs[DOF.head])
+        head = {"model": series.model, "interaction": series.interaction, "cells in a row [1]": series.cells}
+        parts.append(pd.concat([pd.DataFrame(head), costs], axis=1))
+    return pd.concat(parts, ignore_index=True)
 
 
 @TABLES.add("cost_growth", "How cost grows with the size of a knit", results={"domain": KNITS}, order=5.1)
@@ -65,36 +78,17 @@ def tabulate_growth(domain: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row for every series: exponents of power laws in cells in a row, with their standard errors."""
     rows = []
     for series in series_of(scenes[name] for name in domain):
-        dof, memory, _ = _costs(series, domain)
-        work = pd.DataFrame([effort(domain[scene.name]) for scene in series.scenes])
-        costs = {"degrees of freedom": dof, "memory": memory, "time": work["time [s]"]}
-        costs |= {name: work[f"{name} [1]"] for name in ("Newton iterations", "Krylov iterations")}
-        row = {
-            "model": series.model,
-            "interaction": series.interaction,
-            "cells in a row [1]": f"3 to {series.cells[-1]}",
-        }
-        for name, values in costs.items():
+        costs = _costs(series, domain)
+        row: dict[str, Any] = {"model": series.model, "interaction": series.interaction}
+        row["cells in a row [1]"] = f"3 to {series.cells[-1]}"
+        for column in (DOF, GROWTH, TIME, NEWTON, KRYLOV):
+            name, values = column.name.removesuffix(" growth"), costs[column.head].tolist()
             # Direct solvers have no Krylov iterations
             grows = series.growth(values) if np.all(values) else UNKNOWN
-            row |= {
-                f"exponent of {name} [1]": grows.value,
-                f"standard error, {name} [1]": grows.uncertainty,
-            }
+            row[f"exponent of {name} [1]"] = grows.value
+            row[f"standard error, {name} [1]"] = grows.uncertainty
         rows.append(row)
     return pd.DataFrame(rows)
-
-
-def _costs(series: Series, domain: Datasets) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return degrees of freedom (k,), memory growth (k,) [MB] and seconds (k,) of a Newton iteration."""
-    histories = [domain[scene.name] for scene in series.scenes]
-    iterations = [max(int(history["newton_iterations"].sum()), 1) for history in histories]
-    seconds = [float(history["seconds"].sum()) for history in histories]
-    return (
-        np.array([float(history.attrs["dof"]) for history in histories]),
-        np.array([memory_growth(history) for history in histories]) / MEGABYTE,
-        np.divide(seconds, iterations),
-    )
 
 
 # ---- Counts without a solution, for Tables 3 and 5
@@ -123,9 +117,9 @@ def tabulate_unknowns(
     for model in models:
         memory, uncertain = NONE, nan
         if (measured := series.get(f"domain-{model.stem}-course")) is not None:
-            dof, grown, _ = _costs(measured, squares)
-            memory = measured.memory(dof, grown)
-            uncertain = np.abs(grown / memory(dof) - 1).max()
+            costs = _costs(measured, squares or {})
+            memory = measured.memory(costs[DOF.head].to_numpy(), costs[GROWTH.head].to_numpy())
+            uncertain = np.abs(costs["memory over its law [1]"] - 1).max()
         for n in SIZES:
             of_paper = (paper, "3" if model.case.startswith("c") else "5", model.case.format(n=n))
             unknowns, law = model.unknowns(n), model.law(n)
@@ -181,7 +175,7 @@ def tabulate_cost(
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def _rows(case: Case, paper: pd.DataFrame) -> Iterator[dict]:
+def _rows(case: Case, paper: pd.DataFrame) -> Iterator[dict[str, Any]]:
     direct = [case.by_hexahedra or case.dns]
     direct += [case.dns] if case.dns is not direct[0] else []
     for fidelity in REPORTED:
@@ -189,7 +183,9 @@ def _rows(case: Case, paper: pd.DataFrame) -> Iterator[dict]:
             yield _row(fidelity, model, direct[0], case, paper)
 
 
-def _row(fidelity: str, model: Simulation, first: Simulation, case: Case, paper: pd.DataFrame) -> dict:
+def _row(
+    fidelity: str, model: Simulation, first: Simulation, case: Case, paper: pd.DataFrame
+) -> dict[str, Any]:
     history, cost, dns = model.history, model.history.attrs, first.history.attrs
     ratio = case.reference.force_ratio(history)
     values = {

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 import xarray as xr
@@ -15,6 +17,7 @@ from knitstudy.measures.centre_cell import (
     stress_angles,
 )
 from knitstudy.measures.discretisation import INTERACTIONS, made_of
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.paper.cases import numbers
 from knitstudy.run.catalogue import (
     CASES,
@@ -68,13 +71,13 @@ def tabulate(
         for kind, vectors in honeycomb_segments(contacts).items()
     ]
     for name, dataset in (stresses or {}).items():
-        rows += _by_stress(scenes[name], dataset, paper)
+        rows += _by_stress((scenes or {})[name], dataset, paper)
     order = list(dict.fromkeys(row["honeycomb"] for row in rows))
     rows.sort(key=lambda row: (order.index(row["honeycomb"]), row["segment"]))
     return pd.DataFrame(rows)
 
 
-def _by_stress(scene: Scene, stresses: xr.Dataset, paper: pd.DataFrame) -> list[dict]:
+def _by_stress(scene: Scene, stresses: xr.Dataset, paper: pd.DataFrame) -> list[dict[str, Any]]:
     direction = scene.load.direction
     honeycomb = f"principal stress, {direction}, {INTERACTIONS[scene.interaction]}, {made_of(scene)}"
     printed = np.stack(
@@ -92,7 +95,7 @@ def _by_stress(scene: Scene, stresses: xr.Dataset, paper: pd.DataFrame) -> list[
     return rows
 
 
-def _row(honeycomb: str, kind: str, angle: np.ndarray, theirs: np.ndarray) -> dict:
+def _row(honeycomb: str, kind: str, angle: Floats, theirs: Floats) -> dict[str, Any]:
     """Return the row of a kind of segment from the angles (k, 3) of equivalent ones, and the paper's (3,)."""
     ours = angle.mean(axis=0)
     row = {"segment": SEGMENT[kind], "honeycomb": honeycomb, "kind": kind, "segments": len(angle)}

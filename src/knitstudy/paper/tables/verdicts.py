@@ -57,7 +57,8 @@ def tabulate(claims: pd.DataFrame, readings: pd.DataFrame, **sources: Any) -> pd
             "resources/reference/paper_claims.csv, or give it one in knitstudy.paper.claims"
         )
     under_readings = findings(readings, **sources)
-    concluded = [conclude(claim.id, claim.uncertainty, under_readings) for claim in claims.itertuples()]
+    rules = zip(claims["id"], claims["uncertainty"], strict=True)
+    concluded = [conclude(claim, uncertainty, under_readings) for claim, uncertainty in rules]
     first = [judged.rows[0] if judged.rows else Row("") for judged in concluded]
     lines = [[(row.quantity, row.ours, row.paper, row.grade) for row in judged.rows] for judged in concluded]
     columns = {
@@ -86,7 +87,7 @@ def _row(finding: Finding) -> dict[str, object]:
     row = {of: getattr(reading, of) for of in ("name", "choice", "reading", "base", "against")}
     for quantity, kind in product((FORCE, LARGEST_U_Z), INTERACTIONS):
         unit, values = QUANTITIES[quantity]
-        history = evidence.history(kind) if kind in evidence.direct else None
+        history = evidence.history(kind) if evidence and kind in evidence.direct else None
         value = nan if history is None else float(values(history, history)[-1])
         row[f"{quantity}, {INTERACTIONS[kind]} [{unit}]"] = value
     row |= {claim: judged.verdict for claim, judged in finding.judged.items()}
