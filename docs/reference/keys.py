@@ -21,7 +21,7 @@ COLUMNS = ("unit", "role", "provenance", "source", "checked")
 TITLE = f"""\
 # Keys of a scene
 
-`{COMMAND}` writes this page from `src/knitstudy/study`; changes of the page itself are lost.
+`{COMMAND}` writes this page from `src/knitstudy/knit`; changes of the page itself are lost.
 
 A scene has only the sections of its kind: those of its specimen, its yarn, its fidelity and its interaction. A key of
 another kind is an error, which names the key. Values are in SI units, sizes of elements in yarn radii.
@@ -37,8 +37,10 @@ def keys_page() -> str:
         ("role", "keys of this role define"), [(f"`{name}`", text) for name, text in ROLES.items()]
     )
     parts = [TITLE, f"## Roles\n\n{roles}", "## Kinds of scenes\n"]
-    for what, kinds in (("specimen", SPECIMENS), ("fidelity", MODELS.all()), ("interaction", INTERACTIONS)):
-        parts.append(_table((what, "meaning"), [(f"`{name}`", kind.meaning) for name, kind in kinds.items()]))
+    for what, kinds in (("specimen", SPECIMENS), ("fidelity", MODELS), ("interaction", INTERACTIONS)):
+        parts.append(
+            _table((what, "meaning"), [(f"`{name}`", kind.meaning) for name, kind in kinds.all().items()])
+        )
     parts.append(f"## Labels\n\n{_section_text('', dict.fromkeys(Labels.model_fields, Labels))}")
     parts.append(
         f"## `ask`\n\n{_section_text('ask.', dict.fromkeys(Requirements.model_fields, Requirements))}"

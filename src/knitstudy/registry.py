@@ -9,6 +9,7 @@ from __future__ import annotations
 import difflib
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from importlib import import_module
 from importlib.metadata import entry_points
 from importlib.util import find_spec
@@ -37,7 +38,8 @@ class Registry(Generic[Entry]):
     what : str
         Kind of the entries, or the key that names one; begins messages.
     package : str, optional
-        Dotted name of the package whose modules register entries; they are imported when one is asked for.
+        Dotted name of the package whose modules, or of the module that, register entries; imported when one is asked
+        for.
     """
 
     def __init__(self, what: str, package: str | None = None) -> None:
@@ -60,7 +62,8 @@ class Registry(Generic[Entry]):
         """Return all entries, in the order of their names, whatever module has been imported first."""
         if self._package is not None:
             name, self._package = self._package, None
-            for module in sorted(iter_modules(import_module(name).__path__), key=lambda entry: entry.name):
+            modules = iter_modules(getattr(import_module(name), "__path__", []))
+            for module in sorted(modules, key=lambda entry: entry.name):
                 import_module(f"{name}.{module.name}")
         return dict(sorted(self._entries.items()))
 
@@ -74,8 +77,10 @@ class Registry(Generic[Entry]):
         Where a module has the name of the entry, no other module is imported.
         """
         module = f"{self._package}.{name}"
-        if name not in self._entries and self._package and str(name).isidentifier() and find_spec(module):
-            import_module(module)
+        if name not in self._entries and self._package and str(name).isidentifier():
+            with suppress(ModuleNotFoundError):  # there is no package
+                if find_spec(module):
+                    import_module(module)
         return find(self.what, self._entries if name in self._entries else self.all(), name, where)
 
     def module(self, name: str) -> str:

@@ -87,7 +87,7 @@ def test_they_are_planned_from_the_scenes_of_a_study(toy, scenes):
 
 STICKY = '''
 from knitstudy.knit.scene.keys import Section, key
-from knitstudy.knit.scene.kinds import Interaction, register
+from knitstudy.knit.scene.kinds import INTERACTIONS, Interaction
 
 
 class Adhesion(Section):
@@ -97,7 +97,9 @@ class Adhesion(Section):
     "A test."
 
 
-register(Interaction("sticky", "contact that sticks", friction=lambda contact: 0.0, keys=Adhesion))
+INTERACTIONS.register(
+    Interaction("sticky", "contact that sticks", friction=lambda contact: 0.0, keys=Adhesion)
+)
 '''
 
 
@@ -105,7 +107,7 @@ register(Interaction("sticky", "contact that sticks", friction=lambda contact: 0
 def plugin(tmp_path, monkeypatch):
     """Function that imports a module written for it; its entries in registries are forgotten afterwards."""
     monkeypatch.syspath_prepend(tmp_path)
-    before = [dict(kinds) for kinds in (SPECIMENS, INTERACTIONS)]
+    before = [kinds.names() for kinds in (SPECIMENS, INTERACTIONS)]
     written = []
 
     def load(name, text):
@@ -115,8 +117,8 @@ def plugin(tmp_path, monkeypatch):
 
     yield load
     for kinds, known in zip((SPECIMENS, INTERACTIONS), before, strict=True):
-        for name in kinds.keys() - known:
-            del kinds[name]
+        for name in set(kinds.names()) - {*known}:
+            del kinds._entries[name]
     for name in written:
         sys.modules.pop(name, None)
 

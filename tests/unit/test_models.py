@@ -34,9 +34,10 @@ from dataclasses import replace
 from knitstudy.knit.yarns.joints import joint_points
 from knitstudy.knit.yarns.network import problem, spatial_network
 from knitstudy.knit.yarns.joints import contacts_of_crossings
-from knitstudy.knit.scene.keys import Section, key
+from knitstudy.knit.scene.keys import Section, key, section
 from knitstudy.knit.scene.kinds import MODELS, Model
-from knitstudy.knit.scene.shared_sections import BeamMesh, BeamGates, Newton
+from knitstudy.knit.scene.specimens import Knit
+from knitstudy.knit.scene.shared_sections import BeamMesh, BeamGates
 
 
 class Wires(Section):
@@ -50,10 +51,17 @@ def build(scene, fabric):
     return replace(problem(stiffer, fabric, spatial_network(fabric, points, scene.mesh.beam_size)), scene=scene)
 
 
+class KnitOfWires(Knit):
+    specimens = ("knit", "cut_knit")
+
+    mesh: BeamMesh = section()
+    gates: BeamGates = section()
+    wires: Wires = section()
+
+
 MODELS.register(
     Model(
-        name="wires", meaning="rigidly joined wires", label="wires", specimens=("knit", "cut_knit"),
-        sections={"mesh": BeamMesh, "solver": Newton, "gates": BeamGates, "wires": Wires}, build=build,
+        name="wires", meaning="rigidly joined wires", label="wires", parts=(KnitOfWires,), build=build
     )
 )
 """

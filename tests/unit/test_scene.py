@@ -1,13 +1,21 @@
 """A scene is valid, frozen and the same in every unit; a stage sees the keys that it reads and no others."""
 
 import pickle
+from typing import ClassVar
 
 import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.scene.keys import Section, key
+from knitstudy.knit.models.beam import Beams, CellOfBeams
+from knitstudy.knit.models.spline_yarns import SplineYarns
+from knitstudy.knit.scene.defaults import packaged_defaults
+from knitstudy.knit.scene.keys import Section, key, section
+from knitstudy.knit.scene.kinds import MODELS, Model
 from knitstudy.knit.scene.scene import Scene, flat
+from knitstudy.knit.scene.sections import CellStrain, KnitTension, Pattern, SetYarn
+from knitstudy.knit.scene.shared_sections import Newton, Sliding
+from knitstudy.knit.scene.specimens import Knit
 from knitstudy.run.configuration import load_scene, load_scenes
 
 
@@ -77,13 +85,13 @@ def test_value_that_is_not_allowed(scenes, key, value, allowed):
 @pytest.mark.parametrize(
     ("key", "value", "message"),
     [
-        ("interaction", "glued", "unknown interaction 'glued'; allowed are tie, rough, isotropic"),
+        ("interaction", "glued", "unknown interaction 'glued'; allowed are isotropic, rough, tie"),
         ("load.strane", 1.0, r"unknown key 'load.strane' \(did you mean 'load.strain'"),
         ("geometry.free", ["z"] * 7, r"geometry\.free has 7 entries but must have 8"),
         ("pattern.wale_spacing", 1.8e-3, r"pattern\.wale_spacing is 0\.0018 m but must exceed"),
         ("load.stops", [0.02, 0.01], r"must go on from one to the next between 0 and load\.strain, 0\.05"),
         ("load.stops", [[0.01, 0]], r"load\.stops"),
-        ("fidelity", "beam", "must be rough or isotropic where fidelity is beam"),
+        ("fidelity", "beam", "must be isotropic or rough where specimen is knit and fidelity beam"),
     ],
 )
 def test_change_that_is_not_allowed(scene, key, value, message):
@@ -173,48 +181,110 @@ def test_other_keys_are_not_there(scene):
     assert seen.mesh.size == scene.mesh.size
     with pytest.raises(AttributeError, match="growth"):
         seen.mesh.growth  # noqa: B018
-    with pytest.raises(AttributeError, match="no section 'yarn'"):
+    with pytest.raises(AttributeError, match="'yarn'"):
         seen.yarn  # noqa: B018
     assert seen.value("mesh.growth") is None
 
 
 class Grown(Section):
-    """A section that a key was added to."""
+    """A section that keys were added to."""
 
     old: float = key("numerics", "choice")
     added: float = key("numerics", "choice", ge=0, default=1.0)
     list_added: tuple[float, ...] = key("numerics", "choice", allowed="a list", default=())
 
 
-def grown(scene, **values):
-    return Scene(scene, scene.kind, {"grown": Grown(**{"old": 2.0} | values)})
+class GrownKnit(Knit):
+    """A knit with such a section, without a key that it had."""
+
+    specimens = ("knit",)
+    retired: ClassVar = {"mesh.size": 0.5, "tie.radius": 0.183}
+    grown: Grown = section()
 
 
-def test_a_new_key_counts_at_other_values_than_its_default_alone(scene):
+@pytest.fixture
+def grown(scene, monkeypatch):
+    """Function to a scene of a model with such a section."""
+    model = Model("growing", "a model that grew", "grown", (GrownKnit,), build=None)
+    monkeypatch.setitem(MODELS._entries, model.name, model)
+    return lambda **keys: scene.vary(
+        {"fidelity": "growing", "outputs": [], "grown.old": 2.0}
+        | {f"grown.{name}": value for name, value in keys.items()}
+    )
+
+
+def test_a_new_key_counts_at_other_values_than_its_default_alone(grown):
     before = {"grown": {"old": 2.0}}
-    assert grown(scene).read(["grown"]) == before
-    assert grown(scene, added=1.0, list_added=()).read(["grown"]) == before
-    assert grown(scene).hash == grown(scene, added=1.0).hash
-    assert grown(scene).to_dict()["grown"] == {"old": 2.0, "added": 1.0, "list_added": []}
-    assert grown(scene, added=2.0).read(["grown"]) == {"grown": {"old": 2.0, "added": 2.0}}
-    assert grown(scene, list_added=(1.0,)).read(["grown.list_added"]) == {"grown": {"list_added": [1.0]}}
-    assert grown(scene).hash != grown(scene, added=2.0).hash
+    assert grown().read(["grown"]) == before
+    assert grown(added=1.0, list_added=()).read(["grown"]) == before
+    assert grown().hash == grown(added=1.0).hash
+    assert grown().to_dict()["grown"] == {"old": 2.0, "added": 1.0, "list_added": []}
+    assert grown(added=2.0).read(["grown"]) == {"grown": {"old": 2.0, "added": 2.0}}
+    assert grown(list_added=(1.0,)).read(["grown.list_added"]) == {"grown": {"list_added": [1.0]}}
+    assert grown().hash != grown(added=2.0).hash
+
+
+def test_a_retired_key_counts_with_the_value_that_results_were_made_with(grown):
+    assert grown().read(["mesh", "tie.radius"]) == {"mesh": {"size": 0.5}}
+    assert grown().values_of("resolution") == {
+        "mesh.size": 0.5,
+        **{f"solver.{name}": getattr(grown().solver, name) for name in Newton.model_fields},
+    }
+    with pytest.raises(
+        ConfigurationError, match=r"mesh\.size is no key of a scene whose .* fidelity growing"
+    ):
+        grown().replace("mesh.size", 0.5)
+
+
+def test_a_scene_is_made_of_what_a_user_says():
+    pattern = Pattern(course_spacing=0.9e-3, wale_spacing=1.1e-3, loops=1, rows=1)
+    cell = CellOfBeams(pattern=pattern, yarn=SetYarn(diameter=0.25e-3), load=CellStrain(strain=0.3))
+    assert (cell.specimen, cell.fidelity, cell.interaction) == ("cell", "beam", "isotropic")
+    assert cell.pattern.control_points is None, "loops are drawn for the spacings"
+    defaults = packaged_defaults()
+    assert cell.yarn.youngs_modulus == defaults["yarn"]["youngs_modulus"]
+    assert cell.contact.friction == defaults["contact"]["friction"]
+    assert cell.load.deformation == "course"
+    assert isinstance(cell.vary({"load.strain": 0.1}), CellOfBeams)
+    rough = SplineYarns(interaction="rough", load=KnitTension(direction="wale"), name="mine")
+    assert (rough.name, rough.knit, rough.specimen, rough.load.direction) == (
+        "mine",
+        "mine",
+        "cut_knit",
+        "wale",
+    )
+    for made, message in [
+        (lambda: Pattern(course_spacin=1e-3), r"Pattern: unknown key 'course_spacin' \(did you mean"),
+        (lambda: Pattern(rows=0), "Pattern: rows is 0 but must be a whole number from 1"),
+        (
+            lambda: CellOfBeams(pattern=Pattern(course_spacing=1e-4)),
+            "scene: pattern.course_spacing is 0.0001 m but",
+        ),
+        (lambda: Beams(contact=Sliding(friction=-1.0)), "Sliding: friction is -1.0"),
+        (lambda: Knit(), "Knit is no class of scenes of a model; take one of Beams, CellOfBeams"),
+    ]:
+        with pytest.raises(ConfigurationError, match=message):
+            made()
 
 
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
         (
-            {"yarn.transverse_modulus": 1e9},
+            {"fidelity": "spline_yarns", "yarn.transverse_modulus": 1e9},
             r"yarn\.transverse_modulus is 1e\+09 but must be null where yarn\.material is",
         ),
         (
-            {"yarn.material": "transversely_isotropic", "yarn.transverse_modulus": 1e12},
+            {
+                "fidelity": "spline_yarns",
+                "yarn.material": "transversely_isotropic",
+                "yarn.transverse_modulus": 1e12,
+            },
             r"yarn\.poisson_ratio is 0\.42 and stores no positive energy",
         ),
         (
             {"yarn.material": "transversely_isotropic", "fidelity": "rom3d"},
-            r"yarn\.material is transversely_isotropic but must be isotropic where fidelity is rom3d",
+            r"yarn\.material is no key of a scene whose specimen is knit, fidelity rom3d",
         ),
     ],
 )
@@ -240,3 +310,12 @@ def test_a_stiffness_of_its_own_goes_with_straight_sections(key):
         beams.vary({key: 1e-8})
     beams.vary({key: 1e-8, "mesh.section_law": "straight"})
     assert load_scene("fabric-acrylic-rib-course-free").mesh.section_law == "straight"
+
+
+@pytest.mark.parametrize("key", ["yarn.youngs_modulus", "beam.section", "beam.stiffness"])
+def test_a_key_that_others_make_idle_is_refused(key):
+    fabric = load_scene("fabric-acrylic-rib-course-free")
+    with pytest.raises(ConfigurationError, match=rf"{key} is not read where .*yarn\.pressing (is|are) given"):
+        fabric.replace(key, fabric.value(key))
+    fabric.vary({key: fabric.value(key), "yarn.pressing": None})
+    assert fabric.scaled(stiffness=1e-6).yarn.pressing == pytest.approx(1e-6 * fabric.yarn.pressing)

@@ -17,6 +17,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.knit.scene.defaults import base_of, layered_defaults
 from knitstudy.knit.scene.documents import CONFIG, read_yaml
 from knitstudy.knit.scene.keys import Section, output, validated
 from knitstudy.knit.scene.kinds import Kind, Labels, all_keys, all_kinds, defaults_of_fields, unknown_key
@@ -26,17 +27,6 @@ from knitstudy.run.advice import AUTO, Choice, Requirements, choose, is_open, of
 from knitstudy.run.families import STUDIES, Member, family_files, read_families
 
 FAMILIES = "scenes"  # The folder of families in a configuration folder
-
-# Section and name that a key of a calibrated loop has in a scene.
-_LOOP_KEYS = {
-    "control_points": ("pattern", "control_points"),
-    "course_spacing": ("pattern", "course_spacing"),
-    "wale_spacing": ("pattern", "wale_spacing"),
-    "diameter": ("yarn", "diameter"),
-    "free": ("geometry", "free"),
-}
-
-_RECORD = "achieved"  # Record of the calibration, for readers
 
 
 class Workflow(Section):
@@ -68,13 +58,6 @@ def folder_of(configuration: Workflow) -> Path:
     """Return the folder that a configuration of the workflow names: from the working folder, or the default one."""
     named = Path(configuration.folder)
     return CONFIG if str(named) == CONFIG.name and not named.exists() else named
-
-
-def base_of(config: Path) -> Path:
-    """Return the folder whose defaults, calibration and families hold for a folder, or a file, of scenes."""
-    config = Path(config)
-    own = config.is_file() or (config.is_dir() and not (config / "defaults.yaml").exists())
-    return CONFIG if own else config
 
 
 def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
@@ -243,7 +226,9 @@ def _scene(member: Member, defaults: dict) -> Scene:
             wanted = f"left out where fidelity is not {AUTO}"
             raise ConfigurationError(f"{member.where}: {name} is {value!r} but must be {wanted}")
         set_dotted(own, name, value, member.where)
-    return Scene.from_dict({"name": member.name} | own, member.where, defaults)
+    scene = Scene.from_dict({"name": member.name} | own, member.where, defaults)
+    scene.require_read(member.keys, member.where)
+    return scene
 
 
 def default_keys(config: Path = CONFIG) -> dict[str, Any]:
@@ -270,34 +255,6 @@ def _least(kind: Kind) -> dict:
     """Return the labels of a scene of a kind."""
     least: dict = {"name": "defaults", "knit": "defaults", "outputs": []}
     return least | {label: getattr(kind, label).name for label in ("fidelity", "interaction", "specimen")}
-
-
-def layered_defaults(config: Path = CONFIG) -> dict:
-    """Return ``defaults.yaml``, with the loop file that ``pattern.loop`` names laid under it."""
-    config = base_of(config)
-    document = read_yaml(config / "defaults.yaml")
-    pattern = document.get("pattern")
-    if not isinstance(pattern, dict) or "loop" not in pattern:
-        return document
-    layer = _read_loop(config / str(pattern.pop("loop")))
-    for name, inside in layer.items():
-        if isinstance(document.setdefault(name, {}), dict):
-            document[name] = inside | document[name]
-    return document
-
-
-def _read_loop(path: Path) -> dict:
-    """Return the layer of a scene that a file of a calibrated loop gives."""
-    loop = read_yaml(path)
-    layer: dict[str, Any] = {}
-    for name, (section, key) in _LOOP_KEYS.items():
-        if name not in loop:
-            raise ConfigurationError(f"{path}: the key {name!r} of a calibrated loop is missing")
-        layer.setdefault(section, {})[key] = loop[name]
-    known = [*_LOOP_KEYS, _RECORD]
-    for name in loop.keys() - set(known):
-        raise ConfigurationError(f"{path}: {unknown_choice('unknown key', name, name, known)}")
-    return layer
 
 
 def check_together(

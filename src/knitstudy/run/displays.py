@@ -10,11 +10,11 @@ from pathlib import Path
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import file_digest
+from knitstudy.knit.scene.defaults import base_of
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.knit.scene.scene import Scene, digest
 from knitstudy.run.catalogue import Catalogue, Results
 from knitstudy.run.code import MODEL, code_digest
-from knitstudy.run.configuration import base_of
 from knitstudy.run.plan import Plan, Step
 from knitstudy.run.stages import STAGES
 

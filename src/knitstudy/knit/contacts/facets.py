@@ -200,7 +200,7 @@ def tied_crossings(scene: Scene, crossings: Crossings) -> np.ndarray:
     if not scene.kind.interaction.touches:
         return np.ones(len(crossings), dtype=bool)
     direction = scene.value("load.direction")
-    if direction is None or scene.contact.tied_edges == "none":
+    if direction is None or scene.value("contact.tied_edges") != "outer":
         return np.zeros(len(crossings), dtype=bool)
     along = crossings.row if direction == "course" else crossings.column
     return (along == along.min()) | (along == along.max())

@@ -230,7 +230,7 @@ def require_small_viscosity(scene: Scene, increment: Increment, reaction: np.nda
     """
     energy, pull = increment.response.energy, float(np.linalg.norm(reaction))
     what, remedy = "the drag on yarns that nothing but contact holds", "Tie or grip these yarns"
-    if viscosity := scene.solver.stabilisation:
+    if viscosity := scene.value("solver.stabilisation"):
         what = f"the viscous force of solver.stabilisation = {viscosity:g}"
         remedy = "Use a smaller solver.stabilisation, or none"
     shares = {

@@ -143,7 +143,7 @@ def _only(keys: Mapping[str, Any], name: str, base: str, where: str) -> None:
 
 
 def _positive(name: str, value: Any, where: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, Real) or not 0 < value <= 1e12:
+    if isinstance(value, bool) or not isinstance(value, Real) or not 0 < float(value) <= 1e12:
         raise ConfigurationError(f"{where}: {name} is {value!r} but must be a number > 0 and <= 1e12")
     return float(value)
 

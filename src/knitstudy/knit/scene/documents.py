@@ -24,7 +24,7 @@ CONFIG, RESOURCES, WORKFLOW = ((DATA / name).resolve() for name in ("config", "r
 """The default configuration, the kept tables, and scripts and rules of the workflow."""
 
 
-def read_yaml(path: Path) -> dict:
+def read_yaml(path: Path) -> dict[str, Any]:
     """Return the mapping in a YAML file.
 
     Raises ConfigurationError when the file is missing, is not YAML, says a key twice or holds no mapping.
@@ -49,7 +49,7 @@ def parsed(text: str, where: str) -> Any:
                 raise _Refused(f"write the value out instead of *{event.anchor}", event)
         return yaml.load(text, Loader=_Loader)
     except _Refused as error:
-        raise ConfigurationError(f"{where}, line {error.problem_mark.line + 1}: {error.problem}") from error
+        raise ConfigurationError(f"{where}, line {error.line}: {error.problem}") from error
     # ValueError: 2001-99-99 looks like a date; AttributeError: a tag of a date before another value.
     except (yaml.YAMLError, ValueError, AttributeError) as error:
         raise ConfigurationError(f"{where}: is not YAML: {_reason(error, text)}") from error
@@ -76,7 +76,7 @@ def _read_text(path: Path) -> str:
 def _reason(error: Exception, text: str) -> str:
     """Return the error in a text and its place, in one line."""
     mark = getattr(error, "problem_mark", None)
-    if mark is None:
+    if not isinstance(error, yaml.MarkedYAMLError) or mark is None:
         return message_of(error, Exception)
     problem = " ".join(filter(None, (error.context, error.problem)))
     (line,) = text.splitlines()[mark.line : mark.line + 1] or [""]
@@ -89,12 +89,13 @@ class _Refused(yaml.MarkedYAMLError):
 
     def __init__(self, problem: str, node: Any) -> None:
         super().__init__(problem=problem, problem_mark=node.start_mark)
+        self.line = node.start_mark.line + 1
 
 
 class _Loader(yaml.CSafeLoader):
     """SafeLoader for documents that people write."""
 
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict:
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         """Read keys as the text that they are, and refuse one that is there twice."""
         seen = set()
         for key, _ in node.value:

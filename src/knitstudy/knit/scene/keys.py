@@ -16,13 +16,25 @@ from inspect import get_annotations, getsource
 from itertools import pairwise
 from textwrap import dedent
 from types import NoneType, UnionType
-from typing import Annotated, Any, Literal, get_args, get_origin
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    ClassVar,
+    Literal,
+    TypeVar,
+    dataclass_transform,
+    get_args,
+    get_origin,
+)
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic._internal._model_construction import ModelMetaclass
 from pydantic.fields import FieldInfo
 from pydantic_core import core_schema
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.knit.scene.defaults import packaged_defaults
 from knitstudy.registry import listed, meanings, unknown_choice
 
 ROLES = {
@@ -97,7 +109,7 @@ def key(
     """
     if role not in ROLES or provenance not in PROVENANCES:
         raise ValueError(f"a key of role {role!r} and provenance {provenance!r}")
-    known = Description(role, provenance, unit, meaning, allowed)
+    known: Any = Description(role, provenance, unit, meaning, allowed)
     return Field(default, json_schema_extra=known, **bounds)
 
 
@@ -106,6 +118,11 @@ physics, resolution, numerics, output = (partial(key, role) for role in ROLES)
 
 declared = partial(output, "choice")
 """Field of a key of a campaign's file, which has no role in a scene."""
+
+
+def section() -> Any:
+    """Return the field of a section of a scene, which a user may leave out: all its keys then have their defaults."""
+    return Field()
 
 
 @dataclass(frozen=True)
@@ -121,15 +138,50 @@ class Description:
     checked: str = "none"  # the range over which results were checked
 
 
-class Section(BaseModel):
-    """A group of keys that belong together."""
+@dataclass_transform(kw_only_default=True)
+class SectionType(ModelMetaclass):
+    """Type of sections: calling one with some of its keys takes the packaged defaults of the others."""
+
+    if not TYPE_CHECKING:  # editors and type checkers see the fields of the class
+
+        def __call__(cls, **values: Any) -> Any:
+            """Return a section; ConfigurationError where a key is unknown, missing, or has a wrong value."""
+            below = packaged_defaults().get(cls.group, {}) if cls.group else {}
+            missing = {
+                name: below[name]
+                for name, field in cls.model_fields.items()
+                if field.is_required() and name in below and name not in values
+            }
+            made = validated(cls, missing | values, cls.__name__)
+            made.__pydantic_fields_set__.difference_update(missing)
+            return made
+
+
+class Section(BaseModel, metaclass=SectionType):
+    """A group of keys that belong together.
+
+    A section that is made in Python, ``Pattern(rows=4)``, has the packaged defaults of the keys that are not said.
+    """
+
+    group: ClassVar[str] = ""
+    """Name of the group of keys in a scene, and in ``defaults.yaml``; of sections that have one."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
+AnySection = TypeVar("AnySection", bound=Section)
+
+
+def said(part: Any) -> Any:
+    """Return the keys that were said of a section, as plain data; anything else as it is."""
+    return part.model_dump(mode="json", exclude_unset=True) if isinstance(part, Section) else part
+
+
 def describe(section: type[Section], name: str) -> Description:
     """Return the description of the key `name` of a section, without its source."""
-    return section.model_fields[name].json_schema_extra
+    known: Any = section.model_fields[name].json_schema_extra
+    assert isinstance(known, Description), f"{section.__name__}.{name} is no key"
+    return known
 
 
 def describe_with_source(section: type[Section], name: str) -> Description:
@@ -147,9 +199,11 @@ def _texts(section: type[Section]) -> dict[str, str]:
     for ancestor in reversed(section.__mro__[: section.__mro__.index(Section)]):
         if get_annotations(ancestor):  # combinations of sections have no key of their own, and no source
             (defined,) = ast.parse(dedent(getsource(ancestor))).body
+            assert isinstance(defined, ast.ClassDef)
             for field, text in pairwise(defined.body):
-                if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr):
-                    texts[field.target.id] = ast.literal_eval(text.value)
+                match field, text:
+                    case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=source):
+                        texts[name] = ast.literal_eval(source)
     return texts
 
 
@@ -157,7 +211,7 @@ def allowed_values(section: type[Section], name: str) -> str:
     """Return the allowed values of the key `name` of a section in words: its own, or by type and bounds."""
     field, known = section.model_fields[name], describe(section, name)
     if known.allowed:
-        return known.allowed() if callable(known.allowed) else known.allowed
+        return str(known.allowed() if callable(known.allowed) else known.allowed)
     kinds = get_args(field.annotation) if isinstance(field.annotation, UnionType) else (field.annotation,)
     text = _bounded("a whole number" if kinds[0] is int else "a number", field)
     if get_origin(kinds[0]) is Literal:
@@ -184,7 +238,7 @@ def _bounded(number: str, field: FieldInfo) -> str:
     return f"{number} " + " and ".join(f"{SIGNS[name]} {limit}" for name, limit in bounds.items())
 
 
-def validated(section: type[Section], values: Any, where: str, prefix: str = "") -> Section:
+def validated(section: type[AnySection], values: Any, where: str, prefix: str = "") -> AnySection:
     """Return a section of given values, as read from YAML: lists stand for tuples.
 
     The file or scene that they come from, `where`, begins the message of an error; `prefix` is the name of the section
@@ -210,7 +264,7 @@ def validated(section: type[Section], values: Any, where: str, prefix: str = "")
         raise ConfigurationError(f"{where}: {_message(section, first, prefix)}") from None
 
 
-def _message(section: type[Section], error: Mapping, prefix: str) -> str:
+def _message(section: type[Section], error: Mapping[str, Any], prefix: str) -> str:
     if error["type"] == "value_error" and not error["loc"]:  # keys against each other: it says all
         return f"{prefix}{error['ctx']['error']}"
     name = error["loc"][0]
@@ -219,12 +273,12 @@ def _message(section: type[Section], error: Mapping, prefix: str) -> str:
     return f"{_said_of(prefix, error['loc'], error['input'])} {allowed_values(section, name)}"
 
 
-def _is_missing(error: Mapping) -> bool:
+def _is_missing(error: Mapping[str, Any]) -> bool:
     """Return whether a key is missing; further inside, a list is too short."""
     return error["type"] == "missing" and len(error["loc"]) == 1
 
 
-def _said_of(prefix: str, path: Sequence, value: Any) -> str:
+def _said_of(prefix: str, path: Sequence[Any], value: Any) -> str:
     return _said(f"{prefix}{path[0]}", value, "has the entry" if len(path) > 1 else "is")
 
 
@@ -236,7 +290,7 @@ def _said(key: str, value: Any, verb: str = "is") -> str:
     return f"{key} {verb} {text if len(text) <= LONG else f'{text[:LONG]} ...'} but must be"
 
 
-def _leaves(node: Any, path: tuple) -> Iterator[tuple[tuple, Any]]:
+def _leaves(node: Any, path: tuple[Any, ...]) -> Iterator[tuple[tuple[Any, ...], Any]]:
     if not isinstance(node, Mapping | list | tuple):
         yield path, node
         return

@@ -1,16 +1,20 @@
 """Kinds of scenes: a specimen, an interaction of its yarns and a fidelity, by which it is computed.
 
 The kind of a scene says which sections it has: a tied scene has no friction, a knit has no angle. A plugin, which is a
-module that the configuration names under ``plugins``, adds a kind to one of the three dictionaries (config/README.md).
+module that the configuration names under ``plugins``, registers a specimen, an interaction or a model here
+(config/README.md). Specimens and models each bring classes of scenes (`knit.scene.scene.Scene`); the class of a kind
+has the sections of both.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import Any
+from typing import Any, ClassVar, Literal, get_type_hints
+
+from pydantic import create_model
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.keys import (
@@ -23,36 +27,67 @@ from knitstudy.knit.scene.keys import (
     physics,
     validated,
 )
-from knitstudy.knit.scene.sections import (
-    CellStrain,
-    Geometry,
-    KnitTension,
-    Pair,
-    Path,
-    Pattern,
-    Yarn,
-)
 from knitstudy.knit.scene.shared_sections import Sliding
-from knitstudy.registry import Registry, find, meanings, near_names
+from knitstudy.registry import Registry, meanings, near_names
 
-Sections = Mapping[str, type[Section]]
+Sections = dict[str, type[Section]]
+
+ROUGH = "rough"  # the interaction of yarns in contact that cannot slip
 
 
-@dataclass(frozen=True)
+class Labels(Section):
+    """Name and kind of a scene."""
+
+    name: SceneName = output(
+        "choice", allowed="a name of at most 200 small letters, digits, - and _, that starts with a letter"
+    )
+    """Names files."""
+    knit: SceneName = output(
+        "choice", allowed="a name like that of a scene; scenes with one label share one geometry"
+    )
+    """Names files."""
+    specimen: str = physics("inferred", allowed=lambda: meanings(SPECIMENS.all()))
+    """Section 3.1: unit cells; Tables 3 and 5 divide by nine of them, cut out of a knit. Checked: all."""
+    fidelity: str = numerics("choice", allowed=lambda: meanings(MODELS.all()))
+    """Sections 2.3 to 2.6 of the paper: DNS, 3D ROM, 2D ROM; section 3.3: beams in contact. Checked: all."""
+    interaction: str = physics("stated", allowed=lambda: meanings(INTERACTIONS.all()))
+    """Section 2.2, Fig. 2 and Table 1: tie constraint, rough contact, isotropic Coulomb friction. Checked: all."""
+    outputs: tuple[str, ...] = output("choice", allowed="a list of further files, for example [fields, vtu]")
+    """No result depends on them. Checked: all."""
+
+
+class Part(Labels):
+    """Sections that a specimen, or a model, brings to its scenes; fields whose type is a section are sections."""
+
+    kind: ClassVar[Kind]
+    specimens: ClassVar[tuple[str, ...]] = ()
+    """Of a model: the specimens whose scenes are of this class."""
+    touches: ClassVar[bool | None] = None
+    """Of a model: whether yarns of these scenes are in contact; None: in contact or tied."""
+    takes: ClassVar[Literal["one stitch", "knit and purl", "all stitches"]] = "knit and purl"
+    """Of a model: the repeats of stitches that its loops may have."""
+    slips: ClassVar[bool] = False
+    """Of a model: whether yarns in contact have to be able to slip."""
+    idle_beside: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """Of a model: dotted keys that it does not read where other keys are all given."""
+    retired: ClassVar[Mapping[str, Any]] = {}
+    """Values by dotted key that results were made with before the key was taken from these scenes: a key that nothing
+    reads. They keep digests of results, and problems, what they were."""
+
+
+@dataclass(frozen=True, eq=False)
 class Specimen:
     """What is simulated."""
 
     name: str
     meaning: str
-    sections: Sections
+    part: type[Part]  # its sections
     geometry: tuple[str, ...]  # sections and dotted keys that its geometry depends on
     whole: bool = True  # whether all its yarns are whole and end
     outputs: tuple[str, ...] = ()  # outputs that a scene may ask for besides the outputs of its model
-    # Dotted keys that have one value alone there, of scenes that have them
-    requires: Mapping[str, Any] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Interaction:
     """How yarns act on each other."""
 
@@ -77,21 +112,16 @@ def _joined(keys: type[Section], base: type[Section]) -> type[Section]:
     return type(base.__name__, (keys, base), {"__doc__": base.__doc__})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Model:
-    """A model of a fabric: its specimens and interactions, keys, name, look in figures and cost."""
+    """A model of a fabric: its classes of scenes, name, look in figures and cost."""
 
     name: str  # value of the key `fidelity`
     meaning: str
     label: str  # in figures and tables
-    specimens: tuple[str, ...]  # that it can model
-    sections: Sections  # beside the sections of the specimen and of the yarn
+    parts: tuple[type[Part], ...]  # the classes of scenes that it models
     # (scene, fabric, ...) -> Problem; other parameters name the data of other stages
     build: Callable[..., Any]
-    touching: Sections = field(default_factory=dict)  # further ones of scenes whose yarns are in contact
-    # Further ones of scenes whose yarns are all tied; None if it cannot model such scenes
-    tied: Sections | None = field(default_factory=dict)
-    slips: tuple[str, ...] = ()  # specimens of it whose yarns have to slip: none that are `ROUGH`
     solid: bool = False  # whether all yarns are solids
     sources: tuple[str, ...] = ()  # dotted keys that name direct simulations which it takes something from
     outputs: tuple[str, ...] = ("vtu",)  # outputs that a scene may ask for besides the history
@@ -102,94 +132,34 @@ class Model:
     memory_a_cell: float = 0
     seconds_a_cell: float = 1.0
 
-    def sections_with(self, interaction: Interaction) -> dict[str, type[Section]]:
-        """Return the sections of a scene with some interaction."""
-        sections = {**self.sections, **(self.touching if interaction.touches else self.tied or {})}
-        if "contact" in sections:
-            sections["contact"] = interaction.contact(sections["contact"])
-        return sections
+    @property
+    def specimens(self) -> tuple[str, ...]:
+        """Names of the specimens that it models."""
+        return tuple(dict.fromkeys(name for part in self.parts for name in part.specimens))
+
+    def part(self, specimen: Specimen, interaction: Interaction) -> type[Part] | None:
+        """Return the class of its scenes of a specimen and an interaction; None if it does not model them."""
+        for part in self.parts:
+            if specimen.name in part.specimens and part.touches in (None, interaction.touches):
+                return None if part.slips and interaction.name == ROUGH else part
+        return None
 
 
-def _by_name(*kinds: Any) -> dict[str, Any]:
-    return {kind.name: kind for kind in kinds}
-
-
-_KNIT = {"pattern": Pattern, "geometry": Geometry}
-_KNIT_GEOMETRY = ("pattern", "geometry", "yarn.diameter")
-
-ROUGH = "rough"
-
-SPECIMENS = _by_name(
-    Specimen("knit", "rows of loops", {**_KNIT, "load": KnitTension}, _KNIT_GEOMETRY),
-    Specimen("cut_knit", "cells cut out of a knit", {**_KNIT, "load": KnitTension}, _KNIT_GEOMETRY),
-    Specimen(
-        "cell",
-        "a cell of an endless knit",
-        {**_KNIT, "load": CellStrain},
-        _KNIT_GEOMETRY,
-        whole=False,
-        outputs=("deck",),
-        requires={"contact.tied_edges": "none", "solver.stabilisation": 0},
-    ),
-    Specimen(
-        "pair",
-        "two straight yarns that cross",
-        {"pair": Pair, "load": Path},
-        ("pair.angle", "pair.length", "pair.clearance", "yarn.diameter"),
-    ),
-)
-
-INTERACTIONS = _by_name(
-    Interaction("tie", "no motion where yarns cross", friction=None),
-    Interaction(ROUGH, "contact without slip", friction=lambda contact: math.inf),
-    Interaction(
-        "isotropic",
-        "contact with Coulomb friction",
-        friction=lambda contact: contact.friction,
-        keys=Sliding,
-    ),
-)
-
+SPECIMENS: Registry[Specimen] = Registry("specimen", "knitstudy.knit.scene.specimens")
+INTERACTIONS: Registry[Interaction] = Registry("interaction")
 MODELS: Registry[Model] = Registry("fidelity", "knitstudy.knit.models")
-"""The models by the value of the key `fidelity`; every one is registered in a file of its own."""
+"""The models by the value of the key `fidelity`; every one is registered in a folder of its own."""
 
-
-def register(kind: Specimen | Interaction) -> None:
-    """Add a specimen or an interaction from outside of the package; ConfigurationError if its name is taken."""
-    kinds: dict[str, Any] = {Specimen: SPECIMENS, Interaction: INTERACTIONS}[type(kind)]
-    if kind.name in kinds:
-        raise ConfigurationError(f"{type(kind).__name__.lower()} {kind.name!r} is registered twice")
-    kinds[kind.name] = kind
-
-
-class Labels(Section):
-    """Name and kind of a scene."""
-
-    name: SceneName = output(
-        "choice", allowed="a name of at most 200 small letters, digits, - and _, that starts with a letter"
+INTERACTIONS.register(Interaction("tie", "no motion where yarns cross", friction=None))
+INTERACTIONS.register(Interaction(ROUGH, "contact without slip", friction=lambda contact: math.inf))
+INTERACTIONS.register(
+    Interaction(
+        "isotropic", "contact with Coulomb friction", friction=lambda contact: contact.friction, keys=Sliding
     )
-    """Names files."""
-    knit: SceneName = output(
-        "choice", allowed="a name like that of a scene; scenes with one label share one geometry"
-    )
-    """Names files."""
-    specimen: str = physics("inferred", allowed=lambda: meanings(SPECIMENS))
-    """Section 3.1: unit cells; Tables 3 and 5 divide by nine of them, cut out of a knit. Checked: all."""
-    fidelity: str = numerics("choice", allowed=lambda: meanings(MODELS.all()))
-    """Sections 2.3 to 2.6 of the paper: DNS, 3D ROM, 2D ROM; section 3.3: beams in contact. Checked: all."""
-    interaction: str = physics("stated", allowed=lambda: meanings(INTERACTIONS))
-    """Section 2.2, Fig. 2 and Table 1: tie constraint, rough contact, isotropic Coulomb friction. Checked: all."""
-    outputs: tuple[str, ...] = output("choice", allowed="a list of further files, for example [fields, vtu]")
-    """No result depends on them. Checked: all."""
+)
 
 
-def labels_of(document: Mapping, where: str) -> Labels:
-    """Return the labels in a document, which may hold other keys; a ConfigurationError names the wrong label."""
-    labels = {name: document[name] for name in Labels.model_fields if name in document}
-    return validated(Labels, labels, where)
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Kind:
     """Kind of a scene, and its sections."""
 
@@ -197,33 +167,19 @@ class Kind:
     interaction: Interaction
     fidelity: Model
 
-    @classmethod
-    def of(cls, labels: Labels, where: str) -> Kind:
+    @staticmethod
+    def of(labels: Labels, where: str) -> Kind:
         """Return the kind that labels name.
 
         Raises ConfigurationError where there is no such kind, or the fidelity does not model that specimen or
         interaction.
         """
-        specimen = find("specimen", SPECIMENS, labels.specimen, where)
-        interaction = find("interaction", INTERACTIONS, labels.interaction, where)
+        specimen = SPECIMENS.find(labels.specimen, where)
+        interaction = INTERACTIONS.find(labels.interaction, where)
         fidelity = MODELS.find(labels.fidelity, where)
-        if specimen.name not in fidelity.specimens:
-            others = [model.name for model in MODELS.all().values() if specimen.name in model.specimens]
-            wanted = f"{' or '.join(others)} where specimen is {specimen.name}"
-            raise ConfigurationError(f"{where}: fidelity is {fidelity.name!r} but must be {wanted}")
-        if not interaction.touches and fidelity.tied is None:
-            others = [interaction.name for interaction in INTERACTIONS.values() if interaction.touches]
-            wanted = f"{' or '.join(others)} where fidelity is {fidelity.name}"
-            why = "tied beams are the model of fidelity rom3d"
-            raise ConfigurationError(
-                f"{where}: interaction is {interaction.name!r} but must be {wanted}: {why}"
-            )
-        if specimen.name in fidelity.slips and interaction.name == ROUGH:
-            of = (
-                f"where specimen is {specimen.name} and fidelity {fidelity.name}: at large strains yarns slip"
-            )
-            raise ConfigurationError(f"{where}: interaction is {ROUGH!r} but must be isotropic {of}")
-        kind = cls(specimen, interaction, fidelity)
+        if fidelity.part(specimen, interaction) is None:
+            raise ConfigurationError(f"{where}: {_why_not(specimen, interaction, fidelity)}")
+        kind = _kind(specimen, interaction, fidelity)
         if not set(labels.outputs) <= set(kind.outputs):
             allowed = f"a list out of [{', '.join(kind.outputs)}]" if kind.outputs else "[]"
             wanted = f"{allowed} where fidelity is {labels.fidelity}"
@@ -247,27 +203,72 @@ class Kind:
             return key in self.sections or key in Labels.model_fields
         return section in self.sections and name in self.sections[section].model_fields
 
+    @property
+    def parts(self) -> tuple[type[Part], type[Part]]:
+        """The classes that its sections come from; those of the model narrow those of the specimen."""
+        part = self.fidelity.part(self.specimen, self.interaction)
+        assert part is not None, "a kind exists only where its model has a class for it"
+        return part, self.specimen.part
+
     @cached_property
     def sections(self) -> Sections:
         """Sections by their names."""
-        return {**self.specimen.sections, "yarn": Yarn, **self.fidelity.sections_with(self.interaction)}
+        hints = get_type_hints(create_model("_", __base__=self.parts))
+        sections = {name: hint for name, hint in hints.items() if _is_section(hint)}
+        if "contact" in sections:
+            sections["contact"] = self.interaction.contact(sections["contact"])
+        return sections
+
+    @cached_property
+    def scene(self) -> type[Part]:
+        """The class of its scenes."""
+        fields: dict[str, Any] = {name: (section, ...) for name, section in self.sections.items()}
+        made = create_model(self.parts[0].__name__, __base__=self.parts, **fields)
+        made.kind = self
+        return made
+
+    @cached_property
+    def retired(self) -> dict[str, Any]:
+        """Values of keys that scenes of this kind had and nothing read, by dotted key."""
+        return {key: value for part in reversed(self.parts) for key, value in part.retired.items()}
+
+
+@cache
+def _kind(specimen: Specimen, interaction: Interaction, fidelity: Model) -> Kind:
+    return Kind(specimen, interaction, fidelity)
+
+
+def _is_section(hint: Any) -> bool:
+    return isinstance(hint, type) and issubclass(hint, Section)
+
+
+def _why_not(specimen: Specimen, interaction: Interaction, fidelity: Model) -> str:
+    """Return why a model has no scenes of a specimen with an interaction, and what has."""
+    if specimen.name not in fidelity.specimens:
+        others = [model.name for model in MODELS.all().values() if specimen.name in model.specimens]
+        return f"fidelity is {fidelity.name!r} but must be {' or '.join(others)} where specimen is {specimen.name}"
+    good = [name for name, other in INTERACTIONS.all().items() if fidelity.part(specimen, other)]
+    wanted = f"{' or '.join(good)} where specimen is {specimen.name} and fidelity {fidelity.name}"
+    why = (
+        "at large strains yarns slip" if interaction.touches else "tied beams are the model of fidelity rom3d"
+    )
+    return f"interaction is {interaction.name!r} but must be {wanted}: {why}"
 
 
 def all_kinds() -> list[Kind]:
     """Return every kind of scene that there may be."""
     return [
-        Kind(SPECIMENS[specimen], interaction, fidelity)
+        _kind(specimen, interaction, fidelity)
         for fidelity in MODELS.all().values()
-        for interaction in INTERACTIONS.values()
-        if interaction.touches or fidelity.tied is not None
-        for specimen in fidelity.specimens
-        if specimen not in fidelity.slips or interaction.name != ROUGH
+        for interaction in INTERACTIONS.all().values()
+        for specimen in SPECIMENS.all().values()
+        if fidelity.part(specimen, interaction) is not None
     ]
 
 
 def all_sections() -> dict[str, dict[str, type[Section]]]:
     """Return the keys of every section of any kind of scene, each with the class that describes it."""
-    return _sections_of(tuple(SPECIMENS), tuple(INTERACTIONS), MODELS.names())
+    return _sections_of(SPECIMENS.names(), INTERACTIONS.names(), MODELS.names())
 
 
 @cache
@@ -290,7 +291,7 @@ def defaults_of_fields() -> dict[str, Any]:
 
 def all_keys() -> dict[str, type[Section]]:
     """Return the classes that describe the keys of all kinds of scenes, by label and by dotted key."""
-    labels = dict.fromkeys(Labels.model_fields, Labels)
+    labels: dict[str, type[Section]] = dict.fromkeys(Labels.model_fields, Labels)
     sections = all_sections().items()
     return labels | {f"{name}.{key}": section for name, keys in sections for key, section in keys.items()}
 
@@ -305,6 +306,12 @@ def unit_of(key: str) -> str:
     """Return the unit of a dotted key or a label; an empty text if there is no such key."""
     section = all_keys().get(key)
     return describe(section, key.rpartition(".")[2]).unit if section else ""
+
+
+def labels_of(document: Mapping[str, Any], where: str) -> Labels:
+    """Return the labels in a document, which may hold other keys; a ConfigurationError names the wrong label."""
+    labels = {name: document[name] for name in Labels.model_fields if name in document}
+    return validated(Labels, labels, where)
 
 
 def unknown_key(key: str) -> str:

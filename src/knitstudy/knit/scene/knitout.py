@@ -341,7 +341,7 @@ def parents_of_letters(stitches: Sequence[str], rows: int, columns: int) -> dict
     for row in range(-3 * high, rows):
         lifted = {}
         for column in range(-beside, columns + beside):
-            letter, *marks = repeat[row % high][column % wide]
+            letter, *marks = tuple(repeat[row % high][column % wide])
             held = on.get(column, [])
             if knits(letter):
                 parents[row, column], held = [(row - r, column - c) for r, c in held], []
@@ -364,9 +364,10 @@ def largest_repeat(grid: np.ndarray) -> tuple[tuple[slice, slice], Place] | None
     rows, columns = grid.shape
     grid = np.unique(grid.astype(str), return_inverse=True)[1].reshape(grid.shape)
     for widths in (range(1, columns // 2 + 1), (columns,)):
-        most, found = 0, None
+        most = 0
+        found: tuple[tuple[slice, slice], Place] | None = None
         for size in sorted(product(range(1, rows // 2 + 1), widths), key=np.prod):
-            if found and not any(of % part for of, part in zip(size, found[1], strict=True)):
+            if found and not any(count % part for count, part in zip(size, found[1], strict=True)):
                 continue  # the same repeat, several times
             for body in _bodies(grid, *size):
                 extent = [part.stop - part.start for part in body]

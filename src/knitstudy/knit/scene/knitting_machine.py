@@ -13,6 +13,7 @@ from collections import defaultdict
 from dataclasses import dataclass, field
 from math import ceil, floor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -75,7 +76,7 @@ class Machine:
         self._on: defaultdict[Needle, list[Loop]] = defaultdict(list)
         self._last: dict[str, Loop | None] = {}  # carriers in action, with their last loops
         self._sides: dict[tuple[Loop, Loop], float] = {}
-        self._at: tuple | None = None  # carriers, direction and place of the carriage
+        self._at: tuple[Any, ...] | None = None  # carriers, direction and place of the carriage
         unknown: dict[str, int] = {}
         for self.line, text in enumerate(_text(path).splitlines(), 1):
             header = re.match(r";;([^:]+):(.*)", text)
@@ -214,8 +215,8 @@ class Machine:
 
     def _pass(self, loop: Loop, other: Loop, before: float, after: float) -> None:
         """Keep on which side of a loop of the front bed a loop of the back bed is, and whether it passed behind it."""
-        side = self._sides.get((loop, other), np.sign(before))
-        now = np.sign(after) or side
+        side = self._sides.get((loop, other), float(np.sign(before)))
+        now = float(np.sign(after)) or side
         if side and now != side:
             loop.passed[other] = other.passed[loop] = loop.passed.get(other, 0) - int(now)
         self._sides[loop, other], self._sides[other, loop] = now, -now

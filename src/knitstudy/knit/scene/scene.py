@@ -3,28 +3,47 @@
 A scene is the only thing that a stage is parametrised by. A scene that exists is valid: a value that is not allowed
 raises ConfigurationError. A scene has the sections of its kind and no others: its specimen's, its yarn's, and those
 that its fidelity asks for with its interaction. All quantities are SI; the description of a key names its unit.
+
+Specimens and models bring classes of scenes, whose fields are sections. A class is called with what a user says::
+
+    CellOfBeams(pattern=Pattern(course_spacing=0.9e-3, wale_spacing=1.1e-3, loops=1, rows=1),
+                yarn=SetYarn(diameter=0.25e-3), load=CellStrain(strain=0.3))
+
+All that is not said has its default.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any, dataclass_transform
 
 import numpy as np
+from pydantic import PrivateAttr, ValidationError
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.alternatives import in_base_keys, without_yarn
-from knitstudy.knit.scene.keys import Section, describe, lists, tuples, validated
-from knitstudy.knit.scene.kinds import Kind, Labels, all_sections, labels_of, not_of_kind, unknown_key
-from knitstudy.knit.scene.stitches import is_plain, size_of_repeat
-from knitstudy.knit.scene.yarns import OF, STIFFNESSES
-from knitstudy.mechanics.materials import MATERIALS
-
-SOLID = ("hexahedra", "spline_yarns")  # Fidelities whose material may have an axis
+from knitstudy.knit.scene.defaults import packaged_defaults
+from knitstudy.knit.scene.keys import Section, SectionType, describe, lists, said, section, tuples, validated
+from knitstudy.knit.scene.kinds import (
+    MODELS,
+    Kind,
+    Labels,
+    Part,
+    all_keys,
+    all_sections,
+    labels_of,
+    not_of_kind,
+    role_of,
+    unit_of,
+    unknown_key,
+)
+from knitstudy.knit.scene.sections import Path, Tension, Yarn
+from knitstudy.knit.scene.shared_sections import Gates, Newton
+from knitstudy.knit.scene.yarns import OF
 
 LABELS = tuple(name for name in Labels.model_fields if describe(Labels, name).role == "output")
 """Labels that no number depends on: name, knit and outputs."""
@@ -36,71 +55,133 @@ USUAL = {
 }
 """Least and largest values of yarns, their unit, and the unit in which a value outside of these may be meant."""
 
-NOTHING: Mapping = MappingProxyType({})
+NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
-class Scene:
+@dataclass_transform(kw_only_default=True)
+class SceneType(SectionType):
+    """Type of classes of scenes: calling one with what a user says returns a scene of the kind that this names."""
+
+    if not TYPE_CHECKING:  # editors and type checkers see the fields of the class
+
+        def __call__(cls, **parts: Any) -> Any:
+            """Return a scene; ConfigurationError where a key is unknown or has a wrong value."""
+            document = {name: said(part) for name, part in parts.items()}
+            labels = _labels(cls) | {"knit": document.get("name", "scene")}
+            return cls.from_dict(labels | document, "scene", packaged_defaults())
+
+
+class Scene(Part, metaclass=SceneType):
     """One simulation; `to_dict` and `from_dict` translate to and from plain nested mappings.
 
     Attributes
     ----------
     name, knit, specimen, fidelity, interaction : str
     outputs : tuple of str
+    yarn, load, solver, gates : Section
+        Each class of scenes has further sections; one that a scene does not have raises AttributeError.
     kind : Kind
-    sections : mapping of str to Section
-        Each is an attribute as well, ``scene.mesh.size``; one that the scene does not have raises AttributeError.
     """
 
-    def __init__(
-        self, labels: Labels, kind: Kind, sections: Mapping[str, Section], defaults: Mapping = NOTHING
-    ) -> None:
-        values = {name: getattr(labels, name) for name in Labels.model_fields}
-        self.__dict__.update(values, kind=kind, sections=dict(sections), _defaults=defaults)
-
-    def __reduce__(self) -> tuple:
-        """Scenes go to other processes as their keys."""
-        return Scene.from_dict, (self.to_dict(), f"scene {self.name!r}", dict(self._defaults))
+    yarn: Yarn = section()
+    load: Tension | Path = section()
+    solver: Newton = section()
+    gates: Gates = section()
+    _defaults: Mapping[str, Any] = PrivateAttr(default_factory=dict)
 
     @classmethod
-    def from_dict(cls, document: Mapping, where: str = "scene", defaults: Mapping = NOTHING) -> Scene:
+    def from_dict(
+        cls, document: Mapping[str, Any], where: str = "scene", defaults: Mapping[str, Any] = NOTHING
+    ) -> Scene:
         """Build a scene from a nested mapping of its keys; `where` they come from begins the message of an error.
 
         `defaults` are values of keys that are not in the document, for scenes of any kind: keys that the scene's kind
         does not have are left out. The scene remembers them, so that `vary` can make it one of another kind.
         Raises ConfigurationError when a key is unknown, missing, of another kind or has a value that is not allowed.
         """
-        empty = [name for name, inside in document.items() if inside == {}]
         keys, yarn = without_yarn(flat(document), where)
-        document = nested(keys := in_base_keys(keys, where), where)
+        own = nested(keys := in_base_keys(keys, where), where)
         if yarn:
             defaults = nested(flat(defaults) | yarn, where)
-        document = {name: defaults[name] for name in Labels.model_fields if name in defaults} | document
-        labels = labels_of(document, where)
+        own = {name: defaults[name] for name in Labels.model_fields if name in defaults} | own
+        labels = labels_of(own, where)
         kind = Kind.of(labels, where)
         _require_all_of_yarn(kind, yarn, where)
-        for key in (*keys, *empty):
+        for key in (*keys, *(name for name, inside in document.items() if inside == {})):
             if not kind.has(key):
                 raise ConfigurationError(f"{where}: {not_of_kind(kind, key)}")
         sections = {}
-        required = nested(kind.specimen.requires, where)  # over defaults: no scene need say them
-        for name, section in kind.sections.items():
-            own, below = document.get(name, {}), {**defaults.get(name, {}), **required.get(name, {})}
-            if isinstance(own, Mapping):
-                own = {key: below[key] for key in section.model_fields if key in below} | dict(own)
-            sections[name] = validated(section, own, where, f"{name}.")
-        scene = cls(labels, kind, sections, defaults)
-        for message in _contradictions(scene):
-            raise ConfigurationError(f"{where}: {message}")
-        return scene
+        for name, keys_of in kind.sections.items():
+            inside, below = own.get(name, {}), defaults.get(name, {})
+            if isinstance(inside, Mapping):
+                inside = {key: below[key] for key in keys_of.model_fields if key in below} | dict(inside)
+            sections[name] = validated(keys_of, inside, where, f"{name}.")
+        return _made(kind, labels, sections, where, defaults)
 
-    def __getattr__(self, name: str) -> Section:
-        sections = self.__dict__.get("sections", {})
-        if name in sections:
-            return sections[name]
-        raise AttributeError(f"the scene has no section {name!r}, only {', '.join(sections)}")
+    def vary(self, changes: Mapping[str, Any]) -> Scene:
+        """Return a scene with some keys changed, checked once all of them are.
 
-    def __setattr__(self, name: str, value: Any) -> None:
-        raise AttributeError(f"a scene cannot be changed ({name}); `Scene.replace` returns another one")
+        `changes` are values by dotted key in their units, for example ``{"load.strain": 0.01, "mesh.size": 0.5}``. A
+        scene that becomes one of another kind loses the keys and outputs of its former kind, and takes the keys that
+        it lacks from the defaults.
+        Raises ConfigurationError when a key is unknown or not read, or a value is not allowed.
+        """
+        made = self._varied(changes)
+        made.require_read(changes, f"scene {self.name!r}")
+        return made
+
+    def _varied(self, changes: Mapping[str, Any]) -> Scene:
+        """Return a scene as `vary` does, though nothing may read the changes."""
+        where = f"scene {self.name!r}"
+        keys, yarn = without_yarn(changes, where)
+        keys = in_base_keys(keys, where)
+        before = {name: getattr(self, name) for name in Labels.model_fields}
+        labels = {name: keys[name] for name in Labels.model_fields if name in keys}
+        kind = Kind.of(labels_of(before | {"outputs": ()} | labels, where), where)
+        _require_all_of_yarn(kind, yarn, where)
+        for key in keys:
+            if not kind.has(key):
+                raise ConfigurationError(f"{where}: {not_of_kind(kind, key)}")
+        before["outputs"] = tuple(name for name in self.outputs if name in kind.outputs)
+        labels_now = labels_of(before | labels, where)
+        changed = nested({key: value for key, value in yarn.items() if kind.has(key)} | keys, where)
+        sections = {}
+        for name, keys_of in kind.sections.items():
+            stays, inside = self.sections.get(name), changed.get(name, {})
+            if type(stays) is keys_of and not inside:
+                sections[name] = stays
+                continue
+            below = self._defaults.get(name, {}) | (vars(stays) if stays else {})
+            inside = {key: value for key, value in below.items() if key in keys_of.model_fields} | inside
+            sections[name] = validated(keys_of, inside, where, f"{name}.")
+        return _made(Kind.of(labels_now, where), labels_now, sections, where, self._defaults)
+
+    def replace(self, key: str, value: Any) -> Scene:
+        """Return a scene with one key changed, for example ``scene.replace("solver.increments", 4)``."""
+        return self.vary({key: value})
+
+    def scaled(self, length: float = 1.0, stiffness: float = 1.0) -> Scene:
+        """Return the same scene in other units: lengths times `length`, moduli times `stiffness`."""
+        factors = {"m": length, "Pa": stiffness, "N/m": stiffness * length}
+        factors |= {"N": stiffness * length**2, "N m2": stiffness * length**4}
+        changes = {}
+        for key, value in self._own_values().items():
+            factor = factors.get(unit_of(key))
+            if factor is not None and value is not None:
+                changes[key] = (np.array(value) * factor).tolist()
+        return self._varied(changes)
+
+    def require_read(self, said: Iterable[str], where: str) -> None:
+        """Refuse keys that somebody has set beside others which make them idle; `where` begins the message."""
+        for key in said:
+            others = self.kind.parts[0].idle_beside.get(key, ())
+            if others and all(self.value(other) is not None for other in others):
+                given = f"where {', '.join(others)} {'is' if len(others) == 1 else 'are'} given"
+                raise ConfigurationError(f"{where}: {key} is not read {given}; leave it out")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Scenes go to other processes as their keys."""
+        return Scene.from_dict, (self.to_dict(), f"scene {self.name!r}", dict(self._defaults))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Scene) and self.to_dict() == other.to_dict()
@@ -111,12 +192,19 @@ class Scene:
     def __repr__(self) -> str:
         return f"Scene({self.name!r}: {self.fidelity}, {self.specimen}, {self.interaction})"
 
-    def to_dict(self) -> dict:
+    __str__ = __repr__
+
+    @property
+    def sections(self) -> dict[str, Section]:
+        """Its sections by name."""
+        return {name: vars(self)[name] for name in self.kind.sections if name in vars(self)}
+
+    def to_dict(self) -> dict[str, Any]:
         """Return the scene as nested mappings of numbers, text and lists."""
         return {name: dict(part) if isinstance(part, dict) else part for name, part in self._document.items()}
 
     @cached_property
-    def _document(self) -> dict:
+    def _document(self) -> dict[str, Any]:
         labels = {name: lists(getattr(self, name)) for name in Labels.model_fields}
         return labels | {name: section.model_dump(mode="json") for name, section in self.sections.items()}
 
@@ -132,94 +220,50 @@ class Scene:
         value = self.value(key)
         return None if value is None else value * self.yarn.radius
 
-    def values_of(self, *roles: str) -> dict[str, Any]:
-        """Return the values of all keys of some roles, by dotted key, but for the labels."""
+    def _own_values(self) -> dict[str, Any]:
+        """Return the values of all keys by dotted name, but for the labels."""
+        sections = self.sections.items()
         return {
-            f"{name}.{field}": getattr(section, field)
-            for name, section in self.sections.items()
-            for field in type(section).model_fields
-            if describe(type(section), field).role in roles
+            f"{name}.{key}": getattr(part, key) for name, part in sections for key in type(part).model_fields
         }
 
-    def read(self, keys: Iterable[str]) -> dict:
+    def values_of(self, *roles: str) -> dict[str, Any]:
+        """Return the values of all keys of some roles, by dotted key, but for the labels; retired keys as well."""
+        values = self.kind.retired | self._own_values()
+        return {key: value for key, value in values.items() if role_of(key) in roles}
+
+    def read(self, keys: Iterable[str]) -> dict[str, Any]:
         """Return sections and dotted keys as plain nested mappings: the inputs of a result.
 
         Keys that have a default in their field (see `knit.scene.keys.key`) are left out at that default, so that adding
-        one changes nothing; sections that the scene does not have are left out as well.
+        one changes nothing; sections that the scene does not have are left out as well. Retired keys have the value
+        that results were made with.
         """
-        document = self._document
-        read: dict = {}
-        for name in keys:
-            section, _, inner = name.partition(".")
-            if section in Labels.model_fields:
-                read[section] = document[section]
-            elif section in self.sections:
-                fields = type(self.sections[section]).model_fields
-                for key in (inner,) if inner else fields:
-                    value = document[section].get(key)
-                    if key in fields and (fields[key].is_required() or value != lists(fields[key].default)):
-                        read.setdefault(section, {})[key] = value
-        return read
+        names = set(keys)
+        document = {
+            name: value for name, value in self._document.items() if name in names & {*Labels.model_fields}
+        }
+        for key, value in (self.kind.retired | flat(self._document)).items():
+            section, dot, _ = key.partition(".")
+            if dot and names & {key, section} and value != _default_of(key, self.kind):
+                set_dotted(document, key, lists(value), self.name)
+        return document
 
-    def only(self, document: Mapping, keys: Iterable[str]) -> Scene:
-        """Return the scene as a stage sees it that has `read` a document by some keys; see `seen`."""
-        labels = {name: value for name, value in self.to_dict().items() if name in Labels.model_fields}
-        return Scene.seen(labels | dict(document), keys)
+    def only(self, document: Mapping[str, Any], keys: Iterable[str]) -> Scene:
+        """Return the scene as a stage sees it that has `read` a document by some keys: any other key is not there.
 
-    @classmethod
-    def seen(cls, document: Mapping, keys: Iterable[str]) -> Scene:
-        """Return a scene of some of its keys, not checked again: any other is an AttributeError there.
-
-        `document` is the result of `read` for `keys`, with all labels; keys that are not in it have their defaults.
+        The document may hold labels in place of the scene's own.
         """
-        labels, keys = labels_of(document, "scene"), set(keys)
-        kind = Kind.of(labels, "scene")
-        sections = {}
-        for name, section in kind.sections.items():
-            wanted = {field for field in section.model_fields if keys & {name, f"{name}.{field}"}}
-            if wanted:
-                values = {key: tuples(value) for key, value in document.get(name, {}).items()}
-                sections[name] = section.model_construct(**values)
-                for field in section.model_fields.keys() - wanted:
-                    sections[name].__dict__.pop(field, None)  # the default of a key that was not read
-        return cls(labels, kind, sections)
-
-    def replace(self, key: str, value: Any) -> Scene:
-        """Return a scene with one key changed, for example ``scene.replace("solver.increments", 4)``."""
-        return self.vary({key: value})
-
-    def vary(self, changes: Mapping[str, Any]) -> Scene:
-        """Return a scene with some keys changed, checked once all of them are.
-
-        `changes` are values by dotted key in their units, for example ``{"load.strain": 0.01, "mesh.size": 0.5}``. A
-        scene that becomes one of another kind loses the keys and outputs of its former kind, and takes the keys that
-        it lacks from the defaults.
-        Raises ConfigurationError when a key is unknown or a value is not allowed.
-        """
-        where, document = f"scene {self.name!r}", self.to_dict()
-        changes, yarn = without_yarn(changes, where)
-        changes = in_base_keys(changes, where)
-        kind = Kind.of(labels_of(document | {"outputs": []} | dict(changes), where), where)
-        _require_all_of_yarn(kind, yarn, where)
-        changes = {key: value for key, value in yarn.items() if kind.has(key)} | changes
-        document["outputs"] = [name for name in self.outputs if name in kind.outputs]
-        stays: dict = {}
-        for key, value in (flat(document) | dict(changes)).items():
-            if key in changes or (kind.has(key) and key not in kind.specimen.requires):
-                set_dotted(stays, key, value, where)
-        return Scene.from_dict(stays, where, self._defaults)
-
-    def scaled(self, length: float = 1.0, stiffness: float = 1.0) -> Scene:
-        """Return the same scene in other units: lengths times `length`, moduli times `stiffness`."""
-        factors = {"m": length, "Pa": stiffness, "N/m": stiffness * length}
-        factors |= {"N": stiffness * length**2, "N m2": stiffness * length**4}
-        document = self.to_dict()
-        for name, section in self.sections.items():
-            for field in type(section).model_fields:
-                factor = factors.get(describe(type(section), field).unit)
-                if factor is not None and document[name][field] is not None:
-                    document[name][field] = (np.array(document[name][field]) * factor).tolist()
-        return Scene.from_dict(document, f"scene {self.name!r}")
+        names = set(keys)
+        labels = {name: tuples(document.get(name, getattr(self, name))) for name in Labels.model_fields}
+        parts: dict[str, Any] = {}
+        for name, part in self.sections.items():
+            seen = {key: value for key, value in vars(part).items() if names & {name, f"{name}.{key}"}}
+            if seen:
+                parts[name] = type(part).model_construct()
+                vars(parts[name]).clear()
+                vars(parts[name]).update(seen)
+        return type(self).model_construct(**labels, **parts)
 
     @property
     def is_knit(self) -> bool:
@@ -246,7 +290,7 @@ class Scene:
 # Keys by their dotted names
 
 
-def set_dotted(document: dict, key: str, value: Any, where: str) -> None:
+def set_dotted(document: dict[str, Any], key: str, value: Any, where: str) -> None:
     """Set a nested key by its dotted name, in place; ConfigurationError when there is no such key."""
     section, dot, field = key.partition(".")
     sections = all_sections()
@@ -267,6 +311,41 @@ def flat(document: Mapping[str, Any]) -> dict[str, Any]:
         parts = {f"{key}.{part}": inner for part, inner in value.items()} if isinstance(value, dict) else {}
         keys |= parts if isinstance(value, dict) else {key: value}
     return keys
+
+
+def _labels(cls: type[Part]) -> dict[str, Any]:
+    """Return the labels that a class of scenes implies: its model, its first specimen, ties where yarns may be tied."""
+    model = next((model for model in MODELS.all().values() if cls in model.parts), None)
+    if model is None:
+        known = ", ".join(part.__name__ for model in MODELS.all().values() for part in model.parts)
+        raise ConfigurationError(f"{cls.__name__} is no class of scenes of a model; take one of {known}")
+    interaction = "isotropic" if cls.touches else "tie"
+    return {
+        "name": "scene",
+        "fidelity": model.name,
+        "specimen": cls.specimens[0],
+        "interaction": interaction,
+    }
+
+
+def _made(
+    kind: Kind, labels: Labels, sections: Mapping[str, Section], where: str, defaults: Mapping[str, Any]
+) -> Scene:
+    """Return a scene of checked sections; a ConfigurationError names the first contradiction between them."""
+    try:
+        made = kind.scene.model_validate(dict(labels) | dict(sections))
+    except ValidationError as errors:
+        raise ConfigurationError(f"{where}: {errors.errors()[0]['ctx']['error']}") from None
+    assert isinstance(made, Scene)
+    made._defaults = defaults
+    return made
+
+
+def _default_of(key: str, kind: Kind) -> Any:
+    """Return the default in the field of a key; None where it has none."""
+    section, _, name = key.partition(".")
+    described = kind.sections[section] if kind.has(key) else all_keys()[key]
+    return lists(described.model_fields[name].default)
 
 
 def _require_all_of_yarn(kind: Kind, given: Mapping[str, float], where: str) -> None:
@@ -290,9 +369,6 @@ def digest(document: Any) -> str:
     return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()[:16]
 
 
-# Checks between sections; sections check themselves
-
-
 def questions(scene: Scene) -> list[str]:
     """Return a question for every value that is unusual for yarns, and may be meant in another unit."""
     asked = []
@@ -301,93 +377,3 @@ def questions(scene: Scene) -> list[str]:
             usual = f"yarns have {least:g} to {largest:g} {unit}"
             asked.append(f"{name} is {value:g} {unit}; {usual}: is it meant in {other}?")
     return asked
-
-
-def _contradictions(scene: Scene) -> Iterator[str]:
-    """Yield the contradictions between keys of different sections."""
-    specimen, fidelity = scene.kind.specimen, scene.fidelity
-    for name, value in specimen.requires.items():
-        if scene.value(name) not in (None, value):
-            of = f"where specimen is {specimen.name}, {specimen.meaning}"
-            yield f"{name} is {scene.value(name)!r} but must be {value} {of}"
-    if fidelity not in SOLID and MATERIALS.find(scene.yarn.material).directional:
-        of = f"where fidelity is {fidelity}; fidelities {' and '.join(SOLID)} know the axis of a yarn"
-        yield f"yarn.material is {scene.yarn.material} but must be isotropic {of}"
-    if "pattern" in scene.sections:
-        yield from _of_knit(scene)
-    if "pair" in scene.sections and scene.pair.length <= 2 * scene.yarn.diameter:
-        least = f"twice yarn.diameter, {scene.yarn.diameter:g} m"
-        yield f"pair.length is {scene.pair.length:g} m but must exceed {least}"
-    if scene.is_knit and scene.value("contact.tied_edges") == "outer":
-        name = "rows" if scene.load.direction == "course" else "loops"
-        count = getattr(scene.pattern, name)
-        if count < 3:
-            of = f"where pattern.{name} is {count}: nothing is left that is not tied"
-            yield f"contact.tied_edges is 'outer' but must be none {of}"
-    if scene.value("geometry.diameter_share") not in (None, 1) and scene.value("load.start") in (
-        None,
-        "drawn",
-    ):
-        of = "where load.start is not rest: only there do yarns press each other before the load"
-        yield f"geometry.diameter_share is {scene.geometry.diameter_share:g} but must be 1 {of}"
-    own = [key for key in STIFFNESSES if scene.value(key) is not None]
-    if own and scene.value("mesh.section_law") == "curved":
-        of = f"where {own[0]} is given: it is the law of the solid circle that this replaces"
-        yield f"mesh.section_law is 'curved' but must be straight {of}"
-    if specimen.name == "cell":
-        yield from _of_cell(scene)
-    elif scene.value("yarn.set") not in (None, 1):
-        yield f"yarn.set is {scene.yarn.set:g} but must be 1 where specimen is {specimen.name}, which starts as drawn"
-
-
-def _of_knit(scene: Scene) -> Iterator[str]:
-    """Yield why a knit has no room for its yarns, or not an entry for every control point."""
-    pattern, diameter = scene.pattern, scene.yarn.diameter
-    for name in ("course_spacing", "wale_spacing"):
-        if getattr(pattern, name) <= diameter:
-            spacing = f"{getattr(pattern, name):g} m"
-            yield f"pattern.{name} is {spacing} but must exceed yarn.diameter, {diameter:g} m"
-    least = diameter / pattern.course_spacing
-    if pattern.course_ratio <= least:
-        least = f"yarn.diameter / pattern.course_spacing, {least:.4g}"
-        yield f"pattern.course_ratio is {pattern.course_ratio:g} but must exceed {least}"
-    for name, repeat in zip(("loops", "rows"), size_of_repeat(pattern.stitches), strict=True):
-        if (count := getattr(pattern, name)) % repeat:
-            of = f"the {name} of a repeat of pattern.stitches {list(pattern.stitches)}"
-            yield f"pattern.{name} is {count} but must be a multiple of {repeat}, {of}"
-    mixed = len(set("".join(pattern.stitches))) > 1
-    if not is_plain(pattern.stitches) and (scene.specimen, scene.fidelity) != ("cell", "beam"):
-        of = f"where pattern.stitches is {list(pattern.stitches)}: such loops find their shape at rest"
-        yield f"specimen is {scene.specimen} and fidelity {scene.fidelity} but must be cell and beam {of}"
-    if mixed and scene.fidelity == "rom2d":
-        of = f"where pattern.stitches is {list(pattern.stitches)}: a honeycomb is that of a plain knit"
-        yield f"fidelity is rom2d but must be another {of}"
-    if pattern.control_points is None:
-        for name, value in (("course_ratio", 1.0), ("keep", "shape")):
-            if getattr(pattern, name) != value:
-                of = "where pattern.control_points is null: the loop is drawn for the spacings"
-                yield f"pattern.{name} is {getattr(pattern, name)!r} but must be {value!r} {of}"
-        return
-    if mixed:
-        of = f"where pattern.stitches is {list(pattern.stitches)}: loops that differ are drawn for the spacings"
-        yield f"pattern.control_points has {len(pattern.control_points)} points but must be null {of}"
-    if pattern.loop_length is not None:
-        of = "where there are pattern.control_points, which have a length"
-        yield f"pattern.loop_length is {pattern.loop_length:g} m but must be null {of}"
-    points, entries = len(pattern.control_points), len(scene.geometry.free)
-    if entries != points:
-        wanted = f"{points}, one for each of pattern.control_points"
-        yield f"geometry.free has {entries} entries but must have {wanted}"
-
-
-def _of_cell(scene: Scene) -> Iterator[str]:
-    """Yield why a cell is not solved as cells are, or is written without a stiffness at rest."""
-    if scene.value("solver.linear") not in (None, "auto", "lu"):
-        of = "where specimen is cell, which is solved directly"
-        yield f"solver.linear is {scene.solver.linear!r} but must be auto or lu {of}"
-    if scene.fidelity != "beam" and scene.load.start != "drawn":
-        yield f"load.start is {scene.load.start} but must be drawn where fidelity is {scene.fidelity}"
-    if "deck" in scene.outputs and scene.kind.interaction.touches:
-        of = f"where specimen is cell and interaction {scene.interaction}"
-        why = "before its yarns touch a knit is no shell; use interaction tie"
-        yield f"outputs is {list(scene.outputs)} but must be [] {of}: {why}"

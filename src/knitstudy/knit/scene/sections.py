@@ -34,6 +34,8 @@ class Pattern(Section):
     `rows` are multiples of the loops and rows of the repeat.
     """
 
+    group: ClassVar[str] = "pattern"
+
     loops: Count = physics("stated")
     """Sections 3.1 and 3.5: 3 x 3 unit cells. Checked: 3."""
     rows: Count = physics("inferred")
@@ -92,6 +94,8 @@ class Pair(Section):
     faces away from the other yarn.
     """
 
+    group: ClassVar[str] = "pair"
+
     angle: float = physics("choice", unit="degrees", gt=0, le=90)
     """A verification case. Checked: 90 and 30."""
     length: Length = physics("choice", unit="m")
@@ -112,6 +116,8 @@ class Geometry(Section):
 
     `free` lists for every control point the components that may move: "", "z", "yz", "xyz" and so on.
     """
+
+    group: ClassVar[str] = "geometry"
 
     alpha: Positive = physics("assumed", meaning="the weight of F_distance in Eq. (1)")
     """Weight of Eq. (1), not printed. Checked: times 0.1 and 10: angles within 0.5 degrees (docs/notes/geometry.md)."""
@@ -143,11 +149,9 @@ class Geometry(Section):
 
 
 class Yarn(Section):
-    """Circular yarn of one material.
+    """Circular yarn of one isotropic material."""
 
-    For a transversely isotropic material, `youngs_modulus` and `poisson_ratio` hold along the axis of the yarn, and
-    the other three constants default to the values of an isotropic material.
-    """
+    group: ClassVar[str] = "yarn"
 
     diameter: Length = physics("inferred", unit="m")
     """63,171 nodes at 0.3 mm (Table 5) are 38 a section: 6 elements across. Checked: 1.8 mm."""
@@ -156,6 +160,20 @@ class Yarn(Section):
     GPa; forces are proportional to it, 1.1 to 1.5 GPa need no run of their own."""
     poisson_ratio: float = physics("inferred", gt=-1, lt=0.5)
     """The same data sheet. Checked: 0.42."""
+
+    @property
+    def radius(self) -> float:
+        """Yarn radius in m."""
+        return self.diameter / 2
+
+
+class SolidYarn(Yarn):
+    """Circular yarn of solids, of one material.
+
+    For a transversely isotropic material, `youngs_modulus` and `poisson_ratio` hold along the axis of the yarn, and
+    the other three constants default to the values of an isotropic material.
+    """
+
     material: Annotated[str, OneOf(MATERIALS.all)] = physics("assumed")
     """Isotropic polypropylene (section 2.3) with geometric nonlinearity; Abaqus uses Hencky then. Checked:
     the isotropic laws: force +1.2 % at most (docs/notes/sensitivity.md)."""
@@ -185,7 +203,7 @@ class Yarn(Section):
     """Section 2.3 takes yarns as isotropic. Checked: 0.3 of that of an isotropic yarn, against closed forms."""
 
     @model_validator(mode="after")
-    def _stores_energy(self) -> Yarn:
+    def _stores_energy(self) -> SolidYarn:
         for name in ("transverse_modulus", "transverse_poisson_ratio", "axial_shear_modulus"):
             if getattr(self, name) is not None and not MATERIALS.find(self.material).directional:
                 of = f"where yarn.material is {self.material}, which is isotropic"
@@ -196,11 +214,14 @@ class Yarn(Section):
             raise ValueError(str(error)) from error
         return self
 
-    @property
-    def radius(self) -> float:
-        """Yarn radius in m."""
-        return self.diameter / 2
 
+OF_SOLIDS = {
+    "yarn.material": "hencky",
+    "yarn.transverse_modulus": None,
+    "yarn.transverse_poisson_ratio": None,
+    "yarn.axial_shear_modulus": None,
+}
+"""Values of the keys of `SolidYarn` that results of beams were made with, which never read these keys."""
 
 Stiffness = Annotated[float, Field(gt=0, le=1e12)]
 
@@ -212,7 +233,7 @@ def _stiffness(unit: str, what: str, null: str = "a solid circle of yarn.youngs_
 
 
 class BeamYarn(Yarn):
-    """Circular yarn of one material, or with stiffnesses of its own.
+    """Circular yarn of one isotropic material, or with stiffnesses of its own.
 
     Two yarns that cross press each other with the force `pressing` (approach / diameter)^`pressing_exponent`.
     """
@@ -235,6 +256,11 @@ class BeamYarn(Yarn):
         le=10,
     )
     """1.5: cylinders that cross (Hertz); spun yarns pressed between plates have 2 to 4. Checked: 1.5 to 2.9."""
+
+
+class SetYarn(BeamYarn):
+    """Yarn of beams whose stress-free shape lies between straight and the drawn loop."""
+
     set: float = physics(
         "assumed",
         meaning="stress-free curvature over the curvature of the drawn loop",
@@ -242,8 +268,7 @@ class BeamYarn(Yarn):
         ge=0,
         le=1,
     )
-    """1: the drawn shape is free of stress, as in a heat-set knit; 0: a free yarn is straight. Only cells have values
-    other than 1. Checked: 0 and 1."""
+    """1: the drawn shape is free of stress, as in a heat-set knit; 0: a free yarn is straight. Checked: 0 and 1."""
 
 
 # Load
@@ -257,6 +282,8 @@ class Tension(Section):
 
     `lateral`: strains across the load, held or free; `stops`: strains at which an increment has to end.
     """
+
+    group: ClassVar[str] = "load"
 
     strain: float = physics("stated", meaning="not 0 (0.05 is 5 %, -0.05 a compression)", ge=-0.2, le=0.5)
     """Section 3.1: 5 % course strain. Checked: -5 to 5 %."""
@@ -278,7 +305,7 @@ class Tension(Section):
         """Return stops with the even steps that pairs [end, largest step] stand for."""
         if not isinstance(stops, list | tuple):
             return stops
-        graded: list = []
+        graded: list[Any] = []
         for stop in stops:
             match stop:
                 case [float() | int() as end, float() | int() as step] if 0 < step <= end:
@@ -319,7 +346,7 @@ class KnitTension(Tension):
     """Section 2.3: course and wale tension; wale pulls head arcs of the top yarn. Checked: both."""
 
 
-class CellStrain(Tension):
+class DrawnCellStrain(Tension):
     """A cell is deformed to an engineering `strain`: in course or wale direction, in both alike, or sheared.
 
     `lateral`: the other strains in the plane are held at 0, or free, so that no force goes with them. The load goes
@@ -334,16 +361,9 @@ class CellStrain(Tension):
         default=(),
     )
     """Loading, unloading and loading again show hysteresis. Checked: one cycle to 30 %."""
-    start: Literal["drawn", "rest", "rest_with_friction"] = physics(
-        "choice",
-        allowed="drawn (the drawn loops) or, with beams, rest_with_friction (a cell without forces on its edges, in "
-        "which friction has stopped the yarns) or rest (the shape after that, once friction is removed)",
-        default="drawn",
-    )
-    """From rest, strains and forces refer to the spacings at rest. Checked: all three."""
 
     @model_validator(mode="after")
-    def _turns_are_distinct(self) -> CellStrain:
+    def _turns_are_distinct(self) -> DrawnCellStrain:
         way = (0.0, *self.turns, self.strain)
         if any(one == other for one, other in pairwise(way)):
             raise ValueError(
@@ -361,13 +381,27 @@ class CellStrain(Tension):
     """Strains in the plane that define a shell's stiffness. Checked: all four."""
 
 
+class CellStrain(DrawnCellStrain):
+    """A cell is deformed from the drawn loops, or from a shape at rest."""
+
+    start: Literal["drawn", "rest", "rest_with_friction"] = physics(
+        "choice",
+        allowed="drawn (the drawn loops), rest_with_friction (a cell without forces on its edges, in "
+        "which friction has stopped the yarns) or rest (the shape after that, once friction is removed)",
+        default="drawn",
+    )
+    """From rest, strains and forces refer to the spacings at rest. Checked: all three."""
+
+
 class Path(Section):
     """The grips of the upper yarn of a pair move to the displacements of `path`, one after another.
 
     Legs are straight and take equal shares of the load factor; the first leg begins at the initial position.
     """
 
-    lateral: ClassVar = "fixed"
+    group: ClassVar[str] = "load"
+
+    lateral: ClassVar[str] = "fixed"
 
     path: tuple[Point, ...] = physics(
         "choice", unit="m", allowed="a list of one displacement x, y, z in m or more", min_length=1

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
@@ -19,6 +19,8 @@ Size = Annotated[float, Field(ge=0.01, le=10)]
 
 class BeamMesh(Section):
     """Size of beam elements, and their section."""
+
+    group: ClassVar[str] = "mesh"
 
     beam_size: Size = resolution("stated", unit="yarn radii")
     """Table 5: 0.5 mm, of a radius of 0.9 mm. Checked: 5/9; gates.polygon refuses longer ones that bend too much."""
@@ -36,6 +38,8 @@ class BeamMesh(Section):
 class Tie(Section):
     """At a tied crossing, the displacements of both yarns have the same mean and linear moments over a disc."""
 
+    group: ClassVar[str] = "tie"
+
     radius: float = physics("inferred", unit="yarn radii", default=0.183, ge=0.05, le=0.8)
     """sqrt(2 R delta) with delta = 5 % of the stated 0.3 mm, Abaqus's default tolerance. Checked: 0.1 to 0.5: force of
     a tied cell of solid yarns -7 to +15 % (docs/notes/ties.md)."""
@@ -43,6 +47,8 @@ class Tie(Section):
 
 class Sliding(Section):
     """Coulomb friction."""
+
+    group: ClassVar[str] = "contact"
 
     friction: float = physics("stated", ge=0, le=1e6)
     """Table 1: 0.76; static value of the polypropylene's data sheet (sliding: 0.44). Checked: 0 to 1.5."""
@@ -54,6 +60,8 @@ class TiedEdges(Section):
     "outer": crossings of the outer interlock rows in course tension, of the outer columns of loops in wale tension.
     """
 
+    group: ClassVar[str] = "contact"
+
     tied_edges: Literal["outer", "none"] = physics(
         "stated",
         allowed="outer (the first and the last interlock row, in wale tension the outer columns, are tied) or none",
@@ -62,11 +70,27 @@ class TiedEdges(Section):
     (scene inputs-untied-isotropic-course)."""
 
 
-class SolidContact(TiedEdges):
-    """Contact of solid yarns (Table 1): stiffnesses over E / h, and how it is integrated and enforced.
+class SolidContact(Section):
+    """Contact of solid yarns: how it is integrated, and the penetration that is allowed.
+
+    `points` are Gauss points along each side of a facet or cell.
+    """
+
+    group: ClassVar[str] = "contact"
+
+    penetration: float = numerics("assumed", unit="h", meaning="a share of the mesh size", gt=0, le=1)
+    """Table 1 says hard contact; how hard is not printed. Checked: 0.003 and 0.01, of a pair pressed by 90 um and slid
+    at 0.3 mm: force within 1 % at the end of the path."""
+    points: int = numerics("choice", ge=1, le=4)
+    """Numerical; even numbers have no point in the middle of a facet and find contact late. Checked: 1 to 4, of a pair
+    pressed by 36 um: with 2 contact begins 10 um late (force -13 %)."""
+
+
+class FacetContact(SolidContact):
+    """Contact of hexahedra (Table 1): stiffnesses over E / h, and how it is enforced.
 
     A penetration deeper than the share `penetration` of h is reduced by at most `augmentations` updates of the
-    multipliers per increment. `points` are Gauss points along each side of a facet.
+    multipliers per increment.
     """
 
     normal_stiffness: Positive = numerics("stated", unit="E / h", meaning="times E over the mesh size")
@@ -75,14 +99,8 @@ class SolidContact(TiedEdges):
     tangential_stiffness: Positive = numerics("stated", unit="E / h", meaning="times E over the mesh size")
     """Table 1: stick stiffness over element stiffness is 10; as traction over slip it is taken as 10 E / h. Checked: 3
     to 30, of a pair slid by 0.45 mm at 0.3 mm: force within 0.04 %, work -1.8 to +0.7 %."""
-    penetration: float = numerics("assumed", unit="h", meaning="a share of the mesh size", gt=0, le=1)
-    """Table 1 says hard contact; how hard is not printed. Checked: 0.003 and 0.01, of a pair pressed by 90 um and slid
-    at 0.3 mm: force within 1 % at the end of the path."""
     augmentations: int = numerics("choice", ge=0, le=100)
     """Numerical; largest number of updates per increment. Checked: 10; pairs needed 3."""
-    points: int = numerics("choice", ge=1, le=4)
-    """Numerical; even numbers have no point in the middle of a facet and find contact late. Checked: 1 to 4, of a pair
-    pressed by 36 um: with 2 contact begins 10 um late (force -13 %)."""
 
 
 # Newton's method
@@ -90,6 +108,8 @@ class SolidContact(TiedEdges):
 
 class Newton(Section):
     """Least number of increments, and tolerances."""
+
+    group: ClassVar[str] = "solver"
 
     increments: Count = resolution("choice")
     """Numerical; no increment is larger than 1 / `increments` of the load, and increments that do not converge are
@@ -117,6 +137,8 @@ class SolidNewton(Newton):
 
 class Gates(Section):
     """Limits of every model."""
+
+    group: ClassVar[str] = "gates"
 
     ledger: float = numerics("choice", meaning="over the external work", default=0.05, gt=0)
     """Every scene of the study stays below 0.035; pairs in 8 increments reach 0.14, gates.md. Checked: 0.05."""
@@ -158,6 +180,8 @@ class SolidGates(SpatialGates):
 
 class Joints(Section):
     """The direct simulation that provides the joints of a reduced model; none if the geometry is sufficient."""
+
+    group: ClassVar[str] = "rom"
 
     contacts_from: SceneName | None = numerics(
         "choice",

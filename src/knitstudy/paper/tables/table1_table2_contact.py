@@ -121,7 +121,7 @@ def _rows(scene: Scene, contacts: xr.Dataset, paper: pd.DataFrame) -> Iterator[d
                 "scene": scene.name,
                 "load": scene.load.direction,
                 "interaction": scene.interaction,
-                "contact stiffness over E / h [1]": scene.contact.normal_stiffness,
+                "contact stiffness over E / h [1]": scene.value("contact.normal_stiffness"),
                 "displacement": measure,
                 "normal": normal,
                 "axes": axes,
@@ -160,8 +160,8 @@ def tabulate_averages(contacts: Datasets, paper: pd.DataFrame, scenes: Scenes) -
             "load": scene.load.direction,
             "interaction": scene.interaction,
             "mesh size [m]": scene.metres("mesh.size"),
-            "contact stiffness over E / h [1]": scene.contact.normal_stiffness,
-            "penalty alone": scene.contact.augmentations == 0,
+            "contact stiffness over E / h [1]": scene.value("contact.normal_stiffness"),
+            "penalty alone": scene.value("contact.augmentations") == 0,
             "axes": axes,
         }
         for whose, (kx, ky, kz) in averages.items():

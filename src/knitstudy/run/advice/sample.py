@@ -270,6 +270,7 @@ class Trade(Section):
         keys |= {KEYS[of]: value for of, value in values.items() if of not in lacks}
         if endless:
             keys["load.deformation"] = keys.pop("load.direction")
+            keys.pop(KEYS["edges"], None)
         document: dict = {"name": name, "knit": name, "fidelity": ANY, "outputs": []}
         document |= {"specimen": case.specimen, "interaction": interaction}
         for key, value in keys.items():
@@ -290,8 +291,7 @@ def same_knit(scene: Scene) -> str:
 def endless(scene: Scene) -> Scene:
     """Return a cell of the endless fabric of the same loops under the same strain."""
     size = {"pattern.loops": 1, "pattern.rows": 1, "load.deformation": scene.load.direction, "outputs": []}
-    tied = {"contact.tied_edges": "none"} if scene.kind.interaction.touches else {}
-    return scene.vary({"specimen": "cell", "fidelity": ANY} | size | tied)
+    return scene.vary({"specimen": "cell", "fidelity": ANY} | size)
 
 
 def _others(scene: Scene) -> dict[str, Any]:

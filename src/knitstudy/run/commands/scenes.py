@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.knit.scene.defaults import layered_defaults
 from knitstudy.knit.scene.keys import describe_with_source
 from knitstudy.knit.scene.kinds import MODELS, Labels
 from knitstudy.knit.scene.scene import LABELS, Scene, flat, questions
@@ -39,7 +40,6 @@ from knitstudy.run.configuration import (
     asked_of,
     drawn_defaults,
     knits_of,
-    layered_defaults,
     load_families,
     load_scenes,
     load_study,

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal, Self
 
-from knitstudy.knit.scene.keys import Positive, Section, numerics
+from pydantic import model_validator
+
+from knitstudy.knit.scene.keys import Positive, Section, numerics, section
 from knitstudy.knit.scene.kinds import MODELS, Model
-from knitstudy.knit.scene.sections import BeamYarn
-from knitstudy.knit.scene.shared_sections import BeamGates, BeamMesh, Newton, Tie, TiedEdges
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.scene.sections import OF_SOLIDS, BeamYarn, CellStrain, SetYarn
+from knitstudy.knit.scene.shared_sections import BeamGates, BeamMesh, Tie, TiedEdges
+from knitstudy.knit.scene.specimens import Cell, Knit
+from knitstudy.knit.scene.yarns import STIFFNESSES
 from knitstudy.registry import later
 
 
@@ -19,24 +24,90 @@ class TouchingBeamGates(BeamGates):
     forces of jerseys are within 8 % of solid yarns."""
 
 
-class Beam(Section):
-    """Contact along all yarns with "rigid" or "hertz" sections, and the ties.
+class FrictionAlone(Section):
+    """Contact of cells, which has no keys but those of the interaction."""
 
-    Rigid sections press each other with `stiffness` E sqrt(R) approach^1.5; pinned ties have `stiffness` E R.
+    group: ClassVar[str] = "contact"
+
+
+class BeamSection(Section):
+    """Contact along all yarns with "rigid" or "hertz" sections.
+
+    Rigid sections press each other with `stiffness` E sqrt(R) approach^1.5.
     """
+
+    group: ClassVar[str] = "beam"
 
     section: Literal["rigid", "hertz"] = numerics(
         "choice", allowed="rigid (a penalty) or hertz (the approach of two crossed cylinders)"
     )
     """Section 3.3 ignores the deformation of the cross-section: rigid, a third more force in cells that slide.
     Checked: rigid and hertz (scenes beam-*)."""
+    stiffness: Positive = numerics("assumed", meaning="where hertz sections have 0.8 to 0.9")
+    """Not printed; hard contact. Checked: 10 and 100 (scenes beam-*)."""
+
+
+class TiedBeamSection(BeamSection):
+    """Contact along all yarns with "rigid" or "hertz" sections, and the ties.
+
+    Rigid sections press each other with `stiffness` E sqrt(R) approach^1.5; pinned ties have `stiffness` E R.
+    """
+
     tie: Literal["rigid", "pinned", "patch"] = numerics(
         "choice",
         allowed="rigid, pinned (sections can turn) or patch (pins as compliant as tied areas): the tied crossings",
     )
     """Section 2.3 ties the outer rows; tied solids turn nearly freely and are compliant: patch. Checked: all three."""
-    stiffness: Positive = numerics("assumed", meaning="where hertz sections have 0.8 to 0.9")
-    """Not printed; hard contact. Checked: 10 and 100 (scenes beam-*)."""
+
+
+class _Beams(Scene):
+    touches = True
+
+    yarn: BeamYarn = section()
+    mesh: BeamMesh = section()
+    gates: TouchingBeamGates = section()
+
+    @model_validator(mode="after")
+    def _has_straight_sections_of_its_own(self) -> Self:
+        own = [key for key in STIFFNESSES if self.value(key) is not None]
+        if own and self.mesh.section_law == "curved":
+            of = f"where {own[0]} is given: it is the law of the solid circle that this replaces"
+            raise ValueError(f"mesh.section_law is 'curved' but must be straight {of}")
+        return self
+
+
+class Beams(_Beams, Knit):
+    """Knits of beams in contact."""
+
+    specimens = ("cut_knit", "knit")
+    retired: ClassVar = OF_SOLIDS | {"yarn.set": 1.0}
+
+    tie: Tie = section()
+    beam: TiedBeamSection = section()
+    contact: TiedEdges = section()
+
+
+class CellOfBeams(_Beams, Cell):
+    """Cells of an endless knit of beams in contact."""
+
+    specimens = ("cell",)
+    slips = True
+    takes: ClassVar = "all stitches"
+    idle_beside: ClassVar = {
+        "beam.section": ("yarn.pressing",),
+        "beam.stiffness": ("yarn.pressing",),
+        "yarn.youngs_modulus": (*STIFFNESSES, "yarn.pressing"),
+    }
+    retired: ClassVar = OF_SOLIDS | {
+        "contact.tied_edges": "none",
+        "tie.radius": 0.183,
+        "beam.tie": "patch",
+    }
+
+    yarn: SetYarn = section()
+    load: CellStrain = section()
+    beam: BeamSection = section()
+    contact: FrictionAlone = section()
 
 
 MODELS.register(
@@ -44,18 +115,7 @@ MODELS.register(
         name="beam",
         meaning="beams in contact",
         label="beams",
-        specimens=("knit", "cut_knit", "cell"),
-        slips=("cell",),
-        sections={
-            "yarn": BeamYarn,
-            "mesh": BeamMesh,
-            "tie": Tie,
-            "solver": Newton,
-            "gates": TouchingBeamGates,
-            "beam": Beam,
-        },
-        touching={"contact": TiedEdges},
-        tied=None,
+        parts=(Beams, CellOfBeams),
         build=later("knitstudy.knit.models.beam.build:build"),
         look=("#00704F", "-", "P"),
         memory=350,

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
-from knitstudy.knit.scene.keys import OneOf, Section, numerics, resolution
+from knitstudy.knit.scene.keys import OneOf, Section, numerics, resolution, section
 from knitstudy.knit.scene.kinds import MODELS, Model
-from knitstudy.knit.scene.shared_sections import Size, SolidContact, SolidGates, SolidNewton, Tie
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.scene.sections import SolidYarn
+from knitstudy.knit.scene.shared_sections import FacetContact, Size, SolidGates, SolidNewton, Tie, TiedEdges
+from knitstudy.knit.scene.specimens import Crossing, Knit
 from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.registry import later
 
 
 class SolidMesh(Section):
     """Sizes of solid elements at crossings, their growth on legs, and the element."""
+
+    group: ClassVar[str] = "mesh"
 
     size: Size = resolution("stated", unit="yarn radii")
     """Table 5: 0.3 mm, of a radius of 0.9 mm. Checked: 0.25 to 0.67: force +7 % at 0.67 (docs/notes/sensitivity.md)."""
@@ -30,6 +35,10 @@ class SolidMesh(Section):
     def smallest(self) -> float:
         """Size of elements at crossings in yarn radii: the length scale of contact."""
         return self.size / self.refinement
+
+
+class KnitContact(TiedEdges, FacetContact):
+    """Contact of knits of hexahedra."""
 
 
 class HexahedralNewton(SolidNewton):
@@ -54,14 +63,53 @@ class HexahedralGates(SolidGates):
     """Force of a tied knit +5 % at 3.3, of a pressed pair within 8 % from 8 on, gates.md. Checked: 2 to 12."""
 
 
+class _Hexahedra(Scene):
+    yarn: SolidYarn = section()
+    mesh: SolidMesh = section()
+    tie: Tie = section()
+    solver: HexahedralNewton = section()
+    gates: HexahedralGates = section()
+
+
+class TiedHexahedra(_Hexahedra, Knit):
+    """Knits of tied solid yarns of hexahedra."""
+
+    specimens = ("cut_knit", "knit")
+    touches = False
+
+
+class Hexahedra(_Hexahedra, Knit):
+    """Knits of solid yarns of hexahedra in contact."""
+
+    specimens = ("cut_knit", "knit")
+    touches = True
+
+    contact: KnitContact = section()
+
+
+class TiedPairOfHexahedra(_Hexahedra, Crossing):
+    """Two tied solid yarns of hexahedra."""
+
+    specimens = ("pair",)
+    touches = False
+
+
+class PairOfHexahedra(_Hexahedra, Crossing):
+    """Two solid yarns of hexahedra in contact."""
+
+    specimens = ("pair",)
+    touches = True
+    retired: ClassVar = {"contact.tied_edges": "outer"}
+
+    contact: FacetContact = section()
+
+
 MODELS.register(
     Model(
         name="hexahedra",
         meaning="solid yarns of hexahedra",
         label="DNS",
-        specimens=("knit", "cut_knit", "pair"),
-        sections={"mesh": SolidMesh, "tie": Tie, "solver": HexahedralNewton, "gates": HexahedralGates},
-        touching={"contact": SolidContact},
+        parts=(TiedHexahedra, Hexahedra, TiedPairOfHexahedra, PairOfHexahedra),
         solid=True,
         outputs=("fields", "vtu", "deck"),
         build=later("knitstudy.knit.models.hexahedra.build:build"),

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import model_validator
 
-from knitstudy.knit.scene.keys import SceneName, numerics
+from knitstudy.knit.scene.keys import SceneName, numerics, section
 from knitstudy.knit.scene.kinds import MODELS, Model
-from knitstudy.knit.scene.shared_sections import Gates, Joints, Newton
+from knitstudy.knit.scene.sections import OF_SOLIDS
+from knitstudy.knit.scene.shared_sections import Joints
+from knitstudy.knit.scene.specimens import Knit
 from knitstudy.registry import later
 
 
@@ -47,13 +49,22 @@ class PlanarJoints(Joints):
         return self
 
 
+class PlanarNetwork(Knit):
+    """Planar networks of knits."""
+
+    specimens = ("cut_knit", "knit")
+    retired: ClassVar = OF_SOLIDS
+    takes: ClassVar = "one stitch"
+
+    rom: PlanarJoints = section()
+
+
 MODELS.register(
     Model(
         name="rom2d",
         meaning="a planar honeycomb of beams",
         label="2D ROM",
-        specimens=("knit", "cut_knit"),
-        sections={"solver": Newton, "gates": Gates, "rom": PlanarJoints},
+        parts=(PlanarNetwork,),
         sources=("rom.contacts_from", "rom.stress_from"),
         build=later("knitstudy.knit.models.rom2d.build:build"),
         look=("#D9740B", "-.", "^"),

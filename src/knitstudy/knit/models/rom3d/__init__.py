@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from knitstudy.knit.scene.keys import SceneName, numerics
+from knitstudy.knit.scene.keys import SceneName, numerics, section
 from knitstudy.knit.scene.kinds import MODELS, Model
-from knitstudy.knit.scene.shared_sections import BeamGates, BeamMesh, Joints, Newton, Tie
+from knitstudy.knit.scene.sections import OF_SOLIDS
+from knitstudy.knit.scene.shared_sections import BeamGates, BeamMesh, Joints, Tie
+from knitstudy.knit.scene.specimens import Knit
 from knitstudy.registry import later
 
 
@@ -79,15 +81,37 @@ class Springs(SpatialJoints):
         return self
 
 
+class TiedSpatialNetwork(Knit):
+    """Spatial networks of knits whose yarns are tied."""
+
+    specimens = ("cut_knit", "knit")
+    retired: ClassVar = OF_SOLIDS
+    touches = False
+
+    mesh: BeamMesh = section()
+    gates: BeamGates = section()
+    tie: Tie = section()
+    rom: SpatialJoints = section()
+
+
+class SpatialNetwork(Knit):
+    """Spatial networks of knits whose yarns touch."""
+
+    specimens = ("cut_knit", "knit")
+    retired: ClassVar = OF_SOLIDS
+    touches = True
+
+    mesh: BeamMesh = section()
+    gates: BeamGates = section()
+    rom: Springs = section()
+
+
 MODELS.register(
     Model(
         name="rom3d",
         meaning="a spatial network of beams",
         label="3D ROM",
-        specimens=("knit", "cut_knit"),
-        sections={"mesh": BeamMesh, "solver": Newton, "gates": BeamGates},
-        touching={"rom": Springs},
-        tied={"tie": Tie, "rom": SpatialJoints},
+        parts=(TiedSpatialNetwork, SpatialNetwork),
         sources=("rom.contacts_from", "rom.springs_from"),
         build=later("knitstudy.knit.models.rom3d.build:build"),
         look=("#7B3294", "--", "s"),

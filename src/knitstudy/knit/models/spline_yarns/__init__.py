@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import Field, model_validator
 
-from knitstudy.knit.scene.keys import Section, numerics, resolution
+from knitstudy.knit.scene.keys import Section, numerics, resolution, section
 from knitstudy.knit.scene.kinds import MODELS, Model
-from knitstudy.knit.scene.shared_sections import SolidContact, SolidGates, SolidNewton, Tie
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.scene.sections import SolidYarn
+from knitstudy.knit.scene.shared_sections import SolidContact, SolidGates, SolidNewton, Tie, TiedEdges
+from knitstudy.knit.scene.specimens import Cell, Crossing, Knit
 from knitstudy.mechanics.spline_yarn import LARGEST_DEGREE
 from knitstudy.registry import later
 
@@ -26,6 +29,8 @@ class PolynomialMesh(Section):
     Spans nearer to a crossing than a radius have the degree `crossing_degree`; their length is `crossing_span` there
     and grows to `span`.
     """
+
+    group: ClassVar[str] = "mesh"
 
     degree: Degree = resolution("choice", meaning=LOCKS, default=2)
     """Numerical; degree of the polynomials over the section, away from crossings. Checked: 2 to 6: of one loop, force
@@ -61,9 +66,9 @@ class PolynomialMesh(Section):
 class PolynomialContact(SolidContact):
     """Contact of spline yarns on their curved surfaces.
 
-    The local indentation that the polynomials cannot represent is added in series, computed from their own space:
-    stiffnesses, penetration and augmentations have no effect. Cells of contact have the size `cell` around the yarn;
-    along the yarn they have this size within `window` of a crossing, and three times this size elsewhere.
+    The local indentation that the polynomials cannot represent is added in series, computed from their own space.
+    Drawn yarns overlap by `penetration` at most. Cells of contact have the size `cell` around the yarn; along the yarn
+    they have this size within `window` of a crossing, and three times this size elsewhere.
     """
 
     cell: float = numerics("choice", unit="yarn radii", default=0.25, ge=0.05, le=0.5)
@@ -87,14 +92,99 @@ class PolynomialContact(SolidContact):
         return self
 
 
+class KnitContact(TiedEdges, PolynomialContact):
+    """Contact of knits of spline yarns."""
+
+
+STIFFNESS = {
+    "contact.normal_stiffness": 10.0,
+    "contact.tangential_stiffness": 10.0,
+    "contact.augmentations": 10,
+}
+"""Keys of penalties, which these yarns do not have."""
+
+SOLVED_DIRECTLY = {"solver.stabilisation": 0.0, "solver.linear": "auto", "load.start": "drawn"}
+"""Keys that cells do not have."""
+
+
+class _SplineYarns(Scene):
+    yarn: SolidYarn = section()
+    mesh: PolynomialMesh = section()
+    tie: Tie = section()
+    gates: SolidGates = section()
+
+
+class TiedSplineYarns(_SplineYarns, Knit):
+    """Knits of tied solid yarns."""
+
+    specimens = ("cut_knit", "knit")
+    touches = False
+
+    solver: SolidNewton = section()
+
+
+class SplineYarns(_SplineYarns, Knit):
+    """Knits of solid yarns in contact."""
+
+    specimens = ("cut_knit", "knit")
+    touches = True
+    retired: ClassVar = STIFFNESS
+
+    solver: SolidNewton = section()
+    contact: KnitContact = section()
+
+
+class TiedPairOfSplineYarns(_SplineYarns, Crossing):
+    """Two tied solid yarns."""
+
+    specimens = ("pair",)
+    touches = False
+
+    solver: SolidNewton = section()
+
+
+class PairOfSplineYarns(_SplineYarns, Crossing):
+    """Two solid yarns in contact."""
+
+    specimens = ("pair",)
+    touches = True
+    retired: ClassVar = STIFFNESS | {"contact.tied_edges": "outer"}
+
+    solver: SolidNewton = section()
+    contact: PolynomialContact = section()
+
+
+class TiedCellOfSplineYarns(_SplineYarns, Cell):
+    """Cells of an endless knit of tied solid yarns, which are solved directly."""
+
+    specimens = ("cell",)
+    touches = False
+    retired: ClassVar = SOLVED_DIRECTLY
+
+
+class CellOfSplineYarns(_SplineYarns, Cell):
+    """Cells of an endless knit of solid yarns in contact, which are solved directly."""
+
+    specimens = ("cell",)
+    touches = True
+    retired: ClassVar = SOLVED_DIRECTLY | STIFFNESS | {"contact.tied_edges": "none"}
+
+    contact: PolynomialContact = section()
+
+
 MODELS.register(
     Model(
         name="spline_yarns",
         meaning="solid yarns of polynomials times splines",
         label="DNS",
-        specimens=("knit", "cut_knit", "pair", "cell"),
-        sections={"mesh": PolynomialMesh, "tie": Tie, "solver": SolidNewton, "gates": SolidGates},
-        touching={"contact": PolynomialContact},
+        parts=(
+            TiedSplineYarns,
+            SplineYarns,
+            TiedPairOfSplineYarns,
+            PairOfSplineYarns,
+            TiedCellOfSplineYarns,
+            CellOfSplineYarns,
+        ),
         solid=True,
         outputs=("fields", "vtu"),
         build=later("knitstudy.knit.models.spline_yarns.build:build"),
