@@ -65,20 +65,18 @@ def label_of(scene: Scene) -> str:
     name = scene.kind.fidelity.label
     if is_direct(scene):
         return f"{name}, {made_of(scene)}"
-    if scene.fidelity == "beam":
-        words = [SECTIONS[scene.beam.section], TIES.get(scene.beam.tie), WORDS.get(scene.mesh.section_law)]
-    else:
-        words = [WORDS.get(scene.value(key)) for key in VARIED]
-        if source := scene.value("rom.stress_from"):
-            words.append(f"by principal stress of {source.rpartition('-')[2]} tension")
-        words.append("springs of other tension" if scene.value("rom.springs_from") else None)
-        words.append(SPRINGS.get((bool(scene.value("rom.stiffness")), scene.value("rom.axes"))))
+    words = [SECTIONS.get(scene.value("beam.section")), TIES.get(scene.value("beam.tie"))]
+    words += [WORDS.get(scene.value(key)) for key in VARIED]
+    if source := scene.value("rom.stress_from"):
+        words.append(f"by principal stress of {source.rpartition('-')[2]} tension")
+    words.append("springs of other tension" if scene.value("rom.springs_from") else None)
+    words.append(SPRINGS.get((bool(scene.value("rom.stiffness")), scene.value("rom.axes"))))
     return ", ".join(filter(None, [name, *words]))
 
 
 def is_plain(scene: Scene) -> bool:
     """Whether beams touch at a pair of points between rigid sections, with rigid ties."""
-    return (scene.beam.section, scene.beam.tie) == PLAIN
+    return (scene.value("beam.section"), scene.value("beam.tie")) == PLAIN
 
 
 @dataclass(frozen=True)
@@ -108,7 +106,7 @@ class Case:
         """The direct simulation with one-point hexahedra, the paper's element, on the finest mesh."""
         direct = (self.dns, *self.others)
         meshes = [model for model in direct if discretisation(model.scene) == HEXAHEDRA["one_point"]]
-        return min(meshes, key=lambda model: model.scene.mesh.size, default=None)
+        return min(meshes, key=lambda model: model.scene.value("mesh.size"), default=None)
 
     def name_of(self, model: Simulation) -> str:
         """Return the name of a model: "DNS" of the main direct simulation."""

@@ -91,6 +91,11 @@ def key(name: str, unit: str, path: str) -> Column:
     return Column(name, unit, lambda scene: scene.value(path), of="scene")
 
 
+def cells_of(scene: Scene) -> str:
+    """Return the number of loops and rows of a knit in words."""
+    return f"{scene.value('pattern.loops')} x {scene.value('pattern.rows')}"
+
+
 def _last(variable: str) -> Callable[[xr.Dataset], float]:
     return lambda history: float(history[variable][-1])
 

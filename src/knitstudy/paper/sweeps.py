@@ -83,7 +83,7 @@ def sweeps_of(key: str, rows: Rows, reference: pd.DataFrame) -> list[Sweep]:
         if kind is not None and "simulation" in row.results:
             errors.setdefault(kind, []).extend(_errors(row, rows, reference))
             if letter in (None, LETTER[key]):
-                groups.setdefault((row.scene.pattern.keep, *kind), []).append(row)
+                groups.setdefault((row.scene.value("pattern.keep"), *kind), []).append(row)
     most: dict[tuple[Any, ...], int] = {}
     for (*held, _), group in groups.items():
         most[*held,] = max(most.get((*held,), 0), len(group))
@@ -109,7 +109,7 @@ def _place(name: str) -> tuple[tuple[str, str | None] | None, str | None]:
 
 def _errors(row: Simulation, rows: Rows, reference: pd.DataFrame) -> Iterator[float]:
     """Yield the relative errors of u_z that are known."""
-    true = reference_of(reference, row.scene).at(LARGEST_U_Z, row.scene.load.strain)
+    true = reference_of(reference, row.scene).at(LARGEST_U_Z, row.scene.value("load.strain"))
     if true.known:
         yield abs(row[U_Z] / true.value - 1) + true.uncertainty / true.value
     finer = rows.get(f"{row.scene.name}-p3")  # of the next degree
@@ -120,10 +120,10 @@ def _errors(row: Simulation, rows: Rows, reference: pd.DataFrame) -> Iterator[fl
 def _made_of(scene: Scene) -> str:
     """Return the discretisation in words, with element sizes relative to the diameter."""
     if discretisation(scene) == SOLID_YARNS:
-        return f"{SOLID_YARNS} of degree {scene.mesh.crossing_degree}"
+        return f"{SOLID_YARNS} of degree {scene.value('mesh.crossing_degree')}"
     near = scene.value("mesh.refinement") or 1
     finer = f", {near:g} times finer at crossings" if near != 1 else ""
-    return f"{discretisation(scene)}, {2 / scene.mesh.size:.3g} across{finer}"
+    return f"{discretisation(scene)}, {2 / scene.value('mesh.size'):.3g} across{finer}"
 
 
 # ---- Degrees of freedom of square knits
@@ -169,8 +169,10 @@ def counted_solids(knit: Fabric, scene: Scene, paper: pd.DataFrame) -> tuple[Cou
     Counts are a n^2 + b n: n x n cells have n^2 times the yarn of a cell, in 3 n pieces. The paper's solver adds
     c n (n - 2) unknowns for the rows in contact; penalties add none.
     """
-    section = Section.for_size(2, scene.mesh.size)
-    slices = law_of(lambda fabric: slices_of(fabric, scene.mesh.size, scene.mesh.growth), knit)
+    section = Section.for_size(2, scene.value("mesh.size"))
+    slices = law_of(
+        lambda fabric: slices_of(fabric, scene.value("mesh.size"), scene.value("mesh.growth")), knit
+    )
     touching, solid = Polynomial([0, -2, 1]), 3 * section.size * slices
     multiplied = solid + 3 * len(section.ring) * slices.coef[2] * touching
     tied = number(paper, "5", "dns-tie 3x3", "degrees of freedom") / 9 * Polynomial([0, 0, 1])

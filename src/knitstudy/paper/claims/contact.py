@@ -232,14 +232,14 @@ def smaller_friction(evidence: Evidence) -> Iterator[Row | Remark]:
     smaller = [
         name
         for name, scene in scenes.items()
-        if name.startswith(FRICTION_SWEEP) and scene.contact.friction <= FRICTION
+        if name.startswith(FRICTION_SWEEP) and scene.value("contact.friction") <= FRICTION
     ]
     if not smaller or not set(INTERACTIONS) <= set(evidence.direct):
         raise NotRun(
             f"{NO_DIRECT} ties, rough contact and several coefficients of friction, all else the same"
         )
     isotropic, tie, rough = _three(evidence)
-    friction = {name: scenes[name].contact.friction for name in (isotropic, *smaller)}
+    friction = {name: scenes[name].value("contact.friction") for name in (isotropic, *smaller)}
     slides = sorted(friction, key=friction.__getitem__, reverse=True)
     called = {tie: "ties", rough: "rough contact"} | {name: f"mu = {friction[name]:g}" for name in slides}
     forces: dict[str, Estimate] = {}
@@ -281,9 +281,9 @@ def untied_rows(evidence: Evidence) -> Iterator[Row | Remark]:
     name = "motion past each other, outer over other rows"
     yield at_least(name, slides / others, "slide", COMPARABLE, sense=1.0)
     iterations, usual = (int(history["newton_iterations"].sum()) for history in (untied, tied))
-    damping = [row.scene.solver.stabilisation for row in both]
+    damping = [row.scene.value("solver.stabilisation") for row in both]
     damped = damping[0] > 0 == damping[1]
-    ended = both[0][STRAIN] < 0.999 * both[0].scene.load.strain
+    ended = both[0][STRAIN] < 0.999 * both[0].scene.value("load.strain")
     name = "Newton iterations over those with tied rows"
     slower = at_least(name, iterations / usual, "more", COMPARABLE, sense=1.0)
     if damped or ended:

@@ -195,7 +195,7 @@ def _by_penalty(evidence: Evidence, direction: str) -> Iterator[Row]:
     """Yield kz with penalties alone, along local axes, by the contact stiffness."""
     names = [name for name, row in evidence.rows.items() if "contacts" in row.results]
     stiffness_of = {
-        evidence.rows[name].scene.contact.normal_stiffness: _springs(evidence, name)[2]
+        evidence.rows[name].scene.value("contact.normal_stiffness"): _springs(evidence, name)[2]
         for name in fnmatch.filter(names, PENALTIES.format(direction))
     }
     about = f"kz, {direction} tension, penalties alone, E / h times"

@@ -11,6 +11,7 @@ import xarray as xr
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.discretisation import made_of
 from knitstudy.mechanics.arrays import Floats
+from knitstudy.paper.columns import cells_of
 from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several
 from knitstudy.use.inp import SHELL_ENTRIES, section_matrix, shell_entries
 
@@ -38,7 +39,7 @@ def tabulate_cells(cells: Datasets, scenes: Scenes) -> pd.DataFrame:
 
 
 def _cell(scene: Scene, history: xr.Dataset) -> dict[str, Any]:
-    kind, free = scene.load.deformation, scene.load.lateral == "free"
+    kind, free = scene.value("load.deformation"), scene.value("load.lateral") == "free"
     strain, force = (history[name].to_numpy()[-1] for name in ("cell_strain", "force_per_width"))
     axis, pulled = AXIS[kind], free and kind in ("course", "wale")
     rest = dict.fromkeys(MODULI, np.nan)  # of yarns that are not tied and do not touch
@@ -49,7 +50,7 @@ def _cell(scene: Scene, history: xr.Dataset) -> dict[str, Any]:
         "deformation": kind,
         "other strains": scene.load.lateral,
         "interaction": scene.interaction,
-        "cells": f"{scene.pattern.loops} x {scene.pattern.rows}",
+        "cells": cells_of(scene),
         "yarns": made_of(scene),
         **dict(zip(STRAINS, strain, strict=True)),
         **dict(zip(FORCES, force, strict=True)),
@@ -94,10 +95,10 @@ def tabulate_shells(cells: Datasets, scenes: Scenes) -> pd.DataFrame:
             first.setdefault(str(scenes[name].read(AT_REST)), name)
     rows = []
     for name in first.values():
-        matrix, pattern = section_matrix(cells[name]), scenes[name].pattern
+        matrix = section_matrix(cells[name])
         scale = np.sqrt(np.diag(matrix))
         least, *_, most = np.linalg.eigvalsh(matrix / np.outer(scale, scale))
-        row = {"scene": name, "cells": f"{pattern.loops} x {pattern.rows}", "yarns": made_of(scenes[name])}
+        row = {"scene": name, "cells": cells_of(scenes[name]), "yarns": made_of(scenes[name])}
         for entry, value in zip(SHELL_ENTRIES, shell_entries(matrix), strict=True):
             row[f"{entry} [{UNITS[sum(int(index) > 3 for index in entry[1:])]}]"] = value
         rows.append(row | {"least eigenvalue over largest, diagonal scaled to 1 [1]": float(least / most)})

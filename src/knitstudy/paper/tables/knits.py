@@ -39,6 +39,7 @@ from knitstudy.paper.columns import (
     U_Z,
     Column,
     Simulation,
+    cells_of,
     key,
     rows_of,
     tabulated,
@@ -55,7 +56,7 @@ def _springs(scene: Scene) -> tuple[str | None, str | None]:
         return f"{' '.join(f'{stiffness:g}' for stiffness in given)} N/m", None
     if scene.value("rom.axes") is None:
         return None, None
-    return "averaged", scene.rom.springs_from or scene.rom.contacts_from
+    return "averaged", scene.value("rom.springs_from") or scene.value("rom.contacts_from")
 
 
 def _element(row: Simulation) -> float:
@@ -78,7 +79,7 @@ def _size(row: Simulation) -> tuple[float, float]:
 
     A wale spacing from the yarn's length follows from the strain.
     """
-    pattern, in_course = row.scene.pattern, row.scene.load.direction == "course"
+    pattern, in_course = row.scene.value("pattern"), row.scene.value("load.direction") == "course"
     height = pattern.rows * pattern.course_ratio * pattern.course_spacing
     width = pattern.loops * pattern.wale_spacing
     if pattern.keep == "length":
@@ -101,7 +102,7 @@ def _energy_per_area(name: str, *forms: str) -> Column:
 
 RESPONSES = (
     SCENE,
-    Column("specimen", "", lambda scene: f"{scene.pattern.loops} x {scene.pattern.rows} knit", of="scene"),
+    Column("specimen", "", lambda scene: f"{cells_of(scene)} knit", of="scene"),
     key("fidelity", "", "fidelity"),
     key("interaction", "", "interaction"),
     key("direction", "", "load.direction"),
@@ -380,7 +381,7 @@ def tabulate_sweeps(
 
 
 def _point(row: Simulation, u_z: Estimate) -> dict[str, object]:
-    pattern, diameter = row.scene.pattern, row.scene.yarn.diameter
+    pattern, diameter = row.scene.value("pattern"), row.scene.yarn.diameter
     return {
         "scene": row.scene.name,
         "course spacing [m]": pattern.course_ratio * pattern.course_spacing,

@@ -13,6 +13,7 @@ from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.estimate import Common, Limit, common_limit
 from knitstudy.measures.reference import RefinementSeries, refinement_series_of
 from knitstudy.measures.response import QUANTITIES, STRAINS, increment_at
+from knitstudy.paper.columns import cells_of
 from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several
 
 REFERENCE_SCENES = several("simulation", "reference-*")  # Increments end at `STRAINS`
@@ -135,9 +136,9 @@ def _refined(values: pd.DataFrame, scenes: Scenes) -> Iterator[tuple[dict[str, A
             yield (
                 {
                     "problem": problem,
-                    "knit": f"{scene.pattern.loops} x {scene.pattern.rows}",
+                    "knit": cells_of(scene),
                     "interaction": INTERACTIONS[scene.interaction],
-                    "direction": scene.load.direction,
+                    "direction": scene.value("load.direction"),
                     "strain [1]": strain,
                     "quantity": quantity,
                     "unit": unit,

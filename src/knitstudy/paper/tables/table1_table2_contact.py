@@ -41,13 +41,13 @@ BOTH_WAYS = "Gauss points to smooth surface, finite sliding, both ways with half
 )
 def tabulate_contact(dns: xr.Dataset, paper: pd.DataFrame, scenes: Scenes) -> pd.DataFrame:
     """Return one property a row."""
-    contact, attrs = scenes["dns"].contact, dns.attrs
+    contact, attrs = scenes["dns"].value("contact"), dns.attrs
     ratio, stick, friction = (number(paper, "1", "contact", quantity) for quantity in STATED)
     by_penalty = "contact_stiffness" in attrs
     normal = contact.normal_stiffness if by_penalty else NONE
     tangential = contact.tangential_stiffness if by_penalty else NONE
     allowed, reached = allowed_penetration(dns), penetration(dns)
-    stabilisation = scenes["dns"].solver.stabilisation
+    stabilisation = scenes["dns"].value("solver.stabilisation")
     rows: list[tuple[str, str, Any, Any]] = [
         ("contact-overclosure relation", "1", HARD, PENALTY if by_penalty else INDENTATION),
         ("contact stiffness over element stiffness", "1", ratio, normal),
@@ -119,7 +119,7 @@ def _rows(scene: Scene, contacts: xr.Dataset, paper: pd.DataFrame) -> Iterator[d
         for place, axis in enumerate("xyz"):
             yield {
                 "scene": scene.name,
-                "load": scene.load.direction,
+                "load": scene.value("load.direction"),
                 "interaction": scene.interaction,
                 "contact stiffness over E / h [1]": scene.value("contact.normal_stiffness"),
                 "displacement": measure,
@@ -145,7 +145,7 @@ def _printed(scene: Scene, contacts: xr.Dataset, paper: pd.DataFrame) -> list[fl
         )
     if scene.interaction != "isotropic":
         return [np.nan] * 3
-    return [number(paper, "2", scene.load.direction, f"spring stiffness k{axis}") for axis in "xyz"]
+    return [number(paper, "2", scene.value("load.direction"), f"spring stiffness k{axis}") for axis in "xyz"]
 
 
 @TABLES.add("springs", "Table 2 at a glance: springs", results=CONTACTS, order=4)
@@ -157,7 +157,7 @@ def tabulate_averages(contacts: Datasets, paper: pd.DataFrame, scenes: Scenes) -
         averages = {"": measured.averaged.tolist(), ", paper": _printed(scene, dataset, paper)}
         row = {
             "scene": name,
-            "load": scene.load.direction,
+            "load": scene.value("load.direction"),
             "interaction": scene.interaction,
             "mesh size [m]": scene.metres("mesh.size"),
             "contact stiffness over E / h [1]": scene.value("contact.normal_stiffness"),

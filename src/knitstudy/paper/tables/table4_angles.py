@@ -78,7 +78,7 @@ def tabulate(
 
 
 def _by_stress(scene: Scene, stresses: xr.Dataset, paper: pd.DataFrame) -> list[dict[str, Any]]:
-    direction = scene.load.direction
+    direction = scene.value("load.direction")
     honeycomb = f"principal stress, {direction}, {INTERACTIONS[scene.interaction]}, {made_of(scene)}"
     printed = np.stack(
         [numbers(paper, "4", f"mps-{direction}", f"segments 1..6 angle to {axis}") for axis in AXES], axis=-1
