@@ -73,7 +73,7 @@ def simulated(name):
         history = simulate(scene).history
     sections = scene.kind.sections.items()
     unread = {f"{of}.{key}" for of, part in sections for key in part.model_fields if (part, key) not in read}
-    return history, scene.kind.parts[0].__name__, unread
+    return history, scene.kind.part.__name__, unread
 
 
 def measured(name):

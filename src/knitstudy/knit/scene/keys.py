@@ -166,7 +166,7 @@ class Section(BaseModel, metaclass=SectionType):
     group: ClassVar[str] = ""
     """Name of the group of keys in a scene, and in ``defaults.yaml``; of sections that have one."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False, defer_build=True)
 
 
 AnySection = TypeVar("AnySection", bound=Section)

@@ -2,8 +2,8 @@
 
 The kind of a scene says which sections it has: a tied scene has no friction, a knit has no angle. A plugin, which is a
 module that the configuration names under ``plugins``, registers a specimen, an interaction or a model here
-(config/README.md). Specimens and models each bring classes of scenes (`knit.scene.scene.Scene`); the class of a kind
-has the sections of both.
+(config/README.md). Specimens bring classes of scenes (`knit.scene.specimens`), and models classes that derive
+from these.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Labels(Section):
 
 
 class Part(Labels):
-    """Sections that a specimen, or a model, brings to its scenes; fields whose type is a section are sections."""
+    """Sections that a specimen, or a model of it, brings to its scenes: the fields whose type is a section."""
 
     kind: ClassVar[Kind]
     specimens: ClassVar[tuple[str, ...]] = ()
@@ -203,18 +203,20 @@ class Kind:
             return key in self.sections or key in Labels.model_fields
         return section in self.sections and name in self.sections[section].model_fields
 
-    @property
-    def parts(self) -> tuple[type[Part], type[Part]]:
-        """The classes that its sections come from; those of the model narrow those of the specimen."""
+    @cached_property
+    def part(self) -> type[Part]:
+        """The class of its model, which has the sections of its specimen as well."""
         part = self.fidelity.part(self.specimen, self.interaction)
         assert part is not None, "a kind exists only where its model has a class for it"
-        return part, self.specimen.part
+        assert issubclass(part, self.specimen.part), (
+            f"{part.__name__} must be a {self.specimen.part.__name__}"
+        )
+        return part
 
     @cached_property
     def sections(self) -> Sections:
         """Sections by their names."""
-        hints = get_type_hints(create_model("_", __base__=self.parts))
-        sections = {name: hint for name, hint in hints.items() if _is_section(hint)}
+        sections = {name: hint for name, hint in get_type_hints(self.part).items() if _is_section(hint)}
         if "contact" in sections:
             sections["contact"] = self.interaction.contact(sections["contact"])
         return sections
@@ -223,14 +225,9 @@ class Kind:
     def scene(self) -> type[Part]:
         """The class of its scenes."""
         fields: dict[str, Any] = {name: (section, ...) for name, section in self.sections.items()}
-        made = create_model(self.parts[0].__name__, __base__=self.parts, **fields)
+        made = create_model(self.part.__name__, __base__=self.part, **fields)
         made.kind = self
         return made
-
-    @cached_property
-    def retired(self) -> dict[str, Any]:
-        """Values of keys that scenes of this kind had and nothing read, by dotted key."""
-        return {key: value for part in reversed(self.parts) for key, value in part.retired.items()}
 
 
 @cache

@@ -366,13 +366,16 @@ def largest_repeat(grid: np.ndarray) -> tuple[tuple[slice, slice], Place] | None
     for widths in (range(1, columns // 2 + 1), (columns,)):
         most = 0
         found: tuple[tuple[slice, slice], Place] | None = None
-        for size in sorted(product(range(1, rows // 2 + 1), widths), key=np.prod):
+        for size in sorted(product(range(1, rows // 2 + 1), widths), key=lambda size: size[0] * size[1]):
             if found and not any(count % part for count, part in zip(size, found[1], strict=True)):
                 continue  # the same repeat, several times
             for body in _bodies(grid, *size):
                 extent = [part.stop - part.start for part in body]
-                margins = [(part.start, of - part.stop) for part, of in zip(body, grid.shape, strict=True)]
-                narrow = all(2 * max(ends) <= of for ends, of in zip(margins, extent, strict=True))
+                margins = [
+                    max(part.start, whole - part.stop)
+                    for part, whole in zip(body, (rows, columns), strict=True)
+                ]
+                narrow = all(2 * margin <= part for margin, part in zip(margins, extent, strict=True))
                 if narrow and extent[0] * extent[1] > most:
                     most, found = extent[0] * extent[1], (body, size)
         if found:

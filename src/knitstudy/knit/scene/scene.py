@@ -174,7 +174,7 @@ class Scene(Part, metaclass=SceneType):
     def require_read(self, said: Iterable[str], where: str) -> None:
         """Refuse keys that somebody has set beside others which make them idle; `where` begins the message."""
         for key in said:
-            others = self.kind.parts[0].idle_beside.get(key, ())
+            others = self.kind.part.idle_beside.get(key, ())
             if others and all(self.value(other) is not None for other in others):
                 given = f"where {', '.join(others)} {'is' if len(others) == 1 else 'are'} given"
                 raise ConfigurationError(f"{where}: {key} is not read {given}; leave it out")
@@ -229,7 +229,7 @@ class Scene(Part, metaclass=SceneType):
 
     def values_of(self, *roles: str) -> dict[str, Any]:
         """Return the values of all keys of some roles, by dotted key, but for the labels; retired keys as well."""
-        values = self.kind.retired | self._own_values()
+        values = {**self.kind.part.retired, **self._own_values()}
         return {key: value for key, value in values.items() if role_of(key) in roles}
 
     def read(self, keys: Iterable[str]) -> dict[str, Any]:
@@ -243,7 +243,7 @@ class Scene(Part, metaclass=SceneType):
         document = {
             name: value for name, value in self._document.items() if name in names & {*Labels.model_fields}
         }
-        for key, value in (self.kind.retired | flat(self._document)).items():
+        for key, value in {**self.kind.part.retired, **flat(self._document)}.items():
             section, dot, _ = key.partition(".")
             if dot and names & {key, section} and value != _default_of(key, self.kind):
                 set_dotted(document, key, lists(value), self.name)
