@@ -200,6 +200,18 @@ def number(paper: pd.DataFrame, table: str, case: str, quantity: str) -> float:
     return float(numbers(paper, table, case, quantity)[0])
 
 
+def angles_of_stress(paper: pd.DataFrame, direction: str) -> Floats:
+    """Return the angles of the maximum principal stress in segments 1 to 6 to x, y and z (6, 3) in Table 4 [deg]."""
+    quantities = [f"segments 1..6 angle to {axis}" for axis in "xyz"]
+    return np.stack([numbers(paper, "4", f"mps-{direction}", name) for name in quantities], axis=-1)
+
+
+def angles_by_geometry(paper: pd.DataFrame) -> Floats:
+    """Return the angles of segments 1 to 6 by geometry to x, y and z (6, 3) in Table 4 [deg]."""
+    segments = ("1", "2 and 3", "2 and 3", "4 and 5", "4 and 5", "6")
+    return np.stack([numbers(paper, "4", "rom2d", f"segment {each} angles to x y z") for each in segments])
+
+
 def number_if_printed(paper: pd.DataFrame, table: str, case: str, quantity: str) -> float:
     """Return a number in its unit, nan where the paper prints none."""
     return number(paper, table, case, quantity) if len(_printed(paper, table, case, quantity)) else np.nan

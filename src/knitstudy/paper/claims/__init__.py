@@ -4,16 +4,7 @@ One file makes a claim: a module here, or one from outside that the configuratio
 ``resources/reference/paper_claims.csv`` fixes the rule beforehand. The function compares evidence
 (`claims.evidence.Evidence`) with the rule and yields the rows of the claim.
 
-The paper has words where a rule needs a number. All claims use the same numbers:
-
-=========================  =========================================================================
-word                       meaning
-=========================  =========================================================================
-much, by far               a factor of `MUCH`
-comparable, similar        within a factor of `COMPARABLE`; "more" and "less" go beyond that factor
-good agreement             within `GOOD`, relative
-grows, falls               of all pairs of values, a share of `TREND` at least goes this way
-=========================  =========================================================================
+The paper has words where a rule needs a number, which is the same in all claims (`MUCH` to `TREND`).
 
 A `Row` is one quantity of a claim. A row that is tested has a grade of its own: the sense of the claim (is it larger at
 all?) and the size (is it larger by as much as the word says?) are tested apart. The claim takes its worst grade.
@@ -31,7 +22,10 @@ from typing import Any
 from knitstudy.measures.estimate import Estimate, all_hold
 from knitstudy.registry import Registry
 
-MUCH, COMPARABLE, GOOD, TREND = 2.0, 1.5, 0.1, 0.75
+MUCH = 2.0  # "much", "by far": a factor
+COMPARABLE = 1.5  # "comparable", "similar": within this factor; "more" and "less" go beyond it
+GOOD = 0.1  # "good agreement": within this share
+TREND = 0.75  # "grows", "falls": share of all pairs of values that at least go this way
 
 REPRODUCED, DIRECTION, CONTRADICTED = "reproduced", "direction holds, size does not", "contradicted"
 UNDECIDABLE = "undecidable"

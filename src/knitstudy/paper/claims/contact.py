@@ -66,7 +66,7 @@ def _at_snapshot(
 @CLAIMS.add("K3")
 def slope(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that the force bends most just after zones come into symmetric contact."""
-    history, contacts = evidence.history("isotropic"), evidence.contact("isotropic")
+    history, contacts = evidence.row("isotropic").history, evidence.contact("isotropic")
     strain, bends = history["strain"].to_numpy(), largest_bend(history)
     first = centre_cell.first_symmetric_contact(contacts)
     # Contact began after the increment before.
@@ -191,7 +191,7 @@ def _half(contacts: xr.Dataset, values: Floats) -> tuple[float, float]:
 @CLAIMS.add("K6", quantity=response.LARGEST_U_Z, order=("isotropic", "tie"))
 def order(evidence: Evidence, quantity: str, order: tuple[str, ...]) -> Iterator[Row | Remark]:
     """Yield that the reference's values of a quantity fall along interactions, each by more than both uncertainties."""
-    histories = {kind: evidence.history(kind) for kind in INTERACTIONS}
+    histories = {kind: evidence.row(kind).history for kind in INTERACTIONS}
     unit, values = response.QUANTITIES[quantity]
     unit, scale = ("mm", 1e3) if unit == "m" else (unit, 1.0)
     strain = response.common_strain(histories.values())

@@ -118,10 +118,6 @@ class Evidence:
             raise NotRun(f"{NO_DIRECT} {wanted}")
         return self.rows[self.direct[kind]]
 
-    def history(self, kind: str) -> xr.Dataset:
-        """Return the history of one of `direct`; raise `NotRun` without it."""
-        return self.row(kind).history
-
     def contact(self, kind: str) -> xr.Dataset:
         """Return the contacts of one of `direct`; raise `NotRun` without them."""
         return self.row(kind, "contacts").results["contacts"]

@@ -26,7 +26,7 @@ from knitstudy.measures.cost import memory_growth, series_of
 from knitstudy.measures.discretisation import HEXAHEDRA, INTERACTIONS, made_of
 from knitstudy.measures.estimate import Estimate, all_hold
 from knitstudy.mechanics.arrays import Floats
-from knitstudy.paper.cases import numbers
+from knitstudy.paper.cases import angles_by_geometry, angles_of_stress
 from knitstudy.paper.claims import (
     CLAIMS,
     COMPARABLE,
@@ -222,8 +222,9 @@ class Stressed:
         return {kind: float(angles_to_axes(line)[:, 0].mean()) for kind, line in lines.items()}
 
     def printed(self, way: str) -> Floats:
-        """Return the angles to x of segments 1 to 6 in Table 4 [deg]."""
-        return numbers(self.evidence.paper, "4", f"mps-{way}", "segments 1..6 angle to x")
+        """Return the angles to x of segments 1 to 6 in Table 4 (6,) [deg]."""
+        angles: Floats = angles_of_stress(self.evidence.paper, way)[:, 0]
+        return angles
 
     def remark(self, note: str = "") -> Remark:
         """Return a note with the origins of the uncertainty, and the scenes."""
@@ -304,8 +305,7 @@ def ligaments(evidence: Evidence) -> Iterator[Row | Remark]:
         all_hold((angles["course"][kind].below(drawn[kind]), angles["wale"][kind].above(drawn[kind])))
         for kind in LEGS
     ]
-    places = ("segment 1", *["segment 2 and 3"] * 2, *["segment 4 and 5"] * 2, "segment 6")
-    lines = [numbers(evidence.paper, "4", "rom2d", f"{place} angles to x y z")[0] for place in places]
+    lines = angles_by_geometry(evidence.paper)[:, 0]
     near, shown = [], []
     for way in stressed.names:
         for kind, line in drawn.items():

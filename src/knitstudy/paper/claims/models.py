@@ -289,7 +289,7 @@ def beams(evidence: Evidence) -> Iterator[Row | Remark]:
     if same:
         _require_reference(case)
     elif "untied" in evidence.direct:
-        solids, known = evidence.history("untied"), evidence.reference_of("untied")
+        solids, known = evidence.row("untied").history, evidence.reference_of("untied")
         if not known.known:
             known = transferred_uncertainty(case.reference, case.dns.history, solids)
         alike = tuple(beam for beam in case.beams if beam.scene.value("contact.tied_edges") == ties)

@@ -12,7 +12,6 @@ stays open.
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
@@ -143,31 +142,15 @@ OPEN = "open: several readings of the combination touch the claim"
 
 @dataclass(frozen=True)
 class Combination:
-    """Findings of one reading of every choice; the base is none of them."""
+    """Findings of one reading of every choice, of which the base is none, and the verdict of every claim."""
 
-    base: Finding
     findings: tuple[Finding, ...]
+    verdicts: Mapping[str, str]
 
     @cached_property
-    def verdicts(self) -> dict[str, str]:
-        """Verdict of every claim."""
-        return {claim: self._verdict(claim) for claim in self.base.judged}
-
-    def _verdict(self, claim: str) -> str:
-        touching = [finding for finding in self.findings if claim in finding.touched]
-        if len(touching) > 1:
-            return OPEN
-        return (touching or [self.base])[0].judged[claim].verdict
-
-    @property
     def holding(self) -> frozenset[str]:
         """Claims that are reproduced."""
         return frozenset(claim for claim, verdict in self.verdicts.items() if verdict == REPRODUCED)
-
-    @property
-    def counts(self) -> Counter[str]:
-        """Number of claims by verdict."""
-        return Counter(self.verdicts.values())
 
 
 def combinations_of(findings: Sequence[Finding]) -> list[Combination]:
@@ -177,14 +160,22 @@ def combinations_of(findings: Sequence[Finding]) -> list[Combination]:
     for finding in others:
         if finding.reading.kind == READING and finding.evidence is not None:
             choices.setdefault(finding.reading.choice, [()]).append((finding,))
-    combined = [Combination(base, sum(chosen, ())) for chosen in product(*choices.values())]
+    combined = [_combined(base, sum(chosen, ())) for chosen in product(*choices.values())]
     return sorted(combined, key=lambda combination: (-len(combination.holding), len(combination.findings)))
+
+
+def _combined(base: Finding, chosen: tuple[Finding, ...]) -> Combination:
+    verdicts = {}
+    for claim, usual in base.judged.items():
+        touching = [finding.judged[claim] for finding in chosen if claim in finding.touched]
+        verdicts[claim] = OPEN if len(touching) > 1 else (touching or [usual])[0].verdict
+    return Combination(chosen, verdicts)
 
 
 def exclusive(combined: Sequence[Combination]) -> Iterator[tuple[str, str]]:
     """Yield the pairs of claims that both hold under some combination, but under none together."""
     together = {combination.holding for combination in combined}
-    for pair in combinations(combined[0].base.judged, 2):
+    for pair in combinations(combined[0].verdicts, 2):
         if all(any(claim in holding for holding in together) for claim in pair) and not any(
             {*pair} <= holding for holding in together
         ):

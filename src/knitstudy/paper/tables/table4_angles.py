@@ -18,7 +18,7 @@ from knitstudy.measures.centre_cell import (
 )
 from knitstudy.measures.discretisation import INTERACTIONS, made_of
 from knitstudy.mechanics.arrays import Floats
-from knitstudy.paper.cases import numbers
+from knitstudy.paper.cases import angles_by_geometry, angles_of_stress
 from knitstudy.run.catalogue import (
     CASES,
     OTHER_SOLIDS,
@@ -35,16 +35,6 @@ AXES = "xyz"
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "xz")
 DECIMALS = 3  # The paper prints none; closest points are found to about 1e-5 degrees
-
-# Names of the angles of the honeycomb by geometry in the paper's numbers.
-REPORTED = {
-    "head": "segment 1 angles to x y z",
-    "interlock, left": "segment 2 and 3 angles to x y z",
-    "interlock, right": "segment 2 and 3 angles to x y z",
-    "leg, left": "segment 4 and 5 angles to x y z",
-    "leg, right": "segment 4 and 5 angles to x y z",
-    "sinker": "segment 6 angles to x y z",
-}
 
 _SOLIDS = of_cases(CASES, (*SOLIDS, *OTHER_SOLIDS))
 
@@ -66,8 +56,9 @@ def tabulate(
     Lines between contact zones are averaged over the knit, axes of the maximum principal stress over the segments that
     end in the centre cell.
     """
+    printed = angles_by_geometry(paper)
     rows = [
-        _row("geometry", kind, angles_to_axes(vectors), numbers(paper, "4", "rom2d", REPORTED[kind]))
+        _row("geometry", kind, angles_to_axes(vectors), printed[SEGMENT[kind] - 1])
         for kind, vectors in honeycomb_segments(contacts).items()
     ]
     for name, dataset in (stresses or {}).items():
@@ -80,9 +71,7 @@ def tabulate(
 def _by_stress(scene: Scene, stresses: xr.Dataset, paper: pd.DataFrame) -> list[dict[str, Any]]:
     direction = scene.value("load.direction")
     honeycomb = f"principal stress, {direction}, {INTERACTIONS[scene.interaction]}, {made_of(scene)}"
-    printed = np.stack(
-        [numbers(paper, "4", f"mps-{direction}", f"segments 1..6 angle to {axis}") for axis in AXES], axis=-1
-    )
+    printed = angles_of_stress(paper, direction)
     rows = []
     for kind, number in SEGMENT.items():
         if len(angle := stress_angles(stresses, kind)):

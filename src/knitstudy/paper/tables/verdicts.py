@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from itertools import product
 from math import nan
 from typing import Any
@@ -87,7 +88,7 @@ def _row(finding: Finding) -> dict[str, object]:
     row = {of: getattr(reading, of) for of in ("name", "choice", "reading", "base", "against")}
     for quantity, kind in product((FORCE, LARGEST_U_Z), INTERACTIONS):
         unit, values = QUANTITIES[quantity]
-        history = evidence.history(kind) if evidence and kind in evidence.direct else None
+        history = evidence.row(kind).history if evidence and kind in evidence.direct else None
         value = nan if history is None else float(values(history, history)[-1])
         row[f"{quantity}, {INTERACTIONS[kind]} [{unit}]"] = value
     row |= {claim: judged.verdict for claim, judged in finding.judged.items()}
@@ -109,7 +110,7 @@ def tabulate_combinations(readings: pd.DataFrame, **sources: Any) -> pd.DataFram
 
 def _combination(combined: Combination, base: Combination) -> dict[str, object]:
     words = [f"{finding.reading.choice}: {finding.reading.reading}" for finding in combined.findings]
-    counts = combined.counts
+    counts = Counter(combined.verdicts.values())
     return {
         "combination": "; ".join(words) or "base",
         **{f"{grade} [1]": counts[grade] for grade in (REPRODUCED, DIRECTION, CONTRADICTED, UNDECIDABLE)},
