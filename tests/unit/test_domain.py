@@ -5,8 +5,7 @@ import scipy.linalg
 
 from knitstudy.knit.geometry.specimens import cut_cells
 from knitstudy.knit.mesh.mesher import mesh_fabric, slices_of
-from knitstudy.mechanics.membrane import strains
-from knitstudy.mechanics.membrane_law import StretchLaw, forces_per_width
+from knitstudy.mechanics.membrane import StretchLaw, forces_per_width, strains
 from knitstudy.paper.sweeps import law_of, nodes_2d, nodes_3d
 
 

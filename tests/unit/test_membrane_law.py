@@ -6,7 +6,7 @@ import xarray as xr
 from scipy.optimize import brentq
 
 from knitstudy.errors import DataFileError
-from knitstudy.mechanics.membrane_law import ExponentialLaw, StretchLaw, forces_per_width, green
+from knitstudy.mechanics.membrane import ExponentialLaw, StretchLaw, forces_per_width, green
 from knitstudy.use.membrane_fit import States, fit_exponentials, law_of, membrane
 
 FORM = np.array([[3.0, 1.0, 0.2], [1.0, 5.0, 0.1], [0.2, 0.1, 0.8]])

@@ -74,6 +74,7 @@ class Assembly:
         # Of every group (E a, n): the nodes of its elements on retained nodes.
         local = [sp.csr_matrix(transformation)[connectivity.ravel()] for connectivity in groups]
         self.indptr, self.indices = _pattern(local, self._width, linked)
+        self._sums: list[PairSum] | list[SpanSum]
         if spans:
             self._sums = [SpanSum(groups[b.group][b.part], self.indptr, self.indices) for b in self.batches]
         else:
@@ -254,7 +255,7 @@ def stiffness_at_rest(groups: Sequence[ElementGroup], nodes: int) -> sp.bsr_matr
     for number, batch in enumerate(assembly.batches):
         group = groups[batch.group]
         rest = np.zeros((batch.count, group.connectivity.shape[1], 3))
-        total.put(number, group.elements.respond(batch.part, rest, stiffness=True).stiffness)
+        total.put(number, group.elements.respond(batch.part, rest, stiffness=True).tangent)
     return assembly.matrix(total)
 
 

@@ -195,7 +195,7 @@ def share(work: Callable[[int], Result], count: int) -> list[Result]:
     >>> share(lambda number: number**2, 4)
     [0, 1, 4, 9]
     """
-    results: list[Result] = [None] * count
+    results: list[Any] = [None] * count
     numbers: Iterator[int] = iter(range(count))  # taking the next one cannot be interrupted
 
     def take() -> None:
@@ -204,7 +204,7 @@ def share(work: Callable[[int], Result], count: int) -> list[Result]:
 
     outermost = _SHARING.acquire(blocking=False)
     helpers = min(threads(), count) - 1 if outermost else 0
-    others: list[Future] = []
+    others: list[Future[None]] = []
     try:
         with uninterrupted():
             others += [_pool(threads()).submit(take) for _ in range(helpers)]
@@ -254,7 +254,7 @@ def _pool(count: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(count - 1, thread_name_prefix="knitstudy")
 
 
-def serial_blas() -> AbstractContextManager:
+def serial_blas() -> AbstractContextManager[Any]:
     """Return a context in which BLAS stays on the calling thread.
 
     Its matrices are small here, and its threads would wait in a busy loop for the threads that share the batches.

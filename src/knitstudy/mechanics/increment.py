@@ -1,15 +1,15 @@
-"""Increments along a load path, their settings, and the line search."""
+"""Increments along a load path, their settings, the line search, and springs that hold unknowns."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.mechanics.model import Response
+from knitstudy.mechanics.model import Model, Response
 
 # Motion that drives a model along its load path, settings of accuracy, and the increments that result
 
@@ -222,8 +222,9 @@ def line_search(
     tolerance: float,  # residual of a balanced state
 ) -> Trial | None:
     """Return the trial to go on with, or None if there is none that helps."""
-    low, high = (0.0, slope), None
-    share, best = 1.0, None
+    low, high = (0.0, slope), (np.inf, np.nan)  # brackets: shares, and the forces there
+    share = 1.0
+    best: Trial | None = None
     # Full steps from a balanced state may go back and forth across a kink of the force.
     enough = max(STEEP * residual, tolerance if residual > tolerance else 0.0)
     for _ in range(TRIALS):
@@ -237,7 +238,7 @@ def line_search(
         if best is None or abs(tried.along) < abs(best.along):
             best = tried
         before_root = tried.along * slope > 0
-        if before_root and (high is None or np.isnan(high[1])):
+        if before_root and np.isnan(high[1]):
             # The tangent is too stiff for the root to lie within the step, or the step leads uphill.
             if tried.residual <= residual or abs(tried.along) <= abs(slope):
                 return tried
@@ -288,3 +289,52 @@ def extrapolated(
         factor *= change + sum(widths[:order])
         guess += factor * differences[0]
     return guess
+
+
+# Springs that hold all unknowns of a model near a state: as viscous forces do, or around a first guess
+
+
+@dataclass(frozen=True, eq=False)
+class Hold:
+    """A spring on every unknown."""
+
+    stiffness: np.ndarray  # (size,), force over displacement
+    free: np.ndarray | float = 0.0  # (size,), change within the increment at which the springs carry nothing
+
+    def added(self, response: Response, change: np.ndarray | float) -> Response:
+        """Return the response of a model and of its springs, after a change (size,) within the increment.
+
+        Examples
+        --------
+        >>> springs = Hold(np.array([2.0, 2.0]), free=np.array([0.0, 0.5]))
+        >>> springs.added(Response(np.zeros(2), mean_force=1.0), np.array([0.5, 0.5])).force.tolist()
+        [1.0, 0.0]
+        """
+        if response.stiffness is not None:
+            add_diagonal(response.tangent, self.stiffness)
+        return replace(response, force=response.force + self.stiffness * (change - self.free))
+
+
+def typical_stiffness(model: Model, fixed: np.ndarray) -> np.ndarray:
+    """Return the stiffness (size,) of a typical unknown at rest; the prescribed unknowns (k,) have none."""
+    rest = model.respond(model.begin(model.start(), 1.0, 1.0), stiffness=True)
+    unit = np.median(np.abs(rest.tangent.diagonal()) / model.scale**2) * model.scale**2
+    unit[fixed] = 0.0
+    return unit
+
+
+def add_diagonal(matrix: Any, diagonal: np.ndarray) -> None:
+    """Add a diagonal (size,) to a BSR or CSR matrix whose pattern has it, in place.
+
+    Examples
+    --------
+    >>> from scipy.sparse import csr_matrix
+    >>> matrix = csr_matrix([[1.0, 2.0], [2.0, 1.0]])
+    >>> add_diagonal(matrix, np.array([3.0, 4.0]))
+    >>> matrix.diagonal().tolist()
+    [4.0, 5.0]
+    """
+    block = matrix.blocksize[0] if matrix.format == "bsr" else 1
+    row = np.repeat(np.arange(len(matrix.indptr) - 1), np.diff(matrix.indptr))
+    own, i = np.flatnonzero(row == matrix.indices), np.arange(block)
+    matrix.data.reshape(-1, block, block)[own[:, None], i, i] += diagonal.reshape(-1, block)[row[own]]

@@ -37,6 +37,12 @@ class Response:
     pulled: bool = False  # whether the first guess of an increment that begins here is to balance `force`
     assembly_seconds: float = 0.0  # part of the evaluation's time that summing up took
 
+    @property
+    def tangent(self) -> sp.bsr_matrix | sp.csr_matrix:
+        """The stiffness of a response that was asked for with it."""
+        assert self.stiffness is not None, "this response was asked for without its stiffness"
+        return self.stiffness
+
     def same_status(self, other: Response) -> bool:
         """Return whether contact points have the same status in both."""
         if self.status is None or other.status is None:
@@ -94,12 +100,6 @@ class Model(Protocol):
     def begin(self, state: Any, load: float, change: float) -> Any:
         """Return the state in which an increment of the load factor by `change` to `load` starts."""
 
-    def motion_of_neighbours(self, state: Any, step: np.ndarray) -> float:
-        """Return the largest relative motion of bodies that are near each other [m], over a step (size,).
-
-        Newton's method limits this motion; of a model without this method it limits the largest displacement.
-        """
-
     def respond(self, state: Any, stiffness: bool) -> Response:
         """Return force, energies and, if asked, the tangent of a state; earlier calls do not change it."""
 
@@ -138,7 +138,7 @@ def eliminate(
     keep = np.ones(matrix.shape[0], dtype=bool)
     keep[fixed] = False
     keep = keep.reshape(-1, block)
-    touched = ~keep.all(axis=1)
+    touched = np.any(~keep, axis=1)
     row = np.repeat(np.arange(len(touched), dtype=np.int32), np.diff(matrix.indptr))
     entries = np.flatnonzero(touched[row] | touched[matrix.indices])
     row, column = row[entries], matrix.indices[entries]

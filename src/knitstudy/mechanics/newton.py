@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.hold import Hold, typical_stiffness
 from knitstudy.mechanics.increment import (
     PHASES,
+    Hold,
     Increment,
     PrescribedDisplacement,
     Rate,
@@ -22,6 +22,7 @@ from knitstudy.mechanics.increment import (
     Trial,
     extrapolated,
     line_search,
+    typical_stiffness,
 )
 from knitstudy.mechanics.linear import LinearSolver, System
 from knitstudy.mechanics.model import Model, Response, eliminate, summed
@@ -179,11 +180,13 @@ class Newton:
         """
         begun = self.model.begin(now.state, target, target - now.load)
         # Multipliers start from zero again, and so do the displacements that they caused.
-        led = change is not None
-        guess = self._with_prescribed(now, target, change) if led else self._guess(now, begun, target, rates)
+        if change is not None:
+            guess = self._with_prescribed(now, target, change)
+        else:
+            guess = self._guess(now, begun, target, rates)
         total = guess - sum(now.updates)
         state = self.model.advance(begun, total)
-        if len(rates) > 1 or led:
+        if len(rates) > 1 or change is not None:
             state = self.model.begin(state, target, target - now.load)
         response = self._respond(state, total, stiffness=False)
         residuals, changed = [self.residual(response)], response.status is not None
@@ -197,7 +200,7 @@ class Newton:
             return guess
         # Moving the prescribed nodes alone would crush the elements there: the tangent spreads their motion.
         response = self._tangent(begun, 0.0)
-        pull = -(response.stiffness @ guess) - (response.force if response.pulled else 0.0)
+        pull = -(response.tangent @ guess) - (response.force if response.pulled else 0.0)
         self._eliminate(response)
         return guess + self._solve(np.where(self.free, pull, 0.0), 1e-12 if self.settings.exact else 1e-3)
 
@@ -311,10 +314,10 @@ class Newton:
 
     def _eliminate(self, response: Response) -> None:
         started = time.perf_counter()
-        eliminate(response.stiffness, self.prescribed.fixed)
+        eliminate(response.tangent, self.prescribed.fixed)
         if response.unsymmetric is not None:
             eliminate(response.unsymmetric, self.prescribed.fixed, diagonal=0.0)
-        self.solver.use(System(response.stiffness, response.unsymmetric, response.touching, response.moved))
+        self.solver.use(System(response.tangent, response.unsymmetric, response.touching, response.moved))
         self.seconds["constraints"] += time.perf_counter() - started
 
     def _solve(self, rhs: np.ndarray, tolerance: float) -> np.ndarray:
@@ -368,7 +371,8 @@ class Newton:
     def _longest(self, state: Any, step: np.ndarray) -> float:
         """Return the motion of a step that `Settings.stride` limits [m].
 
-        Of models with neighbours it is their relative motion, which is at most twice the largest displacement.
+        Of models with `motion_of_neighbours`, bodies that are near each other, it is their largest relative motion over
+        the step, which is at most twice the largest displacement.
         """
         size, of_neighbours = self.largest(step), getattr(self.model, "motion_of_neighbours", None)
         if of_neighbours is None or 2 * size <= self.settings.stride:

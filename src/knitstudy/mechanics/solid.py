@@ -97,6 +97,18 @@ class SolidState:
     step: np.ndarray | None = field(default=None, kw_only=True)
     pulled: bool = False  # whether surfaces that have not touched yet are pulled together
 
+    @property
+    def past(self) -> Memory:
+        """The history of a state that a model has made."""
+        assert self.memory is not None, "this state was made by hand, without a history"
+        return self.memory
+
+    @property
+    def contact_history(self) -> ContactHistory:
+        """The history of contact of a state that a model with contact has made."""
+        assert self.past.contact is not None, "this state is of a model without contact"
+        return self.past.contact
+
 
 @dataclass(frozen=True)
 class Penetration:
@@ -166,7 +178,7 @@ class SolidModel:
         Before anything has touched, its tangent has surfaces pulled together: without contact the first step would take
         loops that hang loose through each other.
         """
-        pulled = self.contact is not None and state.step is None and not len(state.memory.contact.point)
+        pulled = self.contact is not None and state.step is None and not len(state.contact_history.point)
         return replace(state, load=load, change=change, step=None, augmentations=0, led=1.0, pulled=pulled)
 
     def advance(self, state: SolidState, step: np.ndarray) -> SolidState:
@@ -189,8 +201,9 @@ class SolidModel:
 
     def contact_points(self, state: SolidState) -> ContactPoints:
         """Return all pairs of points and surfaces that are near each other."""
+        assert self.contact is not None, "this model has no contact"
         if self._evaluated is None or self._evaluated[0] is not state:
-            points = self.contact.points(*self._places(state), state.memory.contact, state.pulled)
+            points = self.contact.points(*self._places(state), state.contact_history, state.pulled)
             self._evaluated = state, points
         return self._evaluated[1]
 
@@ -224,7 +237,7 @@ class SolidModel:
                 f"({deepest / self.length:.2%} and {limit / self.length:.2%} of the element size), "
                 f"after {state.augmentations} updates of the contact pressure. {self.penetration.remedy}"
             )
-        memory = replace(state.memory, contact=self.contact.augment(points))
+        memory = replace(state.past, contact=self.contact.augment(points))
         return replace(state, memory=memory, augmentations=state.augmentations + 1)
 
     def commit(self, state: SolidState) -> SolidState:
@@ -238,7 +251,10 @@ class SolidModel:
 
     def _places(self, state: SolidState) -> tuple[np.ndarray, np.ndarray]:
         """Return where all nodes (N, 3) are and were at the last converged increment [m]."""
-        return tuple(self.nodes + self._spread(moment.displacement) for moment in (state, state.memory))
+        return (
+            self.nodes + self._spread(state.displacement),
+            self.nodes + self._spread(state.past.displacement),
+        )
 
     def _viscosity(self, state: SolidState) -> np.ndarray | None:
         """Return the diagonal stiffness (size,) against motion within the increment [N/m]; None if there is none."""
@@ -250,16 +266,16 @@ class SolidModel:
 
     def _damped(self, state: SolidState) -> float:
         """Return the work that viscous forces have taken up to a state [J]."""
-        viscosity, before = self._viscosity(state), state.memory
+        viscosity, before = self._viscosity(state), state.past
         if viscosity is None:
-            return before.damped if before else 0.0
+            return before.damped
         return before.damped + float(viscosity @ (state.displacement - before.displacement).ravel() ** 2)
 
     def _with_viscosity(self, response: Response, state: SolidState) -> Response:
         viscosity, stiffness = self._viscosity(state), response.stiffness
         if viscosity is None:
             return response
-        pull = viscosity * (state.displacement - state.memory.displacement).ravel()
+        pull = viscosity * (state.displacement - state.past.displacement).ravel()
         if stiffness is not None:
             diagonal = np.zeros((len(viscosity) // 3, 3, 3))
             diagonal[:, [0, 1, 2], [0, 1, 2]] = viscosity.reshape(-1, 3)
@@ -282,19 +298,19 @@ class SolidModel:
             status=touch.points.signature(),
             pulled=pulled,
         )
-        if response.stiffness is None:
-            return response
         full, symmetric = touch.stiffness, touch.symmetric
+        if full is None or symmetric is None:
+            return response
         if self._ties is not None:
             full, symmetric = (self._ties.T @ matrix @ self._ties for matrix in (full, symmetric))
             full.sort_indices(), symmetric.sort_indices()
-        if self._sum is None or not self._sum.fits(response.stiffness, full):
-            self._sum = PatternSum(response.stiffness, full)
+        if self._sum is None or not self._sum.fits(response.tangent, full):
+            self._sum = PatternSum(response.tangent, full)
             self._room = max(self._room, 2 * self._sum.inserted)  # patterns grow as yarns close
         np.subtract(full.data, symmetric.data, out=symmetric.data)
         return replace(
             response,
-            stiffness=self._sum.add(response.stiffness, full),
+            stiffness=self._sum.add(response.tangent, full),
             unsymmetric=symmetric,
             touching=np.flatnonzero(np.diff(full.indptr)),
         )
@@ -321,14 +337,14 @@ class SolidModel:
             force[batch.group][part] = answer.force
             energies[batch.group][:, part] = answer.internal, answer.hourglass
             magnitude[number] = np.sqrt(np.einsum("eai,eai->ea", answer.force, answer.force)).sum()
-            if stiffness:
+            if total is not None:
                 started = time.perf_counter()
-                total.put(number, answer.stiffness)
+                total.put(number, answer.tangent)
                 summing[number] = time.perf_counter() - started
 
         share(evaluate, len(batches))
         started = time.perf_counter()
-        matrix = self.assembly.matrix(total) if stiffness else None
+        matrix = None if total is None else self.assembly.matrix(total)
         internal, hourglass = np.sum([energy.sum(axis=1) for energy in energies], axis=0).tolist()
         energy = {"internal": internal, "hourglass": hourglass}
         mean = magnitude.sum() / sum(group.connectivity.size for group in self.groups)

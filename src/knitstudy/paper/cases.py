@@ -19,6 +19,7 @@ from knitstudy.measures.discretisation import HEXAHEDRA, INTERACTIONS, discretis
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.beams.laws import LAWS
 from knitstudy.paper.columns import FORCE, RMS_U_Z, SECANT, STRAIN, U_Z, Rows, Simulation
 from knitstudy.run.catalogue import (
     BEAM_MODELS,
@@ -55,7 +56,6 @@ SPRINGS = {
     (True, "local"): "springs of Table 2, local axes",
     (False, "global"): "springs along x, y, z",
 }
-SECTIONS = {"rigid": "rigid", "hertz": "Hertzian"}  # Sections of beams in contact, by ``beam.section``
 TIES = {"pinned": "pinned", "patch": "yielding ties"}  # Ties that are not rigid, by ``beam.tie``
 PLAIN = ("rigid", "rigid")  # Section and ties of the simplest model of beams in contact
 
@@ -65,7 +65,8 @@ def label_of(scene: Scene) -> str:
     name = scene.kind.fidelity.label
     if is_direct(scene):
         return f"{name}, {made_of(scene)}"
-    words = [SECTIONS.get(scene.value("beam.section")), TIES.get(scene.value("beam.tie"))]
+    section = scene.value("beam.section")
+    words = [LAWS.find(section).label if section else None, TIES.get(scene.value("beam.tie"))]
     words += [WORDS.get(scene.value(key)) for key in VARIED]
     if source := scene.value("rom.stress_from"):
         words.append(f"by principal stress of {source.rpartition('-')[2]} tension")

@@ -35,7 +35,7 @@ class Record:
 
     def describe(self, dataset: xr.Dataset) -> xr.Dataset:
         """Return a result with this record, a unit and a meaning of every variable, and strain as a coordinate."""
-        from knitstudy.knit.loading.columns import COORDINATES, GEOMETRY, MESH
+        from knitstudy.knit.geometry.columns import COORDINATES, GEOMETRY, MESH
 
         scene, (code, *others) = self.scene, provenance().items()
         versions = ", ".join(f"{name} {version}" for name, version in others)

@@ -43,7 +43,7 @@ class SectionLaw(Protocol):
 
 
 @dataclass(frozen=True)
-class Section:
+class BeamSection:
     """Stiffness of a section that is the same in all directions; floats, or one value an element (E,)."""
 
     EA: float | np.ndarray  # axial stiffness [N]
@@ -56,7 +56,9 @@ class Section:
     slenderness: float = 0.0
 
     @classmethod
-    def circular(cls, diameter: float, youngs_modulus: float, poisson_ratio: float, count=1.0) -> Section:
+    def circular(
+        cls, diameter: float, youngs_modulus: float, poisson_ratio: float, count: float | np.ndarray = 1.0
+    ) -> BeamSection:
         """Return the section of `count` solid circular yarns side by side, with the constants of Abaqus' B31.
 
         The shear factor 0.89 and the slenderness compensation factor 0.25 are that element's defaults. Cowper
@@ -79,7 +81,7 @@ class Section:
 
         Examples
         --------
-        >>> section = Section.circular(diameter=1e-3, youngs_modulus=1e8, poisson_ratio=0.42)
+        >>> section = BeamSection.circular(diameter=1e-3, youngs_modulus=1e8, poisson_ratio=0.42)
         >>> float(round(section.EA, 3))  # [N]
         78.54
         """
@@ -180,7 +182,7 @@ def energy(elements: Elements, now: Deformation) -> np.ndarray:
 
     Examples
     --------
-    >>> section = Section.circular(diameter=1e-3, youngs_modulus=1e8, poisson_ratio=0.42)
+    >>> section = BeamSection.circular(diameter=1e-3, youngs_modulus=1e8, poisson_ratio=0.42)
     >>> beam, straight = Elements.between(np.array([[0.01, 0.0, 0.0]]), section), np.eye(3)[None]
     >>> stretched = deform(beam, np.array([[0.011, 0.0, 0.0]]), straight, straight)
     >>> float(round(energy(beam, stretched)[0], 6))  # EA e^2 L / 2 [J]
@@ -195,7 +197,7 @@ def force(now: Deformation) -> np.ndarray:
 
     Examples
     --------
-    >>> section = Section.circular(diameter=1e-3, youngs_modulus=1e8, poisson_ratio=0.42)
+    >>> section = BeamSection.circular(diameter=1e-3, youngs_modulus=1e8, poisson_ratio=0.42)
     >>> beam, straight = Elements.between(np.array([[0.01, 0.0, 0.0]]), section), np.eye(3)[None]
     >>> force(deform(beam, np.array([[0.011, 0.0, 0.0]]), straight, straight))[0, 2].round(3)  # EA e [N]
     array([7.854, 0.   , 0.   ])
@@ -294,3 +296,72 @@ class LinearSprings(Chosen):
 
 
 _SIDES = np.array([-1.0, 0.0, 1.0, 0.0])  # of force and moment at the first point, then at the second
+
+
+# State of a network of beams, and the history of its contact at the last converged increment
+
+
+@dataclass(frozen=True, eq=False)
+class CommittedPoints:
+    """Points of contact at the last converged increment."""
+
+    position: np.ndarray  # (p, 3) [m]
+    rotation: np.ndarray  # (p, 3, 3), of the sections
+    vectors: np.ndarray  # (2, 3), of the lattice [m]
+    diameter: float  # of the yarns [m]
+
+
+@dataclass(frozen=True, eq=False)
+class LineHistory(Chosen):
+    """History of the pairs of points that touched at the last converged increment, and all points then."""
+
+    key: np.ndarray  # int (m,), ascending; which pairs
+    arm: np.ndarray  # (m, 2, 3), from the centres to the points that met, in the sections' axes [m]
+    normal: np.ndarray  # (m, 2, 3), at the closest points of both yarns, in the axes of both sections
+    share: np.ndarray  # (m,), part of the pairs' force along it
+    density: np.ndarray  # (m,), c times the lengths of both pieces [m2]
+    thinning: np.ndarray  # (m,), its derivative by the distance [m]
+    shape: np.ndarray  # (m,), factor of F(delta) by the shape of the contact
+    distance: np.ndarray  # (m,), r [m]
+    force: np.ndarray  # (m,), their part of the force [N]
+    shear: np.ndarray  # (m, 2, 3, 3), S in the axes of both sections
+    spring: np.ndarray  # (m,), k [N/m]
+    traction: np.ndarray  # (m, 2, 3), friction on j in the axes of both sections [N]
+    stored: np.ndarray  # (m,), energy of elastic slip [J]
+    dissipated: float = 0.0  # work of friction so far [J]
+    points: CommittedPoints | None = None  # None: nothing has been converged yet
+
+    @classmethod
+    def none(cls) -> LineHistory:
+        """Return the history of yarns that have not touched."""
+        one, both = np.zeros(0), np.zeros((0, 2, 3))
+        key, square = np.zeros(0, dtype=np.int64), np.zeros((0, 2, 3, 3))
+        return cls(key, both, both, one, one, one, one, one, one, square, one, both, one)
+
+
+@dataclass(frozen=True, eq=False)
+class BeamContactHistory:
+    """History of contact at the last converged increment: of pairs of points and of K crossings."""
+
+    points: LineHistory
+    on_stations: np.ndarray  # (S, 3), internal forces of contact [N]
+    force: np.ndarray  # (K, 3), of contact on the first yarn [N]
+    # (K + 1,), of the yarns at their closest points, at last of those without a crossing; nan where none are near [m]
+    gap: np.ndarray
+    slip: np.ndarray  # (K,), mean length slid since first contact [m]
+
+
+@dataclass(frozen=True, eq=False)
+class BeamState:
+    """Configuration of N nodes, or of points that nodes carry."""
+
+    position: np.ndarray  # (N, 3), positions [m]
+    rotation: np.ndarray  # (N, 3, 3), rotations from the reference, where they are the identity
+    contact: BeamContactHistory | None = None
+    released: float = 1.0  # share of the elements' natural curvature that acts
+
+    @property
+    def contact_history(self) -> BeamContactHistory:
+        """History of contact of a state that a model with contact has made."""
+        assert self.contact is not None, "this state is of a model without contact"
+        return self.contact

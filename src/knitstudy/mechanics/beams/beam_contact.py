@@ -14,11 +14,11 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.beams.beam import BeamContactHistory, BeamState, LineHistory
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.line_contact import LineContact
 from knitstudy.mechanics.beams.line_friction import ActivePairs
 from knitstudy.mechanics.beams.pair_search import PointPairs
-from knitstudy.mechanics.beams.state import BeamContactHistory, BeamState, LineHistory
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.rotation import hat
 
@@ -75,14 +75,14 @@ class BeamContact:
         """Return internal forces (S, 6) on the stations, energies and, if asked, the tangent (6 S + 3, 6 S + 3)."""
         points, active = self._active(state)
         force, energy, tangent = self.line.respond(
-            points, NO_LATTICE, state.contact.points, stiffness, active, self._points_follow
+            points, NO_LATTICE, state.contact_history.points, stiffness, active, self._points_follow
         )
         return self._on_stations(force), energy, tangent
 
     def _find_active(self, state: BeamState) -> tuple[BeamState, ActivePairs]:
         """Return the points of contact, and what touches."""
         points = self.at_points(state)
-        return points, self.line.active_pairs(points, NO_LATTICE, state.contact.points)
+        return points, self.line.active_pairs(points, NO_LATTICE, state.contact_history.points)
 
     def motion(self, state: BeamState, other: BeamState) -> float:
         """Return the largest change of the ways between points that are near each other in a state [m]."""
@@ -169,7 +169,7 @@ class BeamContact:
 
         Raises ConvergenceError if yarns that pressed each other touch at the end of one of them.
         """
-        past, points, count = state.contact, self.at_points(state), len(self.yarn)
+        past, points, count = state.contact_history, self.at_points(state), len(self.yarn)
         active = self.line.active_pairs(points, NO_LATTICE, past.points, slip=True)
         loads = self.line.loads(points, NO_LATTICE, active)
         pairs, friction, on_j = active.pairs, active.friction, loads.on_j

@@ -11,9 +11,8 @@ import scipy.sparse as sp
 from knitstudy.mechanics.assembly import Assembly, Batch
 from knitstudy.mechanics.batches import share
 from knitstudy.mechanics.beams import beam
-from knitstudy.mechanics.beams.beam import LinearSprings
+from knitstudy.mechanics.beams.beam import BeamState, LinearSprings
 from knitstudy.mechanics.beams.beam_contact import BeamContact
-from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.model import Memoryless, Response
 from knitstudy.mechanics.rotation import exp, hat
 
@@ -67,7 +66,7 @@ class BeamModel(Memoryless):
         self._least_force = UNLOADED * rounding * float(along.mean())
         groups = [ends, self.springs.ends] if len(self.springs.ends) else [ends]
         self._assembly = Assembly(groups, len(self.nodes), block=self.block, pairs=4 * BATCH)
-        armed = self.offsets.any(axis=(1, 2))
+        armed = np.any(self.offsets, axis=(1, 2))
         self._armed = [np.flatnonzero(armed[first : first + batch.count]) for batch, first in self._batches()]
 
     def start(self) -> BeamState:
@@ -156,7 +155,7 @@ class BeamModel(Memoryless):
         def deformed(number: int) -> tuple[beam.Elements, beam.Deformation]:
             part = parts[number]
             elements, turned = self.elements[part], state.rotation[self.ends[part]].swapaxes(0, 1)
-            return elements, beam.deform(elements, chord[part], *turned, state.released)
+            return elements, beam.deform(elements, chord[part], turned[0], turned[1], state.released)
 
         now = share(deformed, len(parts))
         return arm, chord, now, np.concatenate([*(beam.force(each) for _, each in now), pull])

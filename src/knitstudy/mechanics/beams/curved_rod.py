@@ -210,8 +210,8 @@ def eased_by_pressure(bends: np.ndarray, poisson_ratio: float) -> np.ndarray:
 class CurvedSection:
     """Solid circular sections of one isotropic material, in rods that are bent without stress.
 
-    Where a rod is straight this is `Section.circular`, with the shear factor of the strain energy (0.847 at nu = 0.42)
-    for 0.89.
+    Where a rod is straight this is `BeamSection.circular`, with the shear factor of the strain energy for 0.89 (0.847
+    at nu = 0.42).
     """
 
     radius: float  # [m]
@@ -220,7 +220,7 @@ class CurvedSection:
     # (E, 3), mean curvature vector t x dt/ds of the undeformed rod over every element: along the binormal
     # [1/m]
     curvature: np.ndarray
-    slenderness: float = SLENDERNESS  # see `Section`
+    slenderness: float = SLENDERNESS  # see `BeamSection`
     pressed: float | np.ndarray = 0.0  # (E,), share of normal forces in what loads the rod on its surface
 
     def stiffness(self, chord: np.ndarray) -> np.ndarray:

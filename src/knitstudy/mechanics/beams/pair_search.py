@@ -121,7 +121,7 @@ class PairSearch:
 
         Where the last search does not serve any more, pairs nearer than `far` [m] are searched for.
         """
-        pairs = self._found and self._found.within(reach, position, vectors)
+        pairs = None if self._found is None else self._found.within(reach, position, vectors)
         if pairs is None:
             pairs = self._all(far, position, vectors)
             self._found = FoundPairs.of(pairs, far, position, vectors)

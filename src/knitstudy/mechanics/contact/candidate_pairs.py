@@ -89,8 +89,8 @@ class _Boxes:
         other = np.minimum(np.searchsorted(keys, beside), len(keys) - 1)
         pairs = np.flatnonzero((keys[other] == beside) & self._known[other])
         self._one, self._other = pairs // len(around), other[pairs]
-        pairs = np.ones(len(pairs)), (self._one, self._other)
-        self._beside = sp.csr_matrix(pairs, shape=(len(keys), len(keys)))
+        beside_each = np.ones(len(pairs)), (self._one, self._other)
+        self._beside = sp.csr_matrix(beside_each, shape=(len(keys), len(keys)))
 
     def motion(self, place: np.ndarray, way: np.ndarray, moments: np.ndarray) -> Motion:
         """Return how the surroundings of boxes have moved.
@@ -217,6 +217,10 @@ class CandidatePairs:
         self.history = ContactHistory.empty()  # of all pairs; open ones are filled in when they are asked for
         self._angle = np.empty(0)  # (c,), between their lines at the last increment; nan: not asked for
         self._source: ContactHistory | None = None  # the history asked about
+        # Of the last search; there is none before the first question.
+        self._search_status: ContactStatus
+        self._before: np.ndarray
+        self._box: np.ndarray
 
     def may_touch(
         self,
@@ -233,7 +237,7 @@ class CandidatePairs:
         if self._source is ContactHistory.empty() and history.search_status is not None:
             first = history.search_status.searched[0]
             boxes = Neighbourhoods(self._search.surfaces, first, self._search.reach)
-            self._set(before, history, history, boxes)
+            self._set(before, history, history, boxes, history.search_status)
         again = self._source is history and np.array_equal(self._before, before)
         may_meet = np.ones(1, dtype=bool)
         if again:
@@ -295,7 +299,7 @@ class CandidatePairs:
         boxes = Neighbourhoods(self._search.surfaces, carriers, self._search.reach)
         last = np.zeros(boxes.count, dtype=np.int64)
         status = ContactStatus(carriers[None], last, carriers, least)
-        self._set(before, history, replace(every, search_status=status), boxes)
+        self._set(before, history, every, boxes, status)
 
     def _search_boxes(self, carriers: np.ndarray, boxes: np.ndarray) -> None:
         """Search in some boxes (b,) alone for pairs that may touch now."""
@@ -307,8 +311,7 @@ class CandidatePairs:
         every, least = _in_order(others, own, np.arange(len(least)), least)
         last = np.where(boxes, len(status.searched), status.last)
         status = ContactStatus(np.concatenate([status.searched, carriers[None]]), last, carriers, least)
-        every = replace(every, search_status=status)
-        self._set(self._before, self._source, every, self._neighbourhoods)
+        self._set(self._before, self._source, every, self._neighbourhoods, status)
 
     def _search_pairs(
         self, carriers: np.ndarray, history: ContactHistory, among: np.ndarray | None = None
@@ -319,18 +322,23 @@ class CandidatePairs:
         same = same_pair(pairs, arc, history, self._search.arc(history.surface, history.xi[:, 0]))
         least = np.full(len(history.point), -np.inf)
         least[same[same >= 0]] = gap[same >= 0]
-        stays = history.pressure > 0
-        stays[same[same >= 0]] = True
-        stays, new = np.flatnonzero(stays), np.flatnonzero(same < 0)
+        pressed = history.pressure > 0
+        pressed[same[same >= 0]] = True
+        stays, new = np.flatnonzero(pressed), np.flatnonzero(same < 0)
         chosen = np.append(stays, len(history.point) + new)
         return _in_order(history, pairs, chosen, np.append(least[stays], gap[new]))
 
     def _set(
-        self, before: np.ndarray, history: ContactHistory, every: ContactHistory, boxes: Neighbourhoods
+        self,
+        before: np.ndarray,
+        history: ContactHistory | None,
+        every: ContactHistory,
+        boxes: Neighbourhoods,
+        status: ContactStatus,
     ) -> None:
         """Set the pairs, after a search, and the history that they come from."""
-        self._source, self._before, self.history = history, before, every
-        self._search_status, self._neighbourhoods = every.search_status, boxes
+        self._source, self._before, self.history = history, before, replace(every, search_status=status)
+        self._search_status, self._neighbourhoods = status, boxes
         self._angle = np.full(len(every.point), np.nan)
         cell = every.point // self._search.quadrature.per_cell
         self._box = boxes.of_ring[self._search.ring(cell)]  # (c,), box that a pair lies in

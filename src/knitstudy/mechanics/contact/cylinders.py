@@ -41,7 +41,7 @@ class Cylinders:
             (edges[1:] <= spans[0, 0]) | (edges[:-1] >= spans[-1, 1])
             for edges, spans in zip(along, own, strict=True)
         ]
-        self.images = np.repeat(np.concatenate(beyond), angles)
+        self.images: np.ndarray | None = np.repeat(np.concatenate(beyond), angles)
         self.unit = 2 * np.pi * radius / angles
         self._turn = 2 * np.pi / angles
         self._along = along

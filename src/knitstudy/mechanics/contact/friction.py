@@ -215,7 +215,7 @@ class Coulomb(Chosen):
 
     def attributes(self) -> dict[str, float]:
         """Return the constants of the law by name."""
-        return {"contact_stiffness": self.normal, "stick_stiffness": self.tangential}
+        return {"contact_stiffness": float(self.normal), "stick_stiffness": float(self.tangential)}
 
     def share(self, trial: np.ndarray, pressure: np.ndarray) -> np.ndarray:
         """Return the shares (k,) of trial tractions (k, 3) [Pa] that friction bears at pressures (k,) [Pa]."""

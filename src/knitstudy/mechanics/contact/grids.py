@@ -31,12 +31,14 @@ class Grid:
     # and Rom have it, if left out; see `circular_chords`
     chords: np.ndarray | None = None
 
-    def __post_init__(self) -> None:
-        if self.chords is None:
-            chords = np.full((*np.shape(self.nodes), 2), 0.5)
-            if not self.closed:
-                chords[:, [0, -1]] = ENDS
-            object.__setattr__(self, "chords", chords)
+    def shares(self) -> np.ndarray:
+        """Return `chords`, or Catmull and Rom's."""
+        if self.chords is not None:
+            return self.chords
+        halves = np.full((*np.shape(self.nodes), 2), 0.5)
+        if not self.closed:
+            halves[:, [0, -1]] = ENDS
+        return halves
 
 
 # Shares of the chords before and behind the first node of an open row, and the last: on goes the only one there is.
@@ -84,8 +86,9 @@ class Grids:
         self._first = np.concatenate([[0], np.cumsum(self.shape.prod(axis=1))])
         self._nodes = np.concatenate([np.asarray(grid.nodes).ravel() for grid in self.grids])
         self._skin = np.unique(self._nodes)
-        self._chords = np.concatenate([grid.chords.reshape(-1, 2) for grid in self.grids])
-        graded = any(np.any(grid.chords != grid.chords[:1]) for grid in self.grids)
+        chords = [grid.shares() for grid in self.grids]
+        self._chords = np.concatenate([shares.reshape(-1, 2) for shares in chords])
+        graded = any(np.any(shares != shares[:1]) for shares in chords)
         # of four, those whose chords are weighed: one if all are alike
         self._rows = slice(None) if graded else slice(1)
         # Between nodes that move by w at most, a place moves by at most 1/4 of the change of a tangent farther: this

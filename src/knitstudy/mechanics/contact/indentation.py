@@ -14,9 +14,8 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 from scipy.special import ellipk, elliprd
 
+from knitstudy.mechanics.contact.compliance import ACROSS, ALONG, far_compliance, patched_yarn
 from knitstudy.mechanics.contact.friction import Coulomb
-from knitstudy.mechanics.contact.patch_compliance import ACROSS, ALONG
-from knitstudy.mechanics.contact.patched_yarn import far_compliance, patched_yarn
 
 
 @dataclass(frozen=True)
@@ -48,7 +47,7 @@ class Crossing:
 
 # The local indentation that a space of displacements cannot show, as a law of contact in series with that space
 # Under a force P two yarns approach by Hertz's delta_H(P) and by 2 C_far P, their other compliance
-# (`patch_compliance`). In their space they approach by u(P) at the middle of the patch. The rest is the depth D of
+# (`compliance`). In their space they approach by u(P) at the middle of the patch. The rest is the depth D of
 # a gap whose curvatures A' and B' are the curvatures of the cylinders less the curvatures of u:
 #
 #     D = delta_H + 2 C_far P - 2 u_0 P,    A' = A - 2 k_x P,    B' = B - 2 k_y P

@@ -184,7 +184,7 @@ class Contact:
             kept = np.minimum(self.law.at(history.gap, angle).tangential / local.tangential, 1.0)
             slip -= (1 - kept)[:, None] * carried
             step = share[:, None] * (xi - history.xi) + (kept == 1)[:, None] * carried
-            rate += (local.slope / local.tangential)[:, None] * step
+            rate += np.reshape(local.slope / local.tangential, (-1, 1)) * step
         return slip, rate, share
 
     def forces(self, points: ContactPoints, stiffness: bool) -> ContactResponse:
@@ -202,15 +202,15 @@ class Contact:
                 carried[:, i] += np.bincount(
                     stencil.nodes.ravel(), shares[..., i].ravel(), minlength=len(carried)
                 )
-        matrices = ()
+        full = symmetric = None
         if stiffness:
             *blocks, self._pairs = tangent(
                 points, weight, own, other, self.surfaces.block, len(carried), self._pairs, self.reserve
             )
             pattern = self._pairs.indptr, self._pairs.indices
-            matrices = share(lambda number: self.surfaces.matrix(*pattern, blocks[number]), 2)
+            full, symmetric = share(lambda number: self.surfaces.matrix(*pattern, blocks[number]), 2)
         energy = self._energy(points, active, weight)
-        return ContactResponse(points, self.surfaces.collect(carried), energy, *matrices)
+        return ContactResponse(points, self.surfaces.collect(carried), energy, full, symmetric)
 
     def commit(self, points: ContactPoints) -> ContactHistory:
         """Return the history that a converged increment leaves.
@@ -298,7 +298,7 @@ class Contact:
 
     def _dissipation(self, points: ContactPoints) -> float:
         """Return the work of friction within the increment, mu p |slip| with the mean pressure of it [J]."""
-        lost = self._hysteresis(points) if self.law.directional else 0.0
+        lost = 0.0 if points.angle is None else self._hysteresis(points, points.angle)
         if not np.isfinite(self.law.friction):
             return lost
         active = points.active
@@ -308,14 +308,14 @@ class Contact:
         mean = 0.5 * (pressure + points.history.pressure[active])
         return lost + float(np.sum(weight * self.law.friction * mean * length))
 
-    def _hysteresis(self, points: ContactPoints) -> float:
+    def _hysteresis(self, points: ContactPoints, angle: np.ndarray) -> float:
         """Return the loss of energy at sticking points as their stiffness changes with the gap [J].
 
         New stiffness carries nothing, and lost stiffness takes its share along: neither does work.
         """
         touched = np.flatnonzero(points.history.pressure > 0)
         history, now = points.history[touched], points.law[touched].tangential
-        before = self.law.at(history.gap, points.angle[touched]).tangential
+        before = self.law.at(history.gap, angle[touched]).tangential
         share = np.minimum(before / now, now / before)
         carried = np.einsum("ki,ki->k", history.traction, history.traction) / before
         weight = PASS_SHARE * self.quadrature.area[history.point]

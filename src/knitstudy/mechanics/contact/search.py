@@ -53,11 +53,13 @@ class Search:
         sizes = np.array([self._ring_sizes(number, carriers) for number in range(len(rows))])
         self._reach, self._chord = sizes.T
         self.reach = float(self._reach.max())  # largest distance of a ring's places from its middle [m]
-
-        def may_touch(part: slice) -> np.ndarray:
-            return free(self.positions(quadrature.points(part), carriers))
-
-        self._free = None if free is None else by_parts(may_touch, len(quadrature.area), CHUNK)
+        self._free: np.ndarray | None = None  # bool (P,)
+        if free is not None:
+            self._free = by_parts(
+                lambda part: free(self.positions(quadrature.points(part), carriers)),
+                len(quadrature.area),
+                CHUNK,
+            )
 
     def find(
         self, carriers: np.ndarray, margin: float, among: np.ndarray | None = None
@@ -142,7 +144,8 @@ class Search:
         ring = self.surfaces.ring(number, row, carriers)
         middle = self.surfaces.centres(carriers)[self._first[number] + row, None]
         chords = np.diff(ring, axis=1, append=ring[:, : int(self.surfaces.closed[number])])
-        return tuple(float(np.linalg.norm(apart, axis=2).max()) for apart in (ring - middle, chords))
+        reach, chord = (float(np.linalg.norm(apart, axis=2).max()) for apart in (ring - middle, chords))
+        return reach, chord
 
     def _steps(self, centres: np.ndarray) -> np.ndarray:
         """Return the distances (R - 1,) of rings from the next ones [m]; 0 from one surface to another."""

@@ -204,9 +204,10 @@ def stiffness(
         nodes = np.concatenate([own.nodes[first], other.nodes[first]], axis=1)
         pairs = CellPairs(keys, nodes, block, count)
     full = inner.reshape(-1, 9, 3, 3).swapaxes(2, 3).reshape(-1, 3, BLOCKS, 3)
-    both = (rows, full), (rows[:, :1], positive.reshape(-1, 1, BLOCKS, 1))
+    lines, inners = (rows, rows[:, :1]), (full, positive.reshape(-1, 1, BLOCKS, 1))
     data = reserve.arrays(*2 * [(len(pairs.indices), block**2, BLOCKS)])
-    return *share(lambda number: pairs.sum(*both[number], pair, data[number]), 2), pairs
+    whole, symmetric = share(lambda n: pairs.sum(lines[n], inners[n], pair, data[n]), 2)
+    return whole, symmetric, pairs
 
 
 def _point_tangents(points: ContactPoints, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -25,6 +25,12 @@ class ElementResponse:
     hourglass: np.ndarray
     stiffness: np.ndarray | None
 
+    @property
+    def tangent(self) -> np.ndarray:
+        """The stiffness of a response that was asked for with it."""
+        assert self.stiffness is not None, "this response was asked for without its stiffness"
+        return self.stiffness
+
 
 class Elements(Protocol):
     """Elements of n nodes each, a batch that answers for any slice of itself, from several threads at once."""
@@ -57,8 +63,9 @@ def in_parts(
     """
     count, nodes = displacement.shape[:2]
     force, energy = np.empty((count, nodes, 3)), np.empty(count)
-    if stiffness and out is None:
-        out = np.empty((count, nodes**2, 9))
+    blocks = None
+    if stiffness:
+        blocks = np.empty((count, nodes**2, 9)) if out is None else out
     start = batch.start or 0
     # Parts of one size: a small one costs as many calls as a large one
     few = -(-count // max(1, round(count / few)))
@@ -66,8 +73,10 @@ def in_parts(
         part = slice(first, min(first + few, count))
         here = slice(start + part.start, start + part.stop)
         way = () if step is None else (step[part],)
-        force[part], energy[part] = respond(here, displacement[part], out[part] if stiffness else None, *way)
-    return ElementResponse(force, energy, np.zeros(count), out if stiffness else None)
+        force[part], energy[part] = respond(
+            here, displacement[part], None if blocks is None else blocks[part], *way
+        )
+    return ElementResponse(force, energy, np.zeros(count), blocks)
 
 
 @dataclass(frozen=True, eq=False)

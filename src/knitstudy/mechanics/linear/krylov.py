@@ -210,7 +210,6 @@ class Krylov:
         self.setup_seconds = 0.0
         self.setups = 0  # how often the preconditioner was made
         self._system: System | None = None
-        self._rows: Rows | None = None
         self._known = NOWHERE
         self._fresh = False
         self._rate = 0.0  # decades an iteration of the fresh preconditioner
@@ -223,13 +222,13 @@ class Krylov:
 
     def use(self, system: System) -> None:
         """Take a new matrix; the preconditioner stays."""
-        self._system, self._rows, self._fresh = system, Rows.of(system.matrix), False
+        self._system, self._fresh = system, False
         if self._direct is not None:
             self._direct.use(system)
 
     def release(self) -> None:
         """Give up the matrix; the preconditioner stays unless it is due to be made anew."""
-        self._system = self._rows = None
+        self._system = None
         if self._waste > WASTE:
             self.preconditioner.release()
         if self._direct is not None:
@@ -254,39 +253,40 @@ class Krylov:
     def _solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
         self.setup_seconds = 0.0
         state = Iterate(np.zeros_like(rhs), rhs.copy(), float(np.linalg.norm(rhs)))
+        assert self._system is not None, "no matrix to solve with: it was released"
         if self._waste > WASTE or not np.isin(self._system.touching, self._known).all():
-            self._renew()
-        problem = self._iterate(state, tolerance)
+            self._renew(self._system)
+        problem = self._iterate(self._system, state, tolerance)
         if problem is INDEFINITE and self._direct is None and state.x.any():
             return Solution(state.x, state.iterations)
         if problem and not self._fresh:
-            self._renew()
-            problem = self._iterate(state, tolerance)
+            self._renew(self._system)
+            problem = self._iterate(self._system, state, tolerance)
         if problem:
             raise ConvergenceError(f"the linear solver failed: {problem}")
         return Solution(state.x, state.iterations)
 
-    def _renew(self) -> None:
+    def _renew(self, system: System) -> None:
         started = time.perf_counter()
         self._waste = np.inf  # one that fails here leaves none that could stay
-        self.preconditioner.update(self._system)
-        self._known = self._system.touching
+        self.preconditioner.update(system)
+        self._known = system.touching
         self.setups += 1
         self._fresh, self._waste, self._rate = True, 0.0, 0.0
         self.setup_seconds += time.perf_counter() - started
 
-    def _iterate(self, state: Iterate, tolerance: float) -> str | None:
+    def _iterate(self, system: System, state: Iterate, tolerance: float) -> str | None:
         """Improve an iterate in place; return what went wrong, if anything."""
-        goal = tolerance * state.level
+        goal, rows = tolerance * state.level, Rows.of(system.matrix)
         # iterations of a fresh preconditioner
         wanted = -np.log10(tolerance) / self._rate if self._rate > 0 else 0.0
         most = MOST_ITERATIONS if self._fresh else min(round(wanted) + WASTE, PATIENCE)
-        start, before = np.linalg.norm(state.residual), state.iterations
-        method = conjugate_gradients if self._system.unsymmetric is None else minimal_residuals
-        problem = method(self._rows, self.preconditioner.apply, state, goal, most)
+        start, before = float(np.linalg.norm(state.residual)), state.iterations
+        method = conjugate_gradients if system.unsymmetric is None else minimal_residuals
+        problem = method(rows, self.preconditioner.apply, state, goal, most)
         if problem:
             return problem
-        used, reached = state.iterations - before, np.linalg.norm(state.residual)
+        used, reached = state.iterations - before, float(np.linalg.norm(state.residual))
         if reached > goal:
             return f"{used} iterations reached a relative residual of {reached / state.level:.1e}, not {tolerance:.1e}"
         decades = np.log10(max(start, 1e-300) / max(reached, 1e-16 * start, 1e-300))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pyamg
@@ -76,7 +77,7 @@ class YarnScale:
 
     def release(self) -> None:
         """Forget the factors, so that their memory can serve for new ones."""
-        self._factors: list[np.ndarray | None] = [None] * (len(self._nodes) - 1)
+        self._factors: list[np.ndarray] = []
         self._outside = None
 
     def update(self, matrix: sp.bsr_matrix) -> None:
@@ -91,7 +92,7 @@ class YarnScale:
                     return band, lumps
             raise ConvergenceError(f"the stiffness of yarn {yarn} is not positive definite (minor {minor})")
 
-        self._factors, lumps = map(list, zip(*share(make, len(self._factors)), strict=True))
+        self._factors, lumps = map(list, zip(*share(make, len(self._nodes) - 1), strict=True))
         bandwidths = [len(factor) // 3 - 1 for factor in self._factors]
         self._outside = _outside(matrix, self._nodes, bandwidths, np.concatenate(lumps))
 
@@ -146,7 +147,7 @@ class YarnScale:
         np.negative(self._outside @ along, out=residual)
 
 
-def _chunks(matrix: sp.bsr_matrix, first: int, last: int) -> Iterator[tuple]:
+def _chunks(matrix: sp.bsr_matrix, first: int, last: int) -> Iterator[tuple[Any, ...]]:
     """Yield ranges low, high of the nodes first .. last, with the rows, columns and values of their blocks."""
     for low in range(first, last, CHUNK):
         high = min(low + CHUNK, last)
@@ -188,6 +189,7 @@ class CrossingScale:
     def __init__(self, structure: KnitStructure) -> None:
         self._tied = structure.patch
         self.unknowns = np.empty(0, dtype=np.int64)
+        self._columns: Rows | None = None  # of the unknowns
 
     def update(self, system: System) -> None:
         """Factorise the patches of a matrix: around ties, and around the nodes where contact acts.
@@ -230,6 +232,7 @@ class CrossingScale:
             local[group] = self._factors[number].solve(given[group])
 
         share(solve, len(self._groups))
+        assert self._columns is not None, "the factors were released"
         correction[self.unknowns] += local
         residual -= self._columns @ local
 
@@ -267,6 +270,7 @@ class FabricScale:
 
     def __init__(self, structure: KnitStructure) -> None:
         self._structure = structure
+        self._grid: tuple[SuperLU, Rows, Rows, Rows] | None = None
         first = np.searchsorted(structure.yarn, structure.yarn)
         within = (structure.station - structure.station[first]) // STATIONS
         label = structure.yarn * (within.max() + 1) + within
@@ -278,14 +282,14 @@ class FabricScale:
         About undeformed arms, rigid motions would stretch parts that have turned.
         """
         prolongation = self.prolongation(moved)
-        self._effect, coarse = Rows.of(matrix).galerkin(prolongation, np.float32)  # K P, P^T K P
+        effect, coarse = Rows.of(matrix).galerkin(prolongation, np.float32)  # K P, P^T K P
         prolongation = prolongation.astype(np.float32)
-        self._spread, self._collect = (Rows.of(prolongation), Rows.of(prolongation.T.tobsr(blocksize=(6, 3))))
-        self._factors = factorise(_anchor(coarse))
+        spread, collect = Rows.of(prolongation), Rows.of(prolongation.T.tobsr(blocksize=(6, 3)))
+        self._grid = factorise(_anchor(coarse)), spread, collect, effect
 
     def release(self) -> None:
         """Forget the factors, so that their memory can serve for new ones."""
-        self._factors = self._spread = self._collect = self._effect = None
+        self._grid = None
 
     def prolongation(self, moved: np.ndarray | None = None) -> sp.bsr_matrix:
         """Return the motions of all nodes by the motions of their groups."""
@@ -296,10 +300,12 @@ class FabricScale:
 
     def correct(self, residual: np.ndarray, correction: np.ndarray) -> None:
         """Add the grid's correction and take its effect off the residual, both (size,) in place."""
-        given = self._collect @ residual.astype(np.float32)
-        coarse = self._factors.solve(given.astype(float)).astype(np.float32)
-        correction += self._spread @ coarse
-        residual -= self._effect @ coarse
+        assert self._grid is not None, "the factors were released"
+        factors, spread, collect, effect = self._grid
+        given = collect @ residual.astype(np.float32)
+        coarse = factors.solve(given.astype(float)).astype(np.float32)
+        correction += spread @ coarse
+        residual -= effect @ coarse
 
 
 def _anchor(coarse: sp.csr_matrix) -> sp.csr_matrix:
@@ -331,10 +337,11 @@ class ThreeScale:
                 self.crossing.update(system)
         self.fabric.update(system.matrix, system.moved)
         crossing = [] if self.crossing is None else [self.crossing]
+        self._order: list[FabricScale | YarnScale | CrossingScale]
         if system.unsymmetric is not None:
             self._order = [self.fabric, *crossing, self.yarn]
         elif crossing:
-            self._order = [self.fabric, self.yarn, self.crossing, self.yarn, self.fabric]
+            self._order = [self.fabric, self.yarn, *crossing, self.yarn, self.fabric]
         else:
             self._order = [self.fabric, self.yarn, self.fabric]
 

@@ -31,6 +31,12 @@ class Stress:
     stress: np.ndarray
     tangent: np.ndarray | None
 
+    @property
+    def moduli(self) -> np.ndarray:
+        """The tangent of a response that was asked for with it."""
+        assert self.tangent is not None, "this response was asked for without its tangent"
+        return self.tangent
+
 
 class Material(Protocol):
     """An elastic material."""

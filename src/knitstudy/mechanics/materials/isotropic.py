@@ -80,7 +80,8 @@ class Hencky(Isotropic):
     small strains nor repeated stretches lose digits. L and C commute: S = C^-1 T with T = 2 mu L + lame tr L.
     """
 
-    name, meaning = "hencky", "linear in logarithmic strain"
+    name: ClassVar[str] = "hencky"
+    meaning: ClassVar[str] = "linear in logarithmic strain"
 
     def respond(self, strain: np.ndarray, tangent: bool, axes: Axes = None, pressure: Field = 0.0) -> Stress:
         """Return the response to Green strains (e, 3, 3)."""
@@ -216,7 +217,8 @@ def _gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
 class NeoHooke(Isotropic):
     """W = mu/2 (tr C - 3) - mu ln J + lame/2 (ln J)^2 (Bonet and Wood 2008, section 6.4.3)."""
 
-    name, meaning = "neo_hookean", "of rubber"
+    name: ClassVar[str] = "neo_hookean"
+    meaning: ClassVar[str] = "of rubber"
 
     def respond(self, strain: np.ndarray, tangent: bool, axes: Axes = None, pressure: Field = 0.0) -> Stress:
         """Return the response to Green strains (e, 3, 3)."""
@@ -227,8 +229,8 @@ class NeoHooke(Isotropic):
         trace = np.trace(strain, axis1=1, axis2=2)
         energy = mu * (trace - log_j) + 0.5 * lame * log_j**2
         # I - C^-1 = 2 C^-1 E keeps its digits at small strains.
-        pressure = lame * log_j + pressure
-        stress = 2 * mu * inverse @ strain + pressure[:, None, None] * inverse
+        whole = np.asarray(lame * log_j + pressure)
+        stress = 2 * mu * inverse @ strain + whole[:, None, None] * inverse
         stress = 0.5 * (stress + np.swapaxes(stress, 1, 2))
         if not tangent:
             return Stress(energy, stress, None)
@@ -236,7 +238,7 @@ class NeoHooke(Isotropic):
         dyad = inverse[:, i, j][:, :, None] * inverse[:, i, j][:, None, :]
         first = inverse[:, i[:, None], i] * inverse[:, j[:, None], j]
         second = inverse[:, i[:, None], j] * inverse[:, j[:, None], i]
-        moduli = lame * dyad + (mu - pressure)[:, None, None] * (first + second)
+        moduli = lame * dyad + (mu - whole)[:, None, None] * (first + second)
         return Stress(energy, stress, moduli)
 
 
@@ -244,14 +246,15 @@ class NeoHooke(Isotropic):
 class StVenantKirchhoff(Isotropic):
     """W = mu E:E + lame/2 (tr E)^2. Softens in compression: for comparison below 1% strain or with CalculiX."""
 
-    name, meaning = "st_venant_kirchhoff", "linear in Green's strain"
-    logarithmic = False
+    name: ClassVar[str] = "st_venant_kirchhoff"
+    meaning: ClassVar[str] = "linear in Green's strain"
+    logarithmic: ClassVar[bool] = False
 
     def respond(self, strain: np.ndarray, tangent: bool, axes: Axes = None, pressure: Field = 0.0) -> Stress:
         """Return the response to Green strains (e, 3, 3)."""
         mu, lame = self.shear_modulus, self.lame
         trace = np.trace(strain, axis1=1, axis2=2)
         energy = mu * np.einsum("eij,eij->e", strain, strain) + 0.5 * lame * trace**2
-        stress = 2 * mu * strain + (lame * trace + pressure)[:, None, None] * np.eye(3)
+        stress = 2 * mu * strain + np.asarray(lame * trace + pressure)[:, None, None] * np.eye(3)
         constant = np.broadcast_to(self.moduli, (len(strain), 6, 6)) if tangent else None
         return Stress(energy, stress, constant)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from math import factorial
+from typing import TypeVar
 
 import numpy as np
 import scipy
@@ -15,6 +16,8 @@ from scipy.sparse.linalg import splu
 
 from knitstudy.errors import MeshError
 
+Degree = TypeVar("Degree", int, np.ndarray)
+
 # Orthonormal polynomials on the unit disc: Zernike's, degree by degree, and a quadrature for their products
 # Born and Wolf 1999, Principles of Optics, section 9.2.1 and appendix VII.
 #
@@ -23,7 +26,7 @@ from knitstudy.errors import MeshError
 # so that phi_0 = 1, phi_1 = 2 x1 and phi_2 = 2 x2. On the rim P is 1: they are c cos(m theta) and c sin(m theta) there.
 
 
-def size(degree: int | np.ndarray) -> int | np.ndarray:
+def size(degree: Degree) -> Degree:
     """Return the number of functions up to a degree: 1, 3, 6, 10, 15, ...
 
     Examples

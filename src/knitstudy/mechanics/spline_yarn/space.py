@@ -181,7 +181,7 @@ def yarn_space(
     breaks: np.ndarray,  # (E + 1,), ends of the spans [m]
     degrees: np.ndarray | int,  # (E,), p of every span
     spline_degree: int = 3,  # d
-    sharp: Sequence[int] = (),  # breaks where a grip ends
+    sharp: np.ndarray | Sequence[int] = (),  # breaks where a grip ends
     beyond: int = 0,  # spans before and after the yarn that continue it as it repeats itself
 ) -> YarnSpace:
     """Return the space of a yarn whose spans have the degrees over the section that are asked for.

@@ -25,7 +25,7 @@ from knitstudy.errors import ConvergenceError, DataFileError
 from knitstudy.knit.loading.history import DIRECTIONS
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.mechanics.arrays import Floats
-from knitstudy.mechanics.membrane_law import MembraneLaw, Parts
+from knitstudy.mechanics.membrane import MembraneLaw, Parts
 from knitstudy.run.catalogue import TABLES, Datasets, several
 from knitstudy.use.strip import strain_at, stretch_strip
 
