@@ -37,9 +37,7 @@ def no_contact(evidence: Evidence) -> Iterator[Row | Remark]:
 def zones(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield four zones in the centre cell from point 4 of Fig. 7 to the end, never more."""
     yield from _at_snapshot(
-        evidence,
-        4,
-        lambda zones, at, printed: (zones[at:] == printed).all() and zones.max() == printed,
+        evidence, 4, lambda zones, at, printed: (zones[at:] == printed).all() and zones.max() == printed
     )
     yield Remark(scenes=(evidence.direct["isotropic"],))
 
