@@ -18,11 +18,12 @@ from threadpoolctl import threadpool_limits
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.interruption import uninterrupted
+from knitstudy.mechanics.arrays import Floats, Ints
 
 # Determinants and inverses of batches of 3 x 3 matrices in closed form: LAPACK's are made for large ones
 
 
-def determinant(matrix: np.ndarray) -> np.ndarray:
+def determinant(matrix: Floats) -> Floats:
     """Return the determinants (e,) of matrices (e, 3, 3).
 
     Examples
@@ -34,7 +35,7 @@ def determinant(matrix: np.ndarray) -> np.ndarray:
     return a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)
 
 
-def inverse(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def inverse(matrix: Floats) -> tuple[Floats, Floats]:
     """Return the inverses (e, 3, 3) of matrices (e, 3, 3), by their cofactors, and the determinants (e,).
 
     Examples
@@ -62,7 +63,7 @@ class Chosen:
     def __getitem__(self, chosen: np.ndarray | slice) -> Self:
         return type(self)(*(_chosen(value, chosen) for value in vars(self).values()))
 
-    def joined(self, *others: Self, chosen: np.ndarray | slice = slice(None)) -> Self:
+    def joined(self, *others: Self, chosen: Ints | slice = slice(None)) -> Self:
         """Return these points and then the points of others, or the chosen ones of all, an array at a time."""
         together = zip(*(vars(points).values() for points in (self, *others)), strict=True)
         return type(self)(*(_chosen(_joined(arrays), chosen) for arrays in together))
@@ -95,7 +96,7 @@ class Scratch(threading.local):
     def __init__(self) -> None:
         self._arrays: dict[str, np.ndarray] = {}
 
-    def array(self, name: str, *shape: int) -> np.ndarray:
+    def array(self, name: str, *shape: int) -> Floats:
         """Return an array whose content is arbitrary."""
         size = math.prod(shape)
         flat = self._arrays.get(name)

@@ -116,7 +116,7 @@ class Flow:
         moved = prescribed.at(target) - prescribed.at(now.load)
         near = replace(settings, stride=min(settings.stride, STRIDE * model.length))
         anchor, level, fading, guess = replace(now, rates=(), updates=()), FIRST, FADING, None
-        total, pull, size, work, pulled = np.zeros(model.size), np.zeros(model.size), 0.0, 0.0, None
+        total, pull, size, work, pulled = np.zeros(model.size), np.zeros(model.size), 0.0, 0.0, moved
         self.spent = spent = np.zeros(2, dtype=int)
         while spent[0] <= most and level <= MOST:
             viscosity = level * self.newton.unit

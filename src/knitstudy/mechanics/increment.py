@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.model import Model, Response
 
 # Motion that drives a model along its load path, settings of accuracy, and the increments that result
@@ -30,9 +31,9 @@ class PrescribedDisplacement:
         is prescribed twice with two values.
     """
 
-    fixed: np.ndarray  # (k,) indices of the prescribed unknowns
+    fixed: Ints  # (k,) indices of the prescribed unknowns
     # (k,) their change from the undeformed state, at full load or at each of the corners of the path
-    value: np.ndarray
+    value: Floats
     # Load factors of the corners, rising to 1; between them, and from zero to the first, the way is straight
     corners: tuple[float, ...] = (1.0,)
     stops: tuple[float, ...] = ()  # further load factors at which an increment has to end
@@ -62,11 +63,11 @@ class PrescribedDisplacement:
                 f"unknown {last} is prescribed, but the model has {size}, numbered from 0"
             )
 
-    def at(self, load: float) -> np.ndarray:
+    def at(self, load: float) -> Floats:
         """Return the prescribed changes (k,) at a load factor."""
         return between_corners(np.atleast_2d(self.value), self.corners, load)
 
-    def affine(self, nodes: np.ndarray, block: int, load: float) -> np.ndarray:
+    def affine(self, nodes: Floats, block: int, load: float) -> Floats:
         """Return the affine motion (N block,) of all nodes (N, 3) [m] that fits the prescribed displacements best.
 
         Of the unknowns of a node, the first three are its displacement; the others stay zero.
@@ -97,10 +98,10 @@ class PrescribedDisplacement:
 
 
 def between_corners(
-    values: np.ndarray,  # (m, k), at the corners
+    values: Floats,  # (m, k), at the corners
     corners: tuple[float, ...],  # their load factors, rising
     load: float,
-) -> np.ndarray:
+) -> Floats:
     """Return the linear interpolation (k,) at a load factor, from zero to the first of the values and on.
 
     Examples
@@ -160,7 +161,7 @@ class Rate:
     """Change of the unknowns over a converged increment: step (size,) over the increment of the load factor."""
 
     increment: float
-    step: np.ndarray
+    step: Floats
 
 
 @dataclass(frozen=True)
@@ -203,7 +204,7 @@ class Trial:
     """A state some share along a step."""
 
     share: float
-    step: np.ndarray  # (size,), that share of the step
+    step: Floats  # (size,), that share of the step
     state: Any
     response: Response
     along: float  # force along the whole step [J]
@@ -267,7 +268,7 @@ def _between(low: tuple[float, float], high: tuple[float, float], first: bool) -
 def extrapolated(
     rates: tuple[Rate, ...],  # the last increments, newest first; as many as the polynomial's order
     change: float,  # of the load factor
-) -> np.ndarray:
+) -> Floats:
     """Return the change (size,) of the unknowns by the polynomial through the last converged states.
 
     Examples
@@ -298,10 +299,10 @@ def extrapolated(
 class Hold:
     """A spring on every unknown."""
 
-    stiffness: np.ndarray  # (size,), force over displacement
-    free: np.ndarray | float = 0.0  # (size,), change within the increment at which the springs carry nothing
+    stiffness: Floats  # (size,), force over displacement
+    free: Floats | float = 0.0  # (size,), change within the increment at which the springs carry nothing
 
-    def added(self, response: Response, change: np.ndarray | float) -> Response:
+    def added(self, response: Response, change: Floats | float) -> Response:
         """Return the response of a model and of its springs, after a change (size,) within the increment.
 
         Examples
@@ -315,7 +316,7 @@ class Hold:
         return replace(response, force=response.force + self.stiffness * (change - self.free))
 
 
-def typical_stiffness(model: Model, fixed: np.ndarray) -> np.ndarray:
+def typical_stiffness(model: Model, fixed: Ints) -> Floats:
     """Return the stiffness (size,) of a typical unknown at rest; the prescribed unknowns (k,) have none."""
     rest = model.respond(model.begin(model.start(), 1.0, 1.0), stiffness=True)
     unit = np.median(np.abs(rest.tangent.diagonal()) / model.scale**2) * model.scale**2
@@ -323,7 +324,7 @@ def typical_stiffness(model: Model, fixed: np.ndarray) -> np.ndarray:
     return unit
 
 
-def add_diagonal(matrix: Any, diagonal: np.ndarray) -> None:
+def add_diagonal(matrix: Any, diagonal: Floats) -> None:
     """Add a diagonal (size,) to a BSR or CSR matrix whose pattern has it, in place.
 
     Examples

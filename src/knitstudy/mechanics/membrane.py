@@ -8,6 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.errors import MeshError
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.assembly import Assembly
 from knitstudy.mechanics.model import Memoryless, Response
 
@@ -26,19 +27,19 @@ Parts = tuple[np.ndarray, np.ndarray, np.ndarray]
 class MembraneLaw:
     """An energy over area with its derivatives; a law has `respond`."""
 
-    def respond(self, strain: np.ndarray) -> Parts:
+    def respond(self, strain: Floats) -> Parts:
         """Return energy, stress and tangent at strains (..., 3)."""
         raise NotImplementedError
 
-    def energy(self, strain: np.ndarray) -> np.ndarray:
+    def energy(self, strain: Floats) -> Floats:
         """Return W (...) [J/m2]."""
         return self.respond(strain)[0]
 
-    def stress(self, strain: np.ndarray) -> np.ndarray:
+    def stress(self, strain: Floats) -> Floats:
         """Return S = dW/dE (..., 3) [N/m]."""
         return self.respond(strain)[1]
 
-    def tangent(self, strain: np.ndarray) -> np.ndarray:
+    def tangent(self, strain: Floats) -> Floats:
         """Return dS/dE (..., 3, 3) [N/m]."""
         return self.respond(strain)[2]
 
@@ -51,11 +52,11 @@ class ExponentialLaw(MembraneLaw):
     curve that rises.
     """
 
-    form: np.ndarray  # A (3, 3), symmetric [N/m]
-    weight: np.ndarray  # (k,) w [N/m]
-    slope: np.ndarray  # (k, 3) a
+    form: Floats  # A (3, 3), symmetric [N/m]
+    weight: Floats  # (k,) w [N/m]
+    slope: Floats  # (k, 3) a
 
-    def respond(self, strain: np.ndarray) -> Parts:
+    def respond(self, strain: Floats) -> Parts:
         """Return energy, stress and tangent at strains (..., 3)."""
         along, linear = strain @ self.slope.T, strain @ self.form
         growth = np.expm1(along)
@@ -65,36 +66,7 @@ class ExponentialLaw(MembraneLaw):
         return energy, linear + (self.weight * growth) @ self.slope, tangent
 
 
-STEP = 1e-6 * np.eye(3)  # of the difference quotients for the tangent of `StretchLaw`
-
-
-@dataclass(frozen=True, eq=False)
-class StretchLaw(MembraneLaw):
-    """W = e . M e / 2 of the stretches e = U - 1, shear doubled: forces per width are linear in them."""
-
-    membrane: np.ndarray  # M (3, 3), symmetric [N/m]
-
-    def respond(self, strain: np.ndarray) -> Parts:
-        """Return energy, stress and tangent (by central differences) at strains (..., 3)."""
-        energy, stress = self._stress(strain)
-        ahead, behind = (self._stress(strain[..., None, :] + step)[1] for step in (STEP, -STEP))
-        return energy, stress, np.swapaxes((ahead - behind) / (2 * STEP[0, 0]), -1, -2)
-
-    def _stress(self, strain: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return energy and stress: of 2 x 2 matrices C = U U, U = (C + J 1) / tr U with J = sqrt(det C).
-
-        (Hoger and Carlson 1984, Quarterly of Applied Mathematics 42.)
-        """
-        first, second, mixed = np.moveaxis(strain * [2, 2, 1] + [1, 1, 0], -1, 0)  # C
-        jacobian = np.sqrt(first * second - mixed**2)
-        trace = np.sqrt(first + second + 2 * jacobian)[..., None]
-        stretch = np.stack([first + jacobian, second + jacobian, 2 * mixed], axis=-1) / trace - [1, 1, 0]
-        force = stretch @ self.membrane
-        stress = np.linalg.solve(green(stretch)[1].mT, force[..., None])[..., 0]
-        return 0.5 * (stretch * force).sum(axis=-1), stress
-
-
-def green(stretch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def green(stretch: Floats) -> tuple[Floats, Floats]:
     """Return Green's strains (..., 3) of stretches e = U - 1 (..., 3), shear doubled, and dE/de (..., 3, 3).
 
     Examples
@@ -109,13 +81,14 @@ def green(stretch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return strain, np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def forces_per_width(law: MembraneLaw, stretch: np.ndarray) -> np.ndarray:
+def forces_per_width(law: MembraneLaw, stretch: Floats) -> Floats:
     """Return the forces per undeformed width T (..., 3) [N/m] at stretches e = U - 1 (..., 3).
 
     Examples
     --------
-    >>> forces_per_width(StretchLaw(np.diag([100.0, 50.0, 10.0])), np.array([0.1, 0.0, 0.0])).round(9)
-    array([10.,  0.,  0.])
+    >>> law = ExponentialLaw(np.diag([100.0, 50.0, 10.0]), np.empty(0), np.empty((0, 3)))
+    >>> forces_per_width(law, np.array([0.1, 0.0, 0.0])).round(9)  # 100 E (1 + e), E = e + e^2 / 2
+    array([11.55,  0.  ,  0.  ])
     """
     strain, derivative = green(stretch)
     return np.einsum("...i,...ij->...j", law.stress(strain), derivative)
@@ -136,8 +109,8 @@ class MembraneModel(Memoryless):
 
     def __init__(
         self,
-        nodes: np.ndarray,  # (N, 2) undeformed [m]
-        elements: np.ndarray,  # int (E, (p + 1)^2), their nodes, line by line
+        nodes: Floats,  # (N, 2) undeformed [m]
+        elements: Ints,  # (E, (p + 1)^2), their nodes, line by line
         law: MembraneLaw,
     ) -> None:
         self.nodes, self.elements, self.law = nodes, elements, law
@@ -154,26 +127,26 @@ class MembraneModel(Memoryless):
         pairs = elements.shape[1] ** 2 * len(elements)
         self._assembly = Assembly([elements], len(nodes), block=2, pairs=pairs)
 
-    def start(self) -> np.ndarray:
+    def start(self) -> Floats:
         """Return the undeformed state."""
         return np.zeros_like(self.nodes)
 
-    def advance(self, state: np.ndarray, step: np.ndarray) -> np.ndarray:
+    def advance(self, state: Floats, step: Floats) -> Floats:
         """Return the state a step (size,) further."""
         return state + step.reshape(-1, 2)
 
-    def deformation(self, state: np.ndarray) -> np.ndarray:
+    def deformation(self, state: Floats) -> Floats:
         """Return the deformation gradients F (E, g, 2, 2) at the Gauss points."""
         return np.eye(2) + np.einsum("eai,egaj->egij", state[self.elements], self._slope)
 
-    def principal_forces(self, state: np.ndarray) -> np.ndarray:
+    def principal_forces(self, state: Floats) -> Floats:
         """Return the principal forces per deformed width (E, g, 2) at the Gauss points, rising [N/m]."""
         gradient = self.deformation(state)
         stress = self.law.stress(strains(gradient))[..., [[0, 2], [2, 1]]]
         cauchy = gradient @ stress @ np.swapaxes(gradient, -1, -2)
         return np.linalg.eigvalsh(cauchy / np.linalg.det(gradient)[..., None, None])
 
-    def respond(self, state: np.ndarray, stiffness: bool) -> Response:
+    def respond(self, state: Floats, stiffness: bool) -> Response:
         """Return force, energy and, if asked, tangent of a state."""
         gradient, slope = self.deformation(state), self._slope
         inside_out = np.linalg.det(gradient) <= 0
@@ -189,7 +162,7 @@ class MembraneModel(Memoryless):
             stiffness=self._stiffness(gradient, tensor, tangent) if stiffness else None,
         )
 
-    def _stiffness(self, gradient: np.ndarray, tensor: np.ndarray, tangent: np.ndarray) -> sp.bsr_matrix:
+    def _stiffness(self, gradient: Floats, tensor: Floats, tangent: Floats) -> sp.bsr_matrix:
         """Return the tangent stiffness: of the law, and of the stress."""
         slope = self._slope
         # dE_q = B_qai du_ai
@@ -208,7 +181,7 @@ class MembraneModel(Memoryless):
         return self._assembly.matrix(summed)
 
 
-def strains(gradient: np.ndarray) -> np.ndarray:
+def strains(gradient: Floats) -> Floats:
     """Return Green's strains (..., 3) of deformation gradients (..., 2, 2).
 
     Examples
@@ -220,7 +193,7 @@ def strains(gradient: np.ndarray) -> np.ndarray:
     return 0.5 * (square[..., FIRST, SECOND] - [1, 1, 0]) * [1, 1, 2]
 
 
-def _reference(degree: int) -> tuple[np.ndarray, np.ndarray]:
+def _reference(degree: int) -> tuple[Floats, Floats]:
     """Return the slopes (g, a, 2) of the shapes at the Gauss points of the square of side 2, and weights (g,)."""
     at, weight = np.polynomial.legendre.leggauss(degree + 1)
     places = np.linspace(-1, 1, degree + 1)
@@ -234,7 +207,7 @@ def _reference(degree: int) -> tuple[np.ndarray, np.ndarray]:
 
 def rectangle(
     sides: tuple[float, float], elements: tuple[int, int], degree: int = 2
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+) -> tuple[Floats, Ints, Ints]:
     """Return nodes (N, 2) [m] of a rectangle, elements (E, a), and the numbers of the nodes by both places.
 
     Examples

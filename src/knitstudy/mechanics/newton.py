@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.increment import (
     PHASES,
     Hold,
@@ -53,7 +54,7 @@ class Iterate:
     """
 
     state: Any
-    total: np.ndarray
+    total: Floats
     response: Response
     residuals: list[float]
     correction: float = np.inf
@@ -95,7 +96,7 @@ class Newton:
         self.seconds = dict.fromkeys(PHASES, 0.0)
 
     @cached_property
-    def unit(self) -> np.ndarray:
+    def unit(self) -> Floats:
         """The stiffness (size,) of a typical unknown; that of prescribed ones is zero."""
         return typical_stiffness(self.model, self.prescribed.fixed)
 
@@ -149,7 +150,7 @@ class Newton:
             return self._predict(now, target, turned=True)
         return at
 
-    def _start_at(self, now: Increment, target: float, guess: np.ndarray) -> Iterate:
+    def _start_at(self, now: Increment, target: float, guess: Floats) -> Iterate:
         """Return the state with which the iterations start, a guess (size,) away from where the increment begins."""
         state = self.model.advance(self.model.begin(now.state, target, target - now.load), guess)
         response = self._respond(state, guess, stiffness=False)
@@ -170,7 +171,7 @@ class Newton:
         return at
 
     def _predicted(
-        self, now: Increment, target: float, rates: tuple[Rate, ...], change: np.ndarray | None = None
+        self, now: Increment, target: float, rates: tuple[Rate, ...], change: Floats | None = None
     ) -> Iterate:
         """Return the predicted state: a change (size,) away, or else by rates; without these, by the tangent.
 
@@ -192,7 +193,7 @@ class Newton:
         residuals, changed = [self.residual(response)], response.status is not None
         return Iterate(state, total, response, residuals, changed=changed, extrapolated=bool(rates))
 
-    def _guess(self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]) -> np.ndarray:
+    def _guess(self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]) -> Floats:
         """First guess (size,) of the change of all unknowns, exact where they are prescribed."""
         guess = extrapolated(rates, target - now.load) if rates else np.zeros(self.model.size)
         guess = self._with_prescribed(now, target, guess)
@@ -204,7 +205,7 @@ class Newton:
         self._eliminate(response)
         return guess + self._solve(np.where(self.free, pull, 0.0), 1e-12 if self.settings.exact else 1e-3)
 
-    def _with_prescribed(self, now: Increment, target: float, change: np.ndarray) -> np.ndarray:
+    def _with_prescribed(self, now: Increment, target: float, change: Floats) -> Floats:
         """Return a change (size,) with the prescribed motion in it."""
         change = change.copy()
         change[self.prescribed.fixed] = self.prescribed.at(target) - self.prescribed.at(now.load)
@@ -297,7 +298,7 @@ class Newton:
             timings=self.seconds,
         )
 
-    def _respond(self, state: Any, change: np.ndarray | float, stiffness: bool) -> Response:
+    def _respond(self, state: Any, change: Floats | float, stiffness: bool) -> Response:
         started = time.perf_counter()
         response = self.model.respond(state, stiffness)
         if self.hold is not None:
@@ -307,7 +308,7 @@ class Newton:
         self.seconds["elements"] += spent - response.assembly_seconds
         return response
 
-    def _tangent(self, state: Any, change: np.ndarray | float) -> Response:
+    def _tangent(self, state: Any, change: Floats | float) -> Response:
         # Two tangents at once would be the largest part of the memory.
         self.solver.release()
         return self._respond(state, change, stiffness=True)
@@ -320,7 +321,7 @@ class Newton:
         self.solver.use(System(response.tangent, response.unsymmetric, response.touching, response.moved))
         self.seconds["constraints"] += time.perf_counter() - started
 
-    def _solve(self, rhs: np.ndarray, tolerance: float) -> np.ndarray:
+    def _solve(self, rhs: Floats, tolerance: float) -> Floats:
         started = time.perf_counter()
         try:
             solution = self.solver.solve(rhs, tolerance)
@@ -350,7 +351,7 @@ class Newton:
             eta = min(eta, floor)
         return min(max(eta, floor, 1e-8), 1e-1)
 
-    def _search(self, at: Iterate, step: np.ndarray) -> Trial:
+    def _search(self, at: Iterate, step: Floats) -> Trial:
         """Return the trial state to accept along a step, which moves no farther than a stride."""
         longest, stride = self._longest(at.state, step), self.settings.stride
         cut = stride / longest if longest > stride else 1.0
@@ -368,7 +369,7 @@ class Newton:
             raise NotConverged("the line search found no shorter step that lowers the residual")
         return result if cut == 1 else replace(result, share=cut * result.share)
 
-    def _longest(self, state: Any, step: np.ndarray) -> float:
+    def _longest(self, state: Any, step: Floats) -> float:
         """Return the motion of a step that `Settings.stride` limits [m].
 
         Of models with `motion_of_neighbours`, bodies that are near each other, it is their largest relative motion over
@@ -379,7 +380,7 @@ class Newton:
             return size
         return of_neighbours(state, step)
 
-    def largest(self, step: np.ndarray) -> float:
+    def largest(self, step: Floats) -> float:
         """Return the largest displacement of a step."""
         return float(np.max(np.abs(step * self.model.scale)[self.free], initial=0.0))
 

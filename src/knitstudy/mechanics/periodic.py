@@ -11,13 +11,14 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.errors import MeshError
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.beam import BeamState, LineHistory
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.line_contact import LineContact
 from knitstudy.mechanics.beams.line_friction import ActivePairs
 from knitstudy.mechanics.linear import factorise
-from knitstudy.mechanics.model import Model, Response, summed
+from knitstudy.mechanics.model import Memoryless, Model, Response, summed
 from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.basis import Spline
 from knitstudy.mechanics.spline_yarn.space import YarnSpace
@@ -37,7 +38,7 @@ STRAINS = ("x", "y", "xy")  # components in the plane; of curvatures and moments
 class Lattice:
     """How a sheet repeats itself."""
 
-    vectors: np.ndarray  # (2, 3), from a point to its images, in the plane of x and y [m]
+    vectors: Floats  # (2, 3), from a point to its images, in the plane of x and y [m]
     reference: float = 0.0  # height of the plane of reference [m]
 
     @property
@@ -46,16 +47,16 @@ class Lattice:
         return float(abs(np.cross(*self.vectors)[2]))
 
     @property
-    def lengths(self) -> np.ndarray:
+    def lengths(self) -> Floats:
         """Edges of the cell (3,) by which strains in the plane are multiplied for a displacement [m]."""
         return np.linalg.norm(self.vectors, axis=1)[[0, 1, 1]]
 
     def jumps(
         self,
         number: int,  # of the vector
-        nodes: np.ndarray,  # (N, 3), undeformed places, or coefficients of them [m]
-        unity: np.ndarray,  # (N,), coefficients of the constant 1
-    ) -> np.ndarray:
+        nodes: Floats,  # (N, 3), undeformed places, or coefficients of them [m]
+        unity: Floats,  # (N,), coefficients of the constant 1
+    ) -> Floats:
         """Return the jumps (N, 3, 6) of nodes to their images by one of the vectors, for each generalised strain."""
         t = self.vectors[number, :2]
         way = np.array([[t[0], 0, 0.5 * t[1]], [0, t[1], 0.5 * t[0]]])  # E t, and K t, by components of E, K
@@ -93,15 +94,15 @@ class PeriodicModel:
         self._measure = (spread @ factorise(self._collect @ spread).solve(last)).T
 
     @property
-    def lattice(self) -> np.ndarray:
+    def lattice(self) -> Ints:
         """Unknowns (3,) of the lattice."""
         return self.size + np.arange(-3, 0)
 
-    def stretched(self, displacement: np.ndarray) -> np.ndarray:
+    def stretched(self, displacement: Floats) -> Floats:
         """Return the unknowns (3,) of the lattice in a displacement (model.size,) of the model [m]."""
         return self._measure @ displacement
 
-    def advance(self, state: Any, step: np.ndarray) -> Any:
+    def advance(self, state: Any, step: Floats) -> Any:
         """Return the state displaced by `step` (size,) [m]."""
         return self.model.advance(state, self.spread @ step)
 
@@ -126,10 +127,10 @@ class PeriodicModel:
 
 def condensed(
     stiffness: sp.spmatrix,  # (size, size), symmetric
-    fields: np.ndarray,  # (size, m)
+    fields: Floats,  # (size, m)
     spread: sp.csr_matrix,  # (size, n), S
-    held: np.ndarray,  # int (k,), of the n: they stay 0, so that nothing can move for nothing
-) -> np.ndarray:
+    held: Ints,  # (k,), of the n: they stay 0, so that nothing can move for nothing
+) -> Floats:
     """Return the symmetric stiffness (m, m) against the amounts of fields, u = S q + fields a, with q in balance.
 
     Raises ConvergenceError if something else moves without any stiffness.
@@ -172,14 +173,14 @@ class Seam:
 
     wrapped: sp.csr_matrix  # (n, p) W: nodes of the yarn with two ends from nodes that wrap around
     beyond: sp.csr_matrix  # (n, p) S: how much of the jump of each its nodes carry
-    order: np.ndarray  # int (p,), function over the section of every node that wraps around
+    order: Ints  # (p,), function over the section of every node that wraps around
 
     @property
-    def unity(self) -> np.ndarray:
+    def unity(self) -> Floats:
         """Coefficients (p,) of the constant 1."""
         return (self.order == 0).astype(float)
 
-    def nodes(self, wrapped: np.ndarray, period: np.ndarray) -> np.ndarray:
+    def nodes(self, wrapped: Floats, period: Floats) -> Floats:
         """Return the undeformed nodes (n, 3) from nodes that wrap around (p, 3), the image `period` (3,) away [m]."""
         return self.wrapped @ wrapped + self.beyond @ np.multiply.outer(self.unity, period)
 
@@ -264,13 +265,13 @@ class EndlessState:
     """Configuration of the n nodes of one period."""
 
     beams: BeamState
-    lattice: np.ndarray  # (3,), strains in the plane times `Lattice.lengths` [m]
+    lattice: Floats  # (3,), strains in the plane times `Lattice.lengths` [m]
     contact: LineHistory
-    moved: np.ndarray  # (6 n + 3,), change of the unknowns since the increment began
+    moved: Floats  # (6 n + 3,), change of the unknowns since the increment began
     dragged: float = 0.0  # work of the drag before [J]
 
 
-class EndlessBeams:
+class EndlessBeams(Memoryless):
     """A model whose unknowns are six of every node of one period, and the three of the lattice.
 
     `inner` has the elements between them. Its further nodes are images: they move with their nodes and with the
@@ -282,8 +283,8 @@ class EndlessBeams:
     def __init__(
         self,
         inner: BeamModel,  # of N nodes
-        owner: np.ndarray,  # int (N,), node of the period; the first n are themselves
-        image: np.ndarray,  # int (N, 2), how many periods away
+        owner: Ints,  # (N,), node of the period; the first n are themselves
+        image: Ints,  # (N, 2), how many periods away
         lattice: Lattice,
         contact: LineContact,  # of points
         points: ContactPoints,
@@ -311,14 +312,10 @@ class EndlessBeams:
         period = inner.elements.length.sum() / (len(owner) - self.nodes)
         self._drag *= DRAG * bending / period**3
         self._stored: dict[str, float] = {}  # energies there
-        i = np.arange(6 * len(owner)).reshape(-1, 6)
-        own = sp.csr_matrix(
-            (np.ones(i.size), (i.ravel(), (6 * owner[:, None] + np.arange(6)).ravel())), (i.size, self.size)
-        )
-        shift = np.einsum("ka,aij->kij", image, self.moves)
-        at = np.broadcast_to(i[:, :3, None], shift.shape)
-        column = np.broadcast_to(self.lattice_unknowns, shift.shape)
-        self.spread = own + sp.csr_matrix((shift.ravel(), (at.ravel(), column.ravel())), own.shape)
+        own = sp.csr_matrix((np.ones(len(owner)), (np.arange(len(owner)), owner)))
+        shift = np.zeros((len(owner), 6, 3))
+        shift[:, :3] = np.einsum("ka,aij->kij", image, self.moves)
+        self.spread = sp.hstack([sp.kron(own, sp.identity(6)), shift.reshape(-1, 3)], format="csr")
         self._collect = sp.csr_matrix(self.spread.T)
         self._points_follow = points.spread(self.moves)
         self._placed = lru_cache(maxsize=1)(self._place)  # the tangent needs what forces have needed
@@ -331,7 +328,7 @@ class EndlessBeams:
         return model
 
     @property
-    def lattice_unknowns(self) -> np.ndarray:
+    def lattice_unknowns(self) -> Ints:
         """Unknowns (3,) of the lattice."""
         return self.size + np.arange(-3, 0)
 
@@ -346,11 +343,11 @@ class EndlessBeams:
             state = replace(state, contact=self._contact(state).commit(points, vectors, state.contact))
         return state
 
-    def vectors(self, state: EndlessState) -> np.ndarray:
+    def vectors(self, state: EndlessState) -> Floats:
         """Return the lattice vectors (2, 3) in a state [m]."""
         return self.lattice.vectors + self.moves @ state.lattice
 
-    def advance(self, state: EndlessState, step: np.ndarray) -> EndlessState:
+    def advance(self, state: EndlessState, step: Floats) -> EndlessState:
         """Return the state a step (size,) further."""
         turn = np.asarray(step[:-3])
         beams = self.inner.advance(state.beams, turn)
@@ -361,9 +358,6 @@ class EndlessBeams:
         released = min(load / RELEASED, 1.0)
         beams = replace(state.beams, released=released) if self.ramps else state.beams
         return replace(state, beams=beams, moved=np.zeros(self.size))
-
-    def settle(self, state: EndlessState) -> None:
-        """Return None: a balanced state is a converged one."""
 
     def commit(self, state: EndlessState) -> EndlessState:
         """Return the state that a converged increment leaves."""
@@ -395,7 +389,9 @@ class EndlessBeams:
                 {form: -stored for form, stored in self._stored.items()},
             ),
             stiffness=tangent,
-            status=np.zeros(1),  # Contact begins softly, but a force may still jump within a step.
+            status=np.zeros(
+                1, dtype=np.int64
+            ),  # Contact begins softly, but a force may still jump within a step.
         )
 
     def internal_energy(self, response: Response) -> float:

@@ -261,7 +261,7 @@ def minimise(cost: CostFunction, points: Floats, motions: Floats) -> Optimum:
         return value / unit, np.einsum("kai,ka->i", motions, gradient) / unit
 
     for share in CONTINUATION:
-        result = minimize(function, q, args=(share,), jac=True, method="BFGS", options=QUASI_NEWTON)  # type: ignore[call-overload]
+        result = minimize(function, q, args=(share,), jac=True, method="BFGS", options=QUASI_NEWTON)
         q, iterations = result.x, iterations + result.nit
     q, gradient = _polish(function, q)
     if gradient > GRADIENT_TOLERANCE:

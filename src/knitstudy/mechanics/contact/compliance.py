@@ -12,6 +12,7 @@ from functools import cache, lru_cache
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.assembly import stiffness_at_rest
 from knitstudy.mechanics.linear import factorise
 from knitstudy.mechanics.materials.isotropic import Hencky
@@ -23,7 +24,7 @@ from knitstudy.mechanics.spline_yarn.span import span_groups
 NORMAL, ACROSS, ALONG = range(3)
 
 
-def polar_rule(rings: int) -> tuple[np.ndarray, np.ndarray]:
+def polar_rule(rings: int) -> tuple[Floats, Floats]:
     """Return points (q, 2) and weights (q,) of the mean over the unit disc, on so many rings.
 
     Gauss points in the square of the radius and equal angles; exact for polynomials of degree 4 rings - 1.
@@ -37,7 +38,7 @@ def polar_rule(rings: int) -> tuple[np.ndarray, np.ndarray]:
     return disc.on_rings(rings, 4 * rings, 0.5 * (np.arange(rings)[:, None] % 2))
 
 
-def moments(rule: np.ndarray) -> np.ndarray:
+def moments(rule: Floats) -> Floats:
     """Return the functions (3, q) whose means over the disc are joined: 1, and both coordinates at unit mean square.
 
     Examples
@@ -49,7 +50,7 @@ def moments(rule: np.ndarray) -> np.ndarray:
 
 
 def surface_compliance(
-    m: np.ndarray,  # int (...), waves around
+    m: Ints,  # (...), waves around
     k: np.ndarray,  # (...), waves along, times the radius; not 0
     poisson_ratio: float,
 ) -> np.ndarray:
@@ -88,7 +89,7 @@ def surface_compliance(
     return (1 + nu) * np.swapaxes(np.linalg.solve(*last), -1, -2)
 
 
-def _logarithmic_slope(m: np.ndarray, k: np.ndarray) -> np.ndarray:
+def _logarithmic_slope(m: Ints, k: Floats) -> Floats:
     """Return k I_m'(k) / I_m(k) = m + k I_(m+1)(k) / I_m(k), by the recurrence of that ratio from far above."""
     waves, place = np.unique(k, return_inverse=True)
     highest = int(m.max(initial=0))
@@ -132,7 +133,7 @@ def local_compliance(
     return normal, along, across
 
 
-def _beam_patch(radius: float, apart: float, poisson_ratio: float) -> np.ndarray:
+def _beam_patch(radius: float, apart: float, poisson_ratio: float) -> Floats:
     """Compliance (3,) of such forces on a beam, times E R: normal, along the yarn, across both."""
     _, along, weight = patch_rule(radius, rings=int(SHORTEST / 2) + 6)
     k = np.pi * np.arange(1, int(SHORTEST / radius * apart / np.pi) + 1, 2) / apart
@@ -169,10 +170,10 @@ def missing_tie_compliance(
     radius: float,  # of the yarns [m]
     youngs_modulus: float,
     poisson_ratio: float,
-    yarn: np.ndarray,  # int (k,)
-    arc_length: np.ndarray,  # (k,), where the patches lie [m]
+    yarn: Ints,  # (k,)
+    arc_length: Floats,  # (k,), where the patches lie [m]
     patch: float,  # their radius [m]
-) -> np.ndarray:
+) -> Floats:
     """Return the compliance (k, 2) of the mean and of the linear moments of patches that yarns do not show [m/N].
 
     The same for every direction of the force, and for both linear moments: means over all that differs, so that a tie
@@ -198,9 +199,7 @@ def missing_tie_compliance(
 
 
 @cache
-def _along_a_span(
-    degree: int, spline_degree: int, span: float, patch: float, poisson_ratio: float
-) -> np.ndarray:
+def _along_a_span(degree: int, spline_degree: int, span: float, patch: float, poisson_ratio: float) -> Floats:
     """Return the missing compliance over its place in a span as amplitudes (3, 2) of cosines, times E R."""
     places = 0.0, 0.25, 0.5
     full = [missing_compliance(degree, spline_degree, span, place, patch, poisson_ratio) for place in places]
@@ -216,7 +215,7 @@ def missing_compliance(
     place: float,  # of the patch's middle in its span, 0 to 1
     radius: float,  # of the patch, over the yarn's
     poisson_ratio: float,
-) -> np.ndarray:
+) -> Floats:
     """Return the compliance (9, 9) that a space does not show of a patch, times E R.
 
     Rows and columns are moments, and for each the components along the normal, along the yarn and across it.
@@ -226,7 +225,7 @@ def missing_compliance(
     return exact - space_patch(degree, spline_degree, span, place, radius, poisson_ratio)
 
 
-def patch_rule(radius: float, rings: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def patch_rule(radius: float, rings: int) -> tuple[Floats, Floats, Floats]:
     """Return angle (q,), place along (q,) and weights (3, q) of the moments of a patch.
 
     The patch is the disc in the tangent plane, seen from the axis.
@@ -237,7 +236,7 @@ def patch_rule(radius: float, rings: int) -> tuple[np.ndarray, np.ndarray, np.nd
 
 
 @cache
-def cylinder_patch(radius: float, apart: float, poisson_ratio: float) -> np.ndarray:
+def cylinder_patch(radius: float, apart: float, poisson_ratio: float) -> Floats:
     """Return the compliance (9, 9) of patches on a straight elastic yarn, times E R."""
     largest = SHORTEST / radius
     angle, along, weight = patch_rule(radius, rings=int(SHORTEST / 2) + 6)
@@ -265,7 +264,7 @@ def cylinder_patch(radius: float, apart: float, poisson_ratio: float) -> np.ndar
 @cache
 def space_patch(
     degree: int, spline_degree: int, span: float, place: float, radius: float, poisson_ratio: float
-) -> np.ndarray:
+) -> Floats:
     """Return the compliance (9, 9) of patches as a space shows it, times E R; arguments of `missing_compliance`."""
     spans, d = int(np.ceil(APART_IN_PATCH / span)), spline_degree
     angle, along, weight = patch_rule(radius, rings=degree + d + 2)
@@ -294,7 +293,7 @@ def space_patch(
     return compliance[np.ix_(order, order)]
 
 
-def straight(yarn: YarnSpace) -> np.ndarray:
+def straight(yarn: YarnSpace) -> Floats:
     """Return the nodes (N, 3) of a straight yarn of radius 1 along the third axis."""
     spline = yarn.spline
     middle = sliding_window_view(spline.knots[1:-1], spline.degree).mean(axis=1)  # of the functions
@@ -404,17 +403,8 @@ def far_compliance(poisson: float, direction: int = NORMAL) -> float:
 def half_space_compliance(radius: float, poisson: float, direction: int = NORMAL) -> float:
     """Return C_half: the weighted mean displacement of a half space under Hertz's distribution on a circle.
 
-    Under a force along the surface the compliance is (2 - nu) / (2 (1 - nu)) times as large (Johnson 1985,
-    section 7.2).
-
-    Parameters
-    ----------
-    radius : float
-        Radius of the circle, over the radius of the yarn.
-    poisson : float
-        Poisson's ratio.
-    direction : int
-        Direction of the force: `NORMAL`, `ALONG` or `ACROSS`.
+    The radius of the circle is over that of the yarn. Under a force along the surface, in the direction `ALONG` or
+    `ACROSS`, the compliance is (2 - nu) / (2 (1 - nu)) times as large (Johnson 1985, section 7.2).
 
     Examples
     --------
@@ -426,7 +416,7 @@ def half_space_compliance(radius: float, poisson: float, direction: int = NORMAL
 
 
 @lru_cache(maxsize=1)
-def _disc() -> tuple[np.ndarray, np.ndarray]:
+def _disc() -> tuple[Floats, Floats]:
     """Return places (k, 2) on the unit disc and weights (k,) of Hertz's pressure there, whose sum is 1."""
     height, weight = np.polynomial.legendre.leggauss(8)
     height = 0.5 * (height + 1)  # sqrt(1 - r^2)

@@ -12,6 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.materials import Material
 from knitstudy.registry import Registry
 
@@ -20,13 +21,13 @@ from knitstudy.registry import Registry
 class ElementResponse:
     """Batch of element forces (e, n, 3) [N], energies (e,) [J] and stiffness (e, n^2, 9) [N/m] or None."""
 
-    force: np.ndarray
-    internal: np.ndarray
-    hourglass: np.ndarray
-    stiffness: np.ndarray | None
+    force: Floats
+    internal: Floats
+    hourglass: Floats
+    stiffness: Floats | None
 
     @property
-    def tangent(self) -> np.ndarray:
+    def tangent(self) -> Floats:
         """The stiffness of a response that was asked for with it."""
         assert self.stiffness is not None, "this response was asked for without its stiffness"
         return self.stiffness
@@ -39,7 +40,7 @@ class Elements(Protocol):
     volume: np.ndarray  # (E,), undeformed [m3]
 
     def respond(
-        self, batch: slice, displacement: np.ndarray, stiffness: bool, out: np.ndarray | None = None
+        self, batch: slice, displacement: Floats, stiffness: bool, out: Floats | None = None
     ) -> ElementResponse:
         """Return the response of the elements `batch` to their displacements (e, n, 3) [m].
 
@@ -51,10 +52,10 @@ def in_parts(
     respond: Callable[..., tuple[np.ndarray, np.ndarray]],
     few: int,
     batch: slice,
-    displacement: np.ndarray,
+    displacement: Floats,
     stiffness: bool,
-    out: np.ndarray | None = None,
-    step: np.ndarray | None = None,
+    out: Floats | None = None,
+    step: Floats | None = None,
 ) -> ElementResponse:
     """Return the response of a batch, about `few` elements at a time: their arrays fit into a processor's cache.
 

@@ -15,6 +15,7 @@ import scipy.sparse.linalg as spla
 from scipy.linalg import cython_lapack
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.pattern_sum import lacking
 
 NOWHERE = np.empty(0, dtype=np.int64)
@@ -27,7 +28,7 @@ class System:
     matrix: sp.bsr_matrix | sp.csr_matrix  # (size, size)
     # (size, size), part of it without which it is symmetric and positive definite
     unsymmetric: sp.bsr_matrix | None = None
-    touching: np.ndarray = field(default_factory=lambda: NOWHERE)  # nodes that contact acts on
+    touching: Ints = field(default_factory=lambda: NOWHERE)  # nodes that contact acts on
     # (n, 3), displacement of the nodes [m]: rigid motions are about where they are
     moved: np.ndarray | None = None
 
@@ -41,7 +42,7 @@ class System:
 class Solution:
     """Solution of a linear system and the Krylov iterations that it took (0 for a direct solver)."""
 
-    x: np.ndarray
+    x: Floats
     iterations: int
 
 
@@ -59,7 +60,7 @@ class LinearSolver(Protocol):
     def release(self) -> None:
         """Forget the matrix, so that its memory can serve for the next one."""
 
-    def solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
+    def solve(self, rhs: Floats, tolerance: float) -> Solution:
         """Solve to a relative residual of `tolerance`; raises ConvergenceError if that is not reached."""
 
 
@@ -138,7 +139,7 @@ class LU:
 
     forget = release
 
-    def solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
+    def solve(self, rhs: Floats, tolerance: float) -> Solution:
         """Solve directly; `tolerance` is met by far or the matrix is reported as singular."""
         started = time.perf_counter()
         self.setup_seconds = 0.0
@@ -185,7 +186,7 @@ class NodeFactors:
         self._factors = factorise(transposed, "NATURAL")
         self.order = (size * order[:, None] + np.arange(size)).ravel()  # of the unknowns
 
-    def solve(self, rhs: np.ndarray) -> np.ndarray:
+    def solve(self, rhs: Floats) -> Floats:
         """Return the solution (n,) for a right-hand side (n,).
 
         Examples

@@ -15,6 +15,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator, gcrotmk
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.batches import share
 from knitstudy.mechanics.linear import LU, NOWHERE, Solution, System
 
@@ -81,8 +82,8 @@ Apply = Callable[[np.ndarray], np.ndarray]
 class Iterate:
     """Approximate solution, its residual, the norm of the right-hand side, and iterations so far."""
 
-    x: np.ndarray
-    residual: np.ndarray
+    x: Floats
+    residual: Floats
     level: float
     iterations: int = 0
 
@@ -121,7 +122,7 @@ def conjugate_gradients(
         # Orthogonal to the last direction itself, not by a formula that presumes a constant preconditioner.
         direction = correction - (correction @ image) / curvature * direction
         image = matrix @ direction
-        curvature = direction @ image
+        curvature = float(direction @ image)
         if not curvature > 0:
             return INDEFINITE
         length = (direction @ state.residual) / curvature
@@ -148,7 +149,7 @@ def minimal_residuals(matrix: Rows, apply: Apply, state: Iterate, goal: float, m
     [1.0, 1.0]
     """
 
-    def counted(residual: np.ndarray) -> np.ndarray:
+    def counted(residual: Floats) -> Floats:
         state.iterations += 1
         return apply(residual)
 
@@ -186,7 +187,7 @@ class Preconditioner(Protocol):
     def release(self) -> None:
         """Give up the preconditioner, so that searches and tangents can use its memory before it is made anew."""
 
-    def apply(self, residual: np.ndarray) -> np.ndarray:
+    def apply(self, residual: Floats) -> Floats:
         """Return an approximate solution (size,) for a right-hand side (size,)."""
 
 
@@ -234,7 +235,7 @@ class Krylov:
         if self._direct is not None:
             self._direct.release()
 
-    def solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
+    def solve(self, rhs: Floats, tolerance: float) -> Solution:
         """Solve to a true relative residual of `tolerance`.
 
         Raises ConvergenceError if that takes too many iterations, or a symmetric matrix is not positive definite and
@@ -250,7 +251,7 @@ class Krylov:
             self.setup_seconds += self._direct.setup_seconds
             return solution
 
-    def _solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
+    def _solve(self, rhs: Floats, tolerance: float) -> Solution:
         self.setup_seconds = 0.0
         state = Iterate(np.zeros_like(rhs), rhs.copy(), float(np.linalg.norm(rhs)))
         assert self._system is not None, "no matrix to solve with: it was released"
