@@ -12,7 +12,7 @@ from knitstudy.measures import centre_cell, response
 from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import transferred_uncertainty
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.paper.claims import CLAIMS, COMPARABLE, NotRun, Remark, Row, at_least, at_most, holds
 from knitstudy.paper.claims.evidence import NO_DIRECT, Evidence
 from knitstudy.paper.columns import CONTRACTION, STABILISED, STRAIN, U_Z
@@ -103,7 +103,7 @@ def motion(evidence: Evidence) -> Iterator[Row | Remark]:
     yield Remark(note, (evidence.direct["isotropic"],))
 
 
-def asymmetry(history: xr.Dataset, whole: Floats | None = None) -> float:
+def asymmetry(history: xr.Dataset, whole: Ints | None = None) -> float:
     """Return the difference of the envelopes of u_z of yarns mirrored about the mid line, over the largest |u_z|.
 
     `whole` (Y,) holds for every piece in the history the number of its yarn.
