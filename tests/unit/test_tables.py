@@ -21,7 +21,7 @@ from knitstudy.measures.response import (
     transverse_contraction,
 )
 from knitstudy.paper.cases import number, numbers
-from knitstudy.paper.report.files import READERS
+from knitstudy.paper.report import READERS
 from knitstudy.paper.sweeps import law_of, nodes_2d, nodes_3d
 from knitstudy.paper.tables.table1_table2_contact import (
     AVERAGED,
@@ -29,9 +29,8 @@ from knitstudy.paper.tables.table1_table2_contact import (
     tabulate_averages,
     tabulate_springs,
 )
-from knitstudy.run.catalogue import FIGURES, TABLES
+from knitstudy.run.catalogue import FIGURES, TABLES, Displays, reference_files
 from knitstudy.run.configuration import CONFIG, load_scenes, load_study
-from knitstudy.run.displays import Displays, reference_files
 from knitstudy.run.plan import Plan
 
 
@@ -135,13 +134,13 @@ def results(knit):
 def test_every_table_is_made_from_the_files_that_the_workflow_names(offered, results, name):
     def read(source):
         if isinstance(source, list):
-            return {scene.name: read((stage, scene)) for stage, scene in source}
+            return {step.scene.name: read(step) for step in source}
         if isinstance(source, Path):
             return READERS[source.suffix](source)
-        if source[1].name.startswith("fabric-"):
-            way, other = source[1].name.split("-")[-2:]
+        if source.scene.name.startswith("fabric-"):
+            way, other = source.scene.name.split("-")[-2:]
             return synthetic.fabric_cell(other, way)
-        return results[source[0].name].assign_attrs(scene=source[1].name)
+        return results[source.stage.name].assign_attrs(scene=source.scene.name)
 
     sources = {argument: read(source) for argument, source in offered.sources[name].items()}
     assert len(TABLES.make(name, **sources, scenes=offered.scenes(name)).columns)

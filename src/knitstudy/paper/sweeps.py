@@ -28,9 +28,8 @@ from knitstudy.knit.models.rom2d.build import planar_network
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.yarns.joints import contacts_of_crossings, joint_points
 from knitstudy.knit.yarns.network import spatial_network
-from knitstudy.measures.discretisation import SOLID_YARNS, discretisation
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.reference import reference_of
+from knitstudy.measures.reference import SOLID_YARNS, discretisation, reference_of
 from knitstudy.measures.response import LARGEST_U_Z
 from knitstudy.paper.cases import number
 from knitstudy.paper.columns import U_Z, Rows, Simulation

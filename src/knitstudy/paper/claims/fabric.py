@@ -23,8 +23,8 @@ from knitstudy.measures.centre_cell import (
     loop_of,
 )
 from knitstudy.measures.cost import memory_growth, series_of
-from knitstudy.measures.discretisation import HEXAHEDRA, INTERACTIONS, made_of
 from knitstudy.measures.estimate import Estimate, all_hold
+from knitstudy.measures.reference import HEXAHEDRA, INTERACTIONS, made_of
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.paper.cases import angles_by_geometry, angles_of_stress
 from knitstudy.paper.claims import (

@@ -11,9 +11,8 @@ import numpy as np
 from knitstudy.knit.yarns.joints import springs
 from knitstudy.measures import response
 from knitstudy.measures.cost import memory_growth
-from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.estimate import UNKNOWN, Estimate
-from knitstudy.measures.reference import transferred_uncertainty
+from knitstudy.measures.reference import made_of, transferred_uncertainty
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.paper.cases import REPORTED, Case, amplitude, is_plain, label_of
 from knitstudy.paper.claims import (

@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.measures.discretisation import made_of
+from knitstudy.measures.reference import made_of
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.paper.columns import cells_of
 from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several

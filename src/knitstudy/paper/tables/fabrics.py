@@ -27,7 +27,7 @@ from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.membrane import MembraneLaw, Parts
 from knitstudy.run.catalogue import TABLES, Datasets, several
-from knitstudy.use.strip import strain_at, stretch_strip
+from knitstudy.use.fabric_law import strain_at, stretch_strip
 
 log = logging.getLogger(__name__)
 

@@ -14,9 +14,9 @@ from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures import response
 from knitstudy.measures.centre_cell import crossing_error
 from knitstudy.measures.cost import effort, element_length
-from knitstudy.measures.discretisation import INTERACTIONS, is_direct, made_of
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.history_checks import allowed_penetration, hourglass_share, ledger_gap, penetration
+from knitstudy.measures.reference import INTERACTIONS, is_direct, made_of
+from knitstudy.measures.response import allowed_penetration, hourglass_share, ledger_gap, penetration
 from knitstudy.paper.cases import COMPARED, MODELS, Case, cases_of, comparison, is_plain
 from knitstudy.paper.columns import (
     CONTRACTION,

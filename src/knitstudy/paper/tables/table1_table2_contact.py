@@ -13,7 +13,7 @@ import xarray as xr
 from knitstudy.errors import DataFileError
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.yarns.joints import AXES, MAIN, MEASURES, NORMALS, springs
-from knitstudy.measures.history_checks import allowed_penetration, penetration
+from knitstudy.measures.response import allowed_penetration, penetration
 from knitstudy.paper.cases import number
 from knitstudy.run.catalogue import OTHER_SOLIDS, SOLIDS, TABLES, Datasets, Scenes, of_cases, several, solid
 

@@ -12,8 +12,8 @@ import xarray as xr
 
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.measures.cost import MEGABYTE, Series, effort, element_length, memory_growth, series_of
-from knitstudy.measures.discretisation import discretisation
 from knitstudy.measures.estimate import UNKNOWN
+from knitstudy.measures.reference import discretisation
 from knitstudy.paper.cases import (
     MODELS,
     OVER_REFERENCE,

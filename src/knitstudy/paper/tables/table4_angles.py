@@ -10,7 +10,7 @@ import xarray as xr
 
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.centre_cell import SEGMENT, angles_to_axes, central, honeycomb_segments, stress_angles
-from knitstudy.measures.discretisation import INTERACTIONS, made_of
+from knitstudy.measures.reference import INTERACTIONS, made_of
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.paper.cases import angles_by_geometry, angles_of_stress
 from knitstudy.run.catalogue import (

@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.measures.discretisation import INTERACTIONS
+from knitstudy.measures.reference import INTERACTIONS
 from knitstudy.measures.response import FORCE, LARGEST_U_Z, QUANTITIES
 from knitstudy.paper.claims import (
     CLAIMS,
