@@ -25,7 +25,7 @@ from knitstudy.errors import DataFileError, KnitstudyError
 from knitstudy.files import STAMP, commit, read_result, read_table, replacing, write_table, write_text
 from knitstudy.knit.scene.documents import RESOURCES, WORKFLOW
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.paper.claims.scale import GRADES, NOT_RUN
+from knitstudy.paper.claims import GRADES, NOT_RUN
 from knitstudy.paper.figures import draw
 from knitstudy.paper.report import (
     REFERENCE,

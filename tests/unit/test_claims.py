@@ -15,11 +15,10 @@ from knitstudy.knit.geometry.lay_out import initial_loop
 from knitstudy.knit.geometry.specimens import KNITS, plain_knit
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.reference import problem_of
+from knitstudy.paper.claims import CLAIMS, at_least, at_most
 from knitstudy.paper.claims.contact import asymmetry
-from knitstudy.paper.claims.evidence import BY_OTHERS, Evidence, decide
+from knitstudy.paper.claims.evidence import BY_OTHERS, decide, evidence_of, judge
 from knitstudy.paper.claims.fabric import PAPERS_MESH
-from knitstudy.paper.claims.scale import at_least, at_most
-from knitstudy.paper.claims.verdicts import RULES
 from knitstudy.run.configuration import load_scenes
 
 SLIPPERY = "inputs-friction010-isotropic-course"
@@ -40,7 +39,7 @@ def evidence(plain_scene, knit, contacts, paper, cases):
     swept = {name: scene for name, scene in swept.items() if name.startswith("sweep-")}
     sweeps = study.swept_histories(swept, {"shape": 1.0})
     histories, touching = in_contact(knit)
-    return Evidence(
+    return evidence_of(
         geometry=synthetic.geometry(plain_knit(initial_loop(plain_scene), 2, 2), flattened=0.99),
         paper=paper,
         reference=study.reference(scenes),
@@ -87,32 +86,38 @@ def jumping(contacts, turned, slid):
 
 def with_direct(evidence, name, attrs=(), **variables):
     """Return the evidence with other variables and attributes in one history."""
-    changed = {name: evidence.histories[name].assign(**variables).assign_attrs(attrs)}
-    return replace(evidence, histories={**evidence.histories, **changed})
+    history = evidence.rows[name].history.assign(**variables).assign_attrs(attrs)
+    return with_row(evidence, name, evidence.rows[name].with_results(simulation=history))
+
+
+def with_row(evidence, name, row):
+    """Return the evidence with another row of a scene."""
+    return replace(evidence, rows={**evidence.rows, name: row})
 
 
 def with_contacts(evidence, contacts):
     """Return the evidence with other contacts with friction."""
-    return replace(evidence, contacts={**evidence.contacts, "isotropic": contacts})
+    return with_row(evidence, "isotropic", evidence.rows["isotropic"].with_results(contacts=contacts))
 
 
 def with_zones(evidence, zones):
     """Return the evidence with other numbers of zones (increments, 4) in the centre cell."""
-    contacts = evidence.contacts["isotropic"].copy(deep=True)
+    contacts = evidence.rows["isotropic"].results["contacts"].copy(deep=True)
     contacts["zones"][:, centre_cell(contacts)] = np.array(zones)
     return with_contacts(evidence, contacts)
 
 
 def with_history(evidence, name, **changes):
     """Return the evidence with another history of one scene of the four cases."""
-    changed = study.histories({name: evidence.scenes[name]}, **{name: changes})
-    return replace(evidence, histories={**evidence.histories, **changed})
+    row = evidence.rows[name]
+    changed = study.histories({name: row.scene}, **{name: changes})
+    return with_row(evidence, name, row.with_results(simulation=changed[name]))
 
 
 def with_reference(evidence, name, quantity, factor):
     """Return the evidence with another reference of one direct simulation in course tension."""
     table = evidence.reference.copy()
-    here = (table["problem"] == problem_of(evidence.scenes[name])) & (table["quantity"] == quantity)
+    here = (table["problem"] == problem_of(evidence.rows[name].scene)) & (table["quantity"] == quantity)
     table.loc[here, ["value", "uncertainty"]] *= factor
     return replace(evidence, reference=table)
 
@@ -135,9 +140,9 @@ def with_a_gap(evidence, radii):
 UNLIKE_THE_PAPER = {"M3", "R7", "S1", "S3"}
 
 
-@pytest.mark.parametrize("claim", sorted(RULES.keys() - UNLIKE_THE_PAPER))
+@pytest.mark.parametrize("claim", sorted(set(CLAIMS.names()) - UNLIKE_THE_PAPER))
 def test_values_of_the_paper_are_reproduced(evidence, claim):
-    judged = RULES[claim](evidence)
+    judged = judge(claim, evidence)
     assert judged.verdict == "reproduced", judged.rows
     assert any(row.grade for row in judged.rows)
 
@@ -145,10 +150,10 @@ def test_values_of_the_paper_are_reproduced(evidence, claim):
 def test_discretisations_that_disagree_do_not_decide(evidence):
     """Zones of the centre cell: never more than three by the other one."""
     alike, other = replace(evidence), with_zones(evidence, [(0, 0, 0, 0)] * 3 + [(1, 1, 1, 0)] * 3)
-    decided = decide(RULES["K2"], replace(evidence, again={"fine": alike}), BY_OTHERS)
+    decided = decide("K2", replace(evidence, again={"fine": alike}), BY_OTHERS)
     assert decided.verdict == "reproduced"
     assert decided.uncertainty.startswith("fine: reproduced, 4")
-    judged = decide(RULES["K2"], replace(evidence, again={"fine": alike, "finest": other}), BY_OTHERS)
+    judged = decide("K2", replace(evidence, again={"fine": alike, "finest": other}), BY_OTHERS)
     assert judged.verdict == "undecidable"
     assert "finest: contradicted" in judged.uncertainty
 
@@ -162,7 +167,7 @@ def test_3d_model_must_be_nearer_by_a_factor_of_two_in_every_case(evidence, case
     """The 2D model is 1.0 away: 0.4 is much nearer, 0.6 is nearer, and 1.1 is not nearer."""
     full = study.FORCE[case.split("-")[0]]
     changed = with_history(evidence, f"rom3d-{case}", force=(0, factor * full / 2, factor * full))
-    judged = RULES["R1"](changed)
+    judged = judge("R1", changed)
     assert judged.verdict == verdict
     tightest = judged.rows[0]
     assert tightest.quantity.endswith(case.split("-")[1]), "the tightest test comes first"
@@ -186,7 +191,7 @@ def test_asymmetry_by_hand():
 
 @pytest.mark.parametrize("claim", ["R1", "R2", "R3", "B1", "K5", "K6", "K7"])
 def test_without_a_reference_nothing_is_decided(evidence, claim):
-    judged = RULES[claim](replace(evidence, reference=study.NO_REFERENCE))
+    judged = judge(claim, replace(evidence, reference=study.NO_REFERENCE))
     assert judged.verdict == "not yet run"
     assert "no reference of" in judged.note
 
@@ -200,25 +205,26 @@ def test_without_a_reference_nothing_is_decided(evidence, claim):
     ],
 )
 def test_a_margin_below_the_uncertainty_is_open(evidence, claim, scene, changes):
-    judged = RULES[claim](with_history(evidence, scene, **changes))
+    judged = judge(claim, with_history(evidence, scene, **changes))
     assert judged.verdict == "undecidable", judged.rows
-    certain = replace(evidence, reference=study.reference(evidence.scenes, uncertainty=1e-4))
-    assert RULES[claim](with_history(certain, scene, **changes)).verdict == "reproduced"
+    scenes = {name: row.scene for name, row in evidence.rows.items()}
+    certain = replace(evidence, reference=study.reference(scenes, uncertainty=1e-4))
+    assert judge(claim, with_history(certain, scene, **changes)).verdict == "reproduced"
 
 
 def test_stabilisation_counts_at_full_load(evidence):
-    history = evidence.histories["isotropic"]
+    history = evidence.rows["isotropic"].history
     energy = history["energy"].copy(deep=True)
     energy.loc[{"form": "stabilisation"}] = 0.04 * energy.sel(form="internal")
     energy.loc[{"form": "stabilisation", "increment": 1}] = 0.06 * energy.sel(form="internal")[1]
-    assert RULES["E1"](with_direct(evidence, "isotropic", energy=energy)).verdict == "reproduced"
+    assert judge("E1", with_direct(evidence, "isotropic", energy=energy)).verdict == "reproduced"
     energy.loc[{"form": "stabilisation"}] = 0.06 * energy.sel(form="internal")
-    assert RULES["E1"](with_direct(evidence, "isotropic", energy=energy)).verdict == "contradicted"
+    assert judge("E1", with_direct(evidence, "isotropic", energy=energy)).verdict == "contradicted"
 
 
 def with_still(evidence, name, rest=0.0):
     """Return the evidence with one crossing of the centre cell that moves little or not at all."""
-    contacts = evidence.contacts["isotropic"]
+    contacts = evidence.rows["isotropic"].results["contacts"]
     values = contacts[name].copy(deep=True)
     values[:, centre_cell(contacts)[2]] = rest
     return with_contacts(evidence, contacts.assign({name: values}))
@@ -227,19 +233,20 @@ def with_still(evidence, name, rest=0.0):
 def with_springs(evidence, direction, *stiffness):
     """Return the evidence with other springs (3,) [N/m] in one direction."""
     name = f"dns-isotropic-{direction}"
-    other = synthetic.contacts_with_springs(evidence.contacts[name], np.array(stiffness), "local")
-    return replace(evidence, contacts={**evidence.contacts, name: other})
+    row = evidence.rows[name]
+    other = synthetic.contacts_with_springs(row.results["contacts"], np.array(stiffness), "local")
+    return with_row(evidence, name, row.with_results(contacts=other))
 
 
 def with_bend(evidence, at):
     """Return the evidence with a curve of force that bends at a strain."""
-    strain = evidence.histories["isotropic"]["strain"]
+    strain = evidence.rows["isotropic"].history["strain"]
     return with_direct(evidence, "isotropic", force=300 * strain + 500 * (strain - at).clip(0))
 
 
 def with_motion(evidence, factor, yarns=(0, 1, 2, 3)):
     """Return the evidence with the motion of some yarns times a factor."""
-    history = evidence.histories["isotropic"]
+    history = evidence.rows["isotropic"].history
     motion = history["centreline_displacement"]
     moved = motion.where(~history["yarn"].isin(yarns), motion * factor)
     return with_direct(evidence, "isotropic", centreline_displacement=moved)
@@ -247,9 +254,9 @@ def with_motion(evidence, factor, yarns=(0, 1, 2, 3)):
 
 def with_memory(evidence, exponent, scatter):
     """Return the evidence with another growth of memory in contact; that of the smallest knit is off by a factor."""
-    series = [name for name in evidence.histories if name.startswith("domain-hexahedra-isotropic-course-")]
+    series = [name for name in evidence.rows if name.startswith("domain-hexahedra-isotropic-course-")]
     for name in series:
-        cells = evidence.scenes[name].pattern.loops
+        cells = evidence.rows[name].scene.pattern.loops
         memory = 1e9 * (cells / 3) ** exponent * (scatter if cells == 3 else 1)
         evidence = with_direct(evidence, name, {"memory_growth": memory})
     return evidence
@@ -257,40 +264,39 @@ def with_memory(evidence, exponent, scatter):
 
 def with_half_way(evidence, turned, slid):
     """Return the evidence with rotation and sliding that jump to their last values at increments."""
-    return with_contacts(evidence, jumping(evidence.contacts["isotropic"], turned, slid))
+    return with_contacts(evidence, jumping(evidence.rows["isotropic"].results["contacts"], turned, slid))
 
 
 def with_paper_knit(evidence, specimen):
     """Return the evidence with a knit of the loop that the paper's angles and lengths give."""
-    scene = load_scenes()[PAPERS_MESH]
+    scene, row = load_scenes()[PAPERS_MESH], evidence.rows[PAPERS_MESH]
     knit = KNITS[specimen](initial_loop(scene), 3, 3)
-    scenes = {**evidence.scenes, PAPERS_MESH: scene}
-    return replace(evidence, geometry=synthetic.geometry(knit, flattened=0.99), scenes=scenes)
+    changed = replace(evidence, geometry=synthetic.geometry(knit, flattened=0.99))
+    return with_row(changed, PAPERS_MESH, replace(row, scene=scene))
 
 
 def with_unknowns(evidence, over_ties):
     """Return the evidence with other degrees of freedom in contact, over those of ties."""
-    dof = int(over_ties * evidence.histories[PAPERS_MESH].attrs["dof"])
+    dof = int(over_ties * evidence.rows[PAPERS_MESH].history.attrs["dof"])
     return with_direct(evidence, "dns-isotropic-course", {"dof": dof})
 
 
 def with_damping(evidence, name):
     """Return the evidence in which one scene takes no stabilisation, and iterations are those of untied rows."""
-    scene = evidence.scenes[name].replace("solver.stabilisation", 0.0)
-    return replace(
-        with_direct(evidence, name, newton_iterations=evidence.histories["untied"]["newton_iterations"]),
-        scenes={**evidence.scenes, name: scene},
-    )
+    iterations = evidence.rows["untied"].history["newton_iterations"]
+    changed = with_direct(evidence, name, newton_iterations=iterations)
+    scene = evidence.rows[name].scene.replace("solver.stabilisation", 0.0)
+    return with_row(changed, name, replace(changed.rows[name], scene=scene))
 
 
 def with_slippery(evidence, factor):
-    force = evidence.histories[SLIPPERY]["force"]
+    force = evidence.rows[SLIPPERY].history["force"]
     return with_direct(evidence, SLIPPERY, force=factor * force)
 
 
 def with_harmless_ties(evidence, name):
     """Return the evidence in which untied rows change nothing of one variable."""
-    return with_direct(evidence, "untied", **{name: evidence.histories["isotropic"][name]})
+    return with_direct(evidence, "untied", **{name: evidence.rows["isotropic"].history[name]})
 
 
 VERDICTS = yaml.safe_load(Path(__file__).with_name("verdicts.yaml").read_text())
@@ -301,12 +307,14 @@ def test_verdicts_turn_with_the_numbers(evidence, row):
     claim, verdict, change, *arguments = row
     named = arguments.pop() if isinstance(arguments[-1], dict) else {}
     changed = globals()[f"with_{change.replace(' ', '_')}"](evidence, *arguments, **named)
-    judged = RULES[claim](changed)
+    judged = judge(claim, changed)
     assert judged.verdict == verdict, judged.rows
 
 
 @pytest.mark.parametrize(("claim", "course", "wale", "verdict"), VERDICTS["axes"])
 def test_verdicts_turn_with_the_axes_of_stress(evidence, knit, claim, course, wale, verdict):
-    turned = replace(evidence, stresses=stressed(knit, course, wale))
-    judged = RULES[claim](turned)
+    rows = dict(evidence.rows)
+    for name, stresses in stressed(knit, course, wale).items():
+        rows[name] = rows[name].with_results(stress=stresses)
+    judged = judge(claim, replace(evidence, rows=rows))
     assert judged.verdict == verdict, judged.rows

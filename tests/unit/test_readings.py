@@ -9,6 +9,7 @@ import study
 import synthetic
 from refusals import refusal
 
+from knitstudy.errors import ConfigurationError
 from knitstudy.files import read_table
 from knitstudy.knit.contacts.contacts import extract
 from knitstudy.knit.geometry.lay_out import initial_loop
@@ -16,9 +17,21 @@ from knitstudy.knit.geometry.specimens import plain_knit
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import Reference, problem_of, transferred_uncertainty
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
-from knitstudy.paper.claims.combinations import OPEN, combinations_of, exclusive
+from knitstudy.paper.claims import CLAIMS
 from knitstudy.paper.claims.evidence import Judgement
-from knitstudy.paper.claims.verdicts import INPUT, READING, Reading, conclude, findings, readings_of
+from knitstudy.paper.claims.verdicts import (
+    INPUT,
+    OPEN,
+    READING,
+    Reading,
+    combinations_of,
+    conclude,
+    exclusive,
+    findings,
+    readings_of,
+)
+from knitstudy.registry import load_plugins
+from knitstudy.run.catalogue import TABLES
 from knitstudy.run.configuration import load_scenes
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
@@ -158,3 +171,44 @@ def test_claims_that_no_combination_reproduces_together_exclude_each_other(sourc
     assert list(exclusive(combinations_of(actual))) == [("A", "B")]
     kept = replace(actual[1], touched=frozenset("B"))
     assert list(exclusive(combinations_of([actual[0], kept]))) == []
+
+
+PLUGIN = '''
+from knitstudy.paper.claims import CLAIMS, Remark, at_least
+from knitstudy.paper.columns import FORCE, SCENE, Column, rows_of, tabulated
+from knitstudy.run.catalogue import TABLES, several
+
+WORK = Column("work", "J", lambda history: 1.0)
+
+
+@CLAIMS.add("X1")
+def stronger(evidence):
+    """Yield that ties hold more than friction."""
+    tie, isotropic = (evidence.row(kind)[FORCE] for kind in ("tie", "isotropic"))
+    yield at_least("force, ties over friction", tie / isotropic, "> 1", 1.0)
+    yield Remark("a claim of a test", (evidence.direct["tie"],))
+
+
+@TABLES.add("works", "Work of every simulation", results={"every": several("simulation", "*")})
+def tabulate(every, scenes):
+    return tabulated(rows_of(scenes, every).values(), [SCENE, FORCE, WORK])
+'''
+
+
+def test_a_claim_and_a_table_are_one_file(sources, tmp_path, monkeypatch):
+    """A claim has its row of the rules beside the file."""
+    (tmp_path / "more_claims.py").write_text(PLUGIN)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr("knitstudy.registry._imported", {})
+    for registry in (CLAIMS, TABLES):
+        monkeypatch.setattr(registry, "_entries", dict(registry.all()))
+    rules = read_table(RESOURCES / "paper_claims.csv").head(1).assign(id="X1")
+    with pytest.raises(ConfigurationError, match="claim 'X1' has no rule"):
+        TABLES.make("verdicts", claims=rules, readings=table(), **sources)
+    load_plugins(["more_claims"])
+    verdicts = TABLES.make("verdicts", claims=rules, readings=table(), **sources)
+    assert verdicts.loc[0, ["id", "verdict", "ours"]].tolist() == ["X1", "reproduced", "1.20"]
+    assert verdicts.loc[0, "note"].startswith("a claim of a test; DNS of")
+    works = TABLES.make("works", every=sources["histories"], scenes=sources["scenes"])
+    assert list(works.columns) == ["scene", "force [N]", "work [J]"]
+    assert len(works) == len(sources["histories"])

@@ -4,8 +4,8 @@ import pytest
 import study
 from study import DRAWN_LIFT, SURE, swept_histories
 
-from knitstudy.paper.claims.evidence import Evidence
-from knitstudy.paper.claims.verdicts import RULES
+from knitstudy.paper.claims.evidence import evidence_of, judge
+from knitstudy.paper.columns import rows_of
 from knitstudy.paper.sweeps import SPACING, sweeps_of
 
 
@@ -21,12 +21,12 @@ def reference(scenes):
 
 def judged(claim, paper, scenes, reference, slopes, left_out=(), held="shape"):
     kept = {name: scene for name, scene in scenes.items() if not any(part in name for part in left_out)}
-    evidence = Evidence(None, paper, reference, kept, swept_histories(kept, slopes), held=held)
-    return RULES[claim](evidence)
+    known = {"geometry": None, "paper": paper, "reference": reference}
+    return judge(claim, evidence_of(swept_histories(kept, slopes), kept, **known, held=held))
 
 
 def test_series_are_of_one_reading_interaction_and_discretisation(scenes, reference):
-    actual = sweeps_of(SPACING, swept_histories(scenes, {"shape": 1.0}), scenes, reference)
+    actual = sweeps_of(SPACING, rows_of(scenes, swept_histories(scenes, {"shape": 1.0})), reference)
     main = {(each.keep, each.interaction): each for each in actual if each.main}
     assert len(main) == 6
     ratios = [point.value for point in main["wale_spacing", "isotropic"].points]
@@ -47,7 +47,7 @@ def test_error_of_a_series_is_the_largest_that_is_known(scenes, reference):
     def error():
         (series,) = (
             each
-            for each in sweeps_of(SPACING, actual, scenes, reference)
+            for each in sweeps_of(SPACING, rows_of(scenes, actual), reference)
             if each.main and (each.keep, each.interaction) == ("length", "isotropic")
         )
         return series.points[0].u_z.uncertainty / series.points[0].u_z.value

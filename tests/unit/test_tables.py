@@ -20,10 +20,15 @@ from knitstudy.measures.response import (
     tangent_stiffness,
     transverse_contraction,
 )
-from knitstudy.paper.paper_values import number, numbers
+from knitstudy.paper.cases import number, numbers
 from knitstudy.paper.report import READERS
-from knitstudy.paper.tables.table2_springs import AVERAGED, READINGS, tabulate, tabulate_averages
-from knitstudy.paper.unknowns import law_of, nodes_2d, nodes_3d
+from knitstudy.paper.sweeps import law_of, nodes_2d, nodes_3d
+from knitstudy.paper.tables.table1_table2_contact import (
+    AVERAGED,
+    READINGS,
+    tabulate_averages,
+    tabulate_springs,
+)
 from knitstudy.run.catalogue import FIGURES, TABLES, Displays, reference_files
 from knitstudy.run.configuration import CONFIG, load_scenes, load_study
 from knitstudy.run.plan import Plan
@@ -237,7 +242,7 @@ def rows_of(table, axes="global", **values):
 
 def test_one_row_a_scene_measure_and_axis(touching, scenes, paper):
     both = touching.assign(centreline_relative_displacement=2 * touching["relative_displacement"])
-    table = tabulate({"course": touching, "wale": both}, paper, scenes)
+    table = tabulate_springs({"course": touching, "wale": both}, paper, scenes)
     assert len(table) == (1 + 2) * len(READINGS) * 3
     rows = rows_of(table, scene="wale", displacement="centreline")
     for average in (AVERAGED, "mean of F / d [N/m]"):
@@ -247,7 +252,7 @@ def test_one_row_a_scene_measure_and_axis(touching, scenes, paper):
 
 
 def test_numbers_of_the_paper_stand_beside_averages_along_its_axes(touching, scenes, paper):
-    table = tabulate({"course": touching, "wale": touching}, paper, scenes)
+    table = tabulate_springs({"course": touching, "wale": touching}, paper, scenes)
     for load, printed in study.SPRINGS.items():
         rows = rows_of(table, load=load)
         np.testing.assert_array_equal(rows.loc[list("xyz"), "paper [N/m]"], printed)
@@ -255,7 +260,7 @@ def test_numbers_of_the_paper_stand_beside_averages_along_its_axes(touching, sce
             rows.loc[list("xyz"), "averaged, over the paper's [1]"], STIFFNESS / printed
         )
     rough = {"course": scenes["course"].replace("interaction", "rough")}
-    assert tabulate({"course": touching}, paper, rough)["paper [N/m]"].isna().all()
+    assert tabulate_springs({"course": touching}, paper, rough)["paper [N/m]"].isna().all()
 
 
 def test_spread_and_counts(touching, scenes, paper):
@@ -267,7 +272,7 @@ def test_spread_and_counts(touching, scenes, paper):
         force=(touching["force"].dims, force),
         relative_displacement=(touching["relative_displacement"].dims, displacement),
     )
-    table = tabulate({"course": changed}, paper, scenes)
+    table = tabulate_springs({"course": changed}, paper, scenes)
     table = table[table["axes"] == "global"].set_index("axis")
     assert table.loc["x", "largest F / d [N/m]"] == pytest.approx(3 * STIFFNESS[0])
     assert table.loc["y", "smallest F / d [N/m]"] == pytest.approx(-STIFFNESS[1])
@@ -288,7 +293,7 @@ def test_both_systems_of_axes_stand_beside_the_paper_at_a_glance(touching, scene
 def test_ties_are_refused(touching, scenes, paper):
     tied = touching.assign(tied=("crossing", np.ones(touching.sizes["crossing"], dtype=np.int8)))
     with refusal("'course' are all tied"):
-        tabulate({"course": tied}, paper, scenes)
+        tabulate_springs({"course": tied}, paper, scenes)
 
 
 def test_counts_of_a_cell_are_those_of_larger_knits(plain_scene, knit_of):

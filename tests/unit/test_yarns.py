@@ -11,9 +11,14 @@ from knitstudy.knit.loading.history import DIRECTIONS
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.knit.scene.yarns import KEYS, known_yarns, read_yarn
 from knitstudy.mechanics.membrane import forces_per_width
-from knitstudy.paper import fabrics
-from knitstudy.paper.fabrics import Pulled, StripLaw, strip_of
-from knitstudy.paper.tables.fabrics import tabulate_predictions, tabulate_stockinette
+from knitstudy.paper.tables import fabrics
+from knitstudy.paper.tables.fabrics import (
+    Pulled,
+    StripLaw,
+    strip_of,
+    tabulate_predictions,
+    tabulate_stockinette,
+)
 from knitstudy.run.configuration import load_scene
 
 YARNS = sorted(known_yarns())

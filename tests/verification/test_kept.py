@@ -15,7 +15,7 @@ from keep import TARGETS
 from knitstudy.files import STAMP
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.measures.response import FORCE, at_strain
-from knitstudy.paper.fabrics import FORCES, Pulled, strip_of
+from knitstudy.paper.tables.fabrics import FORCES, Pulled, strip_of
 from knitstudy.run.advice import TRADE_KEPT
 from knitstudy.run.advice.sample import Inputs, load_trade
 from knitstudy.run.configuration import CONFIG, drawn_defaults, load_scene

@@ -1,19 +1,21 @@
-"""The four cases in which models are compared (Fig. 15): ties and isotropic friction, in course and in wale tension.
+"""The four cases in which models are compared (Fig. 15), and the numbers that the paper prints.
 
-The scenes of a case go by the names of `run.catalogue`. Models are compared with the reference by the columns of
-`comparison`.
+The cases are ties and isotropic friction, in course and in wale tension; their scenes go by the names of
+`run.catalogue`. Printed numbers are from ``resources/reference/paper_tables.csv``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
+import numpy as np
 import pandas as pd
-import xarray as xr
 
+from knitstudy.errors import DataFileError
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures import response
+from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import (
     HEXAHEDRA,
     INTERACTIONS,
@@ -23,7 +25,9 @@ from knitstudy.measures.reference import (
     made_of,
     reference_of,
 )
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.beams.laws import LAWS
+from knitstudy.paper.columns import FORCE, RMS_U_Z, SECANT, STRAIN, U_Z, Rows, Simulation
 from knitstudy.run.catalogue import (
     BEAM_MODELS,
     CASES,
@@ -31,9 +35,7 @@ from knitstudy.run.catalogue import (
     OTHER_SOLIDS,
     REDUCED,
     SOLIDS,
-    Datasets,
     Results,
-    Scenes,
     of_case,
     of_cases,
 )
@@ -53,8 +55,8 @@ WORDS = {
     "mean_normal_resultant": "shared normals",
     "closest_points": "normals of closest points",
 }
+VARIED = ("rom.joint", "rom.normal", "rom.displacement", "rom.section", "mesh.section_law")  # Those keys
 
-CARRIED = "springs of other tension"
 # Springs by whether their stiffness is given, and by their axes
 SPRINGS = {
     (True, "global"): "springs of Table 2",
@@ -67,44 +69,22 @@ PLAIN = ("rigid", "rigid")  # Section and ties of the simplest model of beams in
 
 def label_of(scene: Scene) -> str:
     """Return the name of a model among others of its case: its fidelity, and the keys of a variant."""
-    if is_direct(scene):
-        return f"{scene.kind.fidelity.label}, {made_of(scene)}"
-    if scene.fidelity == "beam":
-        words = [LAWS.find(scene.beam.section).label, TIES.get(scene.beam.tie)]
-        words.append(WORDS.get(scene.mesh.section_law))
-    else:
-        keys = (
-            "rom.joint",
-            "rom.normal",
-            "rom.displacement",
-            "rom.section",
-            "mesh.section_law",
-        )
-        words = [WORDS.get(scene.value(key)) for key in keys]
-        if source := scene.value("rom.stress_from"):
-            words.append(f"by principal stress of {source.rpartition('-')[2]} tension")
-        words.append(CARRIED if scene.value("rom.springs_from") else None)
-        words.append(SPRINGS.get((bool(scene.value("rom.stiffness")), scene.value("rom.axes"))))
     name = scene.kind.fidelity.label
+    if is_direct(scene):
+        return f"{name}, {made_of(scene)}"
+    section = scene.value("beam.section")
+    words = [LAWS.find(section).label if section else None, TIES.get(scene.value("beam.tie"))]
+    words += [WORDS.get(scene.value(key)) for key in VARIED]
+    if source := scene.value("rom.stress_from"):
+        words.append(f"by principal stress of {source.rpartition('-')[2]} tension")
+    words.append("springs of other tension" if scene.value("rom.springs_from") else None)
+    words.append(SPRINGS.get((bool(scene.value("rom.stiffness")), scene.value("rom.axes"))))
     return ", ".join(filter(None, [name, *words]))
 
 
 def is_plain(scene: Scene) -> bool:
     """Whether beams touch at a pair of points between rigid sections, with rigid ties."""
-    return (scene.beam.section, scene.beam.tie) == PLAIN
-
-
-@dataclass(frozen=True)
-class Simulation:
-    """A scene and its history."""
-
-    scene: Scene
-    history: xr.Dataset
-
-    @property
-    def label(self) -> str:
-        """Name of the model (`label_of`)."""
-        return label_of(self.scene)
+    return (scene.value("beam.section"), scene.value("beam.tie")) == PLAIN
 
 
 @dataclass(frozen=True)
@@ -134,79 +114,117 @@ class Case:
         """The direct simulation with one-point hexahedra, the paper's element, on the finest mesh."""
         direct = (self.dns, *self.others)
         meshes = [model for model in direct if discretisation(model.scene) == HEXAHEDRA["one_point"]]
-        return min(meshes, key=lambda model: model.scene.mesh.size, default=None)
+        return min(meshes, key=lambda model: model.scene.value("mesh.size"), default=None)
 
     def name_of(self, model: Simulation) -> str:
         """Return the name of a model: "DNS" of the main direct simulation."""
-        return "DNS" if model is self.dns else model.label
+        return "DNS" if model is self.dns else label_of(model.scene)
 
 
-def cases_of(histories: Datasets, scenes: Scenes, reference: pd.DataFrame) -> Iterator[Case]:
-    """Yield the cases of which there is a direct simulation; histories and scenes go by the same names."""
-    simulated = {name: scenes[name] for name in histories}
+def cases_of(rows: Rows, reference: pd.DataFrame) -> Iterator[Case]:
+    """Yield the cases of which there is a direct simulation."""
+    simulated = {name: row.scene for name, row in rows.items() if "simulation" in row.results}
 
-    def simulations(case: str, names: Iterable[str], several: bool = True) -> tuple[Simulation, ...]:
+    def taken(case: str, names: Iterable[str], several: bool = True) -> tuple[Simulation, ...]:
         results = Results("simulation", of_case(case, names), several)
-        return tuple(Simulation(scene, histories[scene.name]) for scene in results.scenes(simulated))
+        return tuple(rows[scene.name] for scene in results.scenes(simulated))
 
     for case in CASES:
-        for dns in simulations(case, SOLIDS, several=False):
-            main = {name: simulations(case, names, several=False) for name, names in NETWORKS.items()}
+        for dns in taken(case, SOLIDS, several=False):
+            main = {fidelity: taken(case, names, several=False) for fidelity, names in NETWORKS.items()}
+            interaction, direction = case.split("-")
             yield Case(
-                *case.split("-"),
+                interaction,
+                direction,
                 dns=dns,
-                others=tuple(run for run in simulations(case, OTHER_SOLIDS) if run.scene is not dns.scene),
-                reduced=simulations(case, REDUCED),
-                main={name: models[0] for name, models in main.items() if models},
-                beams=simulations(case, BEAM_MODELS),
+                others=tuple(model for model in taken(case, OTHER_SOLIDS) if model is not dns),
+                reduced=taken(case, REDUCED),
+                main={fidelity: models[0] for fidelity, models in main.items() if models},
+                beams=taken(case, BEAM_MODELS),
                 reference=reference_of(reference, dns.scene),
             )
 
 
-OVER_REFERENCE, DISTANCE = "force over the reference's [1]", "L2 distance of force to the reference [1]"
-AMPLITUDE = "amplitude of u_z over the reference's [1]"
-SHAPE = "correlation of u_z with DNS [1]"
-
-# Columns of uncertainties by the column of the value.
-UNCERTAIN = {
-    OVER_REFERENCE: "uncertainty of that ratio [1]",
-    DISTANCE: "uncertainty of that distance [1]",
-    AMPLITUDE: "uncertainty of that amplitude [1]",
-}
-
+OVER_REFERENCE, UNCERTAIN = "force over the reference's [1]", "uncertainty of that ratio [1]"
 COMPARED = [
-    "strain [1]",
-    "force [N]",
-    "secant stiffness [N/m]",
-    OVER_REFERENCE,
-    UNCERTAIN[OVER_REFERENCE],
-    DISTANCE,
-    UNCERTAIN[DISTANCE],
-    "largest |u_z| [m]",
-    AMPLITUDE,
-    UNCERTAIN[AMPLITUDE],
-    SHAPE,
+    *(STRAIN.head, FORCE.head, SECANT.head, OVER_REFERENCE, UNCERTAIN),
+    *("L2 distance of force to the reference [1]", "uncertainty of that distance [1]"),
+    *(U_Z.head, "amplitude of u_z over the reference's [1]", "uncertainty of that amplitude [1]"),
+    "correlation of u_z with DNS [1]",
 ]
 
 
-def comparison(history: xr.Dataset, dns: xr.Dataset, reference: Reference) -> dict[str, float]:
-    """Return the response of a model at its largest strain and its distance from the reference, by column.
+def comparison(model: Simulation, case: Case) -> dict[str, float]:
+    """Return the response of a model at its largest strain and its distance from the reference (`COMPARED`).
 
     Ratios are at the largest strain of the reference that the history reaches; the shape of u_z, which has no
     reference, is compared with the direct simulation of the case.
     """
-    row = {
-        "strain [1]": float(history["strain"][-1]),
-        "force [N]": float(history["force"][-1]),
-        "secant stiffness [N/m]": response.secant_stiffness(history),
-        "largest |u_z| [m]": response.largest_out_of_plane(history),
-        SHAPE: response.out_of_plane_correlation(history, dns),
-    }
-    estimates = {
-        OVER_REFERENCE: reference.force_ratio(history),
-        DISTANCE: reference.force_distance(history),
-        AMPLITUDE: reference.ratio(history, response.RMS_U_Z, response.rms_out_of_plane(history)),
-    }
-    for column, estimate in estimates.items():
-        row |= {column: estimate.value, UNCERTAIN[column]: estimate.uncertainty}
-    return row
+    ratio, distance = case.reference.force_ratio(model.history), case.reference.force_distance(model.history)
+    values = [model[STRAIN], model[FORCE], model[SECANT], *astuple(ratio), *astuple(distance), model[U_Z]]
+    shape = response.out_of_plane_correlation(model.history, case.dns.history)
+    return dict(zip(COMPARED, [*values, *astuple(amplitude(model, case)), shape], strict=True))
+
+
+def amplitude(model: Simulation, case: Case) -> Estimate:
+    """Return the root mean square of u_z over the reference's."""
+    return case.reference.ratio(model.history, response.RMS_U_Z, model[RMS_U_Z])
+
+
+# Cases of the paper's Table 5 by fidelity, in its order.
+REPORTED = {"dns": "dns-tie 3x3", "rom2d": "rom2d 3x3", "rom3d": "rom3d 3x3"}
+COLUMNS = ("table", "case", "quantity", "value", "unit", "note")
+
+
+def reported(paper: pd.DataFrame, table: str, case: str, quantity: str) -> pd.Series:
+    """Return the one row of a quantity; DataFileError when the quantity is not there, or more than once."""
+    missing = [name for name in COLUMNS if name not in paper]
+    if missing:
+        raise DataFileError(
+            f"table of the paper's numbers: has no column {missing[0]!r}; needed are {COLUMNS}"
+        )
+    rows = _printed(paper, table, case, quantity)
+    if len(rows) != 1:
+        raise DataFileError(
+            f"table of the paper's numbers: table {table!r}, case {case!r}, quantity {quantity!r} is there "
+            f"{len(rows)} times; it must be there once"
+        )
+    return rows.iloc[0]
+
+
+def numbers(paper: pd.DataFrame, table: str, case: str, quantity: str) -> Floats:
+    """Return numbers that are printed together, for example the angles of a line to x, y and z."""
+    row = reported(paper, table, case, quantity)
+    try:
+        return np.array([float(part) for part in str(row["value"]).split()])
+    except ValueError as error:
+        raise DataFileError(
+            f"table of the paper's numbers: {row['quantity']!r} is {row['value']!r}; it must be numbers"
+        ) from error
+
+
+def number(paper: pd.DataFrame, table: str, case: str, quantity: str) -> float:
+    """Return a printed number in its unit."""
+    return float(numbers(paper, table, case, quantity)[0])
+
+
+def angles_of_stress(paper: pd.DataFrame, direction: str) -> Floats:
+    """Return the angles of the maximum principal stress in segments 1 to 6 to x, y and z (6, 3) in Table 4 [deg]."""
+    quantities = [f"segments 1..6 angle to {axis}" for axis in "xyz"]
+    return np.stack([numbers(paper, "4", f"mps-{direction}", name) for name in quantities], axis=-1)
+
+
+def angles_by_geometry(paper: pd.DataFrame) -> Floats:
+    """Return the angles of segments 1 to 6 by geometry to x, y and z (6, 3) in Table 4 [deg]."""
+    segments = ("1", "2 and 3", "2 and 3", "4 and 5", "4 and 5", "6")
+    return np.stack([numbers(paper, "4", "rom2d", f"segment {each} angles to x y z") for each in segments])
+
+
+def number_if_printed(paper: pd.DataFrame, table: str, case: str, quantity: str) -> float:
+    """Return a number in its unit, nan where the paper prints none."""
+    return number(paper, table, case, quantity) if len(_printed(paper, table, case, quantity)) else np.nan
+
+
+def _printed(paper: pd.DataFrame, table: str, case: str, quantity: str) -> pd.DataFrame:
+    same = (paper["table"].astype(str) == table) & (paper["case"] == case) & (paper["quantity"] == quantity)
+    return paper[same]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -11,11 +11,12 @@ import xarray as xr
 from knitstudy.measures import centre_cell, response
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import INTERACTIONS, transferred_uncertainty
-from knitstudy.paper.claims.evidence import NO_DIRECT, Evidence, Judgement, NotRun
-from knitstudy.paper.claims.scale import COMPARABLE, Row, at_least, at_most, holds
+from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.paper.claims import CLAIMS, COMPARABLE, NotRun, Remark, Row, at_least, at_most, holds
+from knitstudy.paper.claims.evidence import NO_DIRECT, Evidence
+from knitstudy.paper.columns import CONTRACTION, STABILISED, STRAIN, U_Z
 from knitstudy.paper.sweeps import FRICTION
 
-FIRST, LAST = 1, 4  # Points of Fig. 7 that claims K1 and K2 are about
 # Claim K3: strain interval before and after a point over which the mean slope of the force is taken; largest strain
 # between the first symmetric contact and the bend of the force that counts as "right after".
 SPAN, JUST_AFTER = 1e-3, 5e-3
@@ -25,61 +26,54 @@ NAMED = {"tie": "ties", "rough": "rough contact", "isotropic": "friction"}
 FRICTION_SWEEP = "inputs-friction"  # Claim K7: scenes with other coefficients of friction
 
 
-def judge_no_contact(evidence: Evidence) -> Judgement:
-    """K1: no zone in the centre cell at point 1."""
-    return _at_snapshot(evidence, FIRST, lambda zones, at, printed: zones[at] == printed)
+@CLAIMS.add("K1")
+def no_contact(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield no zone in the centre cell at point 1 of Fig. 7."""
+    yield from _at_snapshot(evidence, 1, lambda zones, at, printed: zones[at] == printed)
 
 
-def judge_zones(evidence: Evidence) -> Judgement:
-    """K2: four zones in the centre cell from point 4 to the end, never more."""
-    return _at_snapshot(
-        evidence,
-        LAST,
-        lambda zones, at, printed: (zones[at:] == printed).all() and zones.max() == printed,
-        (evidence.direct.get("isotropic", ""),),
+@CLAIMS.add("K2")
+def zones(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield four zones in the centre cell from point 4 of Fig. 7 to the end, never more."""
+    yield from _at_snapshot(
+        evidence, 4, lambda zones, at, printed: (zones[at:] == printed).all() and zones.max() == printed
     )
+    yield Remark(scenes=(evidence.direct["isotropic"],))
 
 
 def _at_snapshot(
-    evidence: Evidence,
-    number: int,
-    test: Callable[[np.ndarray, int, float], bool],
-    scenes: tuple[str, ...] = (),
-) -> Judgement:
-    """Judge the zones of the centre cell at a point of Fig. 7; withhold the verdict where no increment ends there."""
+    evidence: Evidence, number: int, test: Callable[[Floats, int, float], bool]
+) -> Iterator[Row]:
+    """Yield the zones of the centre cell at a point of Fig. 7; withhold the verdict where no increment ends there."""
     contacts = evidence.contact("isotropic")
     zones, points = centre_cell.zones_of_cell(contacts), centre_cell.snapshots(contacts)
-    point = next((point for point in points if point.number == number), None)
-    rows = [Row(f"zones at {other.strain:.2%} strain", str(zones[other.increment])) for other in points]
+    rows = [Row(f"zones at {point.strain:.2%} strain", str(zones[point.increment])) for point in points]
     rows.append(Row(f"zones at the end, {float(contacts['strain'][-1]):.2%}", str(zones[-1])))
+    point = next((point for point in points if point.number == number), None)
     if point is None or not point.exact:
-        raise NotRun(f"no increment ends at the strain of point {number} of Fig. 7", *rows)
-    strain = f"{100 * centre_cell.SNAPSHOTS[number - 1]:g}%"
-    printed = evidence.printed(
-        "fig7", "course isotropic", f"contact zones in the centre cell at {strain} strain"
-    )
-    decisive = rows.pop(points.index(point))
+        yield from rows
+        raise NotRun(f"no increment ends at the strain of point {number} of Fig. 7")
+    place = f"contact zones in the centre cell at {100 * centre_cell.SNAPSHOTS[number - 1]:g}% strain"
+    printed, decisive = evidence.printed("fig7", "course isotropic", place), rows.pop(points.index(point))
     passed = bool(test(zones, point.increment, printed))
-    return Judgement((holds(decisive.quantity, decisive.ours, f"{printed:g}", passed), *rows), scenes=scenes)
+    yield holds(decisive.quantity, decisive.ours, f"{printed:g}", passed)
+    yield from rows
 
 
-def judge_slope(evidence: Evidence) -> Judgement:
-    """K3: the force bends most just after zones come into symmetric contact."""
-    history, contacts = evidence.history("isotropic"), evidence.contact("isotropic")
+@CLAIMS.add("K3")
+def slope(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that the force bends most just after zones come into symmetric contact."""
+    history, contacts = evidence.row("isotropic").history, evidence.contact("isotropic")
     strain, bends = history["strain"].to_numpy(), largest_bend(history)
-    first, scenes = centre_cell.first_symmetric_contact(contacts), (evidence.direct["isotropic"],)
-    bent = f"{bends:.2%}" if bends > 0 else "none"
-    met = "none" if first is None else f"{strain[first]:.2%}"
+    first = centre_cell.first_symmetric_contact(contacts)
     # Contact began after the increment before.
     after = first is not None and strain[max(first - 1, 0)] <= bends <= strain[first] + JUST_AFTER
-    return Judgement(
-        (
-            holds("force bends most at strain", bent, "just after contact", bool(after)),
-            Row("first symmetric contact at strain", met, f"by {centre_cell.SNAPSHOTS[2]:.2%}"),
-        ),
-        f"slopes over {SPAN:.1%} before and after; {JUST_AFTER:.1%} counts as just after",
-        scenes,
-    )
+    bent = f"{bends:.2%}" if bends > 0 else "none"
+    yield holds("force bends most at strain", bent, "just after contact", bool(after))
+    met = "none" if first is None else f"{strain[first]:.2%}"
+    yield Row("first symmetric contact at strain", met, f"by {centre_cell.SNAPSHOTS[2]:.2%}")
+    note = f"slopes over {SPAN:.1%} before and after; {JUST_AFTER:.1%} counts as just after"
+    yield Remark(note, (evidence.direct["isotropic"],))
 
 
 def largest_bend(history: xr.Dataset) -> float:
@@ -95,25 +89,20 @@ def largest_bend(history: xr.Dataset) -> float:
     return float(at[np.argmax(np.abs(after - 2 * here + before))])
 
 
-def judge_motion(evidence: Evidence) -> Judgement:
-    """K4: the knit contracts and moves out of its plane, symmetrically about its mid line."""
-    history = evidence.history("isotropic")
-    arcs = evidence.fabric.arcs
-    skew = asymmetry(history, None if arcs is None else arcs.yarn)
-    contraction = response.transverse_contraction(history)
-    largest = response.largest_out_of_plane(history) / evidence.diameter
-    return Judgement(
-        (
-            at_least("largest |u_z|", largest, "pronounced", PRONOUNCED, sense=0.0, text=f"{largest:.2f} d"),
-            at_most("mirrored envelopes of u_z differ by", skew, "symmetric", SYMMETRIC, text=f"{skew:.0%}"),
-            holds("transverse contraction", f"{contraction:.2%}", "> 0", contraction > 0),
-        ),
-        f"pronounced: {PRONOUNCED:g} d or more; symmetric: up to {SYMMETRIC:.0%}",
-        (evidence.direct["isotropic"],),
-    )
+@CLAIMS.add("K4")
+def motion(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that the knit contracts and moves out of its plane, symmetrically about its mid line."""
+    row, arcs = evidence.row("isotropic"), evidence.fabric.arcs
+    largest = row[U_Z] / evidence.diameter
+    yield at_least("largest |u_z|", largest, "pronounced", PRONOUNCED, sense=0.0, text=f"{largest:.2f} d")
+    skew = asymmetry(row.history, None if arcs is None else arcs.yarn)
+    yield at_most("mirrored envelopes of u_z differ by", skew, "symmetric", SYMMETRIC, text=f"{skew:.0%}")
+    yield holds("transverse contraction", f"{row[CONTRACTION]:.2%}", "> 0", row[CONTRACTION] > 0)
+    note = f"pronounced: {PRONOUNCED:g} d or more; symmetric: up to {SYMMETRIC:.0%}"
+    yield Remark(note, (evidence.direct["isotropic"],))
 
 
-def asymmetry(history: xr.Dataset, whole: np.ndarray | None = None) -> float:
+def asymmetry(history: xr.Dataset, whole: Ints | None = None) -> float:
     """Return the difference of the envelopes of u_z of yarns mirrored about the mid line, over the largest |u_z|.
 
     `whole` (Y,) holds for every piece in the history the number of its yarn.
@@ -125,52 +114,43 @@ def asymmetry(history: xr.Dataset, whole: np.ndarray | None = None) -> float:
     return float(np.abs(envelope - envelope[::-1]).max() / largest) if largest > 0 else 0.0
 
 
-def judge_kinematics(evidence: Evidence) -> Judgement:
-    """K8: at every crossing of the centre cell each yarn turns and contracts, surfaces slide, and contact areas spin.
+@CLAIMS.add("K8")
+def kinematics(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that at every crossing of the centre cell yarns turn and contract, surfaces slide, contact areas spin.
 
     A slide is of one surface past the other: of both sides of a crossing the larger one counts, as in K12.
     """
     contacts = _with_motions(evidence)
     here, strain = centre_cell.centre_cell(contacts), float(contacts["strain"][-1])
     angle, slide = np.degrees(np.arctan(strain)), 1e3 * strain * evidence.diameter
+    shorter = 100 * CONTRACTS * strain
     sliding = 1e3 * np.abs(contacts["sliding"].to_numpy())[-1, here]
-    motions = (
-        ("slide along the yarns", "mm", "slides", sliding.max(axis=-1), slide),
-        (
-            "spin of the contact areas",
-            "degrees",
-            "spin",
-            np.degrees(np.abs(contacts["contact_spin"].to_numpy()))[-1, here],
-            angle,
-        ),
-        (
-            "rotation of the sections",
-            "degrees",
-            "rotates",
-            np.degrees(centre_cell.rotation_angle(contacts))[-1, here],
-            angle,
-        ),
-        (
-            "contraction of the chord to a neighbour",
-            "%",
-            "contracts",
-            100 * centre_cell.closest_neighbour(contacts)[-1, here],
-            100 * CONTRACTS * strain,
-        ),
-    )
-    rows = []
-    for quantity, unit, paper, values, bar in motions:
+    spin = np.degrees(np.abs(contacts["contact_spin"].to_numpy()))[-1, here]
+    turned = np.degrees(centre_cell.rotation_angle(contacts))[-1, here]
+    closer = 100 * centre_cell.closest_neighbour(contacts)[-1, here]
+    rows = [
         # An open crossing has no sliding: nan counts as no motion.
-        least = float(np.nan_to_num(values).min())
-        text = f"{values.min():.2g} to {values.max():.2g} {unit}"
-        rows.append(at_least(quantity, least, paper, bar, sense=0.0, text=text))
-    rows.append(Row("slide of both sides", f"{sliding.min():.2g} to {sliding.max():.2g} mm"))
-    return Judgement(
-        tuple(sorted(rows, key=lambda row: row.margin)),
+        at_least(
+            quantity, float(np.nan_to_num(values).min()), paper, bar, sense=0.0, text=_range(values, unit)
+        )
+        for quantity, unit, paper, values, bar in (
+            ("slide along the yarns", "mm", "slides", sliding.max(axis=-1), slide),
+            ("spin of the contact areas", "degrees", "spin", spin, angle),
+            ("rotation of the sections", "degrees", "rotates", turned, angle),
+            ("contraction of the chord to a neighbour", "%", "contracts", closer, shorter),
+        )
+    ]
+    yield from sorted(rows, key=lambda row: row.margin)
+    yield Row("slide of both sides", _range(sliding, "mm"))
+    yield Remark(
         f"rotation and spin from {angle:.2g} degrees on, sliding from {slide:.2g} mm, contraction from "
-        f"{100 * CONTRACTS * strain:.2g} %",
+        f"{shorter:.2g} %",
         (evidence.direct["isotropic"],),
     )
+
+
+def _range(values: Floats, unit: str) -> str:
+    return f"{values.min():.2g} to {values.max():.2g} {unit}"
 
 
 def _with_motions(evidence: Evidence) -> xr.Dataset:
@@ -181,26 +161,22 @@ def _with_motions(evidence: Evidence) -> xr.Dataset:
     return contacts
 
 
-def judge_order_of_motions(evidence: Evidence) -> Judgement:
-    """K12: yarns of the centre cell rotate before they slide."""
+@CLAIMS.add("K12")
+def order_of_motions(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that yarns of the centre cell rotate before they slide."""
     contacts = _with_motions(evidence)
     here, sliding = centre_cell.centre_cell(contacts), np.abs(contacts["sliding"].to_numpy()).max(axis=-1)
     turned = _half(contacts, centre_cell.rotation_angle(contacts)[:, here])
     slid = _half(contacts, sliding[:, here])
     later, step = slid[0] - turned[0], max(turned[1], slid[1])
     first = bool(later > 0) if abs(later) > step else None
-    return Judgement(
-        (
-            holds("half of the rotation after half of the sliding", f"{-later:+.2%}", "before", first),
-            Row("strain at half of the rotation", f"{turned[0]:.2%}"),
-            Row("strain at half of the sliding", f"{slid[0]:.2%}"),
-        ),
-        f"increments there take {step:.2%} strain",
-        (evidence.direct["isotropic"],),
-    )
+    yield holds("half of the rotation after half of the sliding", f"{-later:+.2%}", "before", first)
+    yield Row("strain at half of the rotation", f"{turned[0]:.2%}")
+    yield Row("strain at half of the sliding", f"{slid[0]:.2%}")
+    yield Remark(f"increments there take {step:.2%} strain", (evidence.direct["isotropic"],))
 
 
-def _half(contacts: xr.Dataset, values: np.ndarray) -> tuple[float, float]:
+def _half(contacts: xr.Dataset, values: Floats) -> tuple[float, float]:
     """Return the first strain at which the mean of values (I, ...) is half of the last one, and its increment."""
     strain, mean = contacts["strain"].to_numpy(), np.nan_to_num(values.reshape(len(values), -1)).mean(axis=1)
     last = max(int(np.argmax(mean >= 0.5 * mean[-1])), 1)
@@ -208,9 +184,11 @@ def _half(contacts: xr.Dataset, values: np.ndarray) -> tuple[float, float]:
     return float(np.interp(0.5 * mean[-1], mean[step], strain[step])), float(np.ptp(strain[step]))
 
 
-def judge_order(quantity: str, order: tuple[str, ...], evidence: Evidence) -> Judgement:
-    """K5, K6: the reference's values of a quantity fall along interactions, each by more than both uncertainties."""
-    histories = {kind: evidence.history(kind) for kind in INTERACTIONS}
+@CLAIMS.add("K5", quantity=response.FORCE, order=("tie", "rough", "isotropic"))
+@CLAIMS.add("K6", quantity=response.LARGEST_U_Z, order=("isotropic", "tie"))
+def order(evidence: Evidence, quantity: str, order: tuple[str, ...]) -> Iterator[Row | Remark]:
+    """Yield that the reference's values of a quantity fall along interactions, each by more than both uncertainties."""
+    histories = {kind: evidence.row(kind).history for kind in INTERACTIONS}
     unit, values = response.QUANTITIES[quantity]
     unit, scale = ("mm", 1e3) if unit == "m" else (unit, 1.0)
     strain = response.common_strain(histories.values())
@@ -223,20 +201,18 @@ def judge_order(quantity: str, order: tuple[str, ...], evidence: Evidence) -> Ju
         *(set(reference.strains(quantity, strain)) for reference in references.values())
     )
     if not common:
-        raise NotRun("there is no reference of all of these", *shown)
+        yield from shown
+        raise NotRun("there is no reference of all of these")
     known = {
         kind: reference.at(quantity, max(common)).of(lambda value: scale * value)
         for kind, reference in references.items()
     }
-    tests = [_larger(quantity, *pair, known) for pair in pairwise(order)]
-    shown = [
-        *(
-            Row(f"{quantity} of the reference, {INTERACTIONS[kind]}", f"{value} {unit}")
-            for kind, value in known.items()
-        ),
-        *shown,
-    ]
-    return Judgement((*tests, *shown), scenes=_three(evidence))
+    for one, other in pairwise(order):
+        yield _larger(quantity, one, other, known)
+    for kind, estimate in known.items():
+        yield Row(f"{quantity} of the reference, {INTERACTIONS[kind]}", f"{estimate} {unit}")
+    yield from shown
+    yield Remark(scenes=_three(evidence))
 
 
 def _larger(quantity: str, one: str, other: str, values: dict[str, Estimate]) -> Row:
@@ -246,108 +222,92 @@ def _larger(quantity: str, one: str, other: str, values: dict[str, Estimate]) ->
     return holds(name, f"{ratio:.2f}", "> 1", values[one].larger_than(values[other]), margin=ratio)
 
 
-def judge_smaller_friction(evidence: Evidence) -> Judgement:
-    """K7: ties > rough > isotropic with every smaller coefficient of friction."""
+@CLAIMS.add("K7")
+def smaller_friction(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that ties > rough > isotropic with every smaller coefficient of friction."""
+    scenes = {name: row.scene for name, row in evidence.rows.items() if "simulation" in row.results}
     smaller = [
         name
-        for name in evidence.histories
-        if name.startswith(FRICTION_SWEEP) and evidence.scenes[name].contact.friction <= FRICTION
+        for name, scene in scenes.items()
+        if name.startswith(FRICTION_SWEEP) and scene.value("contact.friction") <= FRICTION
     ]
     if not smaller or not set(INTERACTIONS) <= set(evidence.direct):
         raise NotRun(
             f"{NO_DIRECT} ties, rough contact and several coefficients of friction, all else the same"
         )
     isotropic, tie, rough = _three(evidence)
-    friction = {name: evidence.scenes[name].contact.friction for name in (isotropic, *smaller)}
+    friction = {name: scenes[name].value("contact.friction") for name in (isotropic, *smaller)}
     slides = sorted(friction, key=friction.__getitem__, reverse=True)
     called = {tie: "ties", rough: "rough contact"} | {name: f"mu = {friction[name]:g}" for name in slides}
     forces: dict[str, Estimate] = {}
     for name, label in called.items():
-        base, reference = evidence.direct[evidence.scenes[name].interaction], evidence.reference_for(name)
+        base, reference = evidence.direct[scenes[name].interaction], evidence.reference_for(name)
         if not reference.known:
-            reference = transferred_uncertainty(
-                evidence.reference_for(base), evidence.histories[base], evidence.histories[name]
-            )
+            histories = (evidence.rows[each].history for each in (base, name))
+            reference = transferred_uncertainty(evidence.reference_for(base), *histories)
         if not reference.known:
             raise NotRun("there is no reference of all three interactions")
         forces[label] = reference.at(response.FORCE, max(reference.strains(response.FORCE), default=0.0))
     tests = [_larger("force", "rough contact", called[name], forces) for name in slides]
     tests.append(_larger("force", "ties", "rough contact", forces))
-    tests.sort(key=lambda row: row.margin)
-    return Judgement(
-        (*tests, *(Row(f"force, {label}", f"{force} N") for label, force in forces.items())),
+    yield from sorted(tests, key=lambda row: row.margin)
+    for label, known in forces.items():
+        yield Row(f"force, {label}", f"{known} N")
+    yield Remark(
         "the reference where it knows the problem; else uncertain by how much this discretisation is off where it does",
         (tie, rough, *slides),
     )
 
 
-def judge_untied_rows(evidence: Evidence) -> Judgement:
-    """K11: without ties the outer rows slide, load is not transferred, and convergence suffers.
+@CLAIMS.add("K11")
+def untied_rows(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that without ties the outer rows slide, load is not transferred, and convergence suffers.
 
     Outer yarns slide off: how far yarns move past each other counts, not the slip of friction where they still touch.
     """
-    untied, tied = evidence.history("untied"), evidence.history("isotropic")
-    strain = response.common_strain([untied, tied])
-    contacts = evidence.contact("untied")
+    both = [evidence.row(kind) for kind in ("untied", "isotropic")]
+    untied, tied = (row.history for row in both)
+    strain, contacts = response.common_strain([untied, tied]), evidence.contact("untied")
+    force = response.stiffness_at(untied, strain) / response.stiffness_at(tied, strain)
+    yield at_most("force over that with tied outer rows", force, "less", 1 / COMPARABLE, sense=1.0)
     contacts = contacts.isel(increment=int(np.abs(contacts["strain"].to_numpy() - strain).argmin()))
     row, slip = contacts["row"].to_numpy(), 1e3 * np.nan_to_num(contacts["slip"].to_numpy())
     outer = (row == 0) | (row == row.max())
     moved = 1e3 * np.linalg.norm(contacts["relative_displacement"].to_numpy(), axis=-1)
     slides, others = moved[outer].mean(), moved[~outer].mean()
-    force = response.stiffness_at(untied, strain) / response.stiffness_at(tied, strain)
+    name = "motion past each other, outer over other rows"
+    yield at_least(name, slides / others, "slide", COMPARABLE, sense=1.0)
     iterations, usual = (int(history["newton_iterations"].sum()) for history in (untied, tied))
-    scenes = [evidence.scenes[evidence.direct[kind]] for kind in ("untied", "isotropic")]
-    damped = scenes[0].solver.stabilisation > 0 == scenes[1].solver.stabilisation
-    ended = float(untied["strain"][-1]) < 0.999 * scenes[0].load.strain
-    slower = at_least(
-        "Newton iterations over those with tied rows", iterations / usual, "more", COMPARABLE, sense=1.0
-    )
+    damping = [row.scene.value("solver.stabilisation") for row in both]
+    damped = damping[0] > 0 == damping[1]
+    ended = both[0][STRAIN] < 0.999 * both[0].scene.value("load.strain")
+    name = "Newton iterations over those with tied rows"
+    slower = at_least(name, iterations / usual, "more", COMPARABLE, sense=1.0)
     if damped or ended:
         why = "needs stabilisation" if damped else f"ended at {strain:.2%} strain"
-        slower = holds(slower.quantity, f"{slower.ours}; {why}", "more", True)
-    return Judgement(
-        (
-            at_most("force over that with tied outer rows", force, "less", 1 / COMPARABLE, sense=1.0),
-            at_least(
-                "motion past each other, outer over other rows",
-                slides / others,
-                "slide",
-                COMPARABLE,
-                sense=1.0,
-            ),
-            slower,
-            Row("motion past each other, outer rows", f"{slides:.3g} mm"),
-            Row("motion past each other, other rows", f"{others:.3g} mm"),
-            Row("mean slip of friction, outer rows", f"{slip[outer].mean():.3g} mm"),
-            Row("mean slip of friction, other rows", f"{slip[~outer].mean():.3g} mm"),
-        ),
-        scenes=(evidence.direct["isotropic"],),
-    )
+        slower = holds(name, f"{slower.ours}; {why}", "more", True)
+    yield slower
+    yield Row("motion past each other, outer rows", f"{slides:.3g} mm")
+    yield Row("motion past each other, other rows", f"{others:.3g} mm")
+    yield Row("mean slip of friction, outer rows", f"{slip[outer].mean():.3g} mm")
+    yield Row("mean slip of friction, other rows", f"{slip[~outer].mean():.3g} mm")
+    yield Remark(scenes=(evidence.direct["isotropic"],))
 
 
-def judge_stabilisation(evidence: Evidence) -> Judgement:
-    """E1: in the runs that the paper reports, with tied outer rows, stabilisation dissipates little at full load."""
+@CLAIMS.add("E1")
+def stabilisation(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that stabilisation dissipates little at full load in the runs of the paper, with tied outer rows."""
     allowed = evidence.printed("sec2.2", "stabilisation", "largest share of strain energy") / 100
-    names = [evidence.direct[kind] for kind in ("isotropic", "rough") if kind in evidence.direct]
+    names = tuple(evidence.direct[kind] for kind in ("isotropic", "rough") if kind in evidence.direct)
     if not names:
         raise NotRun("the study has no direct simulation with contact")
-    rows = []
     for name in names:
-        share = _stabilised(evidence.histories[name])
-        rows.append(
-            at_most(
-                f"share of the strain energy, {name}", share, f"{allowed:.0%}", allowed, text=f"{share:.2%}"
-            )
-        )
-    if (name := evidence.direct.get("untied")) in evidence.histories:
-        rows.append(Row(f"the same, {name}", f"{_stabilised(evidence.histories[name]):.2%}"))
-    return Judgement(tuple(rows), "the sentence is of a setting of the solver", tuple(names))
-
-
-def _stabilised(history: xr.Dataset) -> float:
-    """Return the energy that stabilisation has dissipated over the strain energy, at full load."""
-    energy = history["energy"].isel(increment=-1)
-    return float(energy.sel(form="stabilisation") / energy.sel(form="internal"))
+        share = evidence.rows[name][STABILISED]
+        quantity = f"share of the strain energy, {name}"
+        yield at_most(quantity, share, f"{allowed:.0%}", allowed, text=f"{share:.2%}")
+    if evidence.has(name := evidence.direct.get("untied", "")):
+        yield Row(f"the same, {name}", f"{evidence.rows[name][STABILISED]:.2%}")
+    yield Remark("the sentence is of a setting of the solver", names)
 
 
 def _three(evidence: Evidence) -> tuple[str, ...]:

@@ -7,9 +7,10 @@ study lacks, or that ends below the paper's strain, decides nothing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import pandas as pd
 import xarray as xr
@@ -23,63 +24,59 @@ from knitstudy.measures.reference import (
     reference_of,
     transferred_uncertainty,
 )
-from knitstudy.paper.cases import MODELS, Case, cases_of
-from knitstudy.paper.claims.scale import DECIDED, NOT_RUN, UNDECIDABLE, Row, worst
-from knitstudy.paper.paper_values import number
+from knitstudy.paper.cases import MODELS, Case, cases_of, number
+from knitstudy.paper.claims import (
+    CLAIMS,
+    DECIDED,
+    NOT_RUN,
+    REPRODUCED,
+    UNDECIDABLE,
+    NotRun,
+    Remark,
+    Row,
+    worst,
+)
+from knitstudy.paper.columns import STRAIN, Rows, Simulation, rows_of
 from knitstudy.run.catalogue import CASES, OTHER_SOLIDS, SOLIDS, Datasets, Scenes, of_cases, one, several
 
 # Scenes of isotropic friction in all rows, by the names of the scenes with tied outer rows.
 UNTIED = {"yarns-{case}": "inputs-untied-isotropic-course", "yarns-{case}-p3": "yarns-untied-course-p3"}
 AGAIN = ("yarns-{case}-p3", "dns-{case}", "yarns-{case}-coarse")  # Judged again by these
 _SOLIDS = of_cases((*CASES, "rough-course"), (*SOLIDS, *OTHER_SOLIDS))
-# Names of the scenes whose histories, contacts and stresses claims are judged by.
 _VARIED = ("yarns-untied-course-p3", "inputs-*", "reading-*")
-SIMULATIONS = (*MODELS, *_SOLIDS, *_VARIED, "sweep-*", "domain-hexahedra-*")
-CONTACTS = (*_SOLIDS, *_VARIED, "dns-isotropic-*-penalty*")
-STRESSES = (
-    *(name for name in _SOLIDS if name.startswith(("yarns-isotropic", "dns-isotropic"))),
-    "reading-*-yarns-isotropic-*",
-)
-# Evidence of claims, for their tables and figures.
-RESULTS = {
-    "geometry": one("geometry", *of_cases(("tie-course", "isotropic-course"), SOLIDS)),
-    "histories": several("simulation", *SIMULATIONS),
-    "contacts": several("contacts", *CONTACTS, optional=True),
-    "stresses": several("stress", *STRESSES, optional=True),
-    "geometries": several("geometry", "reading-*-yarns-tie-course", "inputs-*-tie-course", optional=True),
+_STRESSED = [name for name in _SOLIDS if name.startswith(("yarns-isotropic", "dns-isotropic"))]
+# Sources of figures and tables of findings (`run.catalogue.Display`), of which `evidence_of` makes the evidence
+SOURCES = {
+    "results": {
+        "geometry": one("geometry", *of_cases(("tie-course", "isotropic-course"), SOLIDS)),
+        "histories": several("simulation", *MODELS, *_SOLIDS, *_VARIED, "sweep-*", "domain-hexahedra-*"),
+        "contacts": several("contacts", *_SOLIDS, *_VARIED, "dns-isotropic-*-penalty*", optional=True),
+        "stresses": several("stress", *_STRESSED, "reading-*-yarns-isotropic-*", optional=True),
+        "geometries": several("geometry", "reading-*-yarns-tie-course", "inputs-*-tie-course", optional=True),
+    },
+    "files": ("paper", "reference"),
+    "scenes": True,
 }
-
-# Sources of figures and tables of findings (`run.catalogue.Display`), the sources of `Evidence`
-SOURCES = {"results": RESULTS, "files": ("paper", "reference"), "scenes": True}
 
 NO_DIRECT = "the study has no direct simulation with"
 
 
-class NotRun(Exception):
-    """The study cannot decide a claim: the reason, and the rows that were measured nevertheless."""
-
-    def __init__(self, reason: str, *rows: Row) -> None:
-        super().__init__(reason)
-        self.judgement = Judgement(tuple(replace(row, grade="") for row in rows), reason, verdict=NOT_RUN)
-
-
 @dataclass(frozen=True)
 class Evidence:
-    """Results that claims are judged by, by the names of scenes."""
+    """Results that claims are judged by."""
 
+    rows: Rows
     geometry: xr.Dataset  # result of the geometry stage
     paper: pd.DataFrame  # ``resources/reference/paper_tables.csv``
     reference: pd.DataFrame  # ``resources/reference/reference.csv``
-    scenes: Scenes
-    histories: Datasets = field(default_factory=dict)
-    contacts: Datasets = field(default_factory=dict)
-    stresses: Datasets = field(default_factory=dict)
     # Scenes in course tension that are compared: "tie", "rough", "isotropic", and "untied" for isotropic
     # friction in all rows
     direct: Mapping[str, str] = field(default_factory=dict)
     # The same with `direct` of another discretisation, by the discretisation in words
     again: Mapping[str, Evidence] = field(default_factory=dict)
-    geometries: Datasets = field(default_factory=dict)  # of other knits than the base's
+    geometries: Mapping[str, xr.Dataset] = field(
+        default_factory=dict
+    )  # of other knits than the base's, by their names
     held: str = "shape"  # quantity that sweeps hold fixed (``pattern.keep``)
     axes: str = "local"  # of springs (``rom.axes``)
     normal: str = "normal_resultant"  # of contacts (``rom.normal``)
@@ -91,14 +88,15 @@ class Evidence:
         main = next((name for name in SOLIDS if direct[name]), SOLIDS[0])
         others = [direct[name] for name in AGAIN if name != main and direct[name]]
         again = {
-            made_of(self.scenes[next(iter(other.values()))]): replace(self, direct=other) for other in others
+            made_of(self.rows[next(iter(other.values()))].scene): replace(self, direct=other)
+            for other in others
         }
         return replace(self, direct=direct[main], again=again)
 
     def _direct(self, name: str) -> dict[str, str]:
         names = {kind: name.format(case=f"{kind}-course") for kind in INTERACTIONS}
         names |= {"untied": UNTIED[name]} if name in UNTIED else {}
-        return {kind: scene for kind, scene in names.items() if scene in self.histories}
+        return {kind: scene for kind, scene in names.items() if self.has(scene)}
 
     @cached_property
     def fabric(self) -> Fabric:
@@ -114,19 +112,20 @@ class Evidence:
         """Return a number that the paper prints."""
         return number(self.paper, table, case, quantity)
 
-    def history(self, kind: str) -> xr.Dataset:
-        """Return the history of one of `direct`; raise `NotRun` without it."""
-        return self._result(self.histories, kind)
+    def has(self, name: str, stage: str = "simulation") -> bool:
+        """Whether there is a result of a scene."""
+        return name in self.rows and stage in self.rows[name].results
+
+    def row(self, kind: str, stage: str = "simulation") -> Simulation:
+        """Return one of `direct` with a result; raise `NotRun` without it."""
+        if not self.has(self.direct.get(kind, ""), stage):
+            wanted = INTERACTIONS.get(kind, "isotropic friction in all rows, and with ties in the outer ones")
+            raise NotRun(f"{NO_DIRECT} {wanted}")
+        return self.rows[self.direct[kind]]
 
     def contact(self, kind: str) -> xr.Dataset:
         """Return the contacts of one of `direct`; raise `NotRun` without them."""
-        return self._result(self.contacts, kind)
-
-    def _result(self, results: Datasets, kind: str) -> xr.Dataset:
-        if self.direct.get(kind) not in results:
-            wanted = INTERACTIONS.get(kind, "isotropic friction in all rows, and with ties in the outer ones")
-            raise NotRun(f"{NO_DIRECT} {wanted}")
-        return results[self.direct[kind]]
+        return self.row(kind, "contacts").results["contacts"]
 
     def reference_of(self, kind: str) -> Reference:
         """Return the reference of the problem of one of `direct`; empty where there is none."""
@@ -138,31 +137,44 @@ class Evidence:
         Where it knows the base alone, the scene's own history stands for it, as uncertain as its discretisation is at
         the base.
         """
-        known = reference_of(self.reference, self.scenes[name])
-        if known.known or self.base is None or name not in self.base.histories:
+        known = reference_of(self.reference, self.rows[name].scene)
+        if known.known or self.base is None or not self.base.has(name):
             return known
-        return transferred_uncertainty(
-            self.base.reference_for(name), self.base.histories[name], self.histories[name]
-        )
+        histories = (each.rows[name].history for each in (self.base, self))
+        return transferred_uncertainty(self.base.reference_for(name), *histories)
 
     @cached_property
     def cases(self) -> tuple[Case, ...]:
         """Direct simulations with the models that are compared with them, in course and wale tension."""
-        cases = cases_of(self.histories, self.scenes, self.reference)
+        cases = cases_of(self.rows, self.reference)
         return tuple(replace(case, reference=self.reference_for(case.dns.scene.name)) for case in cases)
+
+
+def evidence_of(
+    histories: Datasets,
+    scenes: Scenes,
+    contacts: Datasets | None = None,
+    stresses: Datasets | None = None,
+    geometries: Datasets | None = None,
+    **others: Any,
+) -> Evidence:
+    """Return evidence from sources of displays (`SOURCES`); other keywords are attributes of `Evidence`."""
+    rows = rows_of(scenes, histories, contacts=contacts or {}, stress=stresses or {})
+    drawn = [geometry for geometry in (geometries or {}).values() if geometry.attrs["scene"] in scenes]
+    by_knit = {scenes[geometry.attrs["scene"]].knit: geometry for geometry in drawn}
+    return Evidence(rows, geometries=by_knit, **others)
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """The rows of a claim, a remark, the scenes that must reach the paper's strain, and the grade.
+    """The rows of a claim, its remark, and the grade, which is the worst one of the rows unless it is given.
 
-    The first of the rows stands for all of them where there is room for one only. Without a `verdict` of its own the
-    judgement has the worst grade of its rows.
+    The first of the rows stands for all of them where there is room for one only.
     """
 
     rows: tuple[Row, ...]
     note: str = ""
-    scenes: tuple[str, ...] = ()  # Direct simulations, the main one first
+    scenes: tuple[str, ...] = ()  # that must reach the paper's strain
     verdict: str = ""
     uncertainty: str = ""
     depends_on: str = ""  # Readings and inputs under which the claim is decided otherwise
@@ -172,50 +184,52 @@ class Judgement:
         if not self.verdict:
             object.__setattr__(self, "verdict", worst(self.rows))
 
+    def noted(self, note: str, verdict: str = "") -> Judgement:
+        """Return the judgement with a further remark, and another verdict."""
+        notes = "; ".join(filter(None, [self.note, note]))
+        return replace(self, note=notes, verdict=verdict or self.verdict)
+
+
+def judge(claim: str, evidence: Evidence) -> Judgement:
+    """Judge a claim, or withhold the verdict without results up to the paper's strain."""
+    asked, rows, remark = CLAIMS.find(claim), [], Remark()
+    try:
+        for said in asked.judge(evidence):
+            if isinstance(said, Remark):
+                remark = said
+            else:
+                rows.append(said)
+    except NotRun as error:
+        rows.sort(key=lambda row: asked.worst_first and not row.grade)
+        return Judgement(tuple(replace(row, grade="") for row in rows), str(error), verdict=NOT_RUN)
+    if asked.worst_first:
+        rows.sort(key=lambda row: (row.grade == REPRODUCED, row.margin) if row.grade else (2, 0.0))
+    judged = Judgement(tuple(rows), remark.note, remark.scenes)
+    if judged.verdict == REPRODUCED and not remark.complete:
+        judged = replace(judged, verdict=NOT_RUN)
+    if judged.verdict == UNDECIDABLE and not judged.note:
+        judged = judged.noted("missing is a smaller uncertainty")
+    if not remark.scenes:
+        return judged
+    wanted = evidence.printed("fig7", "course isotropic", "strain at the end") / 100
+    reached = min(evidence.rows[name][STRAIN] for name in remark.scenes)
+    if reached < 0.999 * wanted:
+        judged = judged.noted(f"pulled to {reached:.2%}, the paper to {wanted:.0%}", verdict=NOT_RUN)
+    return judged.noted(f"DNS of {made_of(evidence.rows[remark.scenes[0]].scene)}")
+
 
 # Uncertainty of a claim without reference values: whether other discretisations decide it likewise.
 BY_OTHERS = "by other discretisations"
 
-Judge = Callable[[Evidence], Judgement]  # Compares the evidence with the rule of a claim
 
-
-def withholding(judge: Judge) -> Judge:
-    """Return a function that judges a claim, or withholds the verdict without results up to the paper's strain."""
-
-    def judged(evidence: Evidence) -> Judgement:
-        try:
-            judgement = judge(evidence)
-        except NotRun as error:
-            return error.judgement
-        if judgement.verdict == UNDECIDABLE and not judgement.note:
-            judgement = replace(judgement, note="missing is a smaller uncertainty")
-        return _at_full_strain(evidence, judgement) if judgement.scenes else judgement
-
-    return judged
-
-
-def _noted(judged: Judgement, note: str) -> Judgement:
-    return replace(judged, note="; ".join(filter(None, [judged.note, note])))
-
-
-def _at_full_strain(evidence: Evidence, judged: Judgement) -> Judgement:
-    wanted = evidence.printed("fig7", "course isotropic", "strain at the end") / 100
-    reached = min(float(evidence.histories[name]["strain"][-1]) for name in judged.scenes)
-    if reached < 0.999 * wanted:
-        judged = _noted(
-            replace(judged, verdict=NOT_RUN), f"pulled to {reached:.2%}, the paper to {wanted:.0%}"
-        )
-    return _noted(judged, f"DNS of {made_of(evidence.scenes[judged.scenes[0]])}")
-
-
-def decide(judge: Judge, evidence: Evidence, uncertainty: str) -> Judgement:
+def decide(claim: str, evidence: Evidence, uncertainty: str) -> Judgement:
     """Judge a claim with the uncertainty of its rule; other discretisations have to agree if that is `BY_OTHERS`."""
-    judged = judge(evidence)
+    judged = judge(claim, evidence)
     if judged.verdict not in DECIDED:
         return judged
     if uncertainty != BY_OTHERS:
         return replace(judged, uncertainty=uncertainty)
-    others = {made: judge(other) for made, other in evidence.again.items()}
+    others = {made: judge(claim, other) for made, other in evidence.again.items()}
     others = {made: other for made, other in others.items() if other.verdict != NOT_RUN}
     if not others:
         return replace(judged, uncertainty="not known: one discretisation alone")
@@ -223,4 +237,4 @@ def decide(judge: Judge, evidence: Evidence, uncertainty: str) -> Judgement:
     judged = replace(judged, uncertainty=text)
     if all(other.verdict == judged.verdict for other in others.values()):
         return judged
-    return _noted(replace(judged, verdict=UNDECIDABLE), "missing is agreement of the discretisations")
+    return judged.noted("missing is agreement of the discretisations", verdict=UNDECIDABLE)

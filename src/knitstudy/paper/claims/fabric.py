@@ -1,166 +1,328 @@
-"""Claims about the loop (G1, G2), the size of the knit (S1 to S3), and sweeps of the loop (K9, K10)."""
+"""Claims about the loop (G1, G2), the knit's size (S1 to S3), sweeps (K9, K10), and stress in segments (M1 to M3)."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
+import xarray as xr
 from scipy.special import stdtrit
 
-from knitstudy.measures.centre_cell import crossing_error, loop_of
-from knitstudy.measures.cost import Series, memory_growth, series_of
-from knitstudy.measures.reference import HEXAHEDRA, INTERACTIONS
-from knitstudy.paper.claims.evidence import Evidence, Judgement, NotRun
-from knitstudy.paper.claims.scale import UNDECIDABLE, Row, at_most, comparable, holds, trend
-from knitstudy.paper.sweeps import HELD, SPACING, Sweep, sweeps_of
-from knitstudy.paper.unknowns import counted_solids
+from knitstudy.knit.geometry.fabric import Fabric
+from knitstudy.knit.models.rom2d.build import heights
+from knitstudy.knit.yarns.joints import contacts_of_crossings
+from knitstudy.measures.centre_cell import (
+    LEGS,
+    SEGMENT,
+    angle_to_x,
+    angles_to_axes,
+    crossing_error,
+    honeycomb_segments,
+    loop_of,
+)
+from knitstudy.measures.cost import memory_growth, series_of
+from knitstudy.measures.estimate import Estimate, all_hold
+from knitstudy.measures.reference import HEXAHEDRA, INTERACTIONS, made_of
+from knitstudy.mechanics.arrays import Floats
+from knitstudy.paper.cases import angles_by_geometry, angles_of_stress
+from knitstudy.paper.claims import (
+    CLAIMS,
+    COMPARABLE,
+    UNDECIDABLE,
+    NotRun,
+    Remark,
+    Row,
+    at_most,
+    comparable,
+    holds,
+    trend,
+)
+from knitstudy.paper.claims.evidence import Evidence
+from knitstudy.paper.columns import DOF
+from knitstudy.paper.sweeps import DIAMETER, HELD, SIZES, SPACING, Sweep, counted_solids, sweeps_of
+from knitstudy.run.catalogue import OTHER_SOLIDS, SOLIDS, of_case
 
 CONTACT_BAR = 1e-3  # Claim G1: largest |D - 2R - c0| over R at which yarns count as touching at points
 LENGTH_BAR = 0.02  # Claim G2: relative change of length that counts as hardly any
 # Claims S1, S3: scenes with hexahedra of the paper's size
 PAPERS_MESH, IN_CONTACT = "dns-tie-course", "dns-isotropic-course"
 FEWEST = 5  # Claims K9 and K10: least number of values of a sweep
+ALONG = 20.0  # Claim M3: angle up to which a ligament lies along the principal stress [deg]
 
 
-def judge_penetration(evidence: Evidence) -> Judgement:
-    """G1: the yarns penetrate each other before the optimisation, and only touch after it."""
+@CLAIMS.add("G1")
+def penetration(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that the yarns penetrate each other before the optimisation, and only touch after it."""
     geometry, radius = evidence.geometry, float(evidence.geometry["radius"])
     before, after = (
         float(geometry["penetration"].sel(state=state)) / radius for state in ("before", "after")
     )
     error = float(crossing_error(geometry).sel(state="after")) / radius
-    return Judgement(
-        (
-            holds("deepest penetration after", f"{after:.3f} R", "none", after == 0),
-            holds("deepest penetration before", f"{before:.3f} R", "severe", before > 0),
-            at_most("largest |D - 2R - c0| at a crossing", error, "0", CONTACT_BAR, text=f"{error:.1e} R"),
-        ),
+    yield holds("deepest penetration after", f"{after:.3f} R", "none", after == 0)
+    yield holds("deepest penetration before", f"{before:.3f} R", "severe", before > 0)
+    yield at_most("largest |D - 2R - c0| at a crossing", error, "0", CONTACT_BAR, text=f"{error:.1e} R")
+    yield Remark(
         f"with a clearance c0 of {float(geometry['clearance']):g} R; the initial loop is not printed, so its "
-        "penetration is this study's own",
+        "penetration is this study's own"
     )
 
 
-def judge_length(evidence: Evidence) -> Judgement:
-    """G2: the yarn of a loop hardly changes its length; the rows beside it are of its Bezier curves."""
+@CLAIMS.add("G2")
+def length(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that the yarn of a loop hardly changes its length; the rows beside it are of its Bezier curves."""
     before, after = (
         loop_of(evidence.geometry, state).curve.segment_lengths() for state in ("before", "after")
     )
     change, total = after / before - 1, after.sum() / before.sum() - 1
-    return Judgement(
-        (
-            at_most("change of a loop", abs(total), "hardly any", LENGTH_BAR, text=f"{total:+.2%}"),
-            Row("largest change of a Bezier curve", f"{max(change, key=abs):+.2%}"),
-            Row("least change of a Bezier curve", f"{min(change, key=abs):+.2%}"),
-        ),
-        f"arc lengths; a change of up to {LENGTH_BAR:.0%} counts as hardly any",
-    )
+    yield at_most("change of a loop", abs(total), "hardly any", LENGTH_BAR, text=f"{total:+.2%}")
+    yield Row("largest change of a Bezier curve", f"{max(change, key=abs):+.2%}")
+    yield Row("least change of a Bezier curve", f"{min(change, key=abs):+.2%}")
+    yield Remark(f"arc lengths; a change of up to {LENGTH_BAR:.0%} counts as hardly any")
 
 
-def judge_ties_growth(evidence: Evidence) -> Judgement:
-    """S1: degrees of freedom of tied knits are the paper's at 3 x 3 cells and at 30 x 30 cells."""
-    scene = (evidence.base or evidence).scenes.get(PAPERS_MESH)
-    if scene is None:
+@CLAIMS.add("S1")
+def growth_of_ties(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that degrees of freedom of tied knits are the paper's at 3 x 3 cells and at 30 x 30 cells."""
+    rows = (evidence.base or evidence).rows
+    if PAPERS_MESH not in rows:
         raise NotRun(f"the study has no {PAPERS_MESH}, whose mesh is the paper's")
-    law = counted_solids(evidence.fabric, scene, evidence.paper)[0].unknowns
-    three, thirty = (
-        evidence.printed(*place, "degrees of freedom")
-        for place in (("5", "dns-tie 3x3"), ("fig12a", "c30w30 tie"))
-    )
-    ours, theirs = (f"{np.log10(many / few):.2f}" for few, many in ((law(3), law(30)), (three, thirty)))
+    law = counted_solids(evidence.fabric, rows[PAPERS_MESH].scene, evidence.paper)[0].unknowns
+    three = evidence.printed("5", "dns-tie 3x3", "degrees of freedom")
+    thirty = evidence.printed("fig12a", "c30w30 tie", "degrees of freedom")
     name = "degrees of freedom, {0} x {0} cells"
-    return Judgement(
+    yield comparable(name.format(30), law(30), thirty, f"{law(30):,.0f}", f"some {thirty:,.0f}")
+    yield comparable(name.format(3), law(3), three, f"{law(3):,.0f}", f"{three:,.0f}")
+    ours, theirs = (f"{np.log10(many / few):.2f}" for few, many in ((law(3), law(30)), (three, thirty)))
+    yield Row("exponent in cells in a row", ours, theirs)
+    yield Remark("counted without a solution")
+
+
+@CLAIMS.add("S2")
+def memory_of_contact(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that memory of knits in contact grows from 3 x 3 to 30 x 30 cells as in Table 3."""
+    series = next(
         (
-            comparable(name.format(30), law(30), thirty, f"{law(30):,.0f}", f"some {thirty:,.0f}"),
-            comparable(name.format(3), law(3), three, f"{law(3):,.0f}", f"{three:,.0f}"),
-            Row("exponent in cells in a row", ours, theirs),
+            series
+            for series in series_of(
+                row.scene for row in evidence.rows.values() if "simulation" in row.results
+            )
+            if series.model.startswith(HEXAHEDRA["one_point"]) and series.scenes[0].interaction == "isotropic"
         ),
-        "counted without a solution",
+        None,
     )
-
-
-def judge_contact_memory(evidence: Evidence) -> Judgement:
-    """S2: memory of knits in contact grows from 3 x 3 to 30 x 30 cells as in Table 3."""
-    series = _series(evidence, "isotropic")
-    exponent = series.growth([memory_growth(evidence.histories[scene.name]) for scene in series.scenes])
-    sizes = (3, 6, 8, 20, 30)
-    printed = [evidence.printed("3", f"c{n}w{n}", "memory") for n in sizes]
-    wanted = float(np.polyfit(np.log(sizes), np.log(printed), 1)[0])
-    near = float(np.log(printed[1] / printed[0]) / np.log(2))
+    if series is None:
+        friction = INTERACTIONS["isotropic"]
+        raise NotRun(f"the study has no square knits of hexahedra of rising size with {friction}")
+    exponent = series.growth([memory_growth(evidence.rows[scene.name].history) for scene in series.scenes])
+    printed = [evidence.printed("3", f"c{n}w{n}", "memory") for n in SIZES]
     # 95 % by Student's t: memory scatters from run to run, and few sizes are fitted
     interval = replace(exponent, uncertainty=float(stdtrit(series.freedom, 0.975)) * exponent.uncertainty)
     factor, grows = interval.of(lambda value: 10**value), printed[-1] / printed[0]
-    name, cells = "memory of 30 x 30 over that of 3 x 3 cells", ", ".join(map(str, series.cells))
-    return Judgement(
-        (
-            comparable(name, factor, grows, f"{factor.value:.0f} ± {factor.uncertainty:.0f}", f"{grows:.0f}"),
-            Row(
-                f"exponent of {cells} cells in a row", f"{exponent}", f"{wanted:.2f}; of 3 and 6: {near:.2f}"
-            ),
-        ),
+    ours = f"{factor.value:.0f} ± {factor.uncertainty:.0f}"
+    yield comparable("memory of 30 x 30 over that of 3 x 3 cells", factor, grows, ours, f"{grows:.0f}")
+    wanted = float(np.polyfit(np.log(SIZES), np.log(printed), 1)[0])
+    near = float(np.log(printed[1] / printed[0]) / np.log(2))
+    name = f"exponent of {', '.join(map(str, series.cells))} cells in a row"
+    yield Row(name, f"{exponent}", f"{wanted:.2f}; of 3 and 6: {near:.2f}")
+    yield Remark(
         "extrapolated by the exponent; memory scatters by a fifth from run to run (docs/notes/performance.md): "
-        "repeated runs, or knits of 8 x 8 cells and more, decide",
+        "repeated runs, or knits of 8 x 8 cells and more, decide"
     )
 
 
-def judge_contact_unknowns(evidence: Evidence) -> Judgement:
-    """S3: contact takes more degrees of freedom than ties."""
-    try:
-        dof = [evidence.histories[name].attrs["dof"] for name in (PAPERS_MESH, IN_CONTACT)]
-    except KeyError as missing:
-        raise NotRun(f"the study has no {missing.args[0]}") from None
-    contact, ties = (
-        evidence.printed(*place, "degrees of freedom") for place in (("3", "c3w3"), ("5", "dns-tie 3x3"))
-    )
-    ratio, name = dof[1] / dof[0], "degrees of freedom, contact over ties"
-    row = comparable(
-        name, ratio, contact / ties, f"{ratio:.2f}", f"{contact / ties:.2f}", direction=ratio > 1
-    )
+@CLAIMS.add("S3")
+def unknowns_of_contact(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that contact takes more degrees of freedom than ties."""
+    for name in (PAPERS_MESH, IN_CONTACT):
+        if not evidence.has(name):
+            raise NotRun(f"the study has no {name}")
+    ratio = evidence.rows[IN_CONTACT][DOF] / evidence.rows[PAPERS_MESH][DOF]
+    paper = evidence.printed("3", "c3w3", "degrees of freedom")
+    paper /= evidence.printed("5", "dns-tie 3x3", "degrees of freedom")
+    name, texts = "degrees of freedom, contact over ties", (f"{ratio:.2f}", f"{paper:.2f}")
     if ratio == 1:
-        row = Row(name, row.ours, row.paper, UNDECIDABLE)
-    return Judgement(
-        (row,), "contact by penalties adds no degrees of freedom: missing is what the paper counts"
-    )
+        yield Row(name, *texts, UNDECIDABLE)
+    else:
+        yield comparable(name, ratio, paper, *texts, direction=ratio > 1)
+    yield Remark("contact by penalties adds no degrees of freedom: missing is what the paper counts")
 
 
-def _series(evidence: Evidence, interaction: str) -> Series:
-    """Return the square knits of one-point hexahedra with an interaction."""
-    for series in series_of(evidence.scenes[name] for name in evidence.histories):
-        if series.model.startswith(HEXAHEDRA["one_point"]) and series.scenes[0].interaction == interaction:
-            return series
-    raise NotRun(
-        f"the study has no square knits of hexahedra of rising size with {INTERACTIONS[interaction]}"
-    )
-
-
-def judge_sweep(key: str, sign: int, evidence: Evidence) -> Judgement:
-    """K9, K10: u_z grows (sign 1) with course spacing, falls (-1) with the diameter of the yarn."""
+@CLAIMS.add("K9", key=SPACING, sign=1)
+@CLAIMS.add("K10", key=DIAMETER, sign=-1)
+def sweep(evidence: Evidence, key: str, sign: int) -> Iterator[Row | Remark]:
+    """Yield that u_z grows (sign 1) with course spacing, falls (-1) with the diameter of the yarn."""
     held = {
         sweep.interaction: sweep
-        for sweep in sweeps_of(key, evidence.histories, evidence.scenes, evidence.reference)
+        for sweep in sweeps_of(key, evidence.rows, evidence.reference)
         if sweep.main and sweep.keep == evidence.held and len(sweep.points) >= FEWEST
     }
     if "isotropic" not in held:
         raise NotRun(
             f"the study has no sweep of {key} with {FEWEST} values, {HELD[evidence.held]} and friction"
         )
-    claimed, rows = "grows" if sign > 0 else "falls", []
+    claimed = "grows" if sign > 0 else "falls"
     for kind in sorted(held):
         u_z = [point.u_z for point in held[kind].points]
         row = trend(f"|u_z| {claimed}, {HELD[evidence.held]}, {INTERACTIONS[kind]}", u_z, sign, claimed)
-        rows.append(row if kind == "isotropic" else Row(row.quantity, row.ours))
-    first, *_, last = held["isotropic"].points
-    rows.append(Row("from end to end", f"{1e3 * first.u_z.value:.3f} to {1e3 * last.u_z.value:.3f} mm"))
-    rows += [row for kind in sorted(held) for row in _values(key, held[kind])]
-    return Judgement(tuple(rows), "", tuple(point.scene.name for point in held["isotropic"].points))
+        yield row if kind == "isotropic" else Row(row.quantity, row.ours)
+    points = held["isotropic"].points
+    ends = (f"{1e3 * points[end].u_z.value:.3f}" for end in (0, -1))
+    yield Row("from end to end", f"{' to '.join(ends)} mm")
+    for kind in sorted(held):
+        yield from _values(key, held[kind])
+    yield Remark(scenes=tuple(point.scene.name for point in points))
 
 
-def _values(key: str, sweep: Sweep) -> list[Row]:
-    """Return the values of a sweep."""
+def _values(key: str, sweep: Sweep) -> Iterator[Row]:
+    """Yield the values of a sweep."""
     form, scale, unit = (".2f", 1.0, "c") if key == SPACING else (".4g", 1e3, "mm")
     kind = INTERACTIONS[sweep.interaction]
+    for point in sweep.points:
+        yield Row(f"at {scale * point.value:{form}} {unit}, {kind}", f"{1e3 * point.u_z.value:.3f} mm")
     off = max(point.u_z.uncertainty / point.u_z.value for point in sweep.points)
-    values = [
-        Row(f"at {scale * point.value:{form}} {unit}, {kind}", f"{1e3 * point.u_z.value:.3f} mm")
-        for point in sweep.points
+    yield Row(f"uncertainty, {kind}", f"{off:.1%}")
+
+
+# ---- Maximum principal stress in the segments of a cell
+
+
+class Stressed:
+    """Stresses with isotropic friction in both tensions, of the deciding discretisation first, and the drawn knit."""
+
+    def __init__(self, evidence: Evidence) -> None:
+        self.evidence, self.knit = evidence, evidence.fabric
+        self.names = {
+            way: [
+                name
+                for name in dict.fromkeys(of_case(f"isotropic-{way}", (*SOLIDS, *OTHER_SOLIDS)))
+                if evidence.has(name, "stress")
+            ]
+            for way in ("course", "wale")
+        }
+        if not all(self.names.values()):
+            raise NotRun("the study has no stresses with isotropic friction in course and in wale tension")
+
+    def datasets(self, way: str) -> list[xr.Dataset]:
+        """Return the stresses in a tension."""
+        return [self.evidence.rows[name].results["stress"] for name in self.names[way]]
+
+    @cached_property
+    def angles(self) -> dict[str, dict[str, Estimate]]:
+        """Angle to x of the maximum principal stress by tension and kind of segment [deg]."""
+        return {
+            way: {kind: angle_to_x(self.datasets(way), kind) for kind in self.drawn} for way in self.names
+        }
+
+    @cached_property
+    def drawn(self) -> dict[str, float]:
+        """Angle to x of every segment by geometry [deg]."""
+        lines = honeycomb_segments(contacts_of_crossings(self.knit))
+        return {kind: float(angles_to_axes(line)[:, 0].mean()) for kind, line in lines.items()}
+
+    def printed(self, way: str) -> Floats:
+        """Return the angles to x of segments 1 to 6 in Table 4 (6,) [deg]."""
+        angles: Floats = angles_of_stress(self.evidence.paper, way)[:, 0]
+        return angles
+
+    def remark(self, note: str = "") -> Remark:
+        """Return a note with the origins of the uncertainty, and the scenes."""
+        rows = self.evidence.rows
+        others = {made_of(rows[name].scene) for names in self.names.values() for name in names[1:]}
+        beside = f", {', '.join(sorted(others))} beside it" if others else ""
+        scenes = tuple(name for names in self.names.values() for name in names)
+        return Remark(f"{note}uncertainty by equivalent segments{beside}", scenes)
+
+
+@CLAIMS.add("M1")
+def directions(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that the maximum principal stress of legs turns from the yarn to the load, as far as in Table 4."""
+    stressed, shown = Stressed(evidence), []
+    for way in stressed.names:
+        towards = -1 if way == "course" else 1
+        turns, theirs = [], []
+        for kind in LEGS:
+            angle, line = stressed.angles[way][kind], stressed.drawn[kind]
+            paper = stressed.printed(way)[SEGMENT[kind] - 1]
+            turns.append(_turn(angle, line, towards))
+            theirs.append(towards * (paper - line))
+            place = f"segment {SEGMENT[kind]}, {way} tension ({line:.0f}° by geometry)"
+            shown.append(Row(place, f"{angle}°", f"{paper:g}°"))
+        turned = [turn.above(0.0) for turn in turns]
+        ours = f"{sum(each is True for each in turned)} of {len(turns)}"
+        name = f"segments turned to the load, {way} tension"
+        yield holds(name, ours, f"{len(turns)}", all_hold(turned))
+        mean = Estimate(
+            *(float(np.mean([getattr(turn, of) for turn in turns])) for of in ("value", "uncertainty"))
+        )
+        paper = float(np.mean(theirs))
+        name = f"mean turn of these, {way} tension"
+        yield comparable(name, mean, paper, f"{mean}°", f"{paper:.0f}°", direction=mean.above(0.0))
+    yield from shown
+    yield stressed.remark()
+
+
+def _turn(angle: Estimate, line: float, towards: int) -> Estimate:
+    return angle.of(lambda value: towards * (value - line))
+
+
+@CLAIMS.add("M2")
+def compressed(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that the honeycomb by principal stress is compressed along wales in course tension, stretched in wale."""
+    stressed = Stressed(evidence)
+    for way in stressed.names:
+        ratio, angles = height_ratio(stressed.knit, stressed.datasets(way)), stressed.printed(way)
+        # By the angles of Table 4, through the same formula
+        printed = _height(stressed.knit, [angles[1:3].mean(), angles[3:5].mean()])
+        sense = ratio.below(1.0) if way == "course" else ratio.above(1.0)
+        name = f"height over that by geometry, {way} tension"
+        yield comparable(name, ratio, printed, f"{ratio}", f"{printed:.2f}", direction=sense)
+    yield stressed.remark(f"distances along x are kept; comparable: a factor of {COMPARABLE:g}; ")
+
+
+def height_ratio(knit: Fabric, stresses: Sequence[xr.Dataset]) -> Estimate:
+    """Return the height of a row by principal stress over that of the knit; the first discretisation decides."""
+    pairs = [[angle_to_x(stresses, kind) for kind in LEGS[i : i + 2]] for i in (0, 2)]
+    value = np.array([np.mean([angle.value for angle in pair]) for pair in pairs])
+    off = np.array([max(angle.uncertainty for angle in pair) for pair in pairs])
+    # No line is steeper than 90 degrees.
+    ratio, *ends = (_height(knit, np.minimum(value + sign * off, 90 - 1e-6)) for sign in (0, -1, 1))
+    return Estimate(ratio, max(abs(end - ratio) for end in ends))
+
+
+def _height(knit: Fabric, angles: Sequence[float]) -> float:
+    """Return the height of a row over that of the knit by the angles of both pairs of legs to x [deg]."""
+    return float(heights(knit, contacts_of_crossings(knit), *angles).course / knit.cell[1])
+
+
+@CLAIMS.add("M3")
+def ligaments(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that legs by geometry lie between principal stresses of both tensions, and all segments along these."""
+    stressed = Stressed(evidence)
+    angles, drawn = stressed.angles, stressed.drawn
+    between = [
+        all_hold((angles["course"][kind].below(drawn[kind]), angles["wale"][kind].above(drawn[kind])))
+        for kind in LEGS
     ]
-    return [*values, Row(f"uncertainty, {kind}", f"{off:.1%}")]
+    lines = angles_by_geometry(evidence.paper)[:, 0]
+    near, shown = [], []
+    for way in stressed.names:
+        for kind, line in drawn.items():
+            apart = _apart(angles[way][kind], line)
+            number = SEGMENT[kind]
+            theirs = f"{abs(stressed.printed(way)[number - 1] - lines[number - 1]):.0f}°"
+            near.append(apart.below(ALONG))
+            shown.append(
+                (apart.value, Row(f"segment {number} to the stress, {way} tension", f"{apart}°", theirs))
+            )
+    ours = f"{sum(along is True for along in near)} of {len(near)}"
+    name = f"segments within {ALONG:g}° of the stress"
+    yield holds(name, ours, "consistent", all_hold(between), all_hold(near))
+    for _, row in sorted(shown, key=lambda entry: entry[0], reverse=True):
+        yield row
+    yield stressed.remark()
+
+
+def _apart(angle: Estimate, line: float) -> Estimate:
+    return angle.of(lambda value: abs(value - line))

@@ -3,110 +3,125 @@
 from __future__ import annotations
 
 import fnmatch
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from knitstudy.knit.yarns.joints import springs
 from knitstudy.measures import response
-from knitstudy.measures.cost import MEGABYTE, memory_growth
+from knitstudy.measures.cost import memory_growth
 from knitstudy.measures.estimate import UNKNOWN, Estimate
 from knitstudy.measures.reference import made_of, transferred_uncertainty
-from knitstudy.paper.cases import Case, Simulation, is_plain
-from knitstudy.paper.claims.evidence import Evidence, Judgement, NotRun
-from knitstudy.paper.claims.scale import (
+from knitstudy.mechanics.arrays import Floats
+from knitstudy.paper.cases import REPORTED, Case, amplitude, is_plain, label_of
+from knitstudy.paper.claims import (
+    CLAIMS,
     COMPARABLE,
     GOOD,
     MUCH,
-    NOT_RUN,
-    REPRODUCED,
+    NotRun,
+    Remark,
     Row,
     at_least,
     at_most,
     comparable,
     holds,
 )
-from knitstudy.paper.paper_values import REPORTED
+from knitstudy.paper.claims.evidence import Evidence
+from knitstudy.paper.columns import DOF, MEMORY, U_Z, Simulation
 from knitstudy.run.catalogue import CASES
 
 SAME_SHAPE = 0.8  # Claim R2: least correlation of u_z
 NONE_AT_ALL = 0.01  # Claim R2: share of the reference's largest |u_z| that counts as no out-of-plane motion
 PENALTIES = "dns-isotropic-{}-penalty*"  # Claim R4: scenes with penalties alone, by direction
 SAVINGS = ("DOF", "memory growth", "processor time")
+NO_3D = "the study has no 3D ROM with ties and with isotropic friction in course tension"
 
 
-def judge_forces(evidence: Evidence) -> Judgement:
-    """R1: the force of the 3D model is much closer to the reference than that of the 2D model, in all four cases."""
+@CLAIMS.add("R1", worst_first=True)
+def forces(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that the force of the 3D model is much closer to the reference than that of the 2D model, in all cases."""
 
-    def judge(case: Case) -> list[Row]:
+    def judge(case: Case) -> Iterator[Row]:
         near, far = (case.main[name].history for name in ("rom3d", "rom2d"))
         distance = case.reference.force_distance
         ratio = distance(near).value / distance(far).value
         margin = 1 / (MUCH * ratio) if ratio > 0 else np.inf
         closer, much = (case.reference.nearer(near, far, share) for share in (1.0, 1 / MUCH))
-        return [
-            holds("distance, 3D over 2D ROM", f"{ratio:.2f}", "much closer", closer, much, margin),
-            Row("3D ROM", f"{distance(near)}"),
-            Row("2D ROM", f"{distance(far)}"),
-            *(
-                Row(f"DNS of {made_of(direct.scene)}", f"{distance(direct.history)}")
-                for direct in (case.dns, *case.others)
-            ),
-        ]
+        yield holds("distance, 3D over 2D ROM", f"{ratio:.2f}", "much closer", closer, much, margin)
+        yield Row("3D ROM", f"{distance(near)}")
+        yield Row("2D ROM", f"{distance(far)}")
+        for direct in (case.dns, *case.others):
+            yield Row(f"DNS of {made_of(direct.scene)}", f"{distance(direct.history)}")
 
-    return _in_cases(evidence, judge, f"much closer: {1 / MUCH:g} times the distance or less")
+    yield from _in_cases(evidence, judge, f"much closer: {1 / MUCH:g} times the distance or less")
 
 
-def judge_agreement(word: str, evidence: Evidence) -> Judgement:
-    """R7, R8: the force of the 3D model is comparable (R8) to the reference, or in good agreement (R7)."""
-    bars = {"good agreement": GOOD, "comparable": COMPARABLE - 1}
+@CLAIMS.add("R7", worst_first=True, word="good agreement", bar=GOOD)
+@CLAIMS.add("R8", worst_first=True, word="comparable", bar=COMPARABLE - 1)
+def agreement(evidence: Evidence, word: str, bar: float) -> Iterator[Row | Remark]:
+    """Yield that the force of the 3D model is comparable (R8) to the reference, or in good agreement (R7)."""
 
-    def judge(case: Case) -> list[Row]:
+    def judge(case: Case) -> Iterator[Row]:
         distance = case.reference.force_distance(case.main["rom3d"].history)
-        return [at_most("distance of the 3D ROM", distance, word, bars[word], sense=COMPARABLE - 1)]
+        yield at_most("distance of the 3D ROM", distance, word, bar, sense=COMPARABLE - 1)
 
-    return _in_cases(evidence, judge, f"{word}: a relative distance of F(strain) of at most {bars[word]:g}")
+    yield from _in_cases(evidence, judge, f"{word}: a relative distance of F(strain) of at most {bar:g}")
 
 
-def judge_out_of_plane(evidence: Evidence) -> Judgement:
-    """R2: in course tension u_z of the 3D model has the reference's size and the DNS's shape; the 2D model has none."""
+@CLAIMS.add("R2", worst_first=True)
+def out_of_plane(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that in course tension the 3D model's u_z has the reference's size and the DNS's shape; 2D has none."""
 
-    def judge(case: Case) -> list[Row]:
-        dns, rom3d, rom2d = (model.history for model in (case.dns, case.main["rom3d"], case.main["rom2d"]))
-        shape = response.out_of_plane_correlation(rom3d, dns)
-        size = case.reference.ratio(rom3d, response.RMS_U_Z, response.rms_out_of_plane(rom3d))
-        flat = case.reference.ratio(rom2d, response.LARGEST_U_Z, response.out_of_plane(rom2d))
-        amplitude = "amplitude of u_z over the reference's"
-        return [
-            at_least("correlation of u_z", shape, "captured", SAME_SHAPE, sense=0.0, text=f"{shape:.2f}"),
-            comparable(amplitude, size, 1.0, f"{size}", "captured", direction=size.above(0.0)),
-            at_most("largest |u_z| over the reference's, 2D ROM", flat, "none", NONE_AT_ALL),
-        ]
+    def judge(case: Case) -> Iterator[Row]:
+        shape = response.out_of_plane_correlation(case.main["rom3d"].history, case.dns.history)
+        yield at_least("correlation of u_z", shape, "captured", SAME_SHAPE, sense=0.0, text=f"{shape:.2f}")
+        size, name = amplitude(case.main["rom3d"], case), "amplitude of u_z over the reference's"
+        yield comparable(name, size, 1.0, f"{size}", "captured", direction=size.above(0.0))
+        planar = case.main["rom2d"].history
+        flat = case.reference.ratio(planar, response.LARGEST_U_Z, response.out_of_plane(planar))
+        yield at_most("largest |u_z| over the reference's, 2D ROM", flat, "none", NONE_AT_ALL)
 
     note = (
         f"captured: a correlation of {SAME_SHAPE:g} or more, an amplitude within a factor of {COMPARABLE:g}"
     )
-    return _in_cases(evidence, judge, note, ("course",))
+    yield from _in_cases(evidence, judge, note, ("course",))
 
 
-def judge_motion_order(evidence: Evidence) -> Judgement:
-    """R3: the 3D model moves further out of its plane with friction than with ties, and so does the reference."""
-    cases = [_case(evidence, kind, ("rom3d",)) for kind in ("isotropic", "tie")]
-    if None in cases:
-        raise NotRun("the study has no 3D ROM with ties and with isotropic friction in course tension")
-    _require_reference(cases)
-    rom = [response.largest_out_of_plane(case.main["rom3d"].history) for case in cases]
-    dns = [response.largest_out_of_plane(case.dns.history) for case in cases]
+def _in_cases(
+    evidence: Evidence,
+    judge: Callable[[Case], Iterator[Row]],
+    note: str,
+    directions: tuple[str, ...] = ("course", "wale"),
+) -> Iterator[Row | Remark]:
+    """Yield the rows of every case with both reduced models."""
+    cases = [
+        case
+        for case in evidence.cases
+        if {"rom3d", "rom2d"} <= set(case.main) and case.direction in directions
+    ]
+    if not cases:
+        raise NotRun("the study has no direct simulation with both reduced models")
+    _require_reference(*cases)
+    for case in cases:
+        for row in judge(case):
+            yield replace(row, quantity=f"{row.quantity}; {case.label}")
+    scenes = _names(*(model for case in cases for model in (case.dns, *case.main.values())))
+    yield Remark(note, scenes, len(cases) == sum(case.endswith(directions) for case in CASES))
+
+
+@CLAIMS.add("R3")
+def order_of_motion(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that the 3D model, like the reference, moves further out of its plane with friction than with ties."""
+    cases = [_case(NO_3D, evidence, kind, "rom3d") for kind in ("isotropic", "tie")]
+    _require_reference(*cases)
+    models, direct = [case.main["rom3d"] for case in cases], [case.dns for case in cases]
     name = "largest |u_z|, friction over ties"
-    return Judgement(
-        (
-            at_least(f"{name}, 3D ROM", rom[0] / rom[1], "> 1", 1.0),
-            at_least(f"{name}, reference", _over_ties(*cases), "> 1", 1.0),
-            Row(f"{name}, DNS", f"{dns[0] / dns[1]:.2f}", "> 1"),
-        ),
-        scenes=_names([case.dns for case in cases] + [case.main["rom3d"] for case in cases]),
-    )
+    yield at_least(f"{name}, 3D ROM", models[0][U_Z] / models[1][U_Z], "> 1", 1.0)
+    yield at_least(f"{name}, reference", _over_ties(*cases), "> 1", 1.0)
+    yield Row(f"{name}, DNS", f"{direct[0][U_Z] / direct[1][U_Z]:.2f}", "> 1")
+    yield Remark(scenes=_names(*direct, *models))
 
 
 def _over_ties(slides: Case, tie: Case) -> Estimate:
@@ -120,61 +135,54 @@ def _over_ties(slides: Case, tie: Case) -> Estimate:
     return Estimate(one.value / other.value, off * one.value / other.value)
 
 
-def judge_springs(evidence: Evidence) -> Judgement:
-    """R4: of the averaged springs kz is the largest by far; kx > ky in course tension, ky > kx in wale tension."""
-    tests, shown = [], []
+@CLAIMS.add("R4", worst_first=True)
+def order_of_springs(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that of the averaged springs kz is the largest by far; kx > ky in course tension, ky > kx in wale."""
     for case in (cases := _with_contacts(evidence)):
-        way, (kx, ky, kz) = case.direction, _springs(evidence, case.dns.scene.name)
+        way, ours = case.direction, _springs(evidence, case.dns.scene.name)
         printed = _printed_springs(evidence, way)
-        ratio = kz / max(kx, ky)
-        name, theirs = f"kz over kx and ky, {way} tension", f"{printed[2] / max(printed[:2]):.1f}"
-        tests.append(at_least(name, ratio, theirs, MUCH, sense=1.0, text=f"{ratio:.1f}"))
-        smallest = min(kx, ky, kz)
-        tests.append(
-            at_least(f"smallest spring, {way} tension", smallest, "> 0", 0.0, text=f"{smallest:.3g} kN/m")
-        )
-        one, other = ("kx", "ky") if way == "course" else ("ky", "kx")
-        ratio, theirs = (of[0] / of[1] if one == "kx" else of[1] / of[0] for of in ((kx, ky), printed))
+        ratio, theirs = (of[2] / max(of[:2]) for of in (ours, printed))
+        name = f"kz over kx and ky, {way} tension"
+        yield at_least(name, ratio, f"{theirs:.1f}", MUCH, sense=1.0, text=f"{ratio:.1f}")
+        smallest = min(ours)
+        text = f"{smallest:.3g} kN/m"
+        yield at_least(f"smallest spring, {way} tension", smallest, "> 0", 0.0, text=text)
+        one, other = (0, 1) if way == "course" else (1, 0)
+        ratio, theirs = (of[one] / of[other] for of in (ours, printed))
         # Only the order of kz is a sentence of the paper; that of kx and ky is of Table 2.
-        row = at_least(f"{one} over {other}, {way} tension", ratio, f"{theirs:.2f}", 1.0, sense=-np.inf)
-        tests.append(row)
-        shown += _by_penalty(evidence, way)
-    return _of_both_directions(
-        cases, tests, shown, f"averaged secants of interfaces along {evidence.axes} axes"
-    )
+        name = f"k{'xy'[one]} over k{'xy'[other]}, {way} tension"
+        yield at_least(name, ratio, f"{theirs:.2f}", 1.0, sense=-np.inf)
+        yield from _by_penalty(evidence, way)
+    yield _of_both_directions(cases, f"averaged secants of interfaces along {evidence.axes} axes")
 
 
-def judge_spring_values(evidence: Evidence) -> Judgement:
-    """R9: the averaged springs have the values of Table 2."""
-    tests, shown = [], []
+@CLAIMS.add("R9", worst_first=True)
+def values_of_springs(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that the averaged springs have the values of Table 2."""
     for case in (cases := _with_contacts(evidence)):
         way, name = case.direction, case.dns.scene.name
         pairs = zip("xyz", _springs(evidence, name), _printed_springs(evidence, way), strict=True)
         for axis, ours, theirs in pairs:
-            row = comparable(f"k{axis}, {way} tension", ours, theirs, f"{ours:.3g} kN/m", f"{theirs:g} kN/m")
-            tests.append(row)
+            quantity = f"k{axis}, {way} tension"
+            yield comparable(quantity, ours, theirs, f"{ours:.3g} kN/m", f"{theirs:g} kN/m")
         for axis, ours in zip("xyz", _springs(evidence, name, "global"), strict=True):
-            shown.append(Row(f"k{axis} along the knit's axes, {way} tension", f"{ours:.3g} kN/m"))
-    return _of_both_directions(cases, tests, shown, "averaged secants of interfaces; Table 2")
+            yield Row(f"k{axis} along the knit's axes, {way} tension", f"{ours:.3g} kN/m")
+    yield _of_both_directions(cases, "averaged secants of interfaces; Table 2")
 
 
 def _with_contacts(evidence: Evidence) -> list[Case]:
     """Return the cases of isotropic friction whose contacts are known."""
     cases = [case for case in evidence.cases if case.interaction == "isotropic"]
-    cases = [case for case in cases if case.dns.scene.name in evidence.contacts]
+    cases = [case for case in cases if "contacts" in case.dns.results]
     if not cases:
         raise NotRun("the study has no direct simulation with isotropic friction")
     return cases
 
 
-def _of_both_directions(cases: list[Case], tests: list[Row], shown: list[Row], note: str) -> Judgement:
+def _of_both_directions(cases: list[Case], note: str) -> Remark:
     if len(cases) < 2:
-        raise NotRun(f"{note}; of one direction only", *tests, *shown)
-    return Judgement((*_failures_first(tests), *shown), note, _names(case.dns for case in cases))
-
-
-def _failures_first(tests: Iterable[Row]) -> list[Row]:
-    return sorted(tests, key=lambda row: (row.grade == REPRODUCED, row.margin))
+        raise NotRun(f"{note}; of one direction only")
+    return Remark(note, _names(*(case.dns for case in cases)))
 
 
 def _printed_springs(evidence: Evidence, direction: str) -> list[float]:
@@ -182,87 +190,81 @@ def _printed_springs(evidence: Evidence, direction: str) -> list[float]:
     return [1e-3 * evidence.printed("2", direction, f"spring stiffness k{axis}") for axis in "xyz"]
 
 
-def _by_penalty(evidence: Evidence, direction: str) -> list[Row]:
-    """Return kz with penalties alone, along local axes, by the contact stiffness."""
+def _by_penalty(evidence: Evidence, direction: str) -> Iterator[Row]:
+    """Yield kz with penalties alone, along local axes, by the contact stiffness."""
+    names = [name for name, row in evidence.rows.items() if "contacts" in row.results]
     stiffness_of = {
-        evidence.scenes[name].contact.normal_stiffness: _springs(evidence, name)[2]
-        for name in fnmatch.filter(evidence.contacts, PENALTIES.format(direction))
+        evidence.rows[name].scene.value("contact.normal_stiffness"): _springs(evidence, name)[2]
+        for name in fnmatch.filter(names, PENALTIES.format(direction))
     }
     about = f"kz, {direction} tension, penalties alone, E / h times"
-    return [Row(f"{about} {stiffness:g}", f"{kz:.3g} kN/m") for stiffness, kz in sorted(stiffness_of.items())]
+    for stiffness, kz in sorted(stiffness_of.items()):
+        yield Row(f"{about} {stiffness:g}", f"{kz:.3g} kN/m")
 
 
-def _springs(evidence: Evidence, name: str, axes: str | None = None) -> np.ndarray:
+def _springs(evidence: Evidence, name: str, axes: str | None = None) -> Floats:
     """Return averaged springs of interfaces (3,) [kN/m] along axes, by default along the axes of the reading."""
-    return (
-        springs(evidence.contacts[name], "interface", axes or evidence.axes, evidence.normal).averaged / 1e3
-    )
+    contacts = evidence.rows[name].results["contacts"]
+    return springs(contacts, "interface", axes or evidence.axes, evidence.normal).averaged / 1e3
 
 
-def judge_cost(evidence: Evidence) -> Judgement:
-    """R5: savings of the reduced models with ties, at the paper's mesh size."""
-    case = _case(evidence, "tie", ("rom3d", "rom2d"))
-    if case is None or case.by_hexahedra is None:
-        raise NotRun("the study has not all models of ties in course tension, the paper's element among them")
+@CLAIMS.add("R5", worst_first=True)
+def cost(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield savings of the reduced models with ties, at the paper's mesh size."""
+    lacking = "the study has not all models of ties in course tension, the paper's element among them"
+    case = _case(lacking, evidence, "tie", "rom3d", "rom2d")
+    if case.by_hexahedra is None:
+        raise NotRun(lacking)
     models = {"dns": case.by_hexahedra, "rom3d": case.main["rom3d"], "rom2d": case.main["rom2d"]}
-    tests, shown, ours, theirs = [], [], {}, {}
+    reported = {
+        quantity: {name: evidence.printed("5", REPORTED[name], quantity) for name in models}
+        for quantity in ("degrees of freedom", "memory")
+    }
+    size = {name: model[DOF] for name, model in models.items()}
+    ours, theirs = {name: model[MEMORY] for name, model in models.items()}, reported["memory"]
     for name, model in models.items():
-        label, dof = model.scene.kind.fidelity.label, model.history.attrs["dof"]
-        printed = _reported(evidence, name, "degrees of freedom")
-        row = comparable(f"degrees of freedom, {label}", dof, printed, f"{dof:,}", f"{printed:,.0f}")
-        if name == "rom2d":  # the sentence gives the counts of DNS and 3D network
-            shown.append(replace(row, grade=""))
-        else:
-            tests.append(row)
-        ours[name] = model.history.attrs["memory_growth"] / MEGABYTE
-        theirs[name] = _reported(evidence, name, "memory")
-        shown.append(Row(f"memory growth, {label}", f"{ours[name]:.1f} MB", f"{theirs[name]:g} MB"))
-    unknowns, memory, time = _savings(models["dns"], case)
-    printed = theirs["dns"] / theirs["rom3d"]
-    bar = printed / COMPARABLE
-    tests.append(
-        at_least(
-            "memory growth, DNS over 3D ROM", memory, f"{printed:.1f}", bar, sense=1.0, text=f"{memory:.0f}"
+        label, printed = model.scene.kind.fidelity.label, reported["degrees of freedom"][name]
+        row = comparable(
+            f"degrees of freedom, {label}", size[name], printed, f"{size[name]:,}", f"{printed:,.0f}"
         )
-    )
+        # The sentence gives the counts of DNS and 3D network.
+        yield row if name != "rom2d" else replace(row, grade="")
+        yield Row(f"memory growth, {label}", f"{ours[name]:.1f} MB", f"{theirs[name]:g} MB")
+    unknowns, memory, time = _savings(models["dns"], case)
+    more, name = theirs["dns"] / theirs["rom3d"], "memory growth, DNS over 3D ROM"
+    yield at_least(name, memory, f"{more:.1f}", more / COMPARABLE, sense=1.0, text=f"{memory:.0f}")
     extra, usual = ((of["rom3d"] - of["rom2d"]) / of["dns"] for of in (ours, theirs))
     name = "memory growth, 3D ROM less 2D ROM over DNS"
-    tests.append(at_most(name, extra, f"{usual:.1%}", MUCH * usual, sense=1.0, text=f"{extra:.1%}"))
-    fewer = _reported(evidence, "dns", "degrees of freedom") / _reported(
-        evidence, "rom3d", "degrees of freedom"
-    )
-    shown.append(Row("degrees of freedom, DNS over 3D ROM", f"{unknowns:.0f}", f"{fewer:.0f}"))
-    shown.append(Row("processor time, DNS over 3D ROM", f"{time:.0f}"))
+    yield at_most(name, extra, f"{usual:.1%}", MUCH * usual, sense=1.0, text=f"{extra:.1%}")
+    counts = reported["degrees of freedom"]
+    fewer = counts["dns"] / counts["rom3d"]
+    yield Row("degrees of freedom, DNS over 3D ROM", f"{unknowns:.0f}", f"{fewer:.0f}")
+    yield Row("processor time, DNS over 3D ROM", f"{time:.0f}")
     note = (
         "the yarn's length and diameter were inferred from the printed DOF: that part was used in calibration"
     )
-    size, wanted = models["dns"].scene.metres("mesh.size"), _reported(evidence, "dns", "mesh size")
-    if not np.isclose(size, wanted):
-        raise NotRun(
-            f"elements of {1e3 * size:g} mm, the paper's of {1e3 * wanted:g} mm; {note}", *tests, *shown
-        )
-    return Judgement((*_failures_first(tests), *shown), note)
-
-
-def judge_cost_with_friction(evidence: Evidence) -> Judgement:
-    """R6: with isotropic friction the 3D model saves as much as with ties; over the paper's element if both have it."""
-    tie, slides = (_case(evidence, kind, ("rom3d",)) for kind in ("tie", "isotropic"))
-    if tie is None or slides is None:
-        raise NotRun("the study has no 3D ROM with ties and with isotropic friction in course tension")
-    direct = [slides.by_hexahedra, tie.by_hexahedra]
-    if None in direct or made_of(direct[0].scene) != made_of(direct[1].scene):
-        direct = [slides.dns, tie.dns]
-    saved = list(zip(SAVINGS, _savings(direct[0], slides), _savings(direct[1], tie), strict=True))
-    tests = [
-        at_least(f"{name} saved, over that with ties", ours / theirs, "similar", 1 / COMPARABLE, sense=0.0)
-        for name, ours, theirs in saved
-    ]
-    shown = [Row(f"{name}, DNS over 3D ROM, friction", f"{ours:,.4g}") for name, ours, _ in saved]
-    return Judgement(
-        (*_failures_first(tests), *shown),
-        f"DNS: {made_of(direct[0].scene)}",
-        _names([slides.dns, *direct, tie.main["rom3d"], slides.main["rom3d"]]),
+    element, wanted = (
+        models["dns"].scene.metres("mesh.size") or np.nan,
+        evidence.printed("5", REPORTED["dns"], "mesh size"),
     )
+    if not np.isclose(element, wanted):
+        raise NotRun(f"elements of {1e3 * element:g} mm, the paper's of {1e3 * wanted:g} mm; {note}")
+    yield Remark(note)
+
+
+@CLAIMS.add("R6", worst_first=True)
+def cost_with_friction(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that with friction the 3D model saves as much as with ties; over the paper's element if both have it."""
+    cases = slides, tie = [_case(NO_3D, evidence, kind, "rom3d") for kind in ("isotropic", "tie")]
+    direct = [case.by_hexahedra for case in cases if case.by_hexahedra]
+    if len({made_of(model.scene) for model in direct}) != 1 or len(direct) < 2:
+        direct = [case.dns for case in cases]
+    for name, ours, theirs in zip(SAVINGS, *map(_savings, direct, cases), strict=True):
+        bar = 1 / COMPARABLE
+        yield at_least(f"{name} saved, over that with ties", ours / theirs, "similar", bar, sense=0.0)
+        yield Row(f"{name}, DNS over 3D ROM, friction", f"{ours:,.4g}")
+    note = f"DNS: {made_of(direct[0].scene)}"
+    yield Remark(note, _names(slides.dns, *direct, tie.main["rom3d"], slides.main["rom3d"]))
 
 
 def _savings(direct: Simulation, case: Case) -> tuple[float, float, float]:
@@ -272,79 +274,50 @@ def _savings(direct: Simulation, case: Case) -> tuple[float, float, float]:
     return dns["dof"] / rom["dof"], memory, dns["processor_seconds"] / rom["processor_seconds"]
 
 
-def _reported(evidence: Evidence, fidelity: str, quantity: str) -> float:
-    return evidence.printed("5", REPORTED[fidelity], quantity)
-
-
-def judge_beams(evidence: Evidence) -> Judgement:
-    """B1: beams in contact at one point of a crossing, with rigid sections, are softer than solids."""
-    case = _case(evidence, "isotropic", ())
-    plain = [model for model in case.beams if is_plain(model.scene)] if case else []
+@CLAIMS.add("B1")
+def beams(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that beams in contact at one point of a crossing, with rigid sections, are softer than solids."""
+    lacking = "the study has no beams in contact beside solids in course tension"
+    case = _case(lacking, evidence, "isotropic")
+    plain = [model for model in case.beams if is_plain(model.scene)]
     if not plain:
-        raise NotRun("the study has no beams in contact beside solids in course tension")
+        raise NotRun(lacking)
     beams, ties = plain[0], plain[0].scene.value("contact.tied_edges")
-    if ties == case.dns.scene.value("contact.tied_edges"):
-        _require_reference([case])
-        known, alike = case.reference, case.beams
-        rows = [Row("the same, DNS", f"{known.force_ratio(case.dns.history)}")]
+    known, alike = case.reference, case.beams
+    same = ties == case.dns.scene.value("contact.tied_edges")
+    if same:
+        _require_reference(case)
     elif "untied" in evidence.direct:
-        solids = evidence.history("untied")
-        known = evidence.reference_of("untied")
+        solids, known = evidence.row("untied").history, evidence.reference_of("untied")
         if not known.known:
             known = transferred_uncertainty(case.reference, case.dns.history, solids)
-        alike, rows = [beam for beam in case.beams if beam.scene.value("contact.tied_edges") == ties], []
+        alike = tuple(beam for beam in case.beams if beam.scene.value("contact.tied_edges") == ties)
     else:
         raise NotRun("the study has no solids whose rows are tied as those of the beams")
     ratio = known.force_ratio(beams.history)
     if not ratio.known:
         raise NotRun("there is no reference at a strain that beams and solids reach")
-    rows += [Row(f"the same, {model.label}", f"{known.force_ratio(model.history)}") for model in alike]
-    return Judgement(
-        (at_most("stiffness over that of solids", ratio, "< 1", 1.0), *rows),
-        f"judged by {beams.label}; rows that are tied: {ties}",
-        _names([case.dns, *alike] if known is case.reference else [case.dns]),
-    )
+    yield at_most("stiffness over that of solids", ratio, "< 1", 1.0)
+    if same:
+        yield Row("the same, DNS", f"{known.force_ratio(case.dns.history)}")
+    for model in alike:
+        yield Row(f"the same, {label_of(model.scene)}", f"{known.force_ratio(model.history)}")
+    note = f"judged by {label_of(beams.scene)}; rows that are tied: {ties}"
+    yield Remark(note, _names(case.dns, *alike) if same else _names(case.dns))
 
 
-def _in_cases(
-    evidence: Evidence,
-    judge: Callable[[Case], list[Row]],
-    note: str,
-    directions: tuple[str, ...] = ("course", "wale"),
-) -> Judgement:
-    """Judge every case with both reduced models."""
-    cases = [case for case in _with_models(evidence, ("rom3d", "rom2d")) if case.direction in directions]
-    if not cases:
-        raise NotRun("the study has no direct simulation with both reduced models")
-    _require_reference(cases)
-    rows = [replace(row, quantity=f"{row.quantity}; {case.label}") for case in cases for row in judge(case)]
-    judged = Judgement(
-        (*_failures_first(row for row in rows if row.grade), *(row for row in rows if not row.grade)),
-        note,
-        _names(model for case in cases for model in (case.dns, *case.main.values())),
-    )
-    lacking = len(cases) < sum(case.endswith(directions) for case in CASES)
-    return replace(judged, verdict=NOT_RUN) if lacking and judged.verdict == REPRODUCED else judged
-
-
-def _require_reference(cases: Iterable[Case]) -> None:
+def _require_reference(*cases: Case) -> None:
     if lacking := [case.label for case in cases if not case.reference.known]:
         raise NotRun(f"there is no reference of {', '.join(lacking)}")
 
 
-def _with_models(evidence: Evidence, fidelities: Iterable[str]) -> list[Case]:
-    """Return the cases that have reduced models of some fidelities."""
-    return [case for case in evidence.cases if set(fidelities) <= set(case.main)]
+def _case(lacking: str, evidence: Evidence, interaction: str, *fidelities: str) -> Case:
+    """Return the case of an interaction in course tension with reduced models; raise `NotRun` where there is none."""
+    for case in evidence.cases:
+        if (case.interaction, case.direction) == (interaction, "course") and {*fidelities} <= set(case.main):
+            return case
+    raise NotRun(lacking)
 
 
-def _case(evidence: Evidence, interaction: str, fidelities: Iterable[str]) -> Case | None:
-    """Return the case of an interaction in course tension with some reduced models, None where a study lacks it."""
-    wanted = (interaction, "course")
-    cases = (
-        case for case in _with_models(evidence, fidelities) if (case.interaction, case.direction) == wanted
-    )
-    return next(cases, None)
-
-
-def _names(models: Iterable[Simulation]) -> tuple[str, ...]:
+def _names(*models: Simulation) -> tuple[str, ...]:
     return tuple(model.scene.name for model in models)

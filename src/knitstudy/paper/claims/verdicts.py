@@ -1,62 +1,29 @@
-"""The table of rules: the function that judges, by claim; readings of the paper, and the verdicts under every reading.
+"""Readings of the paper, the verdicts under every reading, and combinations of readings.
 
 A reading is a row of ``resources/reference/readings.csv``: a meaning of the paper where the base takes another one
 (kind "reading"), or another value of an input (kind "input"), and which scenes judge a claim in place of the base's.
+
+Readings of one choice (for example of the joints) exclude each other; a combination takes the base or one reading of
+every choice. A claim that no reading of the combination touches has the verdict of the base. A claim that one reading
+touches has the verdict under that reading. A claim that several readings touch needs a simulation with all of them and
+stays open.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import partial
+from functools import cached_property
+from itertools import combinations, product
 from typing import Any
 
 import pandas as pd
 
 from knitstudy.errors import DataFileError
-from knitstudy.measures.response import FORCE, LARGEST_U_Z
-from knitstudy.paper.claims import contact, fabric, models, stress
-from knitstudy.paper.claims.evidence import Evidence, Judge, Judgement, decide, withholding
-from knitstudy.paper.claims.scale import DECIDED, NOT_RUN
-from knitstudy.paper.sweeps import DIAMETER, SPACING
+from knitstudy.paper.claims import CLAIMS, DECIDED, NOT_RUN, REPRODUCED
+from knitstudy.paper.claims.evidence import Evidence, Judgement, decide, evidence_of, judge
 from knitstudy.run.catalogue import CASES, SOLIDS, of_cases
-
-_JUDGES: dict[str, Judge] = {
-    "G1": fabric.judge_penetration,
-    "G2": fabric.judge_length,
-    "S1": fabric.judge_ties_growth,
-    "S2": fabric.judge_contact_memory,
-    "S3": fabric.judge_contact_unknowns,
-    "K1": contact.judge_no_contact,
-    "K2": contact.judge_zones,
-    "K3": contact.judge_slope,
-    "K4": contact.judge_motion,
-    "K5": partial(contact.judge_order, FORCE, ("tie", "rough", "isotropic")),
-    "K6": partial(contact.judge_order, LARGEST_U_Z, ("isotropic", "tie")),
-    "K7": contact.judge_smaller_friction,
-    "K8": contact.judge_kinematics,
-    "K9": partial(fabric.judge_sweep, SPACING, 1),
-    "K10": partial(fabric.judge_sweep, DIAMETER, -1),
-    "K11": contact.judge_untied_rows,
-    "K12": contact.judge_order_of_motions,
-    "E1": contact.judge_stabilisation,
-    "M1": stress.judge_directions,
-    "M2": stress.judge_heights,
-    "M3": stress.judge_ligaments,
-    "R1": models.judge_forces,
-    "R2": models.judge_out_of_plane,
-    "R3": models.judge_motion_order,
-    "R4": models.judge_springs,
-    "R5": models.judge_cost,
-    "R6": models.judge_cost_with_friction,
-    "R7": partial(models.judge_agreement, "good agreement"),
-    "R8": partial(models.judge_agreement, "comparable"),
-    "R9": models.judge_spring_values,
-    "B1": models.judge_beams,
-}
-
-RULES = {claim: withholding(judge) for claim, judge in _JUDGES.items()}  # The function that judges, by claim
 
 READING, INPUT = "reading", "input"  # Kinds of readings
 DIRECT = of_cases(CASES, SOLIDS)  # Scenes whose knit is the one that is judged
@@ -87,32 +54,22 @@ class Reading:
         return re.sub(self.changes, self.becomes, name, count=1) if self.changes else name
 
     def evidence(self, base: Evidence) -> Evidence | None:
-        """Return the evidence under the reading by the names of the base; None without its scenes or geometry."""
-        instead = {name: self.scene_of(name) for name in base.scenes}
+        """Return the evidence under the reading: rows under the names of the base; None without scenes or geometry."""
+        instead = {name: self.scene_of(name) for name in base.rows}
         own = {name: getattr(self, name) for name in ("held", "axes", "normal")}
-        touches = any(new != name and new in base.histories for name, new in instead.items())
+        touches = any(new != name and base.has(new) for name, new in instead.items())
         if not touches and own == {name: getattr(base, name) for name in own}:
             return None
         if self.kind == INPUT:  # other models have the base's inputs
             instead = {name: new for name, new in instead.items() if new != name or name.startswith("yarns-")}
-        instead = {name: new for name, new in instead.items() if new in base.scenes}
-        knits = {base.scenes[new].knit for name, new in instead.items() if name in DIRECT}
-        known = {base.scenes[name].knit: base.geometry for name in DIRECT if name in base.scenes}
-        made_by = {drawn.attrs["scene"]: drawn for drawn in base.geometries.values()}
-        known |= {base.scenes[name].knit: drawn for name, drawn in made_by.items() if name in base.scenes}
-        if not knits <= known.keys():
+        rows = {name: base.rows[new].named(name) for name, new in instead.items() if new in base.rows}
+        geometries = {base.rows[name].scene.knit: base.geometry for name in DIRECT if name in base.rows}
+        geometries |= base.geometries
+        knits = {base.rows[instead[name]].scene.knit for name in DIRECT if name in rows}
+        if not knits <= geometries.keys():
             return None
-        results = {
-            stage: {name: datasets[new] for name, new in instead.items() if new in datasets}
-            for stage in ("histories", "contacts", "stresses")
-            for datasets in [getattr(base, stage)]
-        }
-        scenes = {
-            name: base.scenes[new].replace("name", name) for name, new in instead.items() if new != name
-        }
-        scenes = {name: scenes.get(name) or base.scenes[name] for name in instead}
-        geometry = known[knits.pop()] if knits else base.geometry
-        return replace(base, geometry=geometry, scenes=scenes, base=base, **results, **own).named()
+        geometry = geometries[knits.pop()] if knits else base.geometry
+        return replace(base, rows=rows, geometry=geometry, base=base, **own).named()
 
 
 def readings_of(table: pd.DataFrame) -> list[Reading]:
@@ -122,7 +79,7 @@ def readings_of(table: pd.DataFrame) -> list[Reading]:
         raise DataFileError(
             f"the table of readings has no column {missing[0]!r}; needed are {', '.join(names)}"
         )
-    return [Reading(), *(Reading(**row) for row in table[names].fillna("").to_dict("records"))]
+    return [Reading(), *(Reading(*row) for row in table[names].fillna("").itertuples(index=False))]
 
 
 @dataclass(frozen=True)
@@ -141,21 +98,21 @@ class Finding:
 
 
 def findings(table: pd.DataFrame, **sources: Any) -> list[Finding]:
-    """Return the findings under the base and every reading of a table, from attributes of `Evidence`.
+    """Return the findings under the base and every reading of a table, from sources of displays (`SOURCES`).
 
     A reading without reference values is judged by its own histories (`Evidence.reference_for`).
     """
-    evidence, (base, *others) = Evidence(**sources).named(), readings_of(table)
-    usual = {claim: rule(evidence) for claim, rule in RULES.items()}
+    evidence, (base, *others) = evidence_of(**sources).named(), readings_of(table)
+    usual = {claim: judge(claim, evidence) for claim in CLAIMS.names()}
     under_readings = [Finding(base, evidence, usual)]
     for reading in others:
         if (own := reading.evidence(evidence)) is None:
             none = Judgement((), f"the study has no scenes of {reading.name!r}", verdict=NOT_RUN)
-            under_readings.append(Finding(reading, None, dict.fromkeys(RULES, none), frozenset(RULES)))
+            under_readings.append(Finding(reading, None, dict.fromkeys(usual, none), frozenset(usual)))
             continue
-        judged = {claim: rule(own) for claim, rule in RULES.items()}
-        touched = frozenset(claim for claim in RULES if judged[claim] != usual[claim])
-        verdicts = {claim: {usual[claim].verdict, judged[claim].verdict} for claim in RULES}
+        judged = {claim: judge(claim, own) for claim in usual}
+        touched = frozenset(claim for claim in usual if judged[claim] != usual[claim])
+        verdicts = {claim: {usual[claim].verdict, judged[claim].verdict} for claim in usual}
         turned = tuple(claim for claim, both in verdicts.items() if len(both) == 2 and both <= DECIDED)
         under_readings.append(Finding(reading, own, judged, touched, turned))
     return under_readings
@@ -164,7 +121,8 @@ def findings(table: pd.DataFrame, **sources: Any) -> list[Finding]:
 def conclude(claim: str, uncertainty: str, under_readings: Sequence[Finding]) -> Judgement:
     """Return the verdict on a claim under the base, which comes first, and how many readings share the verdict."""
     first, *others = under_readings
-    judged = decide(RULES[claim], first.evidence, uncertainty)
+    assert first.evidence is not None, "the base has evidence"
+    judged = decide(claim, first.evidence, uncertainty)
     decided = [other for other in others if claim in other.touched and other.judged[claim].verdict in DECIDED]
     if judged.verdict == NOT_RUN or not decided:
         return judged
@@ -175,3 +133,50 @@ def conclude(claim: str, uncertainty: str, under_readings: Sequence[Finding]) ->
         under=f"{alike} of {len(decided)}",
         depends_on="; ".join(f"{other.reading.reading}: {other.judged[claim].verdict}" for other in turned),
     )
+
+
+# ---- Combinations of readings
+
+OPEN = "open: several readings of the combination touch the claim"
+
+
+@dataclass(frozen=True)
+class Combination:
+    """Findings of one reading of every choice, of which the base is none, and the verdict of every claim."""
+
+    findings: tuple[Finding, ...]
+    verdicts: Mapping[str, str]
+
+    @cached_property
+    def holding(self) -> frozenset[str]:
+        """Claims that are reproduced."""
+        return frozenset(claim for claim, verdict in self.verdicts.items() if verdict == REPRODUCED)
+
+
+def combinations_of(findings: Sequence[Finding]) -> list[Combination]:
+    """Return the combinations of all readings that a study has, those under which most claims hold first."""
+    base, *others = findings
+    choices: dict[str, list[tuple[Finding, ...]]] = {}
+    for finding in others:
+        if finding.reading.kind == READING and finding.evidence is not None:
+            choices.setdefault(finding.reading.choice, [()]).append((finding,))
+    combined = [_combined(base, sum(chosen, ())) for chosen in product(*choices.values())]
+    return sorted(combined, key=lambda combination: (-len(combination.holding), len(combination.findings)))
+
+
+def _combined(base: Finding, chosen: tuple[Finding, ...]) -> Combination:
+    verdicts = {}
+    for claim, usual in base.judged.items():
+        touching = [finding.judged[claim] for finding in chosen if claim in finding.touched]
+        verdicts[claim] = OPEN if len(touching) > 1 else (touching or [usual])[0].verdict
+    return Combination(chosen, verdicts)
+
+
+def exclusive(combined: Sequence[Combination]) -> Iterator[tuple[str, str]]:
+    """Yield the pairs of claims that both hold under some combination, but under none together."""
+    together = {combination.holding for combination in combined}
+    for pair in combinations(combined[0].verdicts, 2):
+        if all(any(claim in holding for holding in together) for claim in pair) and not any(
+            {*pair} <= holding for holding in together
+        ):
+            yield pair

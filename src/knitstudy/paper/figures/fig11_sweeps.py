@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.reference import INTERACTIONS, SOLID_YARNS
+from knitstudy.paper.columns import rows_of
 from knitstudy.paper.sweeps import DIAMETER, HELD, RESULTS, SPACING, Sweep, sweeps_of
 from knitstudy.run.catalogue import FIGURES
 from knitstudy.use.style import DOUBLE, INK, MILLIMETRE, Style, figure, panel_letter, shared_legend
@@ -35,7 +36,7 @@ def draw(
 ) -> Figure:
     """Draw the largest |u_z| at full strain over both, with friction above and with ties below."""
     spacings, diameters = (
-        sweeps_of(key, {**drawn, **sweeps}, scenes, reference) for key in (SPACING, DIAMETER)
+        sweeps_of(key, rows_of(scenes, {**drawn, **sweeps}), reference) for key in (SPACING, DIAMETER)
     )
     spacing = MILLIMETRE * spacings[0].points[0].scene.value("pattern.course_spacing")
     columns = (("course spacing (mm)", spacings, spacing), ("yarn diameter (mm)", diameters, MILLIMETRE))

@@ -18,7 +18,7 @@ from knitstudy.measures.reference import reference_of
 from knitstudy.mechanics.beams.laws import LAWS
 from knitstudy.paper.cases import label_of
 from knitstudy.paper.figures.fig15_force_strain import draw_curves, draw_reference, force_curve, owners
-from knitstudy.paper.unknowns import NONE, SIZES, counted_models
+from knitstudy.paper.sweeps import NONE, SIZES, counted_models
 from knitstudy.run.catalogue import BEAM_MODELS, FIGURES, of_case, one, several, solid
 from knitstudy.use.style import ACCENT, DIRECT, DOUBLE, MODELS, Look, Style, figure, panel_letter, place
 

@@ -16,7 +16,8 @@ from matplotlib.ticker import LogLocator
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import INTERACTIONS, Reference
-from knitstudy.paper.cases import cases_of
+from knitstudy.paper.cases import cases_of, label_of
+from knitstudy.paper.columns import rows_of
 from knitstudy.run.catalogue import (
     CASES,
     FIGURES,
@@ -79,7 +80,7 @@ def draw(
 
     The models of the first case are asked for by themselves: a study without them has no such figure.
     """
-    cases = [case for case in cases_of(every, scenes, reference) if len(case.main) == 2]
+    cases = [case for case in cases_of(rows_of(scenes, every), reference) if len(case.main) == 2]
     rows = -(-len(cases) // 2)
     drawing = figure(DOUBLE, rows * (HEAD + HEIGHT + FOOT))
     for k, case in enumerate(cases):
@@ -104,14 +105,14 @@ def draw_variants(
     every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame, **first: xr.Dataset
 ) -> Figure:
     """Draw forces at full strain over the reference's: a panel for each interaction, a line for each model."""
-    cases = [case for case in cases_of(every, scenes, reference) if len(case.main) == 2]
+    cases = [case for case in cases_of(rows_of(scenes, every), reference) if len(case.main) == 2]
     others = [
         (case, model)
         for case in cases
         for model in (*case.others, *case.reduced)
         if model not in (case.dns, *case.main.values())
     ]
-    names = list(dict.fromkeys(model.label for _, model in others))
+    names = list(dict.fromkeys(label_of(model.scene) for _, model in others))
     kinds = list(dict.fromkeys(case.interaction for case in cases))
     high = LINE * max(len(names), 1)
     whole = HEAD + high + 1.6 * FOOT
@@ -124,7 +125,9 @@ def draw_variants(
         if not ratio.known:
             ratio = Estimate(float(model.history["force"][-1] / case.dns.history["force"][-1]), 0.0)
         look = WAYS[case.direction] | {"label": f"{case.direction} tension", "xerr": ratio.uncertainty}
-        places[kinds.index(case.interaction)].errorbar(ratio.value, names.index(model.label), **look)
+        places[kinds.index(case.interaction)].errorbar(
+            ratio.value, names.index(label_of(model.scene)), **look
+        )
     for letter, kind, axes in zip("ab", kinds, places, strict=False):
         axes.axvline(1.0, color=FAINT, linewidth=0.8, zorder=0)
         axes.set(xscale="log", ylim=(len(names) - 0.5, -0.5), yticks=range(len(names)))

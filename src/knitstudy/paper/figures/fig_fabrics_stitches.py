@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.specimens import plain_knit
 from knitstudy.knit.loading.history import DIRECTIONS
-from knitstudy.paper.fabrics import CELLS, FITTED, measured, predicted
+from knitstudy.paper.tables.fabrics import CELLS, FITTED, measured, predicted
 from knitstudy.run.catalogue import FIGURES, Datasets, several
 from knitstudy.use.solids import FRONT, Picture, View, bounds, draw_rows, yarn_tubes
 from knitstudy.use.style import DOUBLE, INK, YARNS, Style, figure, panel_letter, shared_legend

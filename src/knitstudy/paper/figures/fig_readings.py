@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
+from knitstudy.paper.claims import CONTRADICTED, DIRECTION, NOT_RUN, REPRODUCED, UNDECIDABLE
 from knitstudy.paper.claims.evidence import SOURCES
-from knitstudy.paper.claims.scale import CONTRADICTED, DIRECTION, NOT_RUN, REPRODUCED, UNDECIDABLE
 from knitstudy.paper.claims.verdicts import Finding, findings
 from knitstudy.run.catalogue import FIGURES
 from knitstudy.use.style import DOUBLE, INK, PAPER, figure

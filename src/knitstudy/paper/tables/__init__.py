@@ -2,5 +2,6 @@
 
 They share the names of their arguments: ``scenes`` are scenes by name; ``paper``, ``reference``, ``claims`` and
 ``targets`` are the files of `knitstudy.run.catalogue.reference_files`; all others are results, Datasets in the format
-of docs/reference/files.md, or several of them by scene. Columns name their unit in brackets.
+of docs/reference/files.md, or several of them by scene. Columns name their unit in brackets. A table with a row for
+every simulation is a list of columns (`paper.columns`).
 """

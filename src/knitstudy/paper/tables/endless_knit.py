@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.reference import made_of
+from knitstudy.mechanics.arrays import Floats
+from knitstudy.paper.columns import cells_of
 from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several
 from knitstudy.use.inp import SHELL_ENTRIES, section_matrix, shell_entries
 
@@ -19,34 +23,25 @@ MODULI = (
     "Poisson's ratio of course tension at rest [1]",
     "Poisson's ratio of wale tension at rest [1]",
 )
-
-STRAINS = ["course strain [1]", "wale strain [1]", "angle of shear [rad]"]
-
-FORCES = ["course force over width [N/m]", "wale force over width [N/m]", "shear force over width [N/m]"]
+STRAINS = ("course strain [1]", "wale strain [1]", "angle of shear [rad]")
+FORCES = ("course force over width [N/m]", "wale force over width [N/m]", "shear force over width [N/m]")
 # Strain and force of secant and tangent, by ``load.deformation``: of a biaxial stretch the course's.
 AXIS = {"course": 0, "wale": 1, "biaxial": 0, "shear": 2}
-CONTRACTS = {"course": (1, 0), "wale": (0, 1)}  # Strain across and along, of a pull
 AT_REST = ("knit", "pattern", "yarn", "mesh", "tie")  # Keys that the stiffness at rest depends on
 UNITS = {0: "N/m", 1: "N", 2: "N m"}  # By how many of row and column are bending
+CELLS = {"cells": several("simulation", "cell-*")}
 
 
-@TABLES.add(
-    "cell",
-    "Forces per width of an endless knit",
-    results={"cells": several("simulation", "cell-*")},
-    order=5.8,
-)
+@TABLES.add("cell", "Forces per width of an endless knit", results=CELLS, order=5.8)
 def tabulate_cells(cells: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row for every cell: forces per width at full load, and moduli at rest."""
-    return pd.DataFrame([_row(scenes[name], history) for name, history in cells.items()])
+    return pd.DataFrame([_cell(scenes[name], history) for name, history in cells.items()])
 
 
-def _row(scene: Scene, history: xr.Dataset) -> dict:
-    kind, free = scene.load.deformation, scene.load.lateral == "free"
-    strain = history["cell_strain"].to_numpy()[-1]
-    force = history["force_per_width"].to_numpy()[-1]
-    axis = AXIS[kind]
-    across = CONTRACTS.get(kind) if free else None
+def _cell(scene: Scene, history: xr.Dataset) -> dict[str, Any]:
+    kind, free = scene.value("load.deformation"), scene.value("load.lateral") == "free"
+    strain, force = (history[name].to_numpy()[-1] for name in ("cell_strain", "force_per_width"))
+    axis, pulled = AXIS[kind], free and kind in ("course", "wale")
     rest = dict.fromkeys(MODULI, np.nan)  # of yarns that are not tied and do not touch
     if "membrane_stiffness" in history:
         rest = moduli(history["membrane_stiffness"].to_numpy())
@@ -55,13 +50,13 @@ def _row(scene: Scene, history: xr.Dataset) -> dict:
         "deformation": kind,
         "other strains": scene.load.lateral,
         "interaction": scene.interaction,
-        "cells": f"{scene.pattern.loops} x {scene.pattern.rows}",
+        "cells": cells_of(scene),
         "yarns": made_of(scene),
         **dict(zip(STRAINS, strain, strict=True)),
         **dict(zip(FORCES, force, strict=True)),
         "secant modulus [N/m]": force[axis] / strain[axis],
         "tangent modulus [N/m]": _slope(history, kind, free),
-        "Poisson's ratio, secant [1]": -strain[across[0]] / strain[across[1]] if across else np.nan,
+        "Poisson's ratio, secant [1]": -strain[1 - axis] / strain[axis] if pulled else np.nan,
         **rest,
     }
 
@@ -79,7 +74,7 @@ def _slope(history: xr.Dataset, kind: str, free: bool) -> float:
     return float((stiffness @ way[driven])[np.flatnonzero(driven).tolist().index(axis)])
 
 
-def moduli(membrane: np.ndarray) -> dict[str, float]:
+def moduli(membrane: Floats) -> dict[str, float]:
     """Return `MODULI` from forces per width by strains in the plane (3, 3) [N/m]."""
     compliance = np.linalg.inv(membrane)
     along = np.diag(compliance)
@@ -87,9 +82,7 @@ def moduli(membrane: np.ndarray) -> dict[str, float]:
     return dict(zip(MODULI, (*(1 / along), *contractions), strict=True))
 
 
-@TABLES.add(
-    "shell", "An endless knit as a shell", results={"cells": several("simulation", "cell-*")}, order=5.9
-)
+@TABLES.add("shell", "An endless knit as a shell", results=CELLS, order=5.9)
 def tabulate_shells(cells: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row for every cell that differs at rest: the symmetric stiffness in the order of Abaqus.
 
@@ -102,10 +95,10 @@ def tabulate_shells(cells: Datasets, scenes: Scenes) -> pd.DataFrame:
             first.setdefault(str(scenes[name].read(AT_REST)), name)
     rows = []
     for name in first.values():
-        matrix, pattern = section_matrix(cells[name]), scenes[name].pattern
+        matrix = section_matrix(cells[name])
         scale = np.sqrt(np.diag(matrix))
         least, *_, most = np.linalg.eigvalsh(matrix / np.outer(scale, scale))
-        row = {"scene": name, "cells": f"{pattern.loops} x {pattern.rows}", "yarns": made_of(scenes[name])}
+        row = {"scene": name, "cells": cells_of(scenes[name]), "yarns": made_of(scenes[name])}
         for entry, value in zip(SHELL_ENTRIES, shell_entries(matrix), strict=True):
             row[f"{entry} [{UNITS[sum(int(index) > 3 for index in entry[1:])]}]"] = value
         rows.append(row | {"least eigenvalue over largest, diagonal scaled to 1 [1]": float(least / most)})

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import product
 from math import inf, isfinite, nan
+from typing import Any
 
 import pandas as pd
 
 from knitstudy.measures.estimate import Common, Limit, common_limit
 from knitstudy.measures.reference import INTERACTIONS, RefinementSeries, refinement_series_of
 from knitstudy.measures.response import QUANTITIES, STRAINS, increment_at
+from knitstudy.paper.columns import cells_of
 from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several
 
 REFERENCE_SCENES = several("simulation", "reference-*")  # Increments end at `STRAINS`
@@ -87,7 +89,7 @@ def limits(values: pd.DataFrame, scenes: Scenes) -> pd.DataFrame:
             rows.append(_row(head, common_limit(_limits(series)), series))
         else:
             single.append((head, series))
-    apart: dict[tuple, float] = {}
+    apart: dict[tuple[Any, ...], float] = {}
     for row in rows:
         of = row["strain [1]"], row["quantity"]
         apart[of] = max(apart.get(of, 0.0), row["uncertainty from disagreement"] / abs(row["value"] or inf))
@@ -102,7 +104,7 @@ def _limits(refined: Refined) -> list[Limit]:
     return [series.limit(values) for series, values in refined]
 
 
-def _row(row: dict, common: Common, refined: Refined) -> dict:
+def _row(row: dict[str, Any], common: Common, refined: Refined) -> dict[str, Any]:
     return row | {
         "value": common.value,
         "uncertainty": common.uncertainty,
@@ -114,7 +116,7 @@ def _row(row: dict, common: Common, refined: Refined) -> dict:
     }
 
 
-def _refined(values: pd.DataFrame, scenes: Scenes) -> Iterator[tuple[dict, Refined]]:
+def _refined(values: pd.DataFrame, scenes: Scenes) -> Iterator[tuple[dict[str, Any], Refined]]:
     """Yield the labels of each row, and its refinement series whose simulations all have a value."""
     by_row = {
         key: dict(zip(of["scene"], of["value"], strict=True))
@@ -133,9 +135,9 @@ def _refined(values: pd.DataFrame, scenes: Scenes) -> Iterator[tuple[dict, Refin
             yield (
                 {
                     "problem": problem,
-                    "knit": f"{scene.pattern.loops} x {scene.pattern.rows}",
+                    "knit": cells_of(scene),
                     "interaction": INTERACTIONS[scene.interaction],
-                    "direction": scene.load.direction,
+                    "direction": scene.value("load.direction"),
                     "strain [1]": strain,
                     "quantity": quantity,
                     "unit": unit,

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.measures.centre_cell import (
-    SEGMENT,
-    angles_to_axes,
-    central,
-    honeycomb_segments,
-    stress_angles,
-)
+from knitstudy.measures.centre_cell import SEGMENT, angles_to_axes, central, honeycomb_segments, stress_angles
 from knitstudy.measures.reference import INTERACTIONS, made_of
-from knitstudy.paper.paper_values import numbers
+from knitstudy.mechanics.arrays import Floats
+from knitstudy.paper.cases import angles_by_geometry, angles_of_stress
 from knitstudy.run.catalogue import (
     CASES,
     OTHER_SOLIDS,
@@ -32,16 +29,6 @@ AXES = "xyz"
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "xz")
 DECIMALS = 3  # The paper prints none; closest points are found to about 1e-5 degrees
-
-# Names of the angles of the honeycomb by geometry in the paper's numbers.
-REPORTED = {
-    "head": "segment 1 angles to x y z",
-    "interlock, left": "segment 2 and 3 angles to x y z",
-    "interlock, right": "segment 2 and 3 angles to x y z",
-    "leg, left": "segment 4 and 5 angles to x y z",
-    "leg, right": "segment 4 and 5 angles to x y z",
-    "sinker": "segment 6 angles to x y z",
-}
 
 _SOLIDS = of_cases(CASES, (*SOLIDS, *OTHER_SOLIDS))
 
@@ -63,23 +50,22 @@ def tabulate(
     Lines between contact zones are averaged over the knit, axes of the maximum principal stress over the segments that
     end in the centre cell.
     """
+    printed = angles_by_geometry(paper)
     rows = [
-        _row("geometry", kind, angles_to_axes(vectors), numbers(paper, "4", "rom2d", REPORTED[kind]))
+        _row("geometry", kind, angles_to_axes(vectors), printed[SEGMENT[kind] - 1])
         for kind, vectors in honeycomb_segments(contacts).items()
     ]
     for name, dataset in (stresses or {}).items():
-        rows += _by_stress(scenes[name], dataset, paper)
+        rows += _by_stress((scenes or {})[name], dataset, paper)
     order = list(dict.fromkeys(row["honeycomb"] for row in rows))
     rows.sort(key=lambda row: (order.index(row["honeycomb"]), row["segment"]))
     return pd.DataFrame(rows)
 
 
-def _by_stress(scene: Scene, stresses: xr.Dataset, paper: pd.DataFrame) -> list[dict]:
-    direction = scene.load.direction
+def _by_stress(scene: Scene, stresses: xr.Dataset, paper: pd.DataFrame) -> list[dict[str, Any]]:
+    direction = scene.value("load.direction")
     honeycomb = f"principal stress, {direction}, {INTERACTIONS[scene.interaction]}, {made_of(scene)}"
-    printed = np.stack(
-        [numbers(paper, "4", f"mps-{direction}", f"segments 1..6 angle to {axis}") for axis in AXES], axis=-1
-    )
+    printed = angles_of_stress(paper, direction)
     rows = []
     for kind, number in SEGMENT.items():
         if len(angle := stress_angles(stresses, kind)):
@@ -92,7 +78,7 @@ def _by_stress(scene: Scene, stresses: xr.Dataset, paper: pd.DataFrame) -> list[
     return rows
 
 
-def _row(honeycomb: str, kind: str, angle: np.ndarray, theirs: np.ndarray) -> dict:
+def _row(honeycomb: str, kind: str, angle: Floats, theirs: Floats) -> dict[str, Any]:
     """Return the row of a kind of segment from the angles (k, 3) of equivalent ones, and the paper's (3,)."""
     ours = angle.mean(axis=0)
     row = {"segment": SEGMENT[kind], "honeycomb": honeycomb, "kind": kind, "segments": len(angle)}

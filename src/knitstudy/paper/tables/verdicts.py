@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from itertools import product
+from math import nan
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.measures.reference import INTERACTIONS
 from knitstudy.measures.response import FORCE, LARGEST_U_Z, QUANTITIES
-from knitstudy.paper.claims.combinations import OPEN, Combination, combinations_of, exclusive
-from knitstudy.paper.claims.evidence import SOURCES
-from knitstudy.paper.claims.scale import (
+from knitstudy.paper.claims import (
+    CLAIMS,
     CONTRADICTED,
     DIRECTION,
     NOT_RUN,
@@ -22,25 +22,22 @@ from knitstudy.paper.claims.scale import (
     Row,
     margin_of,
 )
-from knitstudy.paper.claims.verdicts import RULES, Finding, conclude, findings
+from knitstudy.paper.claims.evidence import SOURCES
+from knitstudy.paper.claims.verdicts import (
+    OPEN,
+    Combination,
+    Finding,
+    combinations_of,
+    conclude,
+    exclusive,
+    findings,
+)
 from knitstudy.run.catalogue import TABLES
 
 COLUMNS = [
-    *(
-        "id",
-        "where",
-        "short",
-        "claim",
-        "verdict",
-        "margin",
-        "readings",
-        "quantity",
-        "paper",
-        "ours",
-        "sentence",
-    ),
-    *("rule", "rule fixed", "reason", "older rule", "older verdict", "measured", "uncertainty", "depends on"),
-    *("note", "explanation", "see"),
+    *("id", "where", "short", "claim", "verdict", "margin", "readings", "quantity", "paper", "ours"),
+    *("sentence", "rule", "rule fixed", "reason", "older rule", "older verdict", "measured", "uncertainty"),
+    *("depends on", "note", "explanation", "see"),
 ]
 MOST = 12  # Combinations that the table shows
 
@@ -54,13 +51,15 @@ def tabulate(claims: pd.DataFrame, readings: pd.DataFrame, **sources: Any) -> pd
 
     Raises ConfigurationError when a claim has no rule.
     """
-    if lacking := [claim for claim in claims["id"] if claim not in RULES]:
+    known = CLAIMS.names()
+    if lacking := [claim for claim in claims["id"] if claim not in known]:
         raise ConfigurationError(
-            f"claim {lacking[0]!r} has no rule by which it is judged; known are {', '.join(RULES)}: take it out of "
+            f"claim {lacking[0]!r} has no rule by which it is judged; known are {', '.join(known)}: take it out of "
             "resources/reference/paper_claims.csv, or give it one in knitstudy.paper.claims"
         )
     under_readings = findings(readings, **sources)
-    concluded = [conclude(claim.id, claim.uncertainty, under_readings) for claim in claims.itertuples()]
+    rules = zip(claims["id"], claims["uncertainty"], strict=True)
+    concluded = [conclude(claim, uncertainty, under_readings) for claim, uncertainty in rules]
     first = [judged.rows[0] if judged.rows else Row("") for judged in concluded]
     lines = [[(row.quantity, row.ours, row.paper, row.grade) for row in judged.rows] for judged in concluded]
     columns = {
@@ -89,8 +88,8 @@ def _row(finding: Finding) -> dict[str, object]:
     row = {of: getattr(reading, of) for of in ("name", "choice", "reading", "base", "against")}
     for quantity, kind in product((FORCE, LARGEST_U_Z), INTERACTIONS):
         unit, values = QUANTITIES[quantity]
-        history = evidence.histories.get(evidence.direct.get(kind))
-        value = np.nan if history is None else float(values(history, history)[-1])
+        history = evidence.row(kind).history if evidence and kind in evidence.direct else None
+        value = nan if history is None else float(values(history, history)[-1])
         row[f"{quantity}, {INTERACTIONS[kind]} [{unit}]"] = value
     row |= {claim: judged.verdict for claim, judged in finding.judged.items()}
     return row | {"claims that depend on the reading": ", ".join(finding.turned)}
@@ -111,7 +110,7 @@ def tabulate_combinations(readings: pd.DataFrame, **sources: Any) -> pd.DataFram
 
 def _combination(combined: Combination, base: Combination) -> dict[str, object]:
     words = [f"{finding.reading.choice}: {finding.reading.reading}" for finding in combined.findings]
-    counts = combined.counts
+    counts = Counter(combined.verdicts.values())
     return {
         "combination": "; ".join(words) or "base",
         **{f"{grade} [1]": counts[grade] for grade in (REPRODUCED, DIRECTION, CONTRADICTED, UNDECIDABLE)},

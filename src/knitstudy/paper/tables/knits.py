@@ -1,0 +1,391 @@
+"""Every simulation of a knit, the models of the four cases, the unit cell, and sweeps of it (Fig. 11)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.measures import response
+from knitstudy.measures.centre_cell import crossing_error
+from knitstudy.measures.cost import effort, element_length
+from knitstudy.measures.estimate import Estimate
+from knitstudy.measures.reference import INTERACTIONS, is_direct, made_of
+from knitstudy.measures.response import allowed_penetration, hourglass_share, ledger_gap, penetration
+from knitstudy.paper.cases import COMPARED, MODELS, Case, cases_of, comparison, is_plain
+from knitstudy.paper.columns import (
+    CONTRACTION,
+    DOF,
+    FORCE,
+    INCREMENTS,
+    KRYLOV,
+    MEMORY,
+    NEWTON,
+    SCENE,
+    SECANT,
+    STABILISED,
+    STRAIN,
+    TIME,
+    U_Z,
+    Column,
+    Simulation,
+    cells_of,
+    key,
+    rows_of,
+    tabulated,
+)
+from knitstudy.paper.sweeps import DIAMETER, HELD, RESULTS, SPACING, sweeps_of
+from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several, solid
+
+# ---- Every simulation of a knit
+
+
+def _springs(scene: Scene) -> tuple[str | None, str | None]:
+    """Return where the stiffness of springs and their contacts are from; None of models without springs."""
+    if given := scene.value("rom.stiffness"):
+        return f"{' '.join(f'{stiffness:g}' for stiffness in given)} N/m", None
+    if scene.value("rom.axes") is None:
+        return None, None
+    return "averaged", scene.value("rom.springs_from") or scene.value("rom.contacts_from")
+
+
+def _element(row: Simulation) -> float:
+    sizes = (row.scene.metres(path) for path in ("mesh.size", "mesh.beam_size"))
+    return next(filter(None, sizes), None) or element_length(row.history)
+
+
+def _force_at(strain: float) -> Column:
+    """Return the column of the force at a strain; nan where a history ends before."""
+
+    def force(history: xr.Dataset) -> float:
+        reached = strain <= 1.001 * float(history["strain"][-1])
+        return response.at_strain(history, strain, history["force"].to_numpy()) if reached else np.nan
+
+    return Column(f"force at {strain:.0%} strain", "N", force)
+
+
+def _size(row: Simulation) -> tuple[float, float]:
+    """Return the size of a knit along and across the load [m].
+
+    A wale spacing from the yarn's length follows from the strain.
+    """
+    pattern, in_course = row.scene.value("pattern"), row.scene.value("load.direction") == "course"
+    height = pattern.rows * pattern.course_ratio * pattern.course_spacing
+    width = pattern.loops * pattern.wale_spacing
+    if pattern.keep == "length":
+        width = float(row.history["displacement"][-1] / row.history["strain"][-1]) if in_course else np.nan
+    return (width, height) if in_course else (height, width)
+
+
+def _per_width(row: Simulation, stiffness: float) -> float:
+    along, across = _size(row)
+    return stiffness * along / across
+
+
+def _energy_per_area(name: str, *forms: str) -> Column:
+    def energy(row: Simulation) -> float:
+        along, across = _size(row)
+        return float(row.history["energy"][-1].sel(form=list(forms)).sum()) / (along * across)
+
+    return Column(f"{name} energy per area", "J/m2", energy, of="")
+
+
+RESPONSES = (
+    SCENE,
+    Column("specimen", "", lambda scene: f"{cells_of(scene)} knit", of="scene"),
+    key("fidelity", "", "fidelity"),
+    key("interaction", "", "interaction"),
+    key("direction", "", "load.direction"),
+    key("tied edges", "", "contact.tied_edges"),
+    key("friction coefficient", "1", "contact.friction"),
+    key("contact stiffness over E / h", "1", "contact.normal_stiffness"),
+    key("augmentations allowed", "1", "contact.augmentations"),
+    key("contacts from", "", "rom.contacts_from"),
+    key("joint", "", "rom.joint"),
+    key("normal", "", "rom.normal"),
+    Column("springs", "", lambda scene: _springs(scene)[0], of="scene"),
+    Column("springs from", "", lambda scene: _springs(scene)[1], of="scene"),
+    key("axes of springs", "", "rom.axes"),
+    key("displacement of springs", "", "rom.displacement"),
+    key("section law", "", "mesh.section_law"),
+    key("segment of two yarns", "", "rom.section"),
+    key("honeycomb", "", "rom.honeycomb"),
+    key("principal stress from", "", "rom.stress_from"),
+    key("beam section", "", "beam.section"),
+    key("beam ties", "", "beam.tie"),
+    Column("mesh size", "m", _element, of=""),
+    Column("strain reached", "1", lambda row: row[STRAIN], of=""),
+    *(_force_at(strain) for strain in (0.01, 0.03, 0.05)),
+    Column("width across the load", "m", lambda row: _size(row)[1], of=""),
+    Column("force per width", "N/m", lambda row: row.history["force"].to_numpy()[-1] / _size(row)[1], of=""),
+    Column("secant stiffness, force per width", "N/m", lambda row: _per_width(row, row[SECANT]), of=""),
+    Column(
+        "tangent stiffness, force per width",
+        "N/m",
+        lambda row: _per_width(row, response.tangent_stiffness(row.history)),
+        of="",
+    ),
+    U_Z,
+    _energy_per_area("internal", "internal"),
+    _energy_per_area("dissipated", "friction", "stabilisation"),
+    DOF,
+    Column("unknowns", "1", lambda history: int(history.attrs["unknowns"])),
+    TIME,
+    MEMORY,
+    INCREMENTS,
+    NEWTON,
+    KRYLOV,
+)
+
+
+@TABLES.add(
+    "responses",
+    "Every simulation of a knit",
+    results={"every": several("simulation", "*", where=lambda scene: scene.is_knit)},
+    order=9,
+)
+def tabulate_responses(every: Datasets, scenes: Scenes) -> pd.DataFrame:
+    """Return one row a simulation; cells are empty where a model has no such key or result.
+
+    Stiffness is force per width over strain, as for a cloth: secant and tangent at the largest strain. The width across
+    the load is the height of the knit (rows times course spacing) in course tension, its width (loops times wale
+    spacing) in wale tension. Energies are over the product of the two.
+    """
+    return tabulated(rows_of(scenes, every).values(), RESPONSES)
+
+
+# ---- Checks of the direct simulations of the four cases
+
+LEDGER = 0.01  # Largest gap of the ledger over the largest external work
+HOURGLASS = 0.05  # Largest share of hourglass energy in the internal energy
+# Largest share of the dissipation of stabilisation in internal energy, on the way and at full load.
+STABILISATION, STABILISATION_AT_END = 0.05, 0.01
+
+# Title and case of the tables of checks by name.
+CHECKED = {
+    "simulation": ("Checks of direct simulations: ties, course tension", "tie-course"),
+    "simulation_contact": ("Checks of direct simulations: friction, course tension", "isotropic-course"),
+    "simulation_wale": ("Checks of direct simulations: ties, wale tension", "tie-wale"),
+    "simulation_contact_wale": ("Checks of direct simulations: friction, wale tension", "isotropic-wale"),
+}
+
+
+def tabulate_checks(dns: xr.Dataset, scenes: Scenes) -> pd.DataFrame:
+    """Return one quantity of a direct simulation a row, with its unit and its bar where it has one."""
+    rows = [*_ties(dns), *_solution(dns, scenes["dns"])]
+    if "smallest_gap" in dns:
+        rows += _contact(Simulation(scenes["dns"], {"simulation": dns}))
+    return pd.DataFrame(
+        [(name, unit, float(value), *(bar or [np.nan])) for name, unit, value, *bar in rows],
+        columns=["quantity", "unit", "value", "bar"],
+    )
+
+
+for order, (name, (title, case)) in enumerate(CHECKED.items(), start=10):
+    TABLES.add(name, title, results={"dns": solid("simulation", case)}, order=order)(tabulate_checks)
+
+
+def _ties(dns: xr.Dataset) -> Iterator[tuple[Any, ...]]:
+    """Yield quantity, unit and value."""
+    for name, unit, attribute in (
+        ("tolerance of the ties beyond the clearance", "m", "tie_tolerance"),
+        ("radius of the ties", "m", "tie_radius"),
+        ("least stiffness of a tie", "N/m", "tie_least_stiffness"),
+        ("tied nodes", "1", "tie_nodes"),
+        ("largest adjustment of a tied node", "m", "tie_largest_adjustment"),
+    ):
+        if attribute in dns.attrs:
+            yield name, unit, dns.attrs[attribute]
+    yield "tied area of a crossing, smallest", "m2", dns["tied_area"].min()
+    yield "tied area of a crossing, largest", "m2", dns["tied_area"].max()
+
+
+def _solution(dns: xr.Dataset, scene: Scene) -> Iterator[tuple[Any, ...]]:
+    """Yield quantity, unit and value, and a bar of some."""
+    bars = scene.solver
+    yield "largest residual over mean internal force", "1", dns["residual"].max(), bars.residual_tolerance
+    yield "largest last correction over element size", "1", dns["correction"].max(), bars.correction_tolerance
+    yield "Newton iterations", "1", dns["newton_iterations"].sum()
+    yield "Krylov iterations", "1", dns["krylov_iterations"].sum()
+    yield "set-ups of the preconditioner", "1", dns.attrs["linear_setups"]
+    yield "largest gap of the energy ledger over external work", "1", ledger_gap(dns), LEDGER
+    yield "largest hourglass over internal energy", "1", hourglass_share(dns), HOURGLASS
+
+
+def _contact(row: Simulation) -> Iterator[tuple[Any, ...]]:
+    dns, energy = row.history, row.history["energy"][-1]
+    what = "local indentation" if "indentation_deepest" in dns.attrs else "penetration"
+    yield f"deepest {what}", "m", penetration(dns), allowed_penetration(dns)
+    yield "augmentations", "1", dns["augmentations"].sum()
+    friction = energy.sel(form="friction") / energy.sel(form="external")
+    yield "friction over external work at full load", "1", friction
+    largest = hourglass_share(dns, "stabilisation")
+    yield "largest stabilisation over internal energy", "1", largest, STABILISATION
+    yield STABILISED.name, STABILISED.unit, row[STABILISED], STABILISATION_AT_END
+
+
+# ---- Models and the reference, and interactions
+
+OVER_FIRST = "stiffness over that of the first beams [1]"
+OF_MODELS = {"models": several("simulation", *MODELS)}
+
+
+@TABLES.add("rom_distance", "Models and the reference", results=OF_MODELS, order=1)
+def tabulate_models(models: Datasets, scenes: Scenes, reference: pd.DataFrame) -> pd.DataFrame:
+    """Return one row a model of each of the four cases: direct simulations and reduced models."""
+    rows = [
+        {
+            "model": f"{case.name_of(model)}; {case.label}",
+            "scene": model.scene.name,
+            "discretisation": made_of(model.scene) if is_direct(model.scene) else "beams",
+            **comparison(model, case),
+        }
+        for case in cases_of(rows_of(scenes, models), reference)
+        for model in (case.dns, *case.others, *case.reduced)
+    ]
+    return pd.DataFrame(rows, columns=["model", "scene", "discretisation", *COMPARED])
+
+
+@TABLES.add("beams", "Beams in contact and solid yarns", results=OF_MODELS, order=8)
+def tabulate_beams(models: Datasets, scenes: Scenes, reference: pd.DataFrame) -> pd.DataFrame:
+    """Return one row a model: direct simulation, main 3D reduced model and beams in contact, by direction (Fig. 12b).
+
+    Beams show what each ingredient of their contact changes.
+    """
+    cases = [case for case in cases_of(rows_of(scenes, models), reference) if case.beams]
+    columns = ["model", "scene", *COMPARED, OVER_FIRST, INCREMENTS.head, NEWTON.head, TIME.head]
+    return pd.DataFrame([row for case in cases for row in _rows_of_beams(case)], columns=columns)
+
+
+def _rows_of_beams(case: Case) -> Iterator[dict[str, Any]]:
+    plain = [model for model in case.beams if is_plain(model.scene)]
+    base = plain[0][SECANT] if plain else np.nan
+    beside = [case.main["rom3d"]] if "rom3d" in case.main else []
+    for model in (case.dns, *beside, *case.beams):
+        yield {
+            "model": f"{case.name_of(model)}; {case.direction}",
+            "scene": model.scene.name,
+            **comparison(model, case),
+            OVER_FIRST: model[SECANT] / base if model in case.beams else np.nan,
+            **effort(model.history),
+        }
+
+
+@TABLES.add(
+    "interactions",
+    "Ties, rough contact and isotropic friction",
+    results={kind: solid("simulation", f"{kind}-course") for kind in INTERACTIONS}
+    | {"geometry": solid("geometry", "isotropic-course")},
+    order=2,
+)
+def tabulate_interactions(geometry: xr.Dataset, **histories: xr.Dataset) -> pd.DataFrame:
+    """Return one row an interaction (Figs. 8 and 9), at the largest strain that all have reached."""
+    strain, diameter = response.common_strain(histories.values()), 2 * float(geometry["radius"])
+    rows = []
+    for name, interaction in INTERACTIONS.items():
+        history = histories[name]
+        u_z = response.at_strain(history, strain, response.out_of_plane(history))
+        stiffness, of_ties = (response.stiffness_at(each, strain) for each in (history, histories["tie"]))
+        row = {
+            "interaction": interaction,
+            "scene": history.attrs.get("scene", ""),
+            "strain [1]": strain,
+            "force [N]": response.at_strain(history, strain, history["force"].to_numpy()),
+            "secant stiffness [N/m]": stiffness,
+            "stiffness over tie's [1]": stiffness / of_ties,
+            "largest |u_z| [m]": u_z,
+            "largest |u_z| over diameter [1]": u_z / diameter,
+            CONTRACTION.head: response.transverse_contraction(history),
+        }
+        rows.append(row | effort(history))
+    return pd.DataFrame(rows)
+
+
+# ---- The unit cell before and after its optimisation, and sweeps (Fig. 11)
+
+# Variable of the geometry dataset, unit, and key of the target, by name in the table.
+MEASURES = {
+    "deepest penetration": ("penetration", "m", None),
+    "smallest gap": ("gap", "m", None),
+    "smallest gap away from crossings": ("other_gap", "m", None),
+    "smallest radius of curvature": ("radius_of_curvature", "m", None),
+    "yarn in a loop": ("loop_length", "m", "length"),
+    "angle of interlock segments to x": ("interlock_angle", "deg", "interlock_angle"),
+    "angle of legs to x": ("leg_angle", "deg", "leg_angle"),
+}
+SWEEPS = {SPACING: "course spacing", DIAMETER: "yarn diameter"}
+
+
+@TABLES.add(
+    "geometry",
+    "Unit cell before and after optimisation",
+    results={"geometry": solid("geometry", "tie-course")},
+    order=14,
+)
+def tabulate_unit_cell(geometry: xr.Dataset, targets: dict[str, Any]) -> pd.DataFrame:
+    """Return measures and terms of F before and after, with targets and residuals where there are any.
+
+    Raises ConfigurationError when a target is missing.
+    """
+    rows = [("largest |D - 2R - c0| of a crossing", "m", *crossing_error(geometry).to_numpy(), None)]
+    for name, (variable, unit, target) in MEASURES.items():
+        rows.append((name, unit, *geometry[variable].to_numpy(), target))
+    for term, cost in zip(
+        geometry["term"].to_numpy(), geometry["cost"].transpose("term", "state"), strict=True
+    ):
+        rows.append((f"F, {'' if term == 'total' else 'term '}{term}", "1", *cost.to_numpy(), None))
+    diameter = 2 * float(geometry["radius"])
+    rows.append(("yarn diameter", "m", diameter, diameter, "diameter"))
+    table = pd.DataFrame(rows, columns=["quantity", "unit", "before", "after", "target"])
+    table["target"] = [_target(targets, name) for *_, name in rows]
+    return table.assign(residual=table["after"] - table["target"])
+
+
+def _target(targets: dict[str, Any], name: str | None) -> float:
+    if name is None:
+        return np.nan
+    try:
+        return float(targets["targets"][name]["value"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise ConfigurationError(
+            f"calibration: targets.{name}.value must be there and be a number"
+        ) from error
+
+
+@TABLES.add("sweeps", "Other course spacings and yarn diameters", results=RESULTS, order=13)
+def tabulate_sweeps(
+    drawn: Datasets, sweeps: Datasets, scenes: Scenes, reference: pd.DataFrame
+) -> pd.DataFrame:
+    """Return one row a simulation of each sweep; the uncertainty is empty where no error is known."""
+    rows, table = rows_of(scenes, {**drawn, **sweeps}), []
+    for path, swept in SWEEPS.items():
+        for sweep in sweeps_of(path, rows, reference):
+            kind = {
+                "swept": swept,
+                "held fixed": HELD[sweep.keep],
+                "interaction": INTERACTIONS[sweep.interaction],
+                "made of": sweep.made_of,
+            }
+            table += [kind | _point(rows[point.scene.name], point.u_z) for point in sweep.points]
+    return pd.DataFrame(table)
+
+
+def _point(row: Simulation, u_z: Estimate) -> dict[str, object]:
+    pattern, diameter = row.scene.value("pattern"), row.scene.yarn.diameter
+    return {
+        "scene": row.scene.name,
+        "course spacing [m]": pattern.course_ratio * pattern.course_spacing,
+        "course spacing over drawn [1]": pattern.course_ratio,
+        "yarn diameter [m]": diameter,
+        "width of the knit [m]": float(row.history["displacement"][-1]) / row[STRAIN],
+        STRAIN.head: row[STRAIN],
+        "largest |u_z| [m]": u_z.value,
+        "uncertainty of that [m]": u_z.uncertainty,
+        "largest |u_z| over diameter [1]": u_z.value / diameter,
+        FORCE.head: row[FORCE],
+    }
