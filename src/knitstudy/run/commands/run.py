@@ -265,6 +265,6 @@ def snakemake(arguments: list[str]) -> int:
     if interrupted:
         raise KeyboardInterrupt(
             f"stopped; finished files are in {RESULTS}, runs that were not done keep their last increment in "
-            f"{LOCK.parent}: the same command goes on from there"
+            f"{RESULTS / 'restart'}: the same command goes on from there"
         )
     return status
