@@ -84,7 +84,7 @@ def test_ends_with_the_process_that_started_it(tmp_path):
 
 
 def test_time_left_follows_kinds_of_jobs(monkeypatch):
-    """One of two alike simulations has taken half of what was expected; three short jobs are of another kind."""
+    """One simulation and one table have taken half of what was expected; so will the others."""
     jobs = {1: ("simulation", 60.0), 2: ("simulation", 120.0), 3: ("table", 2.0), 4: ("table", 2.0)}
     monkeypatch.setattr(progress, "EXPECTED", jobs)
     now = [100.0]
